@@ -1,0 +1,54 @@
+#pragma once
+// Scores: how often each policy succeeds, how it fails, and whether two policies differ on the same particles.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "archive/archive.h"
+
+namespace graze {
+
+struct Interval {
+  double low = 0, high = 1;
+};
+
+/// Clopper-Pearson interval for k successes of n (exact, conservative). n = 0 gives [0, 1].
+Interval clopper_pearson(std::uint64_t k, std::uint64_t n, double confidence = 0.95);
+
+/// Two-sided exact McNemar p-value for b and c discordant pairs (binomial, p = 1/2).
+double mcnemar_exact(std::uint64_t b, std::uint64_t c);
+
+struct PolicyScore {
+  std::string policy;
+  std::uint64_t n = 0;  // valid traces, S + K + U
+  std::uint64_t success = 0, known = 0, unknown = 0, invalid = 0;
+  std::vector<std::uint64_t> by_requirement;  // known failures, by the requirement that was violated first
+  double rate = 0;                            // success / n; NaN if n = 0
+  Interval interval;                          // Clopper-Pearson, 95 %
+};
+
+/// Policies a and b on the particles for which both traces are valid.
+struct PairedComparison {
+  std::string a, b;
+  std::uint64_t n = 0, both = 0, only_a = 0, only_b = 0, neither = 0;
+  double difference = 0;  // rate(b) - rate(a) on these particles
+  Interval interval;      // 95 %, Newcombe's score interval for paired proportions
+  double p_value = 1;     // McNemar, exact
+};
+
+struct Score {
+  std::string campaign;
+  std::vector<std::string> requirements;
+  std::vector<PolicyScore> policies;
+  std::vector<PairedComparison> pairs;
+  bool complete = true;
+};
+
+Score score(const Archive& archive);
+
+/// The table as printed, and as JSON text.
+std::string format_score(const Score& score);
+std::string score_json(const Score& score);
+
+}  // namespace graze

@@ -1,0 +1,116 @@
+#pragma once
+// The campaign on disk. While it runs: a directory with campaign.h5 (everything about the campaign but its traces) and
+// shards, each a file of whole blocks that appears by rename once it is complete. `pack` makes one file of it. Both
+// read the same. Schema: docs/archive.md.
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "archive/trace.h"
+#include "scenarios/scenario.h"
+
+namespace graze {
+
+inline constexpr int kArchiveFormatVersion = 1;
+
+/// The machine failed, or the campaign is not complete. Exit code 3. what() is the whole message.
+class MachineError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Facts of a campaign that do not depend on its traces.
+struct CampaignInfo {
+  std::string scenario_name, scenario_text, scenario_sha256, command_line, start_time;  // ISO 8601, UTC
+  std::string program_version, program_revision, physics, design;
+  std::uint64_t seed = 0;
+  std::uint64_t particles = 0;            // asked for
+  double step = 0, control = 0, end = 0;  // s
+  struct ParameterRow {
+    std::string name, unit, distribution, jitter;
+    double nominal;
+    std::vector<std::string> labels;
+  };
+  std::vector<ParameterRow> parameters;
+  struct RequirementRow {
+    std::string name, description, unit;
+  };
+  std::vector<RequirementRow> requirements;
+  std::string objective;
+  std::vector<std::string> policies;                          // in scenario order
+  std::vector<std::string> colliders;                         // part names, by index in events
+  std::vector<std::string> bodies;                            // for joint-limit events
+  std::vector<std::string> q_names, v_names, actuator_names;  // columns of states and telemetry: "base.qw", "LF_X_1"
+  bool store_values = true;                                   // /particles/values is kept
+};
+
+CampaignInfo describe_campaign(const Scenario& scenario, std::uint64_t particles, const std::string& command_line);
+
+/// Writes one campaign. Methods may be called from any thread (HDF5 is entered by one at a time).
+class CampaignWriter {
+ public:
+  /// Creates the directory. Throws InputError if it exists and is not empty (unless `force`, which moves the old one
+  /// aside until the first shard is complete, then removes it) and MachineError if it cannot be written.
+  CampaignWriter(std::filesystem::path directory, const CampaignInfo& info, bool force);
+  ~CampaignWriter();
+
+  /// Adds the finished traces of one block under one policy. `values`: [trace][parameter], row-major, same order as
+  /// traces. Buffered; a shard is written when enough has gathered. Throws MachineError (disk full, …): what is on disk
+  /// stays.
+  void append(int policy, std::vector<TraceRecord> traces, std::vector<double> values);
+  /// Writes what is buffered and marks the campaign complete.
+  void finish();
+  const std::filesystem::path& directory() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Columns of the traces of one policy, in order of particle id.
+struct TraceTable {
+  std::string policy;
+  std::vector<std::uint32_t> particle;
+  std::vector<Outcome> outcome;
+  std::vector<int> violated;
+  std::vector<double> end_time, objective_margin;
+  std::vector<std::vector<double>> margins, first_violations;  // [requirement][trace]
+  std::vector<std::uint64_t> digest;
+  std::vector<std::string> sequence, invalid_reason;
+  std::size_t size() const { return particle.size(); }
+};
+
+/// Reads a campaign directory or a packed file.
+class Archive {
+ public:
+  /// Throws InputError: not there, not HDF5, cut short, not a Graze archive, made by a newer format (both versions
+  /// named).
+  explicit Archive(const std::filesystem::path& path);
+  ~Archive();
+
+  const CampaignInfo& info() const;
+  bool complete() const;
+  /// By policy name; empty table if it has no traces yet.
+  TraceTable traces(const std::string& policy) const;
+  /// Persistent values of one particle, in the order of info().parameters; empty when they are not stored.
+  std::vector<double> particle_values(std::uint32_t particle) const;
+  /// Events of all traces of a policy: one vector per row of traces(policy).
+  std::vector<std::vector<Event>> events(const std::string& policy) const;
+  /// Telemetry of one trace; empty if none was recorded.
+  std::vector<TelemetryFrame> telemetry(const std::string& policy, std::uint32_t particle) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// One file of a campaign directory. Written under a temporary name, synced, renamed. Throws InputError if `file`
+/// exists (unless force) or the directory is no campaign, MachineError on a failing disk. Deterministic: equal traces
+/// give byte-identical datasets, whatever the order in which shards were written.
+void pack(const std::filesystem::path& directory, const std::filesystem::path& file, bool force);
+
+}  // namespace graze

@@ -1,0 +1,37 @@
+#pragma once
+// What is kept of one trace, as it comes from the runner and as it goes into the archive.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "engine/contact/events.h"
+
+namespace graze {
+
+/// Exactly one per trace (§3.6): S, K, U; `invalid` is reported apart and never counted in a rate.
+enum class Outcome : std::uint8_t { success = 0, known_failure = 1, unknown_failure = 2, invalid = 3 };
+std::string_view outcome_name(Outcome outcome);  // "success", "known failure", …
+
+struct TelemetryFrame {
+  double time;
+  std::vector<double> q, v, tau;  // nq, nv, na
+};
+
+struct TraceRecord {
+  std::uint32_t particle = 0;
+  Outcome outcome = Outcome::invalid;
+  int violated = -1;    // requirement index, known failures only
+  double end_time = 0;  // s
+  double objective_margin = 0;
+  std::vector<double> margins;           // per requirement
+  std::vector<double> first_violations;  // per requirement, s; NaN: none
+  std::vector<double> q, v;              // final state
+  std::uint64_t digest = 0;              // of q, v and torques of every step: equal digests, equal traces
+  std::string sequence;                  // contact sequence, by named parts
+  std::string invalid_reason;
+  std::vector<Event> events;
+  std::vector<TelemetryFrame> telemetry;
+};
+
+}  // namespace graze

@@ -1,0 +1,91 @@
+#pragma once
+// Policies and trackers. A policy (what to do) turns observations into targets; a control lag lies between; a tracker
+// (how to do it) turns the delayed targets into what actuators are asked for. Both see the nominal model p0 only. To
+// add one, write one file in this folder that ends in a PolicyRegistration or TrackerRegistration.
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/actuation/actuators.h"
+#include "engine/model/model.h"
+#include "engine/sensing/sensors.h"
+#include "engine/settings/settings.h"
+
+namespace graze {
+
+/// What a target is about.
+enum class TargetKind { joint, effector };
+
+/// Targets of one control step, all lanes.
+struct Targets {
+  BlockArray q, v;   // na rows: joint positions and velocities (kind joint)
+  BlockArray tau;    // na rows: feed-forward torque
+  BlockArray x, xd;  // 3 rows per effector: position (m) and velocity (m/s) in the base frame (kind effector)
+  Targets() = default;
+  Targets(int na, int effectors) : q(na), v(na), tau(na), x(3 * effectors), xd(3 * effectors) {}
+};
+
+/// What makes a policy or tracker: p0 and the timing.
+struct ControlContext {
+  const Model& nominal;  // outlives the policy
+  const State& initial;  // nominal initial state
+  double period;         // s, control step
+};
+
+class Policy {
+ public:
+  virtual ~Policy() = default;
+  virtual void start(int lane) = 0;
+  /// Fills the targets of the active lanes from what is sensed.
+  virtual void act(const Observation& observation, LaneMask active, Targets& targets) = 0;
+  /// Frames (indices into Model::frames) that the effector targets are for; empty if it has joint targets only.
+  virtual std::vector<int> effectors() const { return {}; }
+};
+
+class Tracker {
+ public:
+  virtual ~Tracker() = default;
+  virtual TargetKind kind() const = 0;
+  virtual void track(const Observation& observation, const Targets& targets, LaneMask active,
+                     ActuatorCommand& command) = 0;
+};
+
+/// `kind`: what the chosen tracker follows; a policy that cannot fill it calls settings.fail().
+using PolicyFactory = std::function<std::unique_ptr<Policy>(const ControlContext&, const Settings&, TargetKind kind)>;
+using TrackerFactory =
+    std::function<std::unique_ptr<Tracker>(const ControlContext&, const Settings&, const std::vector<int>& effectors)>;
+
+struct PolicyRegistration {
+  PolicyRegistration(const std::string& name, PolicyFactory make);
+};
+/// `kind` stands here too, because it must be known before the policy is made.
+struct TrackerRegistration {
+  TrackerRegistration(const std::string& name, TargetKind kind, TrackerFactory make);
+};
+
+std::vector<std::string> policy_names();
+std::vector<std::string> tracker_names();
+
+/// A policy with its tracker and the lag between them: everything between observation and actuators.
+class Controller {
+ public:
+  /// `policy`: map with one policy name and, but for purely internal trackers, `control: {TRACKER: …}`; e.g.
+  /// {gait: {…}, control: {operational_pd: {kp: 1000, kd: 20}}}. Throws InputError with place.
+  Controller(const ControlContext& context, const Settings& policy);
+  ~Controller();
+
+  /// `lag`: persistent value of the lane's particle, s.
+  void start(int lane, double lag);
+  /// One control step. `lag_jitter`: added to the lag of each lane at this step; the sum is cut at 0.
+  void act(const Observation& observation, const double* lag_jitter, LaneMask active, ActuatorCommand& command);
+  /// Targets before the lag, of the last act (for telemetry).
+  const Targets& targets() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace graze

@@ -1,0 +1,33 @@
+#pragma once
+// URDF -> Robot, by urdfdom.
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "engine/model/world.h"
+
+namespace graze {
+
+struct UrdfOptions {
+  bool fixed_base = false;
+  bool ignore_missing_meshes = false;  // drop collision meshes whose file is not there (with a warning)
+  std::vector<std::string>
+      package_path;       // folders in which package://NAME/ is looked up, besides the parents of the file
+  double density = 1000;  // kg/m^3 for links that have geometry but no <inertial>
+  std::function<void(const std::string&)> warn;  // called with one line per thing that was left out
+};
+
+/// Reads a URDF file. Throws InputError naming the file (with line where XML gives one), the link or joint and the
+/// rule: not XML, unknown joint type (with the standard ones), several roots or a loop, missing mesh, inertia that is
+/// not positive or breaks the triangle inequality, zero inertia on a moving link. A root link "world" with a fixed
+/// joint means a fixed base. Fixed joints are kept here (compile() merges them).
+Robot load_urdf(const std::string& file, const UrdfOptions& options = {});
+
+/// The same from text; `name` stands for the file.
+Robot parse_urdf(const std::string& xml, const std::string& name, const UrdfOptions& options = {});
+
+/// Reads an OBJ or STL file. Throws InputError.
+std::shared_ptr<const Mesh> load_mesh(const std::string& file);
+
+}  // namespace graze

@@ -1,0 +1,166 @@
+#pragma once
+// What a user describes: robots, objects, contact, initial state, sensors. A World holds the nominal numbers p0 by
+// name; fabrication perturbs a copy of it, and compile() turns it into a Model for the dynamics.
+
+#include <Eigen/Geometry>
+#include <limits>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace graze {
+
+using Vec3 = Eigen::Vector3d;
+using Mat3 = Eigen::Matrix3d;
+using Quat = Eigen::Quaterniond;
+using Pose = Eigen::Isometry3d;  // X_AB: pose of frame B in frame A
+
+/// A convex hull or triangle mesh, shared between particles (scaled per particle by Shape::size).
+struct Mesh {
+  std::string file;
+  std::vector<Vec3> vertices;              // in the mesh's frame, m
+  std::vector<Eigen::Vector3i> triangles;  // indices, outward counter-clockwise
+};
+
+/// Terrain: heights on a regular grid, centred on the shape's origin; row along y, column along x.
+struct HeightGrid {
+  int nx = 0, ny = 0;
+  std::vector<double> height;  // [iy][ix], m, times Shape::size.z()
+};
+
+enum class ShapeKind { box, sphere, cylinder, capsule, mesh, plane, heightfield };
+
+/// `size` by kind: box: full edge lengths; sphere: (radius, -, -); cylinder and capsule: (radius, length, -), axis z,
+/// capsule length without caps; mesh: scale factors; plane: unused, normal +z, fills z < 0; heightfield: extent in x
+/// and y and factor of the heights.
+struct Shape {
+  ShapeKind kind = ShapeKind::box;
+  Vec3 size = Vec3::Zero();
+  std::shared_ptr<const Mesh> mesh;
+  std::shared_ptr<const HeightGrid> grid;
+
+  /// m^3; convex hull's for a mesh; 0 for planes and heightfields.
+  double volume() const;
+};
+
+/// A shape on a link. The name identifies the part in contacts and tasks: the link's name, with ".1", ".2" … behind it
+/// for further collision shapes of the same link.
+struct Geometry {
+  std::string name;
+  Shape shape;
+  Pose X_LG = Pose::Identity();  // pose in the link (or object) frame
+};
+
+/// Mass, and the second moment about the link frame's origin: sum over mass of x and of x x^T. Affine changes of the
+/// geometry act on it exactly (x -> A x), and it is physical if and only if the second moment about the centre of mass
+/// is positive semidefinite, which is the triangle inequality of the inertia.
+struct MassMoments {
+  double mass = 0;             // kg
+  Vec3 first = Vec3::Zero();   // kg m, mass * com
+  Mat3 second = Mat3::Zero();  // kg m^2, sum m x x^T about the link origin
+
+  static MassMoments from_inertia(double mass, const Vec3& com, const Mat3& inertia_about_com);
+  static MassMoments of_shape(const Shape& shape, double density);  // homogeneous, in the shape's frame
+  Vec3 com() const;
+  Mat3 inertia_about_com() const;
+  /// x -> A x + t, mass unchanged.
+  MassMoments transformed(const Mat3& A, const Vec3& t) const;
+  MassMoments operator+(const MassMoments& other) const;
+  MassMoments scaled(double factor) const;  // mass factor
+};
+
+struct Link {
+  std::string name;
+  MassMoments inertia;  // in the link frame
+  std::vector<Geometry> collisions;
+  std::vector<Geometry> visuals;  // primitives and meshes whose file is there; for pictures, and for volume when a link
+                                  // has no collision shape
+  double friction = 1.0;          // factor on the other surface's coefficient
+  double restitution = 0.0;
+  std::string source;  // file:line where it is described
+};
+
+enum class JointType { fixed, revolute, prismatic, floating };
+
+/// Joint frame = child link frame. Continuous is revolute without limits.
+struct Joint {
+  std::string name, parent, child;
+  JointType type = JointType::fixed;
+  Pose X_PJ = Pose::Identity();  // joint frame in the parent link's frame at zero
+  Vec3 axis = Vec3::UnitX();     // unit, in the joint frame
+  double lower = -std::numeric_limits<double>::infinity(), upper = std::numeric_limits<double>::infinity();  // rad or m
+  double effort = std::numeric_limits<double>::infinity();                                                   // N m or N
+  double velocity = std::numeric_limits<double>::infinity();  // rad/s or m/s: no-load speed
+  double damping = 0;                                         // N m s/rad
+  double friction = 0;                                        // N m, dry
+  double zero = 0;                                            // rad: encoder tare; the encoder reads q - zero
+  std::string source;
+};
+
+/// A kinematic tree with a fixed or floating base.
+struct Robot {
+  std::string name;
+  std::vector<Link> links;    // root first, parents before children
+  std::vector<Joint> joints;  // parents before children
+  bool floating_base = true;
+
+  const Link& link(const std::string& name) const;    // throws std::out_of_range
+  const Joint& joint(const std::string& name) const;  // throws std::out_of_range
+};
+
+/// Something in the environment: fixed, or movable with six degrees of freedom.
+struct Object {
+  std::string name;
+  Shape shape;
+  Pose X_WO = Pose::Identity();  // for movable objects: initial pose
+  bool movable = false;
+  MassMoments inertia;                                         // movable only, in the object frame
+  double friction = std::numeric_limits<double>::quiet_NaN();  // NaN: the default of ContactSettings
+  double restitution = std::numeric_limits<double>::quiet_NaN();
+};
+
+/// Coulomb and Newton coefficients of a pair that differ from the rule below.
+struct ContactPair {
+  std::string a, b;  // glob patterns of part names
+  double friction = std::numeric_limits<double>::quiet_NaN(), restitution = std::numeric_limits<double>::quiet_NaN();
+};
+
+/// Contact of a link and an object: mu = link.friction * object.friction; of two links: contact.friction times both
+/// factors; of two objects: the smaller. Restitution: the larger of both sides. `pairs` override; `ignore` removes.
+struct ContactSettings {
+  double friction = 1.0;                     // default of objects
+  double restitution = 0.0;                  // default of objects and links
+  std::string model = "sequential_impulse";  // one of the back end's models
+  std::vector<ContactPair> pairs;
+  std::vector<std::pair<std::string, std::string>> ignore;  // globs; pairs of parts that never touch
+  bool self_collision = true;  // links of one robot that are not adjacent (parent and child) may touch
+};
+
+struct InitialState {
+  Vec3 position = Vec3::Zero();          // base origin, m
+  Vec3 rpy = Vec3::Zero();               // base orientation, rad: R = Rz(yaw) Ry(pitch) Rx(roll)
+  bool on_ground = false;                // raise or lower so that the lowest point of the robot touches z = 0 …
+  double clearance = 0;                  // … plus this, m
+  Vec3 linear_velocity = Vec3::Zero();   // of the base origin, world axes, m/s
+  Vec3 angular_velocity = Vec3::Zero();  // world axes, rad/s
+  std::map<std::string, double> joint_position, joint_velocity;  // by joint name; absent: 0, or the nearest limit
+};
+
+struct World {
+  Robot robot;
+  std::vector<Object> objects;
+  ContactSettings contact;
+  std::vector<std::string> contact_models = {
+      "sequential_impulse"};  // of the back end, in the order of a choice's index
+  InitialState initial;
+  Vec3 gravity = {0, 0, -9.81};
+  double control_lag = 0;                     // s, between the policy's command and the tracker that follows it
+  std::map<std::string, double> sensor_bias;  // by channel name (engine/sensing), persistent error
+};
+
+/// Names of all sensor and actuator channels of a robot, "sensor.encoder.LF_X_1.position", … in a fixed order
+/// (Figure 15). Defined beside the sensors' layout in engine/model/channels.cpp, because parameters address them.
+std::vector<std::string> channel_names(const Robot& robot);
+
+}  // namespace graze

@@ -1,0 +1,81 @@
+#pragma once
+// The block interface of every back end: W particles start, step and report together, arrays [quantity][lane].
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "engine/lanes/block.h"
+#include "engine/model/fabrication.h"
+
+namespace graze {
+
+/// Which part of a shape touches. Boxes: face, edge, vertex; cylinders: cap, side, rim; everything else: surface.
+enum class Feature : std::uint8_t { surface, top, bottom, side, edge, vertex, cap, rim };
+std::string_view feature_name(Feature feature);  // "side"
+/// Feature of the point p_G (shape's frame) on the surface of `shape`. `top` and `bottom` are a box's faces along its
+/// own +z and -z, `side` the other four; a point within `tolerance` of two faces is on an edge, of three on a vertex.
+Feature feature_of(const Shape& shape, const Vec3& p_G, double tolerance = 1e-4);
+
+enum class ContactMode : std::uint8_t { stick, slip };
+
+/// One contact point (or near point: phi > 0 and no impulse) after a step.
+struct Contact {
+  int a = 0, b = 0;  // colliders, a < b
+  Feature feature_a = Feature::surface, feature_b = Feature::surface;
+  Vec3 p_W = Vec3::Zero();        // point, world
+  Vec3 n_W = Vec3::UnitZ();       // unit normal from b to a
+  double phi = 0;                 // signed gap, m; negative: penetration
+  Vec3 impulse_W = Vec3::Zero();  // on a over the last step, N s
+  ContactMode mode = ContactMode::stick;
+
+  double normal_impulse() const { return impulse_W.dot(n_W); }
+  /// Bodies touch: they press on each other, or overlap.
+  bool touching() const { return phi <= 0 || normal_impulse() > 0; }
+};
+
+/// State of a block after a step, all lanes.
+struct BlockState {
+  BlockArray q;  // nq rows, see Model
+  BlockArray v;  // nv rows
+  BlockArray a;  // nv rows: (v - v before the step) / h; zero at start
+  BlockArray X;  // 12 rows per body: world rotation R_WB row by row (9), then position p_WB (3)
+
+  Mat3 rotation(int body, int lane) const;
+  Vec3 position(int body, int lane) const { return X.vec3(12 * body + 9, lane); }
+  Pose pose(int body, int lane) const;  // body -1: identity
+};
+
+/// A back end. One object simulates one block at a time and belongs to one thread.
+class BlockPhysics {
+ public:
+  virtual ~BlockPhysics() = default;
+
+  /// Puts a fresh particle into a lane. The trace that follows depends on nothing that the object did before.
+  virtual void start(int lane, const Particle& particle) = 0;
+  /// Advances the active lanes by h seconds under the joint torques (or forces) tau [na][lane], constant over the step.
+  /// Lanes that are not active keep their state.
+  virtual void step(double h, LaneMask active, const BlockArray& tau) = 0;
+
+  const BlockState& state() const { return state_; }
+  /// Contacts and near points of the last step, in an order that depends on the particle alone.
+  const std::vector<Contact>& contacts(int lane) const { return contacts_[lane]; }
+  /// Why the lane's state is no longer physical (non-finite, energy out of nothing), or nothing.
+  const std::optional<std::string>& fault(int lane) const { return fault_[lane]; }
+
+ protected:
+  BlockState state_;
+  std::array<std::vector<Contact>, kLanes> contacts_;
+  std::array<std::optional<std::string>, kLanes> fault_;
+};
+
+/// Back ends by name ("bullet").
+std::vector<std::string> physics_names();
+/// Contact models that a back end knows, in the order of contact.model's choices.
+std::vector<std::string> contact_models_of(const std::string& physics);
+/// `nominal`: any particle of the campaign (all share its numbering).
+std::unique_ptr<BlockPhysics> make_physics(const std::string& name, const Model& nominal);
+
+}  // namespace graze

@@ -1,0 +1,65 @@
+#pragma once
+// Sensors: what the controller is allowed to know. Truth plus a persistent bias (Eq. 13) plus a jitter drawn afresh at
+// each control step (Eq. 14), per channel of Figure 15.
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "engine/physics.h"
+#include "sampling/distribution.h"
+
+namespace graze {
+
+/// What is sensed at a control step, all lanes. Rows in the order of Model::actuated (na), SI units, world axes.
+struct Observation {
+  std::array<double, kLanes> time{};                              // s since the start of the trace
+  BlockArray joint_position, joint_velocity, joint_acceleration;  // na rows, encoder
+  BlockArray joint_torque;                                        // na rows, force sensor: torque that was applied
+  BlockArray base_position;                                       // 3: x, y (GPS), z (state estimate)
+  BlockArray base_rpy;                                            // 3: magnetometer
+  BlockArray base_velocity;                                       // 3: state estimate, of the base origin
+  BlockArray base_rate;                                           // 3: state estimate, angular velocity
+  BlockArray imu_linear, imu_angular;  // 3 each: acceleration of the base origin, angular acceleration
+  BlockArray link_force;  // one row per Model::frames: sum of normal contact forces on the link, N; noise-free
+};
+
+/// The jitter of each channel, in the order of channel_names(), and where its draws come from.
+struct SensorNoise {
+  std::vector<std::optional<Distribution>> jitter;
+  std::uint64_t seed = 0;
+};
+
+class Sensors {
+ public:
+  /// `names`: channel_names() of the robot.
+  Sensors(const Model& nominal, const std::vector<std::string>& names, SensorNoise noise);
+
+  void start(int lane, const Particle& particle);
+  /// Reads the active lanes. `step`: number of the control step per lane (keys the noise); `tau`: torques that were
+  /// applied over the last physics step [na]; `h`: its length (contact impulse to force).
+  void sense(const BlockPhysics& physics, const BlockArray& tau, double h,
+             const std::array<std::uint32_t, kLanes>& step, const std::array<double, kLanes>& time, LaneMask active,
+             Observation& out);
+
+  /// Error of the encoders at the last control step, sensed minus true: what a servo's own loop sees between control
+  /// steps. na rows.
+  const BlockArray& encoder_error() const { return encoder_error_; }
+  const BlockArray& encoder_velocity_error() const { return encoder_velocity_error_; }
+  /// Error of the actuators' torque at the last control step ("sensed actuator torque noise", Figure 15). na rows.
+  const BlockArray& torque_error() const { return torque_error_; }
+
+ private:
+  struct Layout;  // first channel of each group
+  Model nominal_;
+  std::vector<std::uint64_t> hash_;
+  SensorNoise noise_;
+  BlockArray bias_;   // channels
+  BlockArray error_;  // channels: bias + jitter of this step
+  BlockArray zero_;   // na
+  BlockArray encoder_error_, encoder_velocity_error_, torque_error_;
+  std::array<std::uint32_t, kLanes> particle_{};
+};
+
+}  // namespace graze

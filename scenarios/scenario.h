@@ -1,0 +1,73 @@
+#pragma once
+// One YAML file -> one typed, validated Scenario. Everything that can be refused is refused here, with
+// file:line:column, before anything is simulated.
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/control/policy.h"
+#include "engine/model/fabrication.h"
+#include "engine/settings/settings.h"
+#include "sampling/design.h"
+#include "scenarios/task.h"
+
+namespace graze {
+
+struct Timing {
+  double end = 1.0;        // s
+  double step = 0.001;     // s, physics
+  double control = 0.001;  // s, a whole multiple of step
+  int steps() const;       // physics steps of a whole trace
+  int steps_per_control() const;
+};
+
+/// One policy after `over` has been expanded: "step/1cm" with the settings that make its Controller.
+struct PolicySpec {
+  std::string name;
+  Settings settings;
+};
+
+enum class Telemetry { none, failures, all };
+
+struct Recording {
+  Telemetry telemetry = Telemetry::none;
+  int every = 10;  // physics steps between frames
+  bool events = true;
+};
+
+struct Scenario {
+  std::string name, description;
+  std::string file;                    // as given
+  std::string text;                    // resolved YAML: includes merged, overrides applied
+  std::string sha256;                  // of text
+  std::shared_ptr<const World> world;  // p0
+  Model model;                         // compiled p0
+  std::string physics = "bullet";
+  Timing timing;
+  ParameterSpace space;  // all uncertain parameters
+  Design design = Design::random;
+  std::uint64_t seed = 1;
+  std::uint64_t particles = 100;  // default of -n
+  std::vector<PolicySpec> policies;
+  Task task;
+  Recording recording;
+  bool torque_speed = false;          // actuators follow the torque-speed line
+  std::vector<std::string> warnings;  // what was left out (visual meshes, …)
+};
+
+struct ScenarioOptions {
+  std::vector<Override> overrides;
+  bool ignore_missing_meshes = false;
+};
+
+/// Reads and checks a scenario: robot, environment, timing, every path of `uncertain`, every policy (its controller is
+/// built once) and the task. Throws InputError.
+Scenario load_scenario(const std::string& file, const ScenarioOptions& options = {});
+Scenario parse_scenario(const std::string& text, const std::string& name, const ScenarioOptions& options = {});
+
+/// The jitter of the channels and of control.lag, taken from the space.
+SensorNoise sensor_noise(const Scenario& scenario, std::uint64_t seed);
+
+}  // namespace graze
