@@ -62,8 +62,8 @@ class CampaignWriter {
   /// traces. Buffered; a shard is written when enough has gathered. Throws MachineError (disk full, …): what is on disk
   /// stays.
   void append(int policy, std::vector<TraceRecord> traces, std::vector<double> values);
-  /// Writes what is buffered and marks the campaign complete.
-  void finish();
+  /// Writes what is buffered; marks the campaign complete unless it was stopped early.
+  void finish(bool complete = true);
   const std::filesystem::path& directory() const;
 
  private:

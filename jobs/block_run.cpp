@@ -1,0 +1,216 @@
+#include "jobs/block_run.h"
+
+#include <bit>
+#include <cmath>
+
+#include "sampling/stream.h"
+
+namespace graze {
+namespace {
+
+/// Folds the bits of `x` into a running digest (multiply and fold; order matters).
+void fold(std::uint64_t& digest, double x) {
+  digest = (digest ^ std::bit_cast<std::uint64_t>(x)) * 0x9e3779b97f4a7c15u;
+  digest ^= digest >> 32;
+}
+
+std::vector<double> to_vector(const BlockArray& array, int lane) {
+  std::vector<double> out(array.rows());
+  for (int i = 0; i < array.rows(); ++i) out[i] = array(i, lane);
+  return out;
+}
+
+/// The jitter of the control lag, drawn at each control step.
+struct LagJitter {
+  std::optional<Distribution> distribution;
+  std::uint64_t seed, name = name_hash("control.lag");
+
+  double draw(std::uint32_t particle, std::uint32_t step) const {
+    return distribution ? distribution->quantile(uniform(seed, particle, name, step)) : 0.0;
+  }
+};
+
+LagJitter lag_jitter(const Scenario& scenario, std::uint64_t seed) {
+  for (const UncertainParameter& parameter : scenario.space.parameters) {
+    if (parameter.name == "control.lag") return {parameter.jitter, seed};
+  }
+  return {std::nullopt, seed};
+}
+
+}  // namespace
+
+struct BlockRun::Impl {
+  /// What one lane is busy with.
+  struct Lane {
+    const Particle* particle = nullptr;
+    TraceRecord* record = nullptr;
+    std::uint32_t step = 0;  // physics steps done
+    EventTracker events;
+    explicit Lane(const Model& model) : events(model) {}
+  };
+
+  const Scenario& scenario;
+  const int total_steps, per_control;
+  State initial;
+  std::unique_ptr<BlockPhysics> physics;
+  Sensors sensors;
+  Actuators actuators;
+  Controller controller;
+  TaskMonitor monitor;
+  LagJitter jitter;
+  Observation observation;
+  ActuatorCommand command;
+  BlockArray tau;
+  std::vector<Lane> lanes;
+  LaneMask active;
+  std::uint64_t steps_done = 0;
+
+  Impl(const Scenario& s, const PolicySpec& policy, std::uint64_t seed)
+      : scenario(s),
+        total_steps(s.timing.steps()),
+        per_control(s.timing.steps_per_control()),
+        initial(initial_state(*s.world, s.model)),
+        physics(make_physics(s.physics, s.model)),
+        sensors(s.model, channel_names(s.world->robot), sensor_noise(s, seed)),
+        actuators(s.model, s.torque_speed),
+        controller(ControlContext{s.model, initial, s.timing.control}, policy.settings),
+        monitor(s.task),
+        jitter(lag_jitter(s, seed)),
+        command(s.model.na()),
+        tau(s.model.na()),
+        lanes(kLanes, Lane(s.model)) {}
+
+  double time(int lane) const { return lanes[lane].step * scenario.timing.step; }
+
+  void start(int lane, const Particle& particle, TraceRecord& record) {
+    Lane& l = lanes[lane];
+    l.particle = &particle;
+    l.record = &record;
+    l.step = 0;
+    l.events.start();
+    physics->start(lane, particle);
+    sensors.start(lane, particle);
+    actuators.start(lane, particle);
+    controller.start(lane, particle.control_lag);
+    monitor.start(lane);
+    for (int k = 0; k < tau.rows(); ++k) tau(k, lane) = 0;
+    active.set(lane);
+    if (keep_telemetry()) add_frame(lane);
+    if (observe(lane)) finish(lane);
+  }
+
+  bool keep_telemetry() const { return scenario.recording.telemetry != Telemetry::none; }
+
+  void add_frame(int lane) {
+    const BlockState& state = physics->state();
+    lanes[lane].record->telemetry.push_back(
+        {time(lane), to_vector(state.q, lane), to_vector(state.v, lane), to_vector(tau, lane)});
+  }
+
+  /// Looks at a lane after a step; true if its trace ends here.
+  bool observe(int lane) {
+    Lane& l = lanes[lane];
+    if (physics->fault(lane)) return true;
+    const WitnessInput input{
+        l.particle->model, physics->state(), physics->contacts(lane), tau, actuators.headroom(), lane, time(lane)};
+    const bool violated = monitor.update(input);
+    return (violated && scenario.task.stop_at_violation) || static_cast<int>(l.step) >= total_steps;
+  }
+
+  void finish(int lane) {
+    Lane& l = lanes[lane];
+    TraceRecord& record = *l.record;
+    record.end_time = time(lane);
+    record.margins = monitor.margins(lane);
+    record.first_violations = monitor.first_violations(lane);
+    record.q = to_vector(physics->state().q, lane);
+    record.v = to_vector(physics->state().v, lane);
+    record.sequence = contact_sequence(scenario.model, record.events);
+    record.objective_margin = monitor.objective_margin(lane);
+    if (physics->fault(lane)) {
+      record.outcome = Outcome::invalid;
+      record.invalid_reason = *physics->fault(lane);
+    } else if (monitor.violated(lane) >= 0) {
+      record.outcome = Outcome::known_failure;
+      record.violated = monitor.violated(lane);
+    } else {
+      record.outcome = monitor.objective_met(lane) ? Outcome::success : Outcome::unknown_failure;
+    }
+    const bool failed = record.outcome != Outcome::success;
+    if (scenario.recording.telemetry == Telemetry::failures && !failed) record.telemetry.clear();
+    if (!scenario.recording.events) record.events.clear();
+    active.set(lane, false);
+  }
+
+  /// Senses and acts in the lanes whose control step is due.
+  void control() {
+    LaneMask due;
+    std::array<std::uint32_t, kLanes> step{};
+    std::array<double, kLanes> now{};
+    double lag[kLanes] = {};
+    for (int lane = 0; lane < kLanes; ++lane) {
+      if (!active[lane] || lanes[lane].step % per_control != 0) continue;
+      due.set(lane);
+      step[lane] = lanes[lane].step / per_control;
+      now[lane] = time(lane);
+      lag[lane] = jitter.draw(lanes[lane].particle->id, step[lane]);
+    }
+    if (!due.any()) return;
+    sensors.sense(*physics, tau, scenario.timing.step, step, now, due, observation);
+    controller.act(observation, lag, due, command);
+  }
+
+  void advance() {
+    control();
+    actuators.apply(command, physics->state(), sensors, scenario.timing.step, active, tau);
+    physics->step(scenario.timing.step, active, tau);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      if (active[lane]) account(lane);
+    }
+  }
+
+  void account(int lane) {
+    Lane& l = lanes[lane];
+    ++l.step;
+    ++steps_done;
+    const BlockState& state = physics->state();
+    std::uint64_t& digest = l.record->digest;
+    for (int i = 0; i < state.q.rows(); ++i) fold(digest, state.q(i, lane));
+    for (int i = 0; i < state.v.rows(); ++i) fold(digest, state.v(i, lane));
+    for (int i = 0; i < tau.rows(); ++i) fold(digest, tau(i, lane));
+    l.events.update(time(lane), physics->contacts(lane), state, lane, l.record->events);
+    const bool ended = observe(lane);
+    const bool frame_due = l.step % static_cast<std::uint32_t>(scenario.recording.every) == 0;
+    if (keep_telemetry() && (ended || frame_due)) add_frame(lane);
+    if (ended) finish(lane);
+  }
+};
+
+BlockRun::BlockRun(const Scenario& scenario, const PolicySpec& policy, std::uint64_t seed)
+    : impl_(std::make_unique<Impl>(scenario, policy, seed)) {}
+BlockRun::~BlockRun() = default;
+BlockRun::BlockRun(BlockRun&&) noexcept = default;
+
+std::vector<TraceRecord> BlockRun::run(std::span<const Particle> particles, RunCost* cost) {
+  Impl& run = *impl_;
+  std::vector<TraceRecord> records(particles.size());
+  for (std::size_t i = 0; i < particles.size(); ++i) {
+    records[i].particle = particles[i].id;
+    records[i].digest = particles[i].id;
+  }
+  run.steps_done = 0;
+  std::size_t next = 0;
+  do {
+    for (int lane = 0; lane < kLanes; ++lane) {
+      while (!run.active[lane] && next < particles.size()) {
+        run.start(lane, particles[next], records[next]);
+        ++next;
+      }
+    }
+    if (run.active.any()) run.advance();
+  } while (run.active.any() || next < particles.size());
+  if (cost) cost->steps += run.steps_done;
+  return records;
+}
+
+}  // namespace graze

@@ -1,0 +1,38 @@
+#pragma once
+// Traces (Algorithm 1, inner loop): simulates particles of one policy, W at a time, and says how each trace ended. A
+// lane whose trace has ended takes the next particle at once. In: a scenario, a policy, particles. Out: one TraceRecord
+// per particle.
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "archive/trace.h"
+#include "scenarios/scenario.h"
+
+namespace graze {
+
+/// The number of simulated physics steps of some traces, for rates.
+struct RunCost {
+  std::uint64_t steps = 0;
+};
+
+/// Simulates blocks of one scenario under one policy. Owned by one thread; reused for many blocks. What a trace comes
+/// out as depends on (scenario, policy, seed, particle) alone.
+class BlockRun {
+ public:
+  /// `scenario` outlives this. Throws InputError if the policy's settings are wrong.
+  BlockRun(const Scenario& scenario, const PolicySpec& policy, std::uint64_t seed);
+  ~BlockRun();
+  BlockRun(BlockRun&&) noexcept;
+
+  /// One record per particle, in the same order.
+  std::vector<TraceRecord> run(std::span<const Particle> particles, RunCost* cost = nullptr);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace graze

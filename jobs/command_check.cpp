@@ -1,0 +1,128 @@
+// graze check: validates everything, simulates nothing.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iostream>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "jobs/commands.h"
+
+namespace graze {
+namespace {
+
+struct Arguments {
+  ScenarioArguments scenario;
+  bool json = false;
+};
+
+bool ends_with(const std::string& text, std::string_view tail) {
+  return text.size() >= tail.size() && text.compare(text.size() - tail.size(), tail.size(), tail) == 0;
+}
+
+/// How many parameters a table of the dissertation would count: a conical axis error is one, though it takes two
+/// scalars (tilt and heading), and persistent value and jitter count apart (Figure 15).
+struct Count {
+  int persistent = 0, transient = 0, headings = 0, fixed = 0;
+  int total() const { return persistent + transient; }
+};
+
+Count count(const ParameterSpace& space) {
+  Count count;
+  for (const UncertainParameter& parameter : space.parameters) {
+    if (ends_with(parameter.name, ".axis.heading")) {
+      ++count.headings;
+      continue;
+    }
+    if (parameter.jitter) ++count.transient;
+    if (!parameter.persistent.is_constant()) ++count.persistent;
+    if (parameter.persistent.is_constant() && !parameter.jitter) ++count.fixed;
+  }
+  return count;
+}
+
+double total_mass(const Model& model) {
+  double mass = 0;
+  for (const Body& body : model.bodies) mass += body.mass;
+  return mass;
+}
+
+std::string overview(const Scenario& s) {
+  std::string out = fmt::format("{}\n", s.name);
+  if (!s.description.empty()) out += fmt::format("  {}\n", s.description);
+  out += fmt::format("  robot        {}: {} links, {} driven joints, {} base, {:.4g} kg\n", s.world->robot.name,
+                     s.world->robot.links.size(), s.model.na(), s.world->robot.floating_base ? "floating" : "fixed",
+                     total_mass(s.model));
+  out += fmt::format("  environment  {} objects; {} collision shapes, {} pairs that may touch\n",
+                     s.world->objects.size(), s.model.colliders.size(), s.model.pairs.size());
+  out += fmt::format("  time         {:g} s in steps of {:g} s, control every {:g} s; physics: {}\n", s.timing.end,
+                     s.timing.step, s.timing.control, s.physics);
+  out += "  policies     ";
+  for (std::size_t i = 0; i < s.policies.size(); ++i) out += (i ? ", " : "") + s.policies[i].name;
+  out += "\n  requirements ";
+  for (std::size_t i = 0; i < s.task.requirements.size(); ++i) {
+    out += fmt::format("{}{} ({})", i ? "; " : "", s.task.requirements[i].name, s.task.requirements[i].description);
+  }
+  const Count c = count(s.space);
+  out += fmt::format("\n  objective    {}\n", s.task.objective.name);
+  out += fmt::format("  uncertain    {} parameters: {} drawn once per particle, {} redrawn at each control step",
+                     c.total(), c.persistent, c.transient);
+  if (c.headings > 0) out += fmt::format(" (a conical error counts once; it takes {} more scalars)", c.headings);
+  if (c.fixed > 0) out += fmt::format("; {} set to a fixed value", c.fixed);
+  return out + "\n";
+}
+
+std::string parameter_table(const ParameterSpace& space) {
+  std::vector<std::vector<std::string>> rows = {{"parameter", "unit", "nominal", "distribution", "jitter"}};
+  for (const UncertainParameter& p : space.parameters) {
+    const std::string nominal =
+        p.labels.empty() ? fmt::format("{:.6g}", p.nominal) : p.labels.at(static_cast<int>(p.nominal));
+    const std::string persistent = p.distribution_text.empty() ? p.persistent.describe() : p.distribution_text;
+    rows.push_back({p.name, p.unit, nominal, persistent, p.jitter ? p.jitter->describe() : "-"});
+  }
+  return text_table(rows, {false, false, true, false, false});
+}
+
+nlohmann::json as_json(const Scenario& s) {
+  const Count c = count(s.space);
+  nlohmann::json out = {{"name", s.name},
+                        {"file", s.file},
+                        {"sha256", s.sha256},
+                        {"parameters", nlohmann::json::array()},
+                        {"count", {{"total", c.total()}, {"persistent", c.persistent}, {"transient", c.transient}}}};
+  for (const PolicySpec& policy : s.policies) out["policies"].push_back(policy.name);
+  for (const Requirement& r : s.task.requirements) out["requirements"].push_back(r.name);
+  for (const UncertainParameter& p : s.space.parameters) {
+    out["parameters"].push_back({{"name", p.name},
+                                 {"unit", p.unit},
+                                 {"nominal", p.nominal},
+                                 {"distribution", p.persistent.describe()},
+                                 {"jitter", p.jitter ? nlohmann::json(p.jitter->describe()) : nlohmann::json()}});
+  }
+  return out;
+}
+
+int check(const Arguments& arguments) {
+  const Scenario scenario = arguments.scenario.load();
+  if (arguments.json) {
+    std::cout << as_json(scenario).dump(2) << "\n";
+  } else {
+    std::cout << overview(scenario);
+    if (scenario.space.size() > 0) std::cout << "\n" << parameter_table(scenario.space);
+  }
+  return kDone;
+}
+
+}  // namespace
+
+void add_check(CLI::App& app, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* verb = add_verb(app, "check", "Validate a scenario, simulate nothing, print the resolved parameter table",
+                            "  graze check data/scenarios/quadruped_curb.yaml\n"
+                            "  graze check data/scenarios/drop_and_stand.yaml --set robot.urdf=my_robot.urdf\n");
+  arguments->scenario.add_to(*verb);
+  verb->add_flag("--json", arguments->json, "Print JSON");
+  verb->callback([arguments, &action] { action = [arguments] { return check(*arguments); }; });
+}
+
+}  // namespace graze

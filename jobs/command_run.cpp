@@ -1,0 +1,139 @@
+// graze run: simulates a campaign, writes its archive, prints its table.
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <csignal>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+
+#include "analysis/score.h"
+#include "archive/archive.h"
+#include "jobs/campaign.h"
+#include "jobs/commands.h"
+#include "jobs/progress.h"
+
+namespace graze {
+namespace {
+
+struct Arguments {
+  ScenarioArguments scenario;
+  std::uint64_t particles = 0;
+  std::optional<std::uint64_t> seed;
+  int threads = 0;
+  std::vector<std::string> policies;
+  std::string output;
+  bool force = false, json = false, quiet = false;
+  std::string command_line;
+};
+
+std::atomic<bool> stop_requested{false};
+
+void request_stop(int) { stop_requested = true; }
+
+/// Keeps the policies that the globs choose, in the order of the scenario (so that an archive does not depend on the
+/// order in which they were asked for).
+void choose_policies(Scenario& scenario, const std::vector<std::string>& patterns) {
+  if (patterns.empty()) return;
+  std::vector<std::string> names;
+  for (const PolicySpec& policy : scenario.policies) names.push_back(policy.name);
+  for (const std::string& pattern : patterns) {
+    const auto chosen = [&](const std::string& name) { return matches(pattern, name); };
+    if (std::none_of(names.begin(), names.end(), chosen)) {
+      throw InputError(fmt::format("--policy {}: no policy of that name in {}; nearest: {}", pattern, scenario.file,
+                                   nearest(pattern, names)));
+    }
+  }
+  std::erase_if(scenario.policies, [&](const PolicySpec& policy) {
+    return std::none_of(patterns.begin(), patterns.end(),
+                        [&](const std::string& pattern) { return matches(pattern, policy.name); });
+  });
+}
+
+/// Where the campaign is written, and the file that it is packed into if the output ends in .h5.
+struct Destination {
+  std::filesystem::path directory;
+  std::optional<std::filesystem::path> packed;
+};
+
+Destination destination(const Arguments& arguments, const Scenario& scenario) {
+  namespace fs = std::filesystem;
+  if (arguments.output.empty()) return {fs::path(scenario.file).stem().string() + ".graze", std::nullopt};
+  const fs::path output = arguments.output;
+  if (output.extension() != ".h5") return {output, std::nullopt};
+  if (fs::exists(output) && !arguments.force) {
+    throw InputError(fmt::format("{}: exists already; choose another --output or give --force", output.string()));
+  }
+  return {fs::path(output).replace_extension(".graze"), output};
+}
+
+/// Runs into the archive; false if stopped by a signal.
+bool simulate(const Scenario& scenario, const CampaignOptions& options, CampaignWriter& writer, bool quiet) {
+  CampaignProgress progress;
+  bool complete = false;
+  {
+    const ProgressReport report(progress, options.particles * scenario.policies.size(), quiet);
+    complete = run_campaign(scenario, options, progress,
+                            [&](int policy, std::vector<TraceRecord> traces, std::vector<double> values) {
+                              writer.append(policy, std::move(traces), std::move(values));
+                            });
+  }
+  return complete;
+}
+
+int run(const Arguments& arguments) {
+  Scenario scenario = arguments.scenario.load();
+  choose_policies(scenario, arguments.policies);
+  CampaignOptions options;
+  options.particles = arguments.particles > 0 ? arguments.particles : scenario.particles;
+  options.seed = scenario.seed = arguments.seed.value_or(scenario.seed);
+  options.threads = arguments.threads;
+  options.stop = &stop_requested;
+  const Destination out = destination(arguments, scenario);
+  CampaignWriter writer(out.directory, describe_campaign(scenario, options.particles, arguments.command_line),
+                        arguments.force);
+  std::signal(SIGINT, request_stop);
+  std::signal(SIGTERM, request_stop);
+  const bool complete = simulate(scenario, options, writer, arguments.quiet);
+  writer.finish(complete);
+  const Score result = score(Archive(out.directory));
+  std::cout << (arguments.json ? score_json(result) + "\n" : format_score(result));
+  if (!complete) {
+    throw MachineError(
+        fmt::format("{}: stopped before the campaign was complete; what was finished is kept", out.directory.string()));
+  }
+  if (out.packed) {
+    pack(out.directory, *out.packed, arguments.force);
+    std::filesystem::remove_all(out.directory);
+  }
+  if (!arguments.quiet) spdlog::info("archive: {}", (out.packed ? *out.packed : out.directory).string());
+  return kDone;
+}
+
+}  // namespace
+
+void add_run(CLI::App& app, Action& action, const std::string& command_line) {
+  auto arguments = std::make_shared<Arguments>();
+  arguments->command_line = command_line;
+  CLI::App* verb = add_verb(app, "run", "Simulate a campaign, write its archive, print its table",
+                            "  graze run data/scenarios/quadruped_curb.yaml -n 100\n"
+                            "  graze run my.yaml -n 1000 --threads 8 --seed 7 -o out/first.graze\n"
+                            "  graze run my.yaml --policy 'step/4cm' --set time.end='2 s' -o one.h5\n");
+  arguments->scenario.add_to(*verb);
+  verb->add_option("-n,--particles", arguments->particles, "How many particles (default: the scenario's)")
+      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 32));
+  verb->add_option("--seed", arguments->seed, "Root seed (default: the scenario's)");
+  verb->add_option("--threads", arguments->threads, "Threads; 0: all of this machine's")
+      ->check(CLI::Range(0, 4096))
+      ->capture_default_str();
+  verb->add_option("--policy", arguments->policies, "Only these policies (globs; may be repeated)")
+      ->allow_extra_args(false);
+  verb->add_option("-o,--output", arguments->output,
+                   "Campaign directory, or a file ending in .h5 to be packed into (default: SCENARIO.graze)");
+  verb->add_flag("--force", arguments->force, "Replace an existing archive");
+  verb->add_flag("--json", arguments->json, "Print the table as JSON");
+  verb->add_flag("--quiet", arguments->quiet, "No progress");
+  verb->callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });
+}
+
+}  // namespace graze

@@ -1,0 +1,79 @@
+// graze sample: writes the particles as CSV without simulating.
+#include <fmt/format.h>
+#include <fmt/os.h>
+
+#include <cstdio>
+#include <memory>
+
+#include "archive/archive.h"
+#include "jobs/commands.h"
+
+namespace graze {
+namespace {
+
+struct Arguments {
+  ScenarioArguments scenario;
+  std::uint64_t particles = 0;
+  std::optional<std::uint64_t> seed;
+  std::string output = "-";
+};
+
+/// stdout or a file; every write is checked, so that a full disk is told.
+class Output {
+ public:
+  explicit Output(const std::string& name) : name_(name), file_(name == "-" ? stdout : std::fopen(name.c_str(), "w")) {
+    if (!file_) fail();
+  }
+  ~Output() {
+    if (file_ && file_ != stdout) std::fclose(file_);
+  }
+  void write(const std::string& text) {
+    if (std::fwrite(text.data(), 1, text.size(), file_) != text.size()) fail();
+  }
+  void close() {
+    if (std::fflush(file_) != 0) fail();
+  }
+
+ private:
+  [[noreturn]] void fail() const { throw MachineError(fmt::format("{}: {}", name_, std::strerror(errno))); }
+  std::string name_;
+  std::FILE* file_;
+};
+
+int sample(const Arguments& arguments) {
+  const Scenario scenario = arguments.scenario.load();
+  const std::uint64_t n = arguments.particles > 0 ? arguments.particles : scenario.particles;
+  const Sampler sampler(scenario.space, scenario.design, arguments.seed.value_or(scenario.seed), n);
+  Output out(arguments.output);
+  std::string line = "particle";
+  for (const UncertainParameter& parameter : scenario.space.parameters) line += "," + parameter.name;
+  out.write(line + "\n");
+  for (std::uint64_t i = 0; i < n; ++i) {
+    const std::vector<double> values = sampler.draw(static_cast<std::uint32_t>(i));
+    line = std::to_string(i);
+    for (int k = 0; k < scenario.space.size(); ++k) {
+      const auto& labels = scenario.space.parameters[k].labels;
+      line += labels.empty() ? fmt::format(",{}", values[k]) : "," + labels.at(static_cast<std::size_t>(values[k]));
+    }
+    out.write(line + "\n");
+  }
+  out.close();
+  return kDone;
+}
+
+}  // namespace
+
+void add_sample(CLI::App& app, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* verb = add_verb(app, "sample", "Write the particles as CSV without simulating",
+                            "  graze sample data/scenarios/quadruped_curb.yaml -n 1000 -o particles.csv\n"
+                            "  graze sample my.yaml -n 5 --seed 7 --set sampling.design=sobol\n");
+  arguments->scenario.add_to(*verb);
+  verb->add_option("-n,--particles", arguments->particles, "How many particles (default: the scenario's)")
+      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 32));
+  verb->add_option("--seed", arguments->seed, "Root seed (default: the scenario's)");
+  verb->add_option("-o,--output", arguments->output, "CSV file; - for standard output")->capture_default_str();
+  verb->callback([arguments, &action] { action = [arguments] { return sample(*arguments); }; });
+}
+
+}  // namespace graze

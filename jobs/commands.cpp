@@ -1,0 +1,60 @@
+#include "jobs/commands.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+
+namespace graze {
+
+void ScenarioArguments::add_to(CLI::App& verb) {
+  verb.add_option("scenario", file, "Scenario file (YAML)")->required();
+  verb.add_option("--set", set, "Override a value of the scenario: PATH=VALUE, e.g. time.end='2 s' (may be repeated)")
+      ->type_name("PATH=VALUE")
+      ->allow_extra_args(false);
+  verb.add_flag("--ignore-missing-meshes", ignore_missing_meshes,
+                "Go on without collision meshes whose file is not there");
+}
+
+Scenario ScenarioArguments::load() const {
+  ScenarioOptions options;
+  options.ignore_missing_meshes = ignore_missing_meshes;
+  for (const std::string& assignment : set) {
+    const std::size_t equals = assignment.find('=');
+    if (equals == std::string::npos || equals == 0) {
+      throw InputError(fmt::format("--set {}: not of the form PATH=VALUE, e.g. --set time.end='2 s'", assignment));
+    }
+    options.overrides.push_back({assignment.substr(0, equals), assignment.substr(equals + 1)});
+  }
+  Scenario scenario = load_scenario(file, options);
+  for (const std::string& warning : scenario.warnings) spdlog::warn("{}", warning);
+  return scenario;
+}
+
+CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& description,
+                   const std::string& examples) {
+  CLI::App* verb = app.add_subcommand(name, description);
+  verb->footer("\nExamples:\n" + examples);
+  return verb;
+}
+
+std::string text_table(const std::vector<std::vector<std::string>>& rows, const std::vector<bool>& right) {
+  std::vector<std::size_t> width;
+  for (const auto& row : rows) {
+    width.resize(std::max(width.size(), row.size()));
+    for (std::size_t i = 0; i < row.size(); ++i) width[i] = std::max(width[i], row[i].size());
+  }
+  std::string out;
+  for (const auto& row : rows) {
+    std::string line;
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      const bool flush_right = i < right.size() && right[i];
+      line += flush_right ? fmt::format("{:>{}}  ", row[i], width[i]) : fmt::format("{:<{}}  ", row[i], width[i]);
+    }
+    line.erase(line.find_last_not_of(' ') + 1);
+    out += line + "\n";
+  }
+  return out;
+}
+
+}  // namespace graze

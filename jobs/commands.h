@@ -1,0 +1,44 @@
+#pragma once
+// The verbs of the command line. Each adds its own subcommand, with help and examples, and runs when it was given.
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "scenarios/scenario.h"
+
+namespace graze {
+
+/// Exit codes (design: 0 done and every gate met; 1 a gate was missed; 2 invalid input; 3 incomplete or the machine
+/// failed; 4 inconclusive at the requested confidence).
+enum ExitCode { kDone = 0, kGateMissed = 1, kInvalidInput = 2, kMachineFailed = 3, kInconclusive = 4 };
+
+/// A verb that has been given: does its work and returns the exit code.
+using Action = std::function<int()>;
+
+void add_check(CLI::App& app, Action& action);
+void add_sample(CLI::App& app, Action& action);
+void add_run(CLI::App& app, Action& action, const std::string& command_line);
+void add_score(CLI::App& app, Action& action);
+void add_pack(CLI::App& app, Action& action);
+
+/// Options that every verb that reads a scenario has.
+struct ScenarioArguments {
+  std::string file;
+  std::vector<std::string> set;  // path=value
+  bool ignore_missing_meshes = false;
+
+  void add_to(CLI::App& verb);
+  /// Reads the scenario; prints its warnings on stderr.
+  Scenario load() const;
+};
+
+/// A verb with its description and, below its options, examples.
+CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& description, const std::string& examples);
+
+/// Aligned columns; the first row is the head. Numbers are the caller's to format; columns in `right` are set flush
+/// right.
+std::string text_table(const std::vector<std::vector<std::string>>& rows, const std::vector<bool>& right);
+
+}  // namespace graze

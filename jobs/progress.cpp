@@ -1,0 +1,61 @@
+#include "jobs/progress.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdio>
+
+namespace graze {
+
+std::string duration_text(double seconds) {
+  if (!std::isfinite(seconds)) return "?";
+  const auto s = static_cast<long long>(std::llround(seconds));
+  if (s < 60) return fmt::format("{} s", s);
+  if (s < 3600) return fmt::format("{} min {:02} s", s / 60, s % 60);
+  return fmt::format("{} h {:02} min", s / 3600, s / 60 % 60);
+}
+
+ProgressReport::ProgressReport(const CampaignProgress& progress, std::uint64_t total_traces, bool quiet)
+    : progress_(progress), total_(total_traces), terminal_(isatty(STDERR_FILENO) != 0) {
+  if (!quiet) thread_ = std::thread([this] { loop(); });
+}
+
+ProgressReport::~ProgressReport() {
+  if (!thread_.joinable()) return;
+  {
+    const std::lock_guard lock(mutex_);
+    done_ = true;
+  }
+  wake_.notify_all();
+  thread_.join();
+  std::fprintf(stderr, terminal_ ? "\r\x1b[K%s\n" : "%s\n", line().c_str());
+}
+
+double ProgressReport::seconds() const {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
+}
+
+std::string ProgressReport::line() const {
+  const double elapsed = seconds();
+  const std::uint64_t done = progress_.traces;
+  const double rate = static_cast<double>(done) / elapsed;
+  std::string text = fmt::format("{}/{} traces, {:.3g} traces/s, {:.3g} particle-steps/s, ", done, total_, rate,
+                                 static_cast<double>(progress_.steps) / elapsed);
+  text += done == total_ ? fmt::format("done in {}", duration_text(elapsed))
+                         : fmt::format("{} left", duration_text(static_cast<double>(total_ - done) / rate));
+  text += fmt::format("; S {} K {} U {}", progress_.success.load(), progress_.known.load(), progress_.unknown.load());
+  if (progress_.invalid > 0) text += fmt::format(" invalid {}", progress_.invalid.load());
+  return text;
+}
+
+void ProgressReport::loop() {
+  const auto period = terminal_ ? std::chrono::milliseconds(200) : std::chrono::milliseconds(10000);
+  std::unique_lock lock(mutex_);
+  while (!wake_.wait_for(lock, period, [this] { return done_; })) {
+    std::fprintf(stderr, terminal_ ? "\r\x1b[K%s" : "%s\n", line().c_str());
+    std::fflush(stderr);
+  }
+}
+
+}  // namespace graze
