@@ -2,8 +2,8 @@
 // One-dimensional distributions. All are sampled through their quantile function (inverse CDF) from a uniform in (0,1),
 // so that random, Latin hypercube and Sobol designs share one path.
 
-#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace graze {
@@ -24,14 +24,14 @@ class Distribution {
   static Distribution log_normal(double log_mean, double log_std);  // of ln x
   static Distribution log_uniform(double min, double max);          // both > 0
   static Distribution triangular(double min, double mode, double max);
-  /// Index 0 … n-1 (Eq. 15: uniform over the choices unless weights are given).
+  /// Index 0 … n-1 (Eq. 15: uniform over the choices unless weights are given; weights need not sum to 1).
   static Distribution choice(int n, std::vector<double> weights = {});
-  /// The values themselves, equally likely, sorted: quantile(u) interpolates between order statistics.
+  /// The values themselves, equally likely, sorted: quantile(u) interpolates between order statistics, value i of n
+  /// standing at u = (i - 1/2) / n (type 5 of Hyndman and Fan 1996), so that the mean is the mean of the values.
   static Distribution empirical(std::vector<double> values);
 
   /// x with P(X <= x) = u, u in (0,1).
   double quantile(double u) const;
-  /// Shifted by `offset` (a jitter about a persistent value, Eq. 14).
   double mean() const;
   double std() const;
   double median() const { return quantile(0.5); }
@@ -39,6 +39,7 @@ class Distribution {
   double lowest() const;
   double highest() const;
   bool is_constant() const;
+  bool is_choice() const { return kind_ == Kind::choice; }
   /// One line for tables and archives, e.g. "normal(mean=0.1, std=0.0025)".
   std::string describe() const;
 
@@ -54,10 +55,19 @@ class Distribution {
     choice,
     empirical
   };
+  double truncated_quantile(double u) const;
+  double empirical_quantile(double u) const;
+  std::pair<double, double> moments() const;  // mean and variance
+
   Kind kind_ = Kind::constant;
   double a_ = 0, b_ = 0, c_ = 0, d_ = 0;  // parameters in the order of the factory's arguments
-  double low_ = 0, span_ = 0;             // truncated normal: CDF at min, CDF(max) - CDF(min)
-  std::vector<double> table_;             // choice: cumulative weights; empirical: sorted values
+  // Truncated normal, in standard units: probability below min, above max, and between. Far in a tail (sampling/tail.h)
+  // instead: low_ is the distance of the nearer end from the mean, high_ and span_ the probabilities of lying beyond
+  // the farther end and between the ends, both given that the nearer one is passed; far_ = +1 or -1 names the tail.
+  // Log-uniform: low_ = ln min, span_ = ln max - ln min.
+  double low_ = 0, high_ = 0, span_ = 0;
+  int far_ = 0;
+  std::vector<double> table_;  // choice: cumulative weights; empirical: sorted values
 };
 
 }  // namespace graze
