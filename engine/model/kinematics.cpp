@@ -1,0 +1,118 @@
+#include "engine/model/kinematics.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace graze {
+
+namespace {
+
+Pose joint_motion(const Body& body, const Eigen::Ref<const Eigen::VectorXd>& q) {
+  Pose X = Pose::Identity();
+  switch (body.type) {
+    case JointType::revolute:
+      X.linear() = Eigen::AngleAxisd(q[body.q], body.axis).toRotationMatrix();
+      break;
+    case JointType::prismatic:
+      X.translation() = q[body.q] * body.axis;
+      break;
+    case JointType::floating:
+      X.linear() = Quat(q[body.q], q[body.q + 1], q[body.q + 2], q[body.q + 3]).normalized().toRotationMatrix();
+      X.translation() = q.segment<3>(body.q + 4);
+      break;
+    case JointType::fixed:
+      break;
+  }
+  return X;
+}
+
+/// Columns of one body's joint in the Jacobian of a point that it carries.
+void add_columns(const Body& body, const Pose& X_WB, const Vec3& p_W, Eigen::Matrix3Xd& J) {
+  const Vec3 r = p_W - X_WB.translation();
+  if (body.type == JointType::floating) {
+    for (int k = 0; k < 3; ++k) J.col(body.v + k) = Vec3::Unit(k).cross(r);
+    J.block<3, 3>(0, body.v + 3).setIdentity();
+    return;
+  }
+  const Vec3 axis_W = X_WB.linear() * body.axis;
+  J.col(body.v) = body.type == JointType::revolute ? Vec3(axis_W.cross(r)) : axis_W;
+}
+
+double lowest_of_mesh(const Shape& shape, const Pose& X_WG) {
+  double lowest = std::numeric_limits<double>::infinity();
+  for (const Vec3& vertex : shape.mesh->vertices) {
+    lowest = std::min(lowest, (X_WG * vertex.cwiseProduct(shape.size).eval()).z());
+  }
+  return lowest;
+}
+
+double lowest_of_shape(const Shape& shape, const Pose& X_WG) {
+  const double z = X_WG.translation().z();
+  const Vec3 up_G = X_WG.linear().row(2);  // world z seen from the shape
+  const Vec3& s = shape.size;
+  switch (shape.kind) {
+    case ShapeKind::box:
+      return z - up_G.cwiseAbs().dot(s) / 2;
+    case ShapeKind::sphere:
+      return z - s.x();
+    case ShapeKind::cylinder:
+      return z - std::abs(up_G.z()) * s.y() / 2 - s.x() * std::hypot(up_G.x(), up_G.y());
+    case ShapeKind::capsule:
+      return z - std::abs(up_G.z()) * s.y() / 2 - s.x();
+    case ShapeKind::mesh:
+      return lowest_of_mesh(shape, X_WG);
+    case ShapeKind::plane:
+    case ShapeKind::heightfield:
+      break;
+  }
+  return std::numeric_limits<double>::infinity();  // terrain has no lowest point
+}
+
+}  // namespace
+
+void forward_kinematics(const Model& model, const Eigen::Ref<const Eigen::VectorXd>& q, std::vector<Pose>& X_WB) {
+  X_WB.resize(model.bodies.size());
+  for (std::size_t i = 0; i < model.bodies.size(); ++i) {
+    const Body& body = model.bodies[i];
+    const Pose X_PC = body.X_PB * joint_motion(body, q);
+    X_WB[i] = body.parent < 0 ? X_PC : X_WB[body.parent] * X_PC;
+  }
+}
+
+Pose frame_pose(const Model& model, const std::vector<Pose>& X_WB, int frame) {
+  const Frame& f = model.frames[frame];
+  return f.body < 0 ? f.X_BF : X_WB[f.body] * f.X_BF;
+}
+
+Eigen::Matrix3Xd point_jacobian(const Model& model, const std::vector<Pose>& X_WB, int body, const Vec3& p_W) {
+  Eigen::Matrix3Xd J = Eigen::Matrix3Xd::Zero(3, model.nv);
+  for (int b = body; b >= 0; b = model.bodies[b].parent) add_columns(model.bodies[b], X_WB[b], p_W, J);
+  return J;
+}
+
+double lowest_point(const Model& model, const std::vector<Pose>& X_WB) {
+  double lowest = std::numeric_limits<double>::infinity();
+  for (const Collider& collider : model.colliders) {
+    if (collider.is_object) continue;
+    const Pose X_WG = collider.body < 0 ? collider.X_BG : X_WB[collider.body] * collider.X_BG;
+    lowest = std::min(lowest, lowest_of_shape(collider.shape, X_WG));
+  }
+  return lowest;
+}
+
+Mat3 rotation_from_rpy(const Vec3& rpy) {
+  return (Eigen::AngleAxisd(rpy.z(), Vec3::UnitZ()) * Eigen::AngleAxisd(rpy.y(), Vec3::UnitY()) *
+          Eigen::AngleAxisd(rpy.x(), Vec3::UnitX()))
+      .toRotationMatrix();
+}
+
+Vec3 rpy_from_rotation(const Mat3& R) {
+  const double cos_pitch = std::hypot(R(0, 0), R(1, 0));
+  const double pitch = std::atan2(-R(2, 0), cos_pitch);
+  // At pitch = +-90 deg roll and yaw turn about one axis; all of it is called yaw.
+  if (cos_pitch < 1e-9) return {0, pitch, std::atan2(-R(0, 1), R(1, 1))};
+  return {std::atan2(R(2, 1), R(2, 2)), pitch, std::atan2(R(1, 0), R(0, 0))};
+}
+
+}  // namespace graze
