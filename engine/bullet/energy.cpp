@@ -14,7 +14,7 @@ namespace {
 /// Rounding of the sums, relative to the energies in them.
 constexpr double kRounding = 1e-10;
 /// Factor of the mass matrix's rate of change over the fastest body's spin: 1 for a single body, more for a chain whose
-/// joint speeds add up; four times what 10,000 random tumbling chains needed (docs/physics.md).
+/// joint speeds add up; chosen so that random tumbling chains are never accused (tests).
 constexpr double kMassMotion = 4;
 /// Of the energy of a jolt no more than this may come from the motion of the mass matrix.
 constexpr double kLargestShare = 0.5;

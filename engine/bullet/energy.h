@@ -14,7 +14,7 @@ namespace graze::bullet {
 /// What acted on the bodies in a step.
 struct StepInput {
   double h = 0;                // s
-  double work = 0;             // J, of joint forces: h tau (v- + v+) / 2
+  double work = 0;             // J, the most that joint forces can have done: sum of h max(tau v-, tau v+)
   double contact_impulse = 0;  // N s, sum of normal impulses
   double limit_impulse = 0;    // N m s or N s, sum over joint limits
 };
