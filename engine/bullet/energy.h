@@ -41,6 +41,9 @@ class EnergyWatch {
   const Model& model_;
   std::vector<BodyMotion> motion_;  // per body, at the last measure
   Sums last_;
+  double mass_ = 0;          // kg, of all bodies
+  double created_ = 0;       // J, sum of what each step gained beyond its bound
+  double peak_kinetic_ = 0;  // J, at the beginning of any step so far
 };
 
 }  // namespace graze::bullet
