@@ -16,6 +16,7 @@ namespace graze {
 inline namespace GRAZE_ISA_NAMESPACE {
 
 // --- One hardware register ------------------------------------------------------------------------------------------
+// GCC 12 warns about its own unmasked min, max and sqrt of 512 bits; with a full mask they are the same instructions.
 // `Register` and its functions are all that differs between instruction sets. reg_min(a, b) is a < b ? a : b, also for
 // zeros and NaN (as the vminpd instruction).
 
@@ -34,9 +35,9 @@ inline Register reg_mul(Register a, Register b) { return _mm512_mul_pd(a, b); }
 inline Register reg_div(Register a, Register b) { return _mm512_div_pd(a, b); }
 inline Register reg_fma(Register a, Register b, Register c) { return _mm512_fmadd_pd(a, b, c); }
 inline Register reg_fnma(Register a, Register b, Register c) { return _mm512_fnmadd_pd(a, b, c); }
-inline Register reg_sqrt(Register a) { return _mm512_sqrt_pd(a); }
-inline Register reg_min(Register a, Register b) { return _mm512_min_pd(a, b); }
-inline Register reg_max(Register a, Register b) { return _mm512_max_pd(a, b); }
+inline Register reg_sqrt(Register a) { return _mm512_maskz_sqrt_pd(0xff, a); }
+inline Register reg_min(Register a, Register b) { return _mm512_maskz_min_pd(0xff, a, b); }
+inline Register reg_max(Register a, Register b) { return _mm512_maskz_max_pd(0xff, a, b); }
 inline Register reg_neg(Register a) { return _mm512_xor_pd(a, _mm512_set1_pd(-0.0)); }
 inline Register reg_abs(Register a) { return _mm512_andnot_pd(_mm512_set1_pd(-0.0), a); }
 inline RegisterMask reg_lt(Register a, Register b) { return _mm512_cmp_pd_mask(a, b, _CMP_LT_OQ); }
