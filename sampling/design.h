@@ -1,6 +1,9 @@
 #pragma once
-// Sampling designs: how the N points of a campaign lie in the unit cube of all parameters, and from there in the
-// parameters' own space. In: a ParameterSpace and a seed. Out: one row of values per particle.
+// This folder answers "what is particle i?": counter-based random streams (stream.h), distributions (distribution.h)
+// and, here, sampling designs: how the N points of a campaign lie in the unit cube of all parameters, and from there in
+// the parameters' own space. In: a ParameterSpace and a seed. Out: one row of values per particle. Nothing here knows
+// of robots; a value depends on the seed, the particle, the parameter's name and the step, and on nothing else, so
+// threads, ranks, restarts and other parameters cannot change it. See docs/sampling.md.
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -36,7 +39,8 @@ struct ParameterSpace {
   std::vector<CorrelationGroup> groups;
 
   /// Throws std::invalid_argument when a group's matrix is not a correlation matrix (names the first leading minor that
-  /// is not positive, or the entry out of range), or a parameter is in two groups, or a group member is a choice.
+  /// is not positive, or the entry out of range), or a parameter is in two groups, or a group member is a choice; or
+  /// when two parameters have one name (they would share their draws).
   void validate() const;
   int size() const { return static_cast<int>(parameters.size()); }
 };
@@ -50,14 +54,15 @@ enum class Design {
 /// Draws particles of a space. Thread-safe once built.
 class Sampler {
  public:
-  /// `count` matters to latin_hypercube only.
+  /// `count` matters to latin_hypercube only. Throws std::invalid_argument as ParameterSpace::validate() does, and when
+  /// the design cannot serve so many parameters or particles.
   Sampler(ParameterSpace space, Design design, std::uint64_t seed, std::uint64_t count);
 
   const ParameterSpace& space() const { return space_; }
   Design design() const { return design_; }
   std::uint64_t seed() const { return seed_; }
 
-  /// The point of particle i in the unit cube, before correlation. out: size() values.
+  /// The point of particle i in the unit cube, before correlation. out: size() values. With latin_hypercube, i < count.
   void unit_point(std::uint32_t particle, std::span<double> out) const;
   /// The persistent values of particle i, in the order of the space's parameters.
   void draw(std::uint32_t particle, std::span<double> out) const;
@@ -71,6 +76,7 @@ class Sampler {
   std::vector<std::uint64_t> hashes_;            // per parameter: name hash
   std::vector<Eigen::MatrixXd> cholesky_;        // per group: lower factor
   std::vector<std::uint64_t> sobol_directions_;  // [parameter][bit], scrambled; empty for other designs
+  std::vector<std::uint64_t> sobol_shifts_;      // [parameter]: digital shift
 };
 
 }  // namespace graze

@@ -55,14 +55,19 @@ struct Override {
   std::string value;  // YAML text
 };
 
+struct SettingsNode;  // engine/settings/tree.h
+
 class Settings {
  public:
   /// Reads a YAML file. A key `include: other.yaml` (or a list) anywhere in a map merges that file's map under it, keys
-  /// of the including map winning; paths are relative to the including file. Overrides are applied last; one whose
-  /// path has no parent in the file is an error. Throws InputError.
+  /// of the including map winning (maps on both sides are merged in turn, unless the including one is tagged
+  /// `!replace`); paths are relative to the including file. Overrides are applied last; one whose path has no parent in
+  /// the file is an error. Throws InputError, and nothing else, for any bytes.
   static Settings load(const std::string& file, const std::vector<Override>& overrides = {});
   /// The same from text; `name` stands for the file in messages.
   static Settings parse(const std::string& text, const std::string& name);
+  /// With overrides applied, as load() does.
+  Settings overridden(const std::vector<Override>& overrides) const;
 
   /// Whole tree as YAML text after includes and overrides.
   std::string resolved_text() const;
@@ -86,6 +91,12 @@ class Settings {
   // ---- lists
   std::vector<Settings> items() const;  // a scalar counts as a list of one
 
+  // ---- changed copies (the tree itself never changes)
+  /// With `value` at `path` below this place, resolved as for --set. `value` keeps its own place.
+  Settings with(const std::string& path, const Settings& value) const;
+  /// This map without `key`.
+  Settings without(std::string_view key) const;
+
   // ---- values
   double number(Quantity quantity = Quantity::dimensionless) const;  // "2.5 mm" with length gives 0.0025
   double positive(Quantity quantity = Quantity::dimensionless) const;
@@ -108,7 +119,8 @@ class Settings {
   // ---- places
   std::string path() const;   // "policies.step.gait.velocity"
   std::string place() const;  // "curb.yaml:31:7"
-  std::string file() const;   // file the value came from; relative names in it are relative to its folder
+  std::string key_place() const;
+  std::string file() const;  // file the value came from; relative names in it are relative to its folder
   /// `value` as a path relative to the folder of the file that this value stands in.
   std::string resolve_file(const std::string& value) const;
 
@@ -118,10 +130,16 @@ class Settings {
   [[noreturn]] void fail_key(const std::string& message) const;
 
  private:
-  struct Node;  // immutable tree with places; built once from YAML
-  std::shared_ptr<const Node> node_;
+  std::shared_ptr<const SettingsNode> node_;  // immutable, knows its places; built once from YAML
   std::string path_;
-  Settings(std::shared_ptr<const Node> node, std::string path) : node_(std::move(node)), path_(std::move(path)) {}
+
+  Settings(std::shared_ptr<const SettingsNode> node, std::string path)
+      : node_(std::move(node)), path_(std::move(path)) {}
+  Settings child(const std::string& key, std::shared_ptr<const SettingsNode> node) const;
+  void need_map() const;
+  const std::string& scalar(const char* expected) const;
+  double number_from(const std::string& text, Quantity quantity) const;
+  std::string shown() const;  // the value as written, for messages
 };
 
 }  // namespace graze

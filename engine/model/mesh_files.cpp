@@ -1,0 +1,77 @@
+#include "engine/model/mesh_files.h"
+
+#include <fmt/format.h>
+
+#include "engine/model/convex_hull.h"
+#include "engine/model/urdf.h"
+#include "engine/settings/settings.h"
+
+namespace graze {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// What follows `prefix` in `text`, or nothing.
+std::optional<std::string> after(const std::string& text, const std::string& prefix) {
+  if (text.rfind(prefix, 0) != 0) return std::nullopt;
+  return text.substr(prefix.size());
+}
+
+std::vector<fs::path> parents_of(const fs::path& folder) {
+  std::error_code error;
+  fs::path absolute = fs::absolute(folder.empty() ? fs::path(".") : folder, error).lexically_normal();
+  if (!absolute.has_filename()) absolute = absolute.parent_path();  // "a/b/" -> "a/b"
+  std::vector<fs::path> out;
+  for (fs::path p = absolute; !p.empty(); p = p.parent_path()) {
+    out.push_back(p);
+    if (p == p.root_path()) break;
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<fs::path> MeshFiles::candidates(const std::string& name) const {
+  if (const auto rest = after(name, "file://")) return {fs::path(*rest)};
+  std::optional<std::string> in_package = after(name, "package://");
+  if (!in_package) in_package = after(name, "model://");
+  if (!in_package) return {fs::path(name).is_absolute() ? fs::path(name) : folder_ / name};
+
+  const std::size_t slash = in_package->find('/');
+  const std::string package = in_package->substr(0, slash);
+  const std::string rest = slash == std::string::npos ? "" : in_package->substr(slash + 1);
+  std::vector<fs::path> roots(package_path_.begin(), package_path_.end());
+  const std::vector<fs::path> parents = parents_of(folder_);
+  roots.insert(roots.end(), parents.begin(), parents.end());
+  std::vector<fs::path> out;
+  for (const fs::path& root : roots) {
+    if (root.filename() == package) out.push_back(root / rest);
+    out.push_back(root / package / rest);
+  }
+  return out;
+}
+
+fs::path MeshFiles::find(const std::string& name) const {
+  for (const fs::path& file : candidates(name)) {
+    std::error_code error;
+    if (fs::is_regular_file(file, error)) return file;
+  }
+  return {};
+}
+
+std::shared_ptr<const Mesh> MeshFiles::triangles(const fs::path& file) {
+  auto& mesh = triangles_[file];
+  if (!mesh) mesh = load_mesh(file.string());
+  return mesh;
+}
+
+std::shared_ptr<const Mesh> MeshFiles::hull(const fs::path& file) {
+  auto& mesh = hulls_[file];
+  if (!mesh) mesh = convex_hull(*triangles(file));
+  if (!mesh)
+    throw InputError(fmt::format("{}: the mesh is flat; a collision mesh must enclose a volume", file.string()));
+  return mesh;
+}
+
+}  // namespace graze

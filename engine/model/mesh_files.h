@@ -1,0 +1,36 @@
+#pragma once
+// Where a URDF's mesh files are: relative names, file:// and package:// (ROS).
+
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/model/world.h"
+
+namespace graze {
+
+class MeshFiles {
+ public:
+  /// `folder`: of the URDF file.
+  MeshFiles(std::filesystem::path folder, std::vector<std::string> package_path)
+      : folder_(std::move(folder)), package_path_(std::move(package_path)) {}
+
+  /// Every place where `name` may be, best first. package://NAME/rest: rest in folder NAME of a folder of the package
+  /// path or of a parent of the URDF's folder, or in such a folder that is itself called NAME.
+  std::vector<std::filesystem::path> candidates(const std::string& name) const;
+  /// The first candidate that is a file, or empty.
+  std::filesystem::path find(const std::string& name) const;
+  /// Triangles as they are in the file; each file is read once.
+  std::shared_ptr<const Mesh> triangles(const std::filesystem::path& file);
+  /// Its convex hull. Throws InputError when it has no volume.
+  std::shared_ptr<const Mesh> hull(const std::filesystem::path& file);
+
+ private:
+  std::filesystem::path folder_;
+  std::vector<std::string> package_path_;
+  std::map<std::filesystem::path, std::shared_ptr<const Mesh>> triangles_, hulls_;
+};
+
+}  // namespace graze

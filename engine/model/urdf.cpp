@@ -1,0 +1,335 @@
+#include "engine/model/urdf.h"
+
+#include <console_bridge/console.h>
+#include <fmt/format.h>
+#include <urdf_parser/urdf_parser.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <mutex>
+#include <sstream>
+
+#include "engine/model/mesh_files.h"
+#include "engine/model/model.h"
+#include "engine/model/urdf_outline.h"
+#include "engine/settings/settings.h"
+
+namespace graze {
+
+namespace {
+
+/// Keeps what urdfdom would print.
+class Messages : public console_bridge::OutputHandler {
+ public:
+  void log(const std::string& text, console_bridge::LogLevel level, const char*, int) override {
+    if (level >= console_bridge::CONSOLE_BRIDGE_LOG_ERROR && first_.empty()) first_ = text;
+  }
+  const std::string& first() const { return first_; }
+
+ private:
+  std::string first_;
+};
+
+/// urdfdom's reading of the clean document. Its messages go through a handler that is global to the process, hence the
+/// lock.
+urdf::ModelInterfaceSharedPtr parse_with_urdfdom(const UrdfOutline& outline, const std::string& name) {
+  static std::mutex mutex;
+  const std::lock_guard<std::mutex> lock(mutex);
+  Messages messages;
+  console_bridge::useOutputHandler(&messages);
+  urdf::ModelInterfaceSharedPtr model;
+  std::string thrown;
+  try {
+    model = urdf::parseURDF(outline.xml);
+  } catch (const std::exception& error) {
+    thrown = error.what();
+  }
+  console_bridge::restorePreviousOutputHandler();
+  if (!model) {
+    throw InputError(fmt::format("{}: not a valid URDF: {}", name, thrown.empty() ? messages.first() : thrown));
+  }
+  return model;
+}
+
+Vec3 vector(const urdf::Vector3& v) { return {v.x, v.y, v.z}; }
+
+Pose pose(const urdf::Pose& p) {
+  Pose X = Pose::Identity();
+  X.linear() = Quat(p.rotation.w, p.rotation.x, p.rotation.y, p.rotation.z).normalized().toRotationMatrix();
+  X.translation() = vector(p.position);
+  return X;
+}
+
+class Builder {
+ public:
+  Builder(const std::string& name, const UrdfOptions& options)
+      : name_(name), options_(options), meshes_(std::filesystem::path(name).parent_path(), options.package_path) {}
+
+  Robot build(const UrdfOutline& outline) {
+    for (const std::string& warning : outline.warnings) warn(warning);
+    const urdf::ModelInterfaceSharedPtr model = parse_with_urdfdom(outline, name_);
+    robot_.name = outline.robot;
+    for (const UrdfOutline::LinkEntry& entry : outline.links) {
+      robot_.links.push_back(build_link(*model->links_.at(entry.name), entry));
+    }
+    for (const UrdfOutline::JointEntry& entry : outline.joints) {
+      robot_.joints.push_back(build_joint(*model->joints_.at(entry.name), entry));
+    }
+    choose_base(outline);
+    check_bodies();
+    return std::move(robot_);
+  }
+
+ private:
+  [[noreturn]] void fail(int line, const std::string& message) const {
+    throw InputError(fmt::format("{}:{}: {}", name_, line, message));
+  }
+
+  void warn(const std::string& message) const {
+    if (options_.warn) options_.warn(message);
+  }
+
+  // ---- links
+
+  Link build_link(const urdf::Link& from, const UrdfOutline::LinkEntry& entry) {
+    Link link;
+    link.name = entry.name;
+    link.source = fmt::format("{}:{}", name_, entry.inertial_line ? entry.inertial_line : entry.line);
+    for (std::size_t i = 0; i < from.collision_array.size(); ++i) {
+      const urdf::Collision& collision = *from.collision_array[i];
+      add_geometry(*collision.geometry, pose(collision.origin), entry.collisions[i], link, link.collisions, true);
+    }
+    for (std::size_t i = 0; i < from.visual_array.size(); ++i) {
+      const urdf::Visual& visual = *from.visual_array[i];
+      add_geometry(*visual.geometry, pose(visual.origin), entry.visuals[i], link, link.visuals, false);
+    }
+    link.inertia = from.inertial ? given_inertia(*from.inertial, entry) : inertia_of_shapes(link);
+    return link;
+  }
+
+  void add_geometry(const urdf::Geometry& from, const Pose& X_LG, const UrdfOutline::ShapeEntry& entry,
+                    const Link& link, std::vector<Geometry>& out, bool collision) {
+    Geometry geometry;
+    geometry.name = out.empty() ? link.name : fmt::format("{}.{}", link.name, out.size());
+    geometry.X_LG = X_LG;
+    if (from.type == urdf::Geometry::MESH) {
+      if (!mesh_shape(static_cast<const urdf::Mesh&>(from), entry, link, collision, geometry.shape)) return;
+    } else {
+      geometry.shape = primitive(from, entry.capsule);
+    }
+    out.push_back(std::move(geometry));
+  }
+
+  static Shape primitive(const urdf::Geometry& from, bool capsule) {
+    if (from.type == urdf::Geometry::BOX) {
+      return {ShapeKind::box, vector(static_cast<const urdf::Box&>(from).dim), nullptr, nullptr};
+    }
+    if (from.type == urdf::Geometry::SPHERE) {
+      return {ShapeKind::sphere, Vec3(static_cast<const urdf::Sphere&>(from).radius, 0, 0), nullptr, nullptr};
+    }
+    const auto& cylinder = static_cast<const urdf::Cylinder&>(from);
+    return {capsule ? ShapeKind::capsule : ShapeKind::cylinder, Vec3(cylinder.radius, cylinder.length, 0), nullptr,
+            nullptr};
+  }
+
+  /// False when the mesh is to be left out: pictures without their file silently, collision shapes on request.
+  bool mesh_shape(const urdf::Mesh& from, const UrdfOutline::ShapeEntry& entry, const Link& link, bool collision,
+                  Shape& shape) {
+    const std::filesystem::path file = meshes_.find(from.filename);
+    if (file.empty()) {
+      if (collision) missing_mesh(from.filename, entry, link);
+      return false;
+    }
+    shape.kind = ShapeKind::mesh;
+    shape.size = vector(from.scale);
+    if (!collision) {
+      try {
+        shape.mesh = meshes_.triangles(file);
+      } catch (const InputError&) {
+        return false;  // a picture in a format that cannot be read is as good as none
+      }
+      return true;
+    }
+    try {
+      shape.mesh = meshes_.hull(file);
+    } catch (const InputError& error) {
+      fail(entry.line, fmt::format("link '{}': collision mesh: {}", link.name, error.what()));
+    }
+    return true;
+  }
+
+  void missing_mesh(const std::string& filename, const UrdfOutline::ShapeEntry& entry, const Link& link) const {
+    const std::vector<std::filesystem::path> places = meshes_.candidates(filename);
+    const std::string text = fmt::format("link '{}': collision mesh '{}' is not there (looked at {}{})", link.name,
+                                         filename, places.front().string(), places.size() > 1 ? " and above" : "");
+    if (!options_.ignore_missing_meshes) {
+      fail(entry.line, text +
+                           "; put the file there, name the folder of its package, or go on without it by "
+                           "--ignore-missing-meshes");
+    }
+    warn(fmt::format("{}:{}: {}: left out", name_, entry.line, text));
+  }
+
+  MassMoments inertia_of_shapes(const Link& link) const {
+    MassMoments sum;
+    for (const Geometry& geometry : link.collisions.empty() ? link.visuals : link.collisions) {
+      if (link.collisions.empty() && geometry.shape.kind == ShapeKind::mesh) continue;  // need not enclose a volume
+      sum = sum + MassMoments::of_shape(geometry.shape, options_.density)
+                      .transformed(geometry.X_LG.linear(), geometry.X_LG.translation());
+    }
+    return sum;
+  }
+
+  MassMoments given_inertia(const urdf::Inertial& from, const UrdfOutline::LinkEntry& entry) const {
+    if (from.mass == 0) return {};
+    Mat3 inertia;
+    inertia << from.ixx, from.ixy, from.ixz, from.ixy, from.iyy, from.iyz, from.ixz, from.iyz, from.izz;
+    const Pose X_LI = pose(from.origin);
+    const MassMoments about_com = MassMoments::from_inertia(from.mass, Vec3::Zero(), physical(inertia, entry));
+    return about_com.transformed(X_LI.linear(), X_LI.translation());
+  }
+
+  /// The inertia, if it belongs to a real body. Numbers in a file are rounded, so a flat body may break the triangle
+  /// inequality a little: up to 1e-3 of the largest principal moment (three digits) is taken as rounding, and the
+  /// nearest inertia that is physical is used.
+  Mat3 physical(const Mat3& inertia, const UrdfOutline::LinkEntry& entry) const {
+    const std::string where = fmt::format("link '{}': <inertia>", entry.name);
+    const Eigen::SelfAdjointEigenSolver<Mat3> solver(inertia);
+    const Vec3 I = solver.eigenvalues();  // ascending
+    if (!I.allFinite()) fail(entry.inertial_line, where + ": too large to compute with");
+    if (I[0] < 0) {
+      fail(entry.inertial_line,
+           fmt::format("{}: principal moments {:g}, {:g}, {:g} kg m^2: none may be negative", where, I[0], I[1], I[2]));
+    }
+    if (I[0] + I[1] < I[2] * (1 - 1e-3)) {
+      fail(entry.inertial_line,
+           fmt::format("{0}: principal moments {1:g}, {2:g}, {3:g} kg m^2 break the triangle inequality: no rigid body "
+                       "has {1:g} + {2:g} < {3:g}",
+                       where, I[0], I[1], I[2]));
+    }
+    if (I[0] + I[1] >= I[2]) return inertia;
+    const Vec3 nearest_I(I[0], I[1], I[0] + I[1]);
+    return solver.eigenvectors() * nearest_I.asDiagonal() * solver.eigenvectors().transpose();
+  }
+
+  // ---- joints
+
+  Joint build_joint(const urdf::Joint& from, const UrdfOutline::JointEntry& entry) const {
+    Joint joint;
+    joint.name = entry.name;
+    joint.parent = entry.parent;
+    joint.child = entry.child;
+    joint.source = fmt::format("{}:{}", name_, entry.line);
+    joint.X_PJ = pose(from.parent_to_joint_origin_transform);
+    joint.type = type_of(from);
+    if (joint.type == JointType::revolute || joint.type == JointType::prismatic) {
+      joint.axis = vector(from.axis).normalized();
+    }
+    if (from.limits) set_limits(from, joint);
+    if (from.dynamics) {
+      joint.damping = from.dynamics->damping;
+      joint.friction = from.dynamics->friction;
+    }
+    return joint;
+  }
+
+  static JointType type_of(const urdf::Joint& from) {
+    switch (from.type) {
+      case urdf::Joint::REVOLUTE:
+      case urdf::Joint::CONTINUOUS:
+        return JointType::revolute;
+      case urdf::Joint::PRISMATIC:
+        return JointType::prismatic;
+      case urdf::Joint::FLOATING:
+        return JointType::floating;
+      default:
+        return JointType::fixed;
+    }
+  }
+
+  static void set_limits(const urdf::Joint& from, Joint& joint) {
+    joint.effort = from.limits->effort;
+    joint.velocity = from.limits->velocity;
+    if (from.type == urdf::Joint::CONTINUOUS) return;
+    joint.lower = from.limits->lower;
+    joint.upper = from.limits->upper;
+  }
+
+  // ---- base
+
+  /// A root called "world" is the world: what is fixed or jointed to it has a fixed base, and a single floating joint
+  /// to it means the floating base that is there anyway.
+  void choose_base(const UrdfOutline& outline) {
+    const bool world = robot_.links.front().name == "world";
+    if (world && robot_.links.size() > 1 && robot_.joints.front().type == JointType::floating &&
+        std::count_if(robot_.joints.begin(), robot_.joints.end(), [](const Joint& j) { return j.parent == "world"; }) ==
+            1) {
+      robot_.links.erase(robot_.links.begin());
+      robot_.joints.erase(robot_.joints.begin());
+      robot_.floating_base = !options_.fixed_base;
+    } else {
+      robot_.floating_base = !options_.fixed_base && !world && !massless_base(outline);
+    }
+    for (std::size_t i = 0; i < robot_.joints.size(); ++i) {
+      if (robot_.joints[i].type != JointType::floating) continue;
+      throw InputError(
+          fmt::format("{}: joint '{}': a floating joint may only stand between the root link 'world' and "
+                      "the robot; a robot's base floats without one",
+                      robot_.joints[i].source, robot_.joints[i].name));
+    }
+  }
+
+  /// A base whose <inertial> says mass 0, on a robot that moves, is bolted down: the habit of Bullet's URDF files.
+  bool massless_base(const UrdfOutline& outline) const {
+    if (!outline.links.front().inertial_line || robot_.links.front().inertia.mass > 0) return false;
+    std::vector<std::string> merged{robot_.links.front().name};
+    bool moves = false;
+    for (const Joint& joint : robot_.joints) {
+      if (std::find(merged.begin(), merged.end(), joint.parent) == merged.end()) continue;
+      if (joint.type != JointType::fixed) {
+        moves = true;
+      } else if (robot_.link(joint.child).inertia.mass > 0) {
+        return false;
+      } else {
+        merged.push_back(joint.child);
+      }
+    }
+    if (moves) {
+      warn(fmt::format("{}:{}: link '{}' has mass 0: taken as a base that is fixed to the world", name_,
+                       outline.links.front().inertial_line, outline.links.front().name));
+    }
+    return moves;
+  }
+
+  /// What compile() would refuse later is refused here, where it was read.
+  void check_bodies() const {
+    World world;
+    world.robot = robot_;
+    compile(world);
+  }
+
+  const std::string& name_;
+  const UrdfOptions& options_;
+  MeshFiles meshes_;
+  Robot robot_;
+};
+
+}  // namespace
+
+Robot parse_urdf(const std::string& xml, const std::string& name, const UrdfOptions& options) {
+  return Builder(name, options).build(outline_urdf(xml, name));
+}
+
+Robot load_urdf(const std::string& file, const UrdfOptions& options) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error)) throw InputError(fmt::format("{}: no such file", file));
+  std::ifstream stream(file, std::ios::binary);
+  std::ostringstream text;
+  text << stream.rdbuf();
+  if (!stream || text.str().empty()) throw InputError(fmt::format("{}: cannot be read, or is empty", file));
+  return parse_urdf(text.str(), file, options);
+}
+
+}  // namespace graze

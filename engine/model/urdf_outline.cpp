@@ -1,0 +1,370 @@
+#include "engine/model/urdf_outline.h"
+
+#include <fmt/format.h>
+#include <tinyxml2.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <string_view>
+
+#include "engine/model/urdf_tree.h"
+#include "engine/settings/settings.h"
+
+namespace graze {
+
+namespace {
+
+using tinyxml2::XMLElement;
+
+const std::vector<std::string> kStandardTypes = {"revolute", "continuous", "prismatic", "fixed", "floating", "planar"};
+
+/// A whole decimal number, finite.
+std::optional<double> parse_number(std::string_view text) {
+  if (!text.empty() && text.front() == '+') text.remove_prefix(1);
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+std::vector<std::string_view> words(std::string_view text) {
+  constexpr std::string_view kSpace = " \t\r\n";
+  std::vector<std::string_view> out;
+  for (std::size_t begin = text.find_first_not_of(kSpace); begin != std::string_view::npos;) {
+    const std::size_t end = std::min(text.find_first_of(kSpace, begin), text.size());
+    out.push_back(text.substr(begin, end - begin));
+    begin = text.find_first_not_of(kSpace, end);
+  }
+  return out;
+}
+
+class Reader {
+ public:
+  explicit Reader(const std::string& name) : name_(name), printer_(nullptr, true) {}
+
+  UrdfOutline run(const std::string& xml) {
+    tinyxml2::XMLDocument document;
+    if (document.Parse(xml.data(), xml.size()) != tinyxml2::XML_SUCCESS) not_xml(document);
+    const XMLElement& robot = root_of(document);
+    out_.robot = required(robot, "name", "robot");
+    printer_.OpenElement("robot");
+    printer_.PushAttribute("name", out_.robot.c_str());
+    for (const XMLElement* e = robot.FirstChildElement(); e; e = e->NextSiblingElement()) read_part(*e);
+    printer_.CloseElement();
+    out_.xml = printer_.CStr();
+    order_as_tree(out_, name_);
+    return std::move(out_);
+  }
+
+ private:
+  [[noreturn]] void fail(int line, const std::string& message) const {
+    throw InputError(fmt::format("{}:{}: {}", name_, line, message));
+  }
+
+  [[noreturn]] void not_xml(const tinyxml2::XMLDocument& document) const {
+    fail(document.ErrorLineNum(),
+         fmt::format("not XML ({}); a URDF file is an XML document <robot name=\"…\">…</robot>",
+                     tinyxml2::XMLDocument::ErrorIDToName(document.ErrorID())));
+  }
+
+  const XMLElement& root_of(const tinyxml2::XMLDocument& document) const {
+    const XMLElement* root = document.RootElement();
+    if (!root) fail(1, "the document has no element; a URDF file is an XML document <robot name=\"…\">…</robot>");
+    if (std::string_view(root->Name()) != "robot") {
+      fail(root->GetLineNum(), fmt::format("root element <{}>: must be <robot>{}", root->Name(),
+                                           std::string_view(root->Name()) == "sdf" ? "; this is SDF, not URDF" : ""));
+    }
+    return *root;
+  }
+
+  void read_part(const XMLElement& e) {
+    const std::string_view tag = e.Name();
+    if (tag.substr(0, 6) == "xacro:") {
+      fail(e.GetLineNum(), fmt::format("<{}>: this is a xacro file; expand it first: xacro in.xacro > out.urdf", tag));
+    }
+    if (tag == "link") {
+      read_link(e);
+    } else if (tag == "joint") {
+      read_joint(e);
+    } else {
+      note_unknown(e, {"link", "joint", "material", "transmission", "gazebo", "sensor"}, "robot");
+    }
+  }
+
+  /// Extensions are left out silently; what looks like a misspelt standard element is told.
+  void note_unknown(const XMLElement& e, const std::vector<std::string>& known, const std::string& where) {
+    const std::string near = nearest(e.Name(), known);
+    if (near.empty() || near == e.Name()) return;
+    out_.warnings.push_back(fmt::format("{}:{}: {}: unknown element <{}> is ignored; did you mean <{}>?", name_,
+                                        e.GetLineNum(), where, e.Name(), near));
+  }
+
+  std::string required(const XMLElement& e, const char* attribute, const std::string& where) const {
+    const char* text = e.Attribute(attribute);
+    if (!text || !*text) fail(e.GetLineNum(), fmt::format("{}: <{}> needs a non-empty {}", where, e.Name(), attribute));
+    return text;
+  }
+
+  const XMLElement& child(const XMLElement& e, const char* tag, const std::string& where) const {
+    const XMLElement* found = e.FirstChildElement(tag);
+    if (!found) fail(e.GetLineNum(), fmt::format("{}: <{}> has no <{}>", where, e.Name(), tag));
+    return *found;
+  }
+
+  // ---- numbers: read, checked, and printed into the clean document
+
+  std::vector<double> numbers(const XMLElement& e, const char* attribute, std::size_t count, const std::string& where) {
+    const std::string text = required(e, attribute, where);
+    std::vector<double> out;
+    for (std::string_view word : words(text)) {
+      const std::optional<double> value = parse_number(word);
+      if (!value)
+        fail(e.GetLineNum(), fmt::format("{}: <{}> {}: '{}' is not a number", where, e.Name(), attribute, word));
+      out.push_back(*value);
+    }
+    if (out.size() != count) {
+      fail(e.GetLineNum(), fmt::format("{}: <{}> {}: \"{}\" has {} numbers; it needs {}", where, e.Name(), attribute,
+                                       text, out.size(), count));
+    }
+    printer_.PushAttribute(attribute, fmt::format("{}", fmt::join(out, " ")).c_str());
+    return out;
+  }
+
+  double number(const XMLElement& e, const char* attribute, const std::string& where) {
+    return numbers(e, attribute, 1, where)[0];
+  }
+
+  double non_negative(const XMLElement& e, const char* attribute, const std::string& where) {
+    const double value = number(e, attribute, where);
+    if (value < 0) {
+      fail(e.GetLineNum(),
+           fmt::format("{}: <{}> {}: {} is negative; it must be >= 0", where, e.Name(), attribute, value));
+    }
+    return value;
+  }
+
+  void positive(const XMLElement& e, const char* attribute, std::size_t count, const std::string& where) {
+    for (double value : numbers(e, attribute, count, where)) {
+      if (value > 0) continue;
+      fail(e.GetLineNum(),
+           fmt::format("{}: <{}> {}: {} is not positive; sizes must be > 0", where, e.Name(), attribute, value));
+    }
+  }
+
+  void read_origin(const XMLElement& parent, const std::string& where) {
+    const XMLElement* origin = parent.FirstChildElement("origin");
+    if (!origin) return;
+    printer_.OpenElement("origin");
+    for (const char* attribute : {"xyz", "rpy"}) {
+      if (origin->Attribute(attribute)) numbers(*origin, attribute, 3, where);
+    }
+    printer_.CloseElement();
+  }
+
+  // ---- links
+
+  void read_link(const XMLElement& e) {
+    UrdfOutline::LinkEntry link;
+    link.name = required(e, "name", "link");
+    link.line = e.GetLineNum();
+    const std::string where = "link '" + link.name + "'";
+    if (!link_names_.insert(link.name).second) fail(link.line, where + ": there are two links of this name");
+    printer_.OpenElement("link");
+    printer_.PushAttribute("name", link.name.c_str());
+    for (const XMLElement* part = e.FirstChildElement(); part; part = part->NextSiblingElement()) {
+      read_link_part(*part, where, link);
+    }
+    printer_.CloseElement();
+    out_.links.push_back(std::move(link));
+  }
+
+  void read_link_part(const XMLElement& part, const std::string& where, UrdfOutline::LinkEntry& link) {
+    const std::string_view tag = part.Name();
+    if (tag == "inertial") {
+      if (link.inertial_line) fail(part.GetLineNum(), where + ": a second <inertial>; a link has at most one");
+      link.inertial_line = part.GetLineNum();
+      read_inertial(part, where);
+    } else if (tag == "collision") {
+      link.collisions.push_back(read_shape(part, where));
+    } else if (tag == "visual") {
+      link.visuals.push_back(read_shape(part, where));
+    } else {
+      note_unknown(
+          part, {"inertial", "collision", "visual", "contact", "sensor", "material", "self_collision_checking"}, where);
+    }
+  }
+
+  void read_inertial(const XMLElement& e, const std::string& where) {
+    printer_.OpenElement("inertial");
+    read_origin(e, where);
+    printer_.OpenElement("mass");
+    non_negative(child(e, "mass", where), "value", where);
+    printer_.CloseElement();
+    printer_.OpenElement("inertia");
+    for (const char* entry : {"ixx", "ixy", "ixz", "iyy", "iyz", "izz"}) {
+      number(child(e, "inertia", where), entry, where);
+    }
+    printer_.CloseElement();
+    printer_.CloseElement();
+  }
+
+  UrdfOutline::ShapeEntry read_shape(const XMLElement& e, const std::string& where) {
+    UrdfOutline::ShapeEntry entry{e.GetLineNum(), false};
+    const XMLElement* shape = child(e, "geometry", where).FirstChildElement();
+    if (!shape) fail(e.GetLineNum(), fmt::format("{}: <{}> has an empty <geometry>", where, e.Name()));
+    printer_.OpenElement(e.Name());
+    read_origin(e, where);
+    printer_.OpenElement("geometry");
+    read_geometry(*shape, where, entry);
+    printer_.CloseElement();
+    printer_.CloseElement();
+    return entry;
+  }
+
+  void read_geometry(const XMLElement& shape, const std::string& where, UrdfOutline::ShapeEntry& entry) {
+    const std::string tag = shape.Name();
+    const std::vector<std::string> known = {"box", "sphere", "cylinder", "capsule", "mesh"};
+    if (std::find(known.begin(), known.end(), tag) == known.end()) {
+      const std::string near = nearest(tag, known);
+      fail(shape.GetLineNum(), fmt::format("{}: unknown shape <{}>; shapes are box, sphere, cylinder, capsule, mesh{}",
+                                           where, tag, near.empty() ? "" : "; did you mean <" + near + ">?"));
+    }
+    entry.capsule = tag == "capsule";
+    printer_.OpenElement(entry.capsule ? "cylinder" : tag.c_str());
+    if (tag == "mesh") {
+      read_mesh(shape, where);
+    } else if (tag == "box") {
+      positive(shape, "size", 3, where);
+    } else {
+      positive(shape, "radius", 1, where);
+      if (tag != "sphere") positive(shape, "length", 1, where);
+    }
+    printer_.CloseElement();
+  }
+
+  void read_mesh(const XMLElement& mesh, const std::string& where) {
+    printer_.PushAttribute("filename", required(mesh, "filename", where).c_str());
+    if (!mesh.Attribute("scale")) return;
+    for (double value : numbers(mesh, "scale", 3, where)) {
+      if (value == 0) fail(mesh.GetLineNum(), where + ": <mesh> scale: 0 flattens the mesh; factors must not be 0");
+    }
+  }
+
+  // ---- joints
+
+  void read_joint(const XMLElement& e) {
+    UrdfOutline::JointEntry joint;
+    joint.name = required(e, "name", "joint");
+    joint.line = e.GetLineNum();
+    const std::string where = "joint '" + joint.name + "'";
+    if (!joint_names_.insert(joint.name).second) fail(joint.line, where + ": there are two joints of this name");
+    joint.type = required(e, "type", where);
+    check_type(e, joint, where);
+    joint.parent = required(child(e, "parent", where), "link", where);
+    joint.child = required(child(e, "child", where), "link", where);
+    printer_.OpenElement("joint");
+    printer_.PushAttribute("name", joint.name.c_str());
+    printer_.PushAttribute("type", joint.type.c_str());
+    read_origin(e, where);
+    print_link("parent", joint.parent);
+    print_link("child", joint.child);
+    read_axis(e, joint, where);
+    read_limit(e, joint, where);
+    read_dynamics(e, where);
+    printer_.CloseElement();
+    note_unknown_joint_parts(e, where);
+    out_.joints.push_back(std::move(joint));
+  }
+
+  void check_type(const XMLElement& e, const UrdfOutline::JointEntry& joint, const std::string& where) const {
+    if (std::find(kStandardTypes.begin(), kStandardTypes.end(), joint.type) == kStandardTypes.end()) {
+      const std::string near = nearest(joint.type, kStandardTypes);
+      fail(joint.line,
+           fmt::format("{}: type '{}' is not a joint type of URDF; the standard types are {}{}", where, joint.type,
+                       fmt::join(kStandardTypes, ", "), near.empty() ? "" : "; did you mean '" + near + "'?"));
+    }
+    if (joint.type == "planar") {
+      fail(joint.line, where + ": planar joints are not supported; use two prismatic joints and a revolute one");
+    }
+    if (e.FirstChildElement("mimic")) {
+      fail(joint.line, where +
+                           ": mimic joints are not supported; make the joint fixed, or drive it on its own "
+                           "(remove <mimic>)");
+    }
+  }
+
+  void print_link(const char* tag, const std::string& link) {
+    printer_.OpenElement(tag);
+    printer_.PushAttribute("link", link.c_str());
+    printer_.CloseElement();
+  }
+
+  void read_axis(const XMLElement& e, const UrdfOutline::JointEntry& joint, const std::string& where) {
+    const XMLElement* axis = e.FirstChildElement("axis");
+    if (!axis || joint.type == "fixed" || joint.type == "floating") return;
+    printer_.OpenElement("axis");
+    const std::vector<double> xyz = numbers(*axis, "xyz", 3, where);
+    const double norm = std::hypot(xyz[0], xyz[1], xyz[2]);
+    if (!(norm > 1e-12) || !std::isfinite(norm)) {
+      fail(axis->GetLineNum(), where + ": <axis> xyz: the axis has no direction; it must not be the zero vector");
+    }
+    printer_.CloseElement();
+  }
+
+  void read_limit(const XMLElement& e, const UrdfOutline::JointEntry& joint, const std::string& where) {
+    const bool bounded = joint.type == "revolute" || joint.type == "prismatic";
+    if (!bounded && joint.type != "continuous") return;
+    const XMLElement* limit = e.FirstChildElement("limit");
+    if (!limit && bounded) {
+      fail(joint.line, fmt::format("{}: a {} joint needs <limit lower upper effort velocity>{}", where, joint.type,
+                                   joint.type == "revolute" ? " (without bounds it is a continuous joint)" : ""));
+    }
+    if (!limit) return;
+    printer_.OpenElement("limit");
+    if (bounded) read_bounds(*limit, where);
+    non_negative(*limit, "effort", where);
+    non_negative(*limit, "velocity", where);
+    printer_.CloseElement();
+  }
+
+  /// Absent bounds are 0 in URDF.
+  void read_bounds(const XMLElement& limit, const std::string& where) {
+    const double lower = limit.Attribute("lower") ? number(limit, "lower", where) : 0;
+    const double upper = limit.Attribute("upper") ? number(limit, "upper", where) : 0;
+    if (lower <= upper) return;
+    fail(limit.GetLineNum(), fmt::format("{}: <limit> lower {} is above upper {}", where, lower, upper));
+  }
+
+  void read_dynamics(const XMLElement& e, const std::string& where) {
+    const XMLElement* dynamics = e.FirstChildElement("dynamics");
+    if (!dynamics) return;
+    const bool damping = dynamics->Attribute("damping"), friction = dynamics->Attribute("friction");
+    if (!damping && !friction) return;  // urdfdom wants at least one
+    printer_.OpenElement("dynamics");
+    if (damping) non_negative(*dynamics, "damping", where);
+    if (friction) non_negative(*dynamics, "friction", where);
+    printer_.CloseElement();
+  }
+
+  void note_unknown_joint_parts(const XMLElement& e, const std::string& where) {
+    for (const XMLElement* part = e.FirstChildElement(); part; part = part->NextSiblingElement()) {
+      note_unknown(*part,
+                   {"origin", "parent", "child", "axis", "limit", "dynamics", "calibration", "safety_controller",
+                    "joint_properties"},
+                   where);
+    }
+  }
+
+  const std::string& name_;
+  tinyxml2::XMLPrinter printer_;
+  std::set<std::string> link_names_, joint_names_;
+  UrdfOutline out_;
+};
+
+}  // namespace
+
+UrdfOutline outline_urdf(const std::string& xml, const std::string& name) { return Reader(name).run(xml); }
+
+}  // namespace graze

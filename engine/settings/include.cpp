@@ -1,0 +1,183 @@
+// `include` and `--set`: trees put together from several sources. Every node keeps the place it was written at.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+
+#include "engine/settings/tree.h"
+
+namespace graze {
+namespace {
+
+std::string beside(const SettingsNode& node, const std::string& file) {
+  const std::filesystem::path path(file);
+  if (path.is_absolute() || node.on_command_line) return path.lexically_normal().string();
+  return (std::filesystem::path(*node.place.file).parent_path() / path).lexically_normal().string();
+}
+
+/// `over` wins; maps on both sides are merged. Keys keep the order of `under`, new ones follow.
+NodePtr merged(const NodePtr& under, const NodePtr& over) {
+  using Kind = SettingsNode::Kind;
+  if (over->kind != Kind::map || under->kind != Kind::map || over->replace) return over;
+  auto out = std::make_shared<SettingsNode>(*over);
+  out->map = under->map;
+  for (const SettingsNode::Entry& entry : over->map) {
+    const auto same =
+        std::find_if(out->map.begin(), out->map.end(), [&](const auto& other) { return other.key == entry.key; });
+    if (same == out->map.end()) {
+      out->map.push_back(entry);
+    } else {
+      *same = {entry.key, entry.key_place, merged(same->value, entry.value)};
+    }
+  }
+  out->measure();
+  return out;
+}
+
+class Includer {
+ public:
+  NodePtr resolve(const NodePtr& node, int depth) {
+    if (depth > kMaxDepth) throw InputError(node->place.text() + ": includes nest too deeply");
+    if (node->kind == SettingsNode::Kind::list) return resolve_list(*node, depth);
+    if (node->kind == SettingsNode::Kind::map) return resolve_map(*node, depth);
+    return node;
+  }
+
+ private:
+  NodePtr resolve_list(const SettingsNode& node, int depth) {
+    auto out = std::make_shared<SettingsNode>(node);
+    for (NodePtr& item : out->list) item = resolve(item, depth + 1);
+    return checked(out);
+  }
+
+  NodePtr resolve_map(const SettingsNode& node, int depth) {
+    auto own = std::make_shared<SettingsNode>(node);
+    own->map.clear();
+    NodePtr under;
+    for (const SettingsNode::Entry& entry : node.map) {
+      if (entry.key == "include") {
+        under = included(*entry.value, depth);
+      } else {
+        own->map.push_back({entry.key, entry.key_place, resolve(entry.value, depth + 1)});
+      }
+    }
+    if (!under) return checked(own);
+    own->replace = false;  // the tag is about what this map itself is merged into, further out
+    auto out = std::make_shared<SettingsNode>(*merged(under, own));
+    out->replace = node.replace;
+    return checked(out);
+  }
+
+  NodePtr checked(const std::shared_ptr<SettingsNode>& node) const {
+    node->measure();
+    if (node->count > kMaxNodes)
+      throw InputError(fmt::format("{}: more than {} values", node->place.text(), kMaxNodes));
+    if (node->depth > kMaxDepth)
+      throw InputError(fmt::format("{}: nested deeper than {}", node->place.text(), kMaxDepth));
+    return node;
+  }
+
+  NodePtr included(const SettingsNode& value, int depth) {
+    if (value.kind == SettingsNode::Kind::scalar) return file(value, depth);
+    if (value.kind != SettingsNode::Kind::list || value.list.empty()) {
+      throw InputError(value.place.text() + ": include: must be a file name or a list of them");
+    }
+    NodePtr out;
+    for (const NodePtr& item : value.list) {
+      if (item->kind != SettingsNode::Kind::scalar) {
+        throw InputError(item->place.text() + ": include: must be a file name");
+      }
+      const NodePtr next = file(*item, depth);
+      out = out ? merged(out, next) : next;
+    }
+    return out;
+  }
+
+  NodePtr file(const SettingsNode& name, int depth) {
+    const std::string where = name.place.text() + ": include: ";
+    const std::string path = beside(name, name.text);
+    std::error_code error;
+    const std::string identity = std::filesystem::weakly_canonical(path, error).string();
+    if (std::find(open_.begin(), open_.end(), identity) != open_.end()) {
+      throw InputError(fmt::format("{}{}: includes itself", where, path));
+    }
+    if (++files_ > kMaxIncludes) throw InputError(fmt::format("{}more than {} included files", where, kMaxIncludes));
+    NodePtr root = parse_yaml(read_text(path, where), path);
+    if (root->kind != SettingsNode::Kind::map) throw InputError(fmt::format("{}{}: is not a map", where, path));
+    open_.push_back(identity);
+    root = resolve(root, depth + 1);
+    open_.pop_back();
+    return root;
+  }
+
+  std::vector<std::string> open_;
+  int files_ = 0;
+};
+
+bool begins(std::string_view path, std::string_view key) {
+  return !key.empty() && path.substr(0, key.size()) == key && (path.size() == key.size() || path[key.size()] == '.');
+}
+
+/// A map whose keys are dotted paths themselves (`uncertain`), so that a new key may hold dots.
+bool keyed_by_paths(const SettingsNode& map) {
+  return map.map.empty() || std::any_of(map.map.begin(), map.map.end(),
+                                        [](const auto& e) { return e.key.find_first_of(".*") != std::string::npos; });
+}
+
+NodePtr with_item(const NodePtr& node, const std::string& path, const NodePtr& value, const std::string& where) {
+  const std::string head = path.substr(0, path.find('.'));
+  std::size_t index = 0;
+  const auto [end, error] = std::from_chars(head.data(), head.data() + head.size(), index);
+  if (error != std::errc() || end != head.data() + head.size() || index >= node->list.size()) {
+    throw InputError(fmt::format("{}'{}': is not one of the list's indices 0 to {}", where, head,
+                                 static_cast<long>(node->list.size()) - 1));
+  }
+  auto out = std::make_shared<SettingsNode>(*node);
+  NodePtr& item = out->list[index];
+  item = head.size() == path.size() ? value : with_value(item, path.substr(head.size() + 1), value, where);
+  out->measure();
+  return out;
+}
+
+[[noreturn]] void no_parent(const SettingsNode& node, const std::string& path, const std::string& where) {
+  const std::string head = path.substr(0, path.find('.'));
+  std::vector<std::string> keys;
+  for (const auto& entry : node.map) keys.push_back(entry.key);
+  const std::string near = nearest(head, keys);
+  throw InputError(fmt::format("{}there is no '{}' to set '{}' in{}", where, head, path,
+                               near.empty() ? "" : fmt::format("; did you mean '{}'?", near)));
+}
+
+}  // namespace
+
+NodePtr resolve_includes(const NodePtr& root) { return Includer().resolve(root, 0); }
+
+NodePtr with_value(const NodePtr& node, const std::string& path, const NodePtr& value, const std::string& where) {
+  if (node->kind == SettingsNode::Kind::list) return with_item(node, path, value, where);
+  if (node->kind == SettingsNode::Kind::scalar || path.empty()) {
+    throw InputError(fmt::format("{}'{}' leads into a value that is not a map", where, path));
+  }
+  auto out = std::make_shared<SettingsNode>(*node);
+  out->kind = SettingsNode::Kind::map;
+  SettingsNode::Entry* best = nullptr;
+  for (SettingsNode::Entry& entry : out->map) {
+    if (begins(path, entry.key) && (!best || entry.key.size() > best->key.size())) best = &entry;
+  }
+  auto placed = std::make_shared<SettingsNode>(*value);
+  if (!best) {
+    if (path.find('.') != std::string::npos && !keyed_by_paths(*node)) no_parent(*node, path, where);
+    placed->key_place = value->place;
+    out->map.push_back({path, value->place, placed});
+  } else if (best->key.size() == path.size()) {
+    placed->key_place = value->place;
+    best->key_place = value->place;
+    best->value = placed;
+  } else {
+    best->value = with_value(best->value, path.substr(best->key.size() + 1), value, where);
+  }
+  out->measure();
+  return out;
+}
+
+}  // namespace graze

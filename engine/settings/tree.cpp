@@ -1,0 +1,228 @@
+#include "engine/settings/tree.h"
+
+#include <fmt/format.h>
+#include <yaml-cpp/eventhandler.h>
+#include <yaml-cpp/exceptions.h>
+#include <yaml-cpp/parser.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+namespace graze {
+
+std::string SourcePlace::text() const { return line > 0 ? fmt::format("{}:{}:{}", *file, line, column) : *file; }
+
+const NodePtr* SettingsNode::find(std::string_view key) const {
+  for (const Entry& entry : map) {
+    if (entry.key == key) return &entry.value;
+  }
+  return nullptr;
+}
+
+void SettingsNode::measure() {
+  count = 1;
+  depth = 1;
+  const auto add = [this](const SettingsNode& child) {
+    count += child.count;
+    depth = std::max(depth, child.depth + 1);
+  };
+  for (const Entry& entry : map) add(*entry.value);
+  for (const NodePtr& item : list) add(*item);
+}
+
+namespace {
+
+/// Builds the tree from the parser's events: places stay, duplicate keys and cycles cannot come in, and the size of
+/// what aliases expand to is known before anything is expanded.
+class TreeBuilder : public YAML::EventHandler {
+ public:
+  TreeBuilder(const std::string& name, bool lines) : file_(std::make_shared<std::string>(name)), lines_(lines) {}
+
+  NodePtr root() const { return root_; }
+
+  void OnDocumentStart(const YAML::Mark& mark) override { last_ = mark; }
+  void OnDocumentEnd() override {}
+
+  void OnNull(const YAML::Mark& mark, YAML::anchor_t anchor) override {
+    finish(begin(SettingsNode::Kind::null, mark), anchor);
+  }
+
+  void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
+    const auto found = anchors_.find(anchor);
+    if (found == anchors_.end()) fail(mark, "an alias inside the value that it names");
+    auto copy = std::make_shared<SettingsNode>(*found->second);
+    total_ += copy->count;  // before it is copied once more: a list of aliases must not outgrow the bound
+    place_in_parent(std::move(copy), mark);
+  }
+
+  void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                const std::string& value) override {
+    if (expects_key()) {
+      take_key(mark, value);
+      if (anchor != 0) fail(mark, "an anchor on a key");
+      return;
+    }
+    auto node = begin(SettingsNode::Kind::scalar, mark);
+    node->text = value;
+    node->quoted = tag == "!";
+    finish(node, anchor);
+  }
+
+  void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor,
+                       YAML::EmitterStyle::value) override {
+    open(begin(SettingsNode::Kind::list, mark), anchor, mark);
+  }
+  void OnSequenceEnd() override { close(); }
+
+  void OnMapStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
+                  YAML::EmitterStyle::value) override {
+    auto node = begin(SettingsNode::Kind::map, mark);
+    node->replace = tag == "!replace";
+    open(node, anchor, mark);
+  }
+  void OnMapEnd() override { close(); }
+
+ private:
+  struct Open {
+    std::shared_ptr<SettingsNode> node;
+    YAML::anchor_t anchor;
+    bool has_key = false;
+    std::string key;
+    SourcePlace key_place;
+  };
+
+  SourcePlace place(const YAML::Mark& mark) const {
+    if (!lines_) return {file_, 0, 0};
+    return {file_, mark.line + 1, mark.column + 1};
+  }
+
+  [[noreturn]] void fail(const YAML::Mark& mark, const std::string& message) const {
+    throw InputError(fmt::format("{}: {}", place(mark).text(), message));
+  }
+
+  bool expects_key() const {
+    return !stack_.empty() && stack_.back().node->kind == SettingsNode::Kind::map && !stack_.back().has_key;
+  }
+
+  void take_key(const YAML::Mark& mark, const std::string& key) {
+    Open& top = stack_.back();
+    if (top.node->find(key)) {
+      const auto& map = top.node->map;
+      const auto first = std::find_if(map.begin(), map.end(), [&](const auto& entry) { return entry.key == key; });
+      fail(mark, fmt::format("the key '{}' stands here for the second time; the first is at {}", key,
+                             first->key_place.text()));
+    }
+    top.has_key = true;
+    top.key = key;
+    top.key_place = place(mark);
+  }
+
+  std::shared_ptr<SettingsNode> begin(SettingsNode::Kind kind, const YAML::Mark& mark) {
+    if (expects_key()) fail(mark, "a key must be a plain word, not a list, a map, an alias or nothing");
+    last_ = mark;
+    auto node = std::make_shared<SettingsNode>();
+    node->kind = kind;
+    node->place = place(mark);
+    node->on_command_line = !lines_;
+    return node;
+  }
+
+  void open(std::shared_ptr<SettingsNode> node, YAML::anchor_t anchor, const YAML::Mark& mark) {
+    if (static_cast<int>(stack_.size()) >= kMaxDepth) fail(mark, fmt::format("nested deeper than {}", kMaxDepth));
+    stack_.push_back({std::move(node), anchor, false, {}, {}});
+  }
+
+  void close() {
+    Open top = std::move(stack_.back());
+    stack_.pop_back();
+    top.node->measure();
+    finish(top.node, top.anchor);
+  }
+
+  void finish(const std::shared_ptr<SettingsNode>& node, YAML::anchor_t anchor) {
+    place_in_parent(node, last_);
+    if (anchor != 0) anchors_[anchor] = node;
+  }
+
+  void place_in_parent(std::shared_ptr<SettingsNode> node, const YAML::Mark& mark) {
+    if (expects_key()) fail(mark, "a key must be a plain word, not an alias");
+    total_ += stack_.empty() ? 0 : 1;
+    if (node->count > kMaxNodes || total_ > kMaxNodes) fail(mark, fmt::format("more than {} values", kMaxNodes));
+    if (node->depth + static_cast<int>(stack_.size()) > kMaxDepth) {
+      fail(mark, fmt::format("nested deeper than {}", kMaxDepth));
+    }
+    if (stack_.empty()) {
+      node->key_place = node->place;
+      root_ = std::move(node);
+      return;
+    }
+    Open& top = stack_.back();
+    if (top.node->kind == SettingsNode::Kind::list) {
+      node->key_place = node->place;
+      top.node->list.push_back(std::move(node));
+      return;
+    }
+    node->key_place = top.key_place;
+    top.node->map.push_back({top.key, top.key_place, std::move(node)});
+    top.has_key = false;
+  }
+
+  std::shared_ptr<const std::string> file_;
+  bool lines_;
+  YAML::Mark last_;
+  NodePtr root_;
+  std::size_t total_ = 0;
+  std::vector<Open> stack_;
+  std::map<YAML::anchor_t, std::shared_ptr<SettingsNode>> anchors_;  // of finished nodes only, so that no cycle forms
+};
+
+NodePtr parse(const std::string& text, const std::string& name, bool lines) {
+  if (text.size() > kMaxBytes) {
+    throw InputError(fmt::format("{}: {} bytes; at most {} are read", name, text.size(), kMaxBytes));
+  }
+  TreeBuilder builder(name, lines);
+  std::istringstream stream(text);
+  try {
+    YAML::Parser parser(stream);
+    const bool any = parser.HandleNextDocument(builder);
+    NodePtr root = builder.root();
+    if (!any || !root) {
+      auto empty = std::make_shared<SettingsNode>();
+      empty->place = empty->key_place = {std::make_shared<std::string>(name), lines ? 1 : 0, lines ? 1 : 0};
+      empty->on_command_line = !lines;
+      return empty;
+    }
+    if (parser.HandleNextDocument(builder)) throw InputError(name + ": holds more than one YAML document");
+    return root;
+  } catch (const YAML::Exception& e) {
+    const std::string where =
+        lines && !e.mark.is_null() ? fmt::format("{}:{}:{}", name, e.mark.line + 1, e.mark.column + 1) : name;
+    throw InputError(fmt::format("{}: not YAML: {}", where, e.msg));
+  }
+}
+
+}  // namespace
+
+NodePtr parse_yaml(const std::string& text, const std::string& name) { return parse(text, name, true); }
+
+NodePtr parse_override(const std::string& text, const std::string& name) { return parse(text, name, false); }
+
+std::string read_text(const std::string& file, const std::string& where) {
+  std::error_code error;
+  const auto status = std::filesystem::status(file, error);
+  if (!std::filesystem::exists(status)) throw InputError(fmt::format("{}{}: there is no such file", where, file));
+  if (!std::filesystem::is_regular_file(status)) throw InputError(fmt::format("{}{}: not a file", where, file));
+  const auto size = std::filesystem::file_size(file, error);
+  if (!error && size > kMaxBytes) {
+    throw InputError(fmt::format("{}{}: {} bytes; at most {} are read", where, file, size, kMaxBytes));
+  }
+  std::ifstream stream(file, std::ios::binary);
+  std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+  if (!stream) throw InputError(fmt::format("{}{}: cannot be read", where, file));
+  return text;
+}
+
+}  // namespace graze

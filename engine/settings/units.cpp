@@ -1,0 +1,88 @@
+#include "engine/settings/units.h"
+
+#include <charconv>
+#include <numbers>
+#include <vector>
+
+namespace graze {
+namespace {
+
+struct Unit {
+  std::string_view name;
+  double factor;  // SI value of one
+};
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+/// The SI unit stands first.
+const std::vector<Unit>& units(Quantity quantity) {
+  static const std::vector<std::vector<Unit>> table = {
+      {{"1", 1}, {"%", 0.01}},                                                 // dimensionless
+      {{"m", 1}, {"cm", 0.01}, {"mm", 0.001}, {"in", 0.0254}},                 // length
+      {{"rad", 1}, {"deg", kDegree}},                                          // angle
+      {{"s", 1}, {"ms", 1e-3}, {"us", 1e-6}},                                  // time
+      {{"kg", 1}, {"g", 1e-3}},                                                // mass
+      {{"kg/m^3", 1}, {"g/cm^3", 1000}},                                       // density
+      {{"m/s", 1}, {"cm/s", 0.01}},                                            // velocity
+      {{"rad/s", 1}, {"deg/s", kDegree}, {"rpm", 2 * std::numbers::pi / 60}},  // angular_velocity
+      {{"m/s^2", 1}},                                                          // acceleration
+      {{"rad/s^2", 1}},                                                        // angular_acceleration
+      {{"N", 1}},                                                              // force
+      {{"N m", 1}, {"Nm", 1}},                                                 // torque
+      {{"N/m", 1}},                                                            // stiffness
+      {{"N m/rad", 1}, {"Nm/rad", 1}},                                         // rotational_stiffness
+      {{"N s/m", 1}, {"Ns/m", 1}},                                             // damping
+      {{"N m s/rad", 1}, {"Nms/rad", 1}},                                      // rotational_damping
+  };
+  return table[static_cast<std::size_t>(quantity)];
+}
+
+constexpr int kQuantities = static_cast<int>(Quantity::rotational_damping) + 1;
+
+std::string_view trimmed(std::string_view text) {
+  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
+  while (!text.empty() && (text.back() == ' ' || text.back() == '\t')) text.remove_suffix(1);
+  return text;
+}
+
+}  // namespace
+
+std::string_view unit_of(Quantity quantity) { return units(quantity).front().name; }
+
+std::optional<double> unit_factor(Quantity quantity, std::string_view unit) {
+  if (unit.empty()) return 1.0;
+  for (const Unit& candidate : units(quantity)) {
+    if (candidate.name == unit && unit != "1") return candidate.factor;
+  }
+  return std::nullopt;
+}
+
+bool is_unit(std::string_view word) {
+  for (int i = 0; i < kQuantities; ++i) {
+    if (!word.empty() && unit_factor(static_cast<Quantity>(i), word)) return true;
+  }
+  return false;
+}
+
+std::string units_of(Quantity quantity) {
+  std::string out;
+  for (const Unit& unit : units(quantity)) {
+    if (unit.name != "1") out += (out.empty() ? "" : ", ") + std::string(unit.name);
+  }
+  return out;
+}
+
+std::optional<WrittenNumber> split_number(std::string_view text) {
+  text = trimmed(text);
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-' && text[1] != '+') text.remove_prefix(1);
+  // from_chars would take "inf" and "nan", which are words to a reader.
+  const std::size_t first = !text.empty() && text[0] == '-' ? 1 : 0;
+  if (first >= text.size() || (text[first] != '.' && (text[first] < '0' || text[first] > '9'))) return std::nullopt;
+  WrittenNumber out;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), out.value);
+  if (error != std::errc()) return std::nullopt;
+  out.unit = trimmed(text.substr(static_cast<std::size_t>(end - text.data())));
+  return out;
+}
+
+}  // namespace graze

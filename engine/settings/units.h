@@ -1,0 +1,26 @@
+#pragma once
+// Numbers as people write them: "2.5 mm", "75 %", "1e-3".
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "engine/settings/settings.h"
+
+namespace graze {
+
+/// "2.5 mm" -> 2.5 and "mm". Nothing if the text does not begin with a number.
+struct WrittenNumber {
+  double value = 0;
+  std::string_view unit;  // trimmed; may be empty
+};
+std::optional<WrittenNumber> split_number(std::string_view text);
+
+/// SI value of one `unit` of `quantity`; nothing if the unit does not measure it. The empty unit is SI.
+std::optional<double> unit_factor(Quantity quantity, std::string_view unit);
+bool is_unit(std::string_view word);  // of any quantity
+
+/// "m, cm, mm, in", for messages.
+std::string units_of(Quantity quantity);
+
+}  // namespace graze

@@ -1,0 +1,96 @@
+// Names: the nearest right one, and glob patterns.
+#include <algorithm>
+#include <cctype>
+#include <numeric>
+
+#include "engine/settings/settings.h"
+
+namespace graze {
+namespace {
+
+char lower(char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); }
+
+/// Edit distance with transpositions of neighbours (optimal string alignment); letters that differ only in case are the
+/// same.
+std::size_t distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> before(b.size() + 1), previous(b.size() + 1), row(b.size() + 1);
+  std::iota(previous.begin(), previous.end(), std::size_t{0});
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const bool same = lower(a[i - 1]) == lower(b[j - 1]);
+      row[j] = std::min({previous[j] + 1, row[j - 1] + 1, previous[j - 1] + (same ? 0 : 1)});
+      if (i > 1 && j > 1 && lower(a[i - 1]) == lower(b[j - 2]) && lower(a[i - 2]) == lower(b[j - 1])) {
+        row[j] = std::min(row[j], before[j - 2] + 1);
+      }
+    }
+    before.swap(previous);
+    previous.swap(row);
+  }
+  return previous[b.size()];
+}
+
+/// `*` and `?` only. Linear in pattern times name: after a mismatch only the last star need be tried again.
+bool matches_wildcards(std::string_view pattern, std::string_view name) {
+  std::size_t p = 0, n = 0, star = std::string_view::npos, resume = 0;
+  while (n < name.size()) {
+    if (p < pattern.size() && pattern[p] == '*') {
+      star = p++;
+      resume = n;
+    } else if (p < pattern.size() && (pattern[p] == '?' || pattern[p] == name[n])) {
+      ++p;
+      ++n;
+    } else if (star != std::string_view::npos) {
+      p = star + 1;
+      n = ++resume;
+    } else {
+      return false;
+    }
+  }
+  while (p < pattern.size() && pattern[p] == '*') ++p;
+  return p == pattern.size();
+}
+
+/// Alternatives multiply; a pattern of more than this many matches nothing.
+constexpr int kMaxAlternatives = 4096;
+
+bool matches_braces(const std::string& pattern, std::string_view name, int& budget) {
+  const std::size_t open = pattern.find('{');
+  const std::size_t close = open == std::string::npos ? open : pattern.find('}', open);
+  if (close == std::string::npos) return --budget >= 0 && matches_wildcards(pattern, name);
+  std::size_t from = open + 1;
+  while (budget > 0) {
+    const std::size_t comma = std::min(pattern.find(',', from), close);
+    const std::string one = pattern.substr(0, open) + pattern.substr(from, comma - from) + pattern.substr(close + 1);
+    if (matches_braces(one, name, budget)) return true;
+    if (comma == close) return false;
+    from = comma + 1;
+  }
+  return false;
+}
+
+}  // namespace
+
+std::string nearest(std::string_view word, const std::vector<std::string>& candidates) {
+  constexpr std::size_t kLongest = 200;  // longer words are not misspelt names
+  if (word.empty() || word.size() > kLongest) return {};
+  std::string best;
+  std::size_t least = std::string::npos;
+  for (const std::string& candidate : candidates) {
+    if (candidate.size() > kLongest) continue;
+    const std::size_t d = distance(word, candidate);
+    const std::size_t near = std::max<std::size_t>(1, (std::max(word.size(), candidate.size()) + 1) / 3);
+    if (d <= near && d < least) {
+      least = d;
+      best = candidate;
+    }
+  }
+  return best;
+}
+
+bool matches(std::string_view pattern, std::string_view name) {
+  int budget = kMaxAlternatives;
+  return matches_braces(std::string(pattern), name, budget);
+}
+
+}  // namespace graze

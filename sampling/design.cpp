@@ -1,0 +1,77 @@
+#include "sampling/design.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <stdexcept>
+
+#include "sampling/copula.h"
+#include "sampling/permutation.h"
+#include "sampling/sobol.h"
+#include "sampling/stream.h"
+
+namespace graze {
+namespace {
+
+void check_design(Design design, int parameters, std::uint64_t count) {
+  if (design == Design::sobol && parameters > kSobolMaxDimensions)
+    throw std::invalid_argument(
+        fmt::format("{} parameters; the sobol design has directions for {}: use latin_hypercube or random", parameters,
+                    kSobolMaxDimensions));
+  if (design == Design::latin_hypercube && (count < 1 || count > std::uint64_t{1} << 32))
+    throw std::invalid_argument(
+        fmt::format("{} particles; a latin_hypercube needs a count from 1 to 2^32, known in advance", count));
+}
+
+}  // namespace
+
+Sampler::Sampler(ParameterSpace space, Design design, std::uint64_t seed, std::uint64_t count)
+    : space_(std::move(space)), design_(design), seed_(seed), count_(count) {
+  space_.validate();
+  check_design(design_, space_.size(), count_);
+  for (const auto& p : space_.parameters) hashes_.push_back(name_hash(p.name));
+  cholesky_.resize(space_.groups.size());
+  for (std::size_t g = 0; g < space_.groups.size(); ++g) correlation_factor(space_.groups[g].correlation, cholesky_[g]);
+  if (design_ != Design::sobol || hashes_.empty()) return;
+  sobol_directions_ = sobol_directions(space_.size());
+  for (std::size_t p = 0; p < hashes_.size(); ++p) {
+    scramble_directions(&sobol_directions_[p * kSobolBits], seed_, hashes_[p]);
+    sobol_shifts_.push_back(sobol_shift(seed_, hashes_[p]));
+  }
+}
+
+void Sampler::unit_point(std::uint32_t particle, std::span<double> out) const {
+  assert(out.size() == hashes_.size());
+  for (std::size_t p = 0; p < hashes_.size(); ++p) {
+    switch (design_) {
+      case Design::random:
+        out[p] = uniform(seed_, particle, hashes_[p], kPersistent);
+        break;
+      case Design::latin_hypercube: {
+        const auto cell = static_cast<double>(permute(particle, count_, seed_, hashes_[p]));
+        const double within = uniform(seed_, particle, hashes_[p], kPersistent);
+        const double u = (cell + within) / static_cast<double>(count_);
+        out[p] = std::clamp(u, kSmallestUniform, kLargestUniform);
+        break;
+      }
+      case Design::sobol:
+        out[p] = to_uniform(sobol_digits(&sobol_directions_[p * kSobolBits], particle) ^ sobol_shifts_[p]);
+        break;
+    }
+  }
+}
+
+void Sampler::draw(std::uint32_t particle, std::span<double> out) const {
+  unit_point(particle, out);
+  for (std::size_t g = 0; g < cholesky_.size(); ++g) correlate(cholesky_[g], space_.groups[g].members, out);
+  for (std::size_t p = 0; p < out.size(); ++p) out[p] = space_.parameters[p].persistent.quantile(out[p]);
+}
+
+std::vector<double> Sampler::draw(std::uint32_t particle) const {
+  std::vector<double> values(hashes_.size());
+  draw(particle, values);
+  return values;
+}
+
+}  // namespace graze

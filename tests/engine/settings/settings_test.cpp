@@ -1,0 +1,257 @@
+// Claim: Settings reads what people write, and every mistake is answered with its place, the value, the rule and the
+// nearest right answer.
+#include "engine/settings/settings.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <numbers>
+
+namespace graze {
+namespace {
+
+std::string message_of(const std::function<void()>& action) {
+  try {
+    action();
+  } catch (const InputError& e) {
+    return e.what();
+  }
+  return "(no error)";
+}
+
+Settings parse(const std::string& text) { return Settings::parse(text, "a.yaml"); }
+
+std::string parse_message(const std::string& text) {
+  return message_of([&] { parse(text); });
+}
+
+TEST(Numbers, TakeUnitsOfTheirQuantity) {
+  const Settings s =
+      parse("a: 2.5 mm\nb: 3 deg\nc: 75 %\nd: 1e-3\ne: +4\nf: 60 rpm\ng: \"1.1 g/cm^3\"\nh: 2 Nm\ni: .5\n");
+  EXPECT_DOUBLE_EQ(s.at("a").number(Quantity::length), 0.0025);
+  EXPECT_DOUBLE_EQ(s.at("b").number(Quantity::angle), 3 * std::numbers::pi / 180);
+  EXPECT_DOUBLE_EQ(s.at("c").number(), 0.75);
+  EXPECT_DOUBLE_EQ(s.at("d").number(Quantity::time), 0.001);
+  EXPECT_DOUBLE_EQ(s.at("e").number(), 4);
+  EXPECT_DOUBLE_EQ(s.at("f").number(Quantity::angular_velocity), 2 * std::numbers::pi);
+  EXPECT_DOUBLE_EQ(s.at("g").number(Quantity::density), 1100);
+  EXPECT_DOUBLE_EQ(s.at("h").number(Quantity::torque), 2);
+  EXPECT_DOUBLE_EQ(s.at("i").number(), 0.5);
+}
+
+TEST(Numbers, RefuseWhatIsNotOne) {
+  const Settings s = parse("a: 2.5 mm\nb: word\nc: .inf\nd: nan\ne: 1e999\nf: [1]\ng: -1\nh: 1.5\n");
+  EXPECT_EQ(message_of([&] { s.at("a").number(Quantity::angle); }),
+            "a.yaml:1:4: a: 2.5 mm: the unit 'mm' does not fit; one of: rad, deg");
+  EXPECT_EQ(message_of([&] { s.at("b").number(); }),
+            "a.yaml:2:4: b: word: must be a number, with or without a unit (%)");
+  EXPECT_NE(message_of([&] { s.at("c").number(); }), "(no error)");
+  EXPECT_NE(message_of([&] { s.at("d").number(); }), "(no error)");
+  EXPECT_NE(message_of([&] { s.at("e").number(); }), "(no error)");
+  EXPECT_NE(message_of([&] { s.at("f").number(); }), "(no error)");
+  EXPECT_EQ(message_of([&] { s.at("g").positive(); }), "a.yaml:7:4: g: -1: must be > 0");
+  EXPECT_EQ(message_of([&] { s.at("g").non_negative(); }), "a.yaml:7:4: g: -1: must be >= 0");
+  EXPECT_EQ(message_of([&] { s.at("g").within(0, 2, Quantity::length); }),
+            "a.yaml:7:4: g: -1: must lie within [0, 2] m");
+  EXPECT_EQ(message_of([&] { s.at("h").integer(); }), "a.yaml:8:4: h: 1.5: must be a whole number");
+}
+
+TEST(Numbers, ListsTakeOneUnitForAllOrOneEach) {
+  const Settings s = parse(
+      "a: \"[25, 75, 0, 50] %\"\nb: [25, 75, \"%\"]\nc: [1 m, 1 cm, 4 mm]\nd: [1, 2]\ne: 5 cm\nf: [1 cm, 2, mm]\n");
+  EXPECT_EQ(s.at("a").numbers(4), (std::vector<double>{0.25, 0.75, 0, 0.5}));
+  EXPECT_EQ(s.at("b").numbers(2), (std::vector<double>{0.25, 0.75}));
+  EXPECT_EQ(s.at("c").numbers(3, Quantity::length), (std::vector<double>{1, 0.01, 0.004}));
+  EXPECT_EQ(s.at("e").numbers(-1, Quantity::length), (std::vector<double>{0.05}));
+  EXPECT_EQ(message_of([&] { s.at("d").numbers(3); }),
+            "a.yaml:4:4: d: [1, 2]: must be a list of 3 numbers; this has 2");
+  EXPECT_EQ(message_of([&] { s.at("f").numbers(2, Quantity::length); }),
+            "a.yaml:6:5: f[0]: 1 cm: the unit 'cm mm' does not fit; one of: m, cm, mm, in");
+}
+
+TEST(Maps, RefuseUnknownAndMissingKeys) {
+  const Settings s = parse("time:\n  end: 3\n  stpe: 1 ms\n");
+  EXPECT_EQ(message_of([&] {
+              s.at("time").allow({"end", "step", "control"});
+            }),
+            "a.yaml:3:3: time.stpe: unknown key; did you mean 'step'?");
+  EXPECT_EQ(message_of([&] {
+              s.at("time").allow({"end", "control"});
+            }),
+            "a.yaml:3:3: time.stpe: unknown key; one of: end, control");
+  EXPECT_EQ(message_of([&] { s.at("time").at("begin"); }), "a.yaml:2:3: time: the key 'begin' is missing");
+  EXPECT_EQ(message_of([&] { s.at("time").single({"normal"}); }),
+            "a.yaml:2:3: time: end: 3 stpe: 1 ms: must be a map with exactly one key; one of: normal");
+  EXPECT_EQ(message_of([&] { parse("a: 1").at("a").find("b"); }), "a.yaml:1:4: a: 1: must be a map (key: value)");
+}
+
+TEST(Maps, RefuseDuplicateKeys) {
+  EXPECT_EQ(parse_message("a: 1\nb: 2\na: 3\n"),
+            "a.yaml:3:1: the key 'a' stands here for the second time; the first is at a.yaml:1:1");
+}
+
+TEST(Words, ChoiceNamesTheNearest) {
+  const Settings s = parse("a: sobl\n");
+  EXPECT_EQ(message_of([&] {
+              s.at("a").choice({"random", "sobol"});
+            }),
+            "a.yaml:1:4: a: sobl: must be one of: random, sobol; did you mean 'sobol'?");
+  EXPECT_EQ(nearest("tiem", {"name", "time"}), "time");
+  EXPECT_EQ(nearest("LF_SHN", {"LF_SHIN", "RF_SHIN"}), "LF_SHIN");
+  EXPECT_EQ(nearest("banana", {"time", "name"}), "");
+}
+
+TEST(Words, GlobsMatchWholeNames) {
+  EXPECT_TRUE(matches("robot.link.*_SHIN.length", "robot.link.LF_SHIN.length"));
+  EXPECT_TRUE(matches("{LF,RF}_FOOT", "RF_FOOT"));
+  EXPECT_TRUE(matches("L?_*", "LH_LEG_1"));
+  EXPECT_FALSE(matches("*_SHIN", "LF_SHIN.length"));
+  EXPECT_FALSE(matches("{LF,RF}_FOOT", "LH_FOOT"));
+  EXPECT_FALSE(matches("", "a"));
+  EXPECT_TRUE(matches("*", ""));
+}
+
+TEST(Words, HostileGlobsEndSoon) {
+  // Backtracking over these would take longer than the age of the universe.
+  std::string stars, braces;
+  for (int i = 0; i < 40; ++i) {
+    stars += "*a";
+    braces += "{a,a}";
+  }
+  EXPECT_FALSE(matches(stars + "b", std::string(200, 'a')));
+  EXPECT_FALSE(matches(braces + "b", std::string(40, 'a')));
+}
+
+TEST(Overrides, FollowTheLongestKey) {
+  const Settings base = parse("time: {end: 3}\nuncertain: {robot.link.*_S.length: 1}\nlist: [1, 2]\n");
+  const Settings s = base.overridden({{"time.end", "2 s"},
+                                      {"time.step", "1 ms"},
+                                      {"uncertain.robot.link.*_S.length", "{normal: {std: 1 mm}}"},
+                                      {"uncertain.robot.joint.*.zero", "0"},
+                                      {"list.1", "7"},
+                                      {"name", "x"}});
+  EXPECT_DOUBLE_EQ(s.at("time").at("end").number(Quantity::time), 2);
+  EXPECT_DOUBLE_EQ(s.at("time").at("step").number(Quantity::time), 0.001);
+  EXPECT_TRUE(s.at("uncertain").at("robot.link.*_S.length").has("normal"));
+  EXPECT_TRUE(s.at("uncertain").has("robot.joint.*.zero"));
+  EXPECT_EQ(s.at("list").numbers(2), (std::vector<double>{1, 7}));
+  EXPECT_EQ(s.at("name").text(), "x");
+  EXPECT_DOUBLE_EQ(base.at("time").at("end").number(), 3) << "the tree itself never changes";
+}
+
+TEST(Overrides, NeedAParent) {
+  const Settings s = parse("time: {end: 3}\nlist: [1, 2]\n");
+  EXPECT_EQ(message_of([&] {
+              s.overridden({{"tiem.end", "2"}});
+            }),
+            "--set tiem.end=2: there is no 'tiem' to set 'tiem.end' in; did you mean 'time'?");
+  EXPECT_EQ(message_of([&] {
+              s.overridden({{"time.end.x", "2"}});
+            }),
+            "--set time.end.x=2: 'x' leads into a value that is not a map");
+  EXPECT_EQ(message_of([&] {
+              s.overridden({{"list.5", "2"}});
+            }),
+            "--set list.5=2: '5': is not one of the list's indices 0 to 1");
+  EXPECT_EQ(message_of([&] {
+              s.overridden({{"time.end", "soon"}}).at("time").at("end").number(Quantity::time);
+            }),
+            "--set time.end=soon: time.end: soon: must be a number, with or without a unit (s, ms, us)");
+}
+
+TEST(Overrides, NameFilesFromTheWorkingDirectory) {
+  const Settings s = Settings::parse("robot: {urdf: a.urdf}", "data/x.yaml");
+  EXPECT_EQ(s.at("robot").at("urdf").resolve_file("a.urdf"), "data/a.urdf");
+  const Settings o = s.overridden({{"robot.urdf", "b.urdf"}});
+  EXPECT_EQ(o.at("robot").at("urdf").resolve_file("b.urdf"), "b.urdf");
+}
+
+TEST(Text, ParsesBackToTheSameTree) {
+  const Settings s = parse(
+      "a: {b: [1, 2.5 mm, \"null\", ~], c: {d: {e: {f: {g: {}}}}}}\n\"*_X\": \"a: b # c\"\nt: |\n  two\n  lines\n"
+      "n:\nq: \"\\\"\\\\ \\t\"\nu: \"[1, 2] %\"\n'null': '-'\nneg: -1\nm: '- 1'\n");
+  const std::string text = s.resolved_text();
+  EXPECT_EQ(parse(text).resolved_text(), text);
+  EXPECT_EQ(parse(text).at("q").text(), "\"\\ \t");
+  EXPECT_EQ(parse(text).at("t").text(), "two\nlines\n");
+  EXPECT_EQ(parse(text).at("m").text(), "- 1");
+  EXPECT_TRUE(parse(text).at("n").is_null());
+  EXPECT_EQ(parse(text).at("a").at("b").items()[2].text(), "null");
+}
+
+class Includes : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = std::filesystem::path(::testing::TempDir()) /
+              ("settings_" + std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directories(folder_ / "parts");
+  }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+
+  std::string write(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_ / name) << text;
+    return (folder_ / name).string();
+  }
+
+  std::filesystem::path folder_;
+};
+
+TEST_F(Includes, MergeUnderTheIncludingMap) {
+  write("parts/base.yaml", "time: {end: 3, step: 1 ms}\nrobot: {urdf: r.urdf}\nlist: [1, 2]\nd: {normal: {std: 1}}\n");
+  const Settings s = Settings::load(
+      write("main.yaml", "include: parts/base.yaml\ntime: {end: 2}\nlist: [5]\nd: !replace {uniform: [1, 2]}\n"));
+  EXPECT_DOUBLE_EQ(s.at("time").at("end").number(), 2);
+  EXPECT_DOUBLE_EQ(s.at("time").at("step").number(Quantity::time), 0.001);
+  EXPECT_EQ(s.at("list").items().size(), 1u);
+  EXPECT_EQ(s.at("d").single({"uniform"}).first, "uniform");
+  // A file name in an included file is relative to that file, and so is every place.
+  EXPECT_EQ(s.at("robot").at("urdf").resolve_file("r.urdf"), (folder_ / "parts/r.urdf").string());
+  EXPECT_EQ(s.at("time").at("step").place(), (folder_ / "parts/base.yaml").string() + ":1:22");
+  EXPECT_FALSE(s.has("include"));
+}
+
+TEST_F(Includes, RefuseCyclesAndMissingFiles) {
+  const std::string main = write("main.yaml", "include: main.yaml\n");
+  EXPECT_EQ(message_of([&] { Settings::load(main); }),
+            main + ":1:10: include: " + main + ": includes itself");  // found on the second round
+  const std::string gone = write("gone.yaml", "a: {include: nothing.yaml}\n");
+  EXPECT_EQ(message_of([&] { Settings::load(gone); }),
+            gone + ":1:14: include: " + (folder_ / "nothing.yaml").string() + ": there is no such file");
+  EXPECT_EQ(message_of([&] { Settings::load((folder_ / "no.yaml").string()); }),
+            (folder_ / "no.yaml").string() + ": there is no such file");
+  EXPECT_EQ(message_of([&] { Settings::load(folder_.string()); }), folder_.string() + ": not a file");
+}
+
+TEST(Hostile, BytesGiveInputErrorsOnly) {
+  std::string deep(2000, '['), bomb = "a0: &a0 [x, x, x, x, x, x, x, x, x, x]\n";
+  for (int i = 1; i < 12; ++i) {
+    bomb += fmt::format("a{}: &a{} [{}", i, i, fmt::format("*a{}", i - 1));
+    for (int k = 1; k < 10; ++k) bomb += fmt::format(", *a{}", i - 1);
+    bomb += "]\n";
+  }
+  for (const std::string& text :
+       {deep, bomb, std::string("a: [b"), std::string("\0\xff\xfe", 3), std::string("&a [*a]"), std::string("*b"),
+        std::string("? [a]\n: b"), std::string("a: 1\n---\nb: 2"), std::string("%YAML 9"), std::string("[1]: 2"),
+        std::string("~: 2")}) {
+    EXPECT_NE(parse_message(text), "(no error)") << text.substr(0, 40);
+  }
+  EXPECT_EQ(parse_message(""), "(no error)");
+  EXPECT_TRUE(parse("").is_null());
+}
+
+TEST(Copies, WithAndWithout) {
+  const Settings s = parse("gait: {step: 1 cm, length: 2}\nover: [7 cm]\n");
+  const Settings changed = s.with("gait.step", s.at("over").items()[0]).without("over");
+  EXPECT_DOUBLE_EQ(changed.at("gait").at("step").number(Quantity::length), 0.07);
+  EXPECT_EQ(changed.at("gait").at("step").place(), "a.yaml:2:8");
+  EXPECT_FALSE(changed.has("over"));
+  EXPECT_EQ(message_of([&] { s.with("giat.step", s.at("over")); }),
+            "a.yaml:2:7: over: there is no 'giat' to set 'giat.step' in; did you mean 'gait'?");
+}
+
+}  // namespace
+}  // namespace graze
