@@ -1,5 +1,5 @@
 #pragma once
-// Sine and cosine on lanes, without branches: reduction to |r| <= pi/4 by two parts of pi/2 (Cody and Waite, 1980; both
+// Sine and cosine on lanes, without branches: reduction to |r| <= pi/4 by three parts of pi/2 (Cody and Waite, 1980;
 // products enter exactly, by fma), then the minimax polynomials of FreeBSD's k_sin.c and k_cos.c (Sun Microsystems,
 // 1993). Error below 2 ulp for |x| <= 1e5, far beyond any joint angle.
 
@@ -43,7 +43,8 @@ inline T cosine_polynomial(const T& r) {
 template <class T>
 inline void sin_cos(const T& x, T& s, T& c) {
   const T k = round_to_integer(x * T(6.36619772367581382433e-01));  // 2/pi
-  const T r = fnma(k, T(6.123233995736766e-17), fnma(k, T(1.5707963267948966), x));
+  const T r1 = fnma(k, T(6.123233995736766e-17), fnma(k, T(1.5707963267948966), x));
+  const T r = fnma(k, T(-1.4973849048591833e-33), r1);
   const T sine = sine_polynomial(r);
   const T cosine = cosine_polynomial(r);
   const T quadrant = fnma(T(4.0), round_to_integer(k * T(0.25)), k);  // k mod 4 as -2 … 2
