@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <numeric>
 #include <stdexcept>
 #include <string_view>
 
@@ -137,6 +138,23 @@ Distribution Distribution::choice(int n, std::vector<double> weights) {
   return d;
 }
 
+Distribution Distribution::discrete(const std::vector<double>& values, const std::vector<double>& weights) {
+  for (const double v : values) require_finite("value", v);
+  if (!weights.empty() && weights.size() != values.size())
+    refuse("{} weights for {} values; give one weight per value", weights.size(), values.size());
+  std::vector<std::size_t> order(values.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return values[a] < values[b]; });
+  std::vector<double> sorted, sorted_weights;
+  for (const std::size_t i : order) {
+    sorted.push_back(values[i]);
+    sorted_weights.push_back(weights.empty() ? 1.0 : weights[i]);
+  }
+  Distribution d = choice(static_cast<int>(sorted.size()), std::move(sorted_weights));
+  d.values_ = std::move(sorted);
+  return d;
+}
+
 Distribution Distribution::empirical(std::vector<double> values) {
   if (values.empty()) refuse("no values; an empirical distribution needs at least one");
   for (const double v : values) require_finite("value", v);
@@ -167,8 +185,10 @@ double Distribution::quantile(double u) const {
       if (u * width < b_ - a_) return a_ + std::sqrt(u * width * (b_ - a_));
       return c_ - std::sqrt((1.0 - u) * width * (c_ - b_));
     }
-    case Kind::choice:
-      return static_cast<double>(std::lower_bound(table_.begin(), table_.end(), u) - table_.begin());
+    case Kind::choice: {
+      const auto i = static_cast<std::size_t>(std::lower_bound(table_.begin(), table_.end(), u) - table_.begin());
+      return values_.empty() ? static_cast<double>(i) : values_[i];
+    }
     case Kind::empirical:
       return empirical_quantile(u);
   }
@@ -220,6 +240,7 @@ std::string Distribution::describe() const {
       std::string p;
       for (std::size_t i = 0; i < table_.size(); ++i)
         p += fmt::format("{}{:.6g}", i ? ", " : "", table_[i] - (i ? table_[i - 1] : 0.0));
+      if (!values_.empty()) return fmt::format("discrete(values=[{}], p=[{}])", fmt::join(values_, ", "), p);
       return fmt::format("choice(n={}, p=[{}])", table_.size(), p);
     }
     case Kind::empirical:

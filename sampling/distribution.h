@@ -26,6 +26,8 @@ class Distribution {
   static Distribution triangular(double min, double mode, double max);
   /// Index 0 … n-1 (Eq. 15: uniform over the choices unless weights are given; weights need not sum to 1).
   static Distribution choice(int n, std::vector<double> weights = {});
+  /// One of these values (Eq. 15 for numbers), weighted as a choice; sorted, so that quantile(u) rises with u.
+  static Distribution discrete(const std::vector<double>& values, const std::vector<double>& weights = {});
   /// The values themselves, equally likely, sorted: quantile(u) interpolates between order statistics, value i of n
   /// standing at u = (i - 1/2) / n (type 5 of Hyndman and Fan 1996), so that the mean is the mean of the values.
   static Distribution empirical(std::vector<double> values);
@@ -67,7 +69,8 @@ class Distribution {
   // Log-uniform: low_ = ln min, span_ = ln max - ln min.
   double low_ = 0, high_ = 0, span_ = 0;
   int far_ = 0;
-  std::vector<double> table_;  // choice: cumulative weights; empirical: sorted values
+  std::vector<double> table_;   // choice: cumulative weights; empirical: sorted values
+  std::vector<double> values_;  // discrete: ascending, as many as table_; empty for a choice of indices
 };
 
 }  // namespace graze

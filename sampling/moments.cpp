@@ -40,14 +40,14 @@ Moments truncated_moments(double low, double high) {
   return {c + m, variance};
 }
 
-Moments choice_moments(const std::vector<double>& cumulative) {
-  double mean = 0, square = 0, before = 0;
-  for (std::size_t i = 0; i < cumulative.size(); ++i) {
-    const double p = cumulative[i] - before, x = static_cast<double>(i);
-    mean += p * x, square += p * x * x;
-    before = cumulative[i];
-  }
-  return {mean, std::max(0.0, square - mean * mean)};
+// `values` empty: the indices themselves.
+Moments choice_moments(const std::vector<double>& cumulative, const std::vector<double>& values) {
+  const auto value = [&](std::size_t i) { return values.empty() ? static_cast<double>(i) : values[i]; };
+  const auto weight = [&](std::size_t i) { return cumulative[i] - (i > 0 ? cumulative[i - 1] : 0.0); };
+  double mean = 0, variance = 0;
+  for (std::size_t i = 0; i < cumulative.size(); ++i) mean += weight(i) * value(i);
+  for (std::size_t i = 0; i < cumulative.size(); ++i) variance += weight(i) * (value(i) - mean) * (value(i) - mean);
+  return {mean, variance};
 }
 
 // Of the piecewise linear quantile function: half a cell at either end, straight lines between the values. Over a line
@@ -105,7 +105,7 @@ Moments Distribution::moments() const {
       return {(a_ + b_ + c_) / 3.0, (p * p + p * q + q * q) / 18.0};
     }
     case Kind::choice:
-      return choice_moments(table_);
+      return choice_moments(table_, values_);
     case Kind::empirical:
       return empirical_moments(table_);
   }

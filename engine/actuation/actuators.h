@@ -29,6 +29,9 @@ class Actuators {
   const BlockArray& headroom() const { return headroom_; }
 
  private:
+  /// Largest torque in the direction of `sign` at joint speed v, N m.
+  double available(int k, int lane, double sign, double v) const;
+
   std::vector<int> v_index_, q_index_;
   bool torque_speed_;
   BlockArray effort_, speed_, integral_, headroom_;  // na

@@ -30,7 +30,9 @@ struct Event {
 };
 
 /// Follows one trace. A pair of colliders is in contact while any of its points touches; its mode is that of its most
-/// loaded point.
+/// loaded point. Contact has no hysteresis: it begins in the step in which touching() turns true and ends in the one
+/// in which it turns false, so a bouncing foot gives as many events as it has bounces. A joint limit begins within
+/// 1e-5 rad (or m) of it and ends beyond 1e-4.
 class EventTracker {
  public:
   explicit EventTracker(const Model& nominal);
@@ -44,6 +46,8 @@ class EventTracker {
     bool touching = false;
     ContactMode mode = ContactMode::stick;
   };
+  void end_contacts(double time, const std::vector<const Contact*>& touching, std::vector<Event>& events);
+
   std::map<std::pair<int, int>, Pair> pairs_;
   struct Limit {
     int body, q;

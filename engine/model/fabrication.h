@@ -75,10 +75,10 @@ class Fabricator {
   const World& world() const { return *world_; }
 
  private:
-  struct Setter;
+  struct Plan;
   std::shared_ptr<const World> world_;
   std::vector<std::string> paths_;
-  std::shared_ptr<const std::vector<Setter>> setters_;
+  std::shared_ptr<const Plan> plan_;  // paths resolved to setters, once
 };
 
 }  // namespace graze

@@ -189,7 +189,7 @@ class Reader {
     } else if (tag == "collision") {
       link.collisions.push_back(read_shape(part, where));
     } else if (tag == "visual") {
-      link.visuals.push_back(read_shape(part, where));
+      if (!invisible(part)) link.visuals.push_back(read_shape(part, where));
     } else {
       note_unknown(
           part, {"inertial", "collision", "visual", "contact", "sensor", "material", "self_collision_checking"}, where);
@@ -208,6 +208,20 @@ class Reader {
     }
     printer_.CloseElement();
     printer_.CloseElement();
+  }
+
+  /// A picture of no size, which some files use to draw nothing.
+  static bool invisible(const XMLElement& visual) {
+    const XMLElement* geometry = visual.FirstChildElement("geometry");
+    const XMLElement* shape = geometry ? geometry->FirstChildElement() : nullptr;
+    if (!shape) return false;
+    for (const char* attribute : {"radius", "length", "size"}) {
+      const char* text = shape->Attribute(attribute);
+      for (std::string_view word : words(text ? text : "")) {
+        if (parse_number(word) == 0.0) return true;
+      }
+    }
+    return false;
   }
 
   UrdfOutline::ShapeEntry read_shape(const XMLElement& e, const std::string& where) {

@@ -51,8 +51,19 @@ class Sensors {
   const BlockArray& torque_error() const { return torque_error_; }
 
  private:
-  struct Layout;  // first channel of each group
+  void draw_errors(const std::array<std::uint32_t, kLanes>& step, LaneMask active);
+  void read_joints(const BlockState& state, const BlockArray& tau, LaneMask active, Observation& out) const;
+  void read_base(const BlockState& state, LaneMask active, Observation& out) const;
+  void read_contacts(const BlockPhysics& physics, double h, LaneMask active, Observation& out) const;
+
+  /// First channel of each group of three (or two, gps) that belong together.
+  struct Layout {
+    std::vector<int> position, velocity, acceleration, torque, actuator;  // per actuator
+    int imu_linear = 0, imu_angular = 0, gps = 0, magnetometer = 0, z = 0, estimate_velocity = 0, estimate_rate = 0;
+  };
+  Layout layout_;
   Model nominal_;
+  std::vector<int> frame_of_collider_;  // Model::frames index of the link that a collider belongs to, -1: not a robot's
   std::vector<std::uint64_t> hash_;
   SensorNoise noise_;
   BlockArray bias_;   // channels

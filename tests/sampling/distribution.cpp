@@ -124,6 +124,21 @@ TEST(Distribution, Choice) {
   EXPECT_EQ(weighted.describe(), "choice(n=4, p=[0, 0.25, 0.75, 0])");
 }
 
+// Claim: a discrete distribution takes each value for its share of (0,1), in ascending order whatever the order given, so
+// that lowest() and highest() are the extremes; mean and variance are the weighted sums.
+TEST(Distribution, Discrete) {
+  const auto d = Distribution::discrete({5, -1, 2}, {1, 1, 2});
+  EXPECT_EQ(d.lowest(), -1);
+  EXPECT_EQ(d.quantile(0.3), 2);
+  EXPECT_EQ(d.quantile(0.7), 2);
+  EXPECT_EQ(d.highest(), 5);
+  EXPECT_DOUBLE_EQ(d.mean(), (5 - 1 + 2 * 2) / 4.0);
+  EXPECT_DOUBLE_EQ(d.std(), std::sqrt((9 + 9 + 0 + 0) / 4.0));
+  EXPECT_EQ(d.describe(), "discrete(values=[-1, 2, 5], p=[0.25, 0.5, 0.25])");
+  EXPECT_THROW(Distribution::discrete({1, 2}, {1}), std::invalid_argument);
+  EXPECT_THROW(Distribution::discrete({}), std::invalid_argument);
+}
+
 // Claim: an empirical distribution interpolates between the sorted values, never leaves their range, and has their
 // mean.
 TEST(Distribution, Empirical) {

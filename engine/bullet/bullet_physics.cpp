@@ -1,0 +1,54 @@
+#include "engine/bullet/bullet_physics.h"
+
+#include <cassert>
+
+namespace graze::bullet {
+
+BulletPhysics::BulletPhysics(const Model& nominal) : tau_(nominal.na()) {
+  state_.q = BlockArray(nominal.nq);
+  state_.v = BlockArray(nominal.nv);
+  state_.a = BlockArray(nominal.nv);
+  state_.X = BlockArray(12 * static_cast<int>(nominal.bodies.size()));
+}
+
+void BulletPhysics::start(int lane, const Particle& particle) {
+  assert(particle.model.nq == state_.q.rows() && particle.model.nv == state_.v.rows());
+  worlds_[lane].reset();
+  worlds_[lane] = std::make_unique<World>(particle.model, particle.initial, hulls_);
+  contacts_[lane].clear();
+  fault_[lane].reset();
+  publish(lane);
+  for (int i = 0; i < state_.a.rows(); ++i) state_.a(i, lane) = 0;
+}
+
+void BulletPhysics::step(double h, LaneMask active, const BlockArray& tau) {
+  assert(h > 0 && tau.rows() == tau_.size());
+  for (int lane = 0; lane < kLanes; ++lane) {
+    if (!active[lane] || fault_[lane]) continue;  // what is no longer physical stands still
+    assert(worlds_[lane]);
+    World& world = *worlds_[lane];
+    for (int k = 0; k < tau_.size(); ++k) tau_[k] = tau(k, lane);
+    world.step(h, tau_);
+    for (int i = 0; i < state_.a.rows(); ++i) {
+      state_.a(i, lane) = (world.forest().v()[i] - state_.v(i, lane)) / h;
+    }
+    contacts_[lane] = world.contacts();
+    fault_[lane] = world.fault();
+    publish(lane);
+  }
+}
+
+void BulletPhysics::publish(int lane) {
+  const Forest& forest = worlds_[lane]->forest();
+  for (int i = 0; i < state_.q.rows(); ++i) state_.q(i, lane) = forest.q()[i];
+  for (int i = 0; i < state_.v.rows(); ++i) state_.v(i, lane) = forest.v()[i];
+  for (int body = 0; 12 * body < state_.X.rows(); ++body) {
+    const Pose& X = forest.pose(body);
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c < 3; ++c) state_.X(12 * body + 3 * r + c, lane) = X.linear()(r, c);
+      state_.X(12 * body + 9 + r, lane) = X.translation()[r];
+    }
+  }
+}
+
+}  // namespace graze::bullet

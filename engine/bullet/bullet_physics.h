@@ -1,0 +1,30 @@
+#pragma once
+// The Bullet back end: particles on Bullet's Featherstone multibodies and contact solvers, one World per lane, looped
+// over inside the block interface. In: a Particle per lane and actuator torques. Out: BlockState, contacts, faults.
+// Reading order: world.h (what a step does), tree.h (bodies and frames), narrow_phase.h and analytic.h (contact
+// points), contacts.h (coefficients in, impulses out), solver.h, joint_rows.h (limits and dry friction), energy.h
+// (which steps are not physical). docs/physics.md states the choices and their limits.
+
+#include <array>
+#include <memory>
+
+#include "engine/bullet/world.h"
+#include "engine/physics.h"
+
+namespace graze::bullet {
+
+class BulletPhysics : public BlockPhysics {
+ public:
+  explicit BulletPhysics(const Model& nominal);
+  void start(int lane, const Particle& particle) override;
+  void step(double h, LaneMask active, const BlockArray& tau) override;
+
+ private:
+  void publish(int lane);
+
+  HullCache hulls_;
+  std::array<std::unique_ptr<World>, kLanes> worlds_;
+  Eigen::VectorXd tau_;  // na
+};
+
+}  // namespace graze::bullet

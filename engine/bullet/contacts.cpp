@@ -1,0 +1,109 @@
+#include "engine/bullet/contacts.h"
+
+#include <algorithm>
+#include <cassert>
+#include <tuple>
+
+#include "engine/bullet/convert.h"
+
+namespace graze::bullet {
+namespace {
+
+/// Part of an overlap that is taken back per step (Baumgarte; Bullet's erp2).
+constexpr double kRecoveryPerStep = 0.2;
+/// A point beyond Bullet's processing threshold (1e18) is left out of the solve.
+constexpr double kOutOfReach = 1e30;
+/// Slower approach than gravity makes in two steps is rest, not an impact.
+constexpr double kRestSteps = 2;
+/// A contact slips when it is faster than this, m/s …
+constexpr double kSlipSpeed = 1e-3;
+/// … or when its friction is used up and it is faster than what the solver leaves of a stick, m/s.
+constexpr double kCreepSpeed = 1e-4;
+constexpr double kConeShare = 0.999;
+
+Vec3 velocity_at(const Collider& collider, const Forest& forest, const Vec3& p_W) {
+  if (collider.body < 0) return Vec3::Zero();
+  return forest.twist(collider.body).at(p_W - forest.pose(collider.body).translation());
+}
+
+}  // namespace
+
+Vec3 ContactSet::relative_velocity(const Point& point, const Forest& forest, const Vec3& p_W) const {
+  return velocity_at(model_.colliders[point.pair->a], forest, p_W) -
+         velocity_at(model_.colliders[point.pair->b], forest, p_W);
+}
+
+void ContactSet::prepare(const std::vector<NearPair>& pairs, const Forest& forest, double h) {
+  points_.clear();
+  manifolds_.clear();
+  int row = 0;
+  for (const NearPair& near : pairs) {
+    manifolds_.push_back(near.manifold);
+    const bool swapped = near.manifold->getBody0() != solids_[near.pair->a].object.get();
+    for (int k = 0; k < near.manifold->getNumContacts(); ++k) {
+      points_.push_back({near.pair, &near.manifold->getContactPoint(k), swapped, -1});
+      Point& point = points_.back();
+      set_target(point, forest, h);
+      if (point.point->getDistance() < kOutOfReach) point.row = row++;
+    }
+  }
+}
+
+/// Bullet asks v+ >= -distance/h of a point that is apart (no stepping over) and v+ >= -erp distance/h of one that
+/// overlaps. With the distance set to -h and erp to a speed the latter says v+ >= speed, which gives Newton's
+/// restitution and a bounded recovery exactly.
+void ContactSet::set_target(Point& point, const Forest& forest, double h) {
+  btManifoldPoint& cp = *point.point;
+  cp.m_combinedFriction = point.pair->friction;
+  cp.m_combinedRestitution = cp.m_combinedRollingFriction = cp.m_combinedSpinningFriction = 0;
+  const double gap = cp.getDistance();
+  const Vec3 n_W = (point.swapped ? -1 : 1) * from_bt(cp.m_normalWorldOnB);
+  const Vec3 p_W = 0.5 * from_bt(cp.getPositionWorldOnA() + cp.getPositionWorldOnB());
+  const double approach = -n_W.dot(relative_velocity(point, forest, p_W));
+  const bool bounces = point.pair->restitution > 0 && approach > kRestSteps * h * model_.gravity.norm();
+  if (gap > 0) {
+    // A bounce must not be braked by the gap term before it happens.
+    if (bounces) cp.setDistance(kOutOfReach);
+    return;
+  }
+  const double recovery = std::min(-gap * kRecoveryPerStep / h, kRecovery);
+  cp.m_contactPointFlags |= BT_CONTACT_FLAG_HAS_CONTACT_ERP;
+  cp.m_contactERP = bounces ? std::max(recovery, point.pair->restitution * approach) : recovery;
+  cp.setDistance(-h);
+}
+
+void ContactSet::read(const ContactSolver* solver, const Forest& forest, std::vector<Contact>& out) {
+  out.clear();
+  for (const Point& point : points_) out.push_back(read_point(point, solver, forest));
+  std::sort(out.begin(), out.end(), [](const Contact& x, const Contact& y) {
+    return std::tuple(x.a, x.b, x.p_W.x(), x.p_W.y(), x.p_W.z()) <
+           std::tuple(y.a, y.b, y.p_W.x(), y.p_W.y(), y.p_W.z());
+  });
+}
+
+Contact ContactSet::read_point(const Point& point, const ContactSolver* solver, const Forest& forest) const {
+  const btManifoldPoint& cp = *point.point;
+  const Solid &a = solids_[point.pair->a], &b = solids_[point.pair->b];
+  const double sign = point.swapped ? -1 : 1;
+  Contact contact;
+  contact.a = point.pair->a;
+  contact.b = point.pair->b;
+  contact.n_W = sign * from_bt(cp.m_normalWorldOnB);
+  const btVector3& local_a = point.swapped ? cp.m_localPointB : cp.m_localPointA;
+  const btVector3& local_b = point.swapped ? cp.m_localPointA : cp.m_localPointB;
+  const btVector3 on_a = a.object->getWorldTransform() * local_a, on_b = b.object->getWorldTransform() * local_b;
+  contact.phi = contact.n_W.dot(from_bt(on_a - on_b));
+  contact.p_W = 0.5 * from_bt(on_a + on_b);
+  contact.feature_a = feature_of(a.collider->shape, from_bt(local_a));
+  contact.feature_b = feature_of(b.collider->shape, from_bt(local_b));
+  if (solver && point.row >= 0) contact.impulse_W = sign * from_bt(solver->impulse(point.row));
+  const double normal = contact.normal_impulse();
+  const double tangential = (contact.impulse_W - normal * contact.n_W).norm();
+  const Vec3 u = relative_velocity(point, forest, contact.p_W);
+  const double speed = (u - contact.n_W.dot(u) * contact.n_W).norm();
+  const bool used_up = tangential >= kConeShare * point.pair->friction * normal;
+  contact.mode = speed > kSlipSpeed || (used_up && speed > kCreepSpeed) ? ContactMode::slip : ContactMode::stick;
+  return contact;
+}
+
+}  // namespace graze::bullet

@@ -1,0 +1,45 @@
+#pragma once
+// From Bullet's manifolds to the engine's contacts: before the solve each point gets its coefficients and the speed at
+// which it shall part; after the step it is read back with impulse, gap, features and mode.
+
+#include <vector>
+
+#include "engine/bullet/narrow_phase.h"
+#include "engine/bullet/solver.h"
+#include "engine/physics.h"
+
+namespace graze::bullet {
+
+/// Overlaps are pushed apart at a fifth of their depth per step, but never faster than this, m/s.
+inline constexpr double kRecovery = 0.1;
+
+class ContactSet {
+ public:
+  ContactSet(const Model& model, const std::vector<Solid>& solids) : model_(model), solids_(solids) {}
+
+  /// Takes over the points of a detection at the beginning of a step of h seconds. The forest's twists are those of
+  /// the beginning too: Newton's restitution counts from them.
+  void prepare(const std::vector<NearPair>& pairs, const Forest& forest, double h);
+  std::vector<btPersistentManifold*>& manifolds() { return manifolds_; }
+
+  /// Reads impulses (null solver: none), gaps, features and modes after the step, sorted by (a, b, position).
+  void read(const ContactSolver* solver, const Forest& forest, std::vector<Contact>& out);
+
+ private:
+  struct Point {
+    const ColliderPair* pair;
+    btManifoldPoint* point;
+    bool swapped;  // Bullet's body 0 is collider b
+    int row;       // number in the solver, or -1 if it was left out
+  };
+  Vec3 relative_velocity(const Point& point, const Forest& forest, const Vec3& p_W) const;
+  void set_target(Point& point, const Forest& forest, double h);
+  Contact read_point(const Point& point, const ContactSolver* solver, const Forest& forest) const;
+
+  const Model& model_;
+  const std::vector<Solid>& solids_;
+  std::vector<Point> points_;
+  std::vector<btPersistentManifold*> manifolds_;
+};
+
+}  // namespace graze::bullet

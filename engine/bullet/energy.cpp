@@ -1,0 +1,65 @@
+#include "engine/bullet/energy.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numbers>
+
+#include "engine/bullet/contacts.h"
+#include "engine/bullet/joint_rows.h"
+
+namespace graze::bullet {
+namespace {
+
+/// Rounding of the sums, relative to the energies in them.
+constexpr double kRounding = 1e-10;
+/// Bullet turns a body by at most this angle per step; beyond it the state no longer means what it says.
+constexpr double kLargestTurn = std::numbers::pi / 4;
+
+}  // namespace
+
+EnergyWatch::EnergyWatch(const Model& model, const Forest& forest) : model_(model), motion_(model.bodies.size()) {
+  last_ = measure(forest);
+}
+
+EnergyWatch::Sums EnergyWatch::measure(const Forest& forest) {
+  Sums sums;
+  for (int i = 0; i < static_cast<int>(motion_.size()); ++i) {
+    const Body& body = model_.bodies[i];
+    const Pose& X = forest.pose(i);
+    const Vec3 lever = X.linear() * body.com;
+    const BodyMotion now{forest.twist(i).at(lever), forest.twist(i).angular};
+    const Vec3 dv = now.v_com - motion_[i].v_com;
+    const Vec3 omega_B = X.linear().transpose() * now.omega;
+    const Vec3 change_B = X.linear().transpose() * (now.omega - motion_[i].omega);
+    sums.kinetic += 0.5 * (body.mass * now.v_com.squaredNorm() + omega_B.dot(body.inertia * omega_B));
+    sums.change += 0.5 * (body.mass * dv.squaredNorm() + change_B.dot(body.inertia * change_B));
+    sums.potential -= body.mass * model_.gravity.dot(X.translation() + lever);
+    sums.weighted_speed += body.mass * now.v_com.norm();
+    sums.weighted_change += body.mass * dv.norm();
+    sums.spin = std::max(sums.spin, now.omega.norm());
+    motion_[i] = now;
+  }
+  return sums;
+}
+
+std::optional<std::string> EnergyWatch::check(const Forest& forest, const StepInput& input) {
+  if (!forest.q().allFinite() || !forest.v().allFinite()) return "state is not finite";
+  const Sums before = last_, now = last_ = measure(forest);
+  const double h = input.h, g = model_.gravity.norm();
+  if (h * now.spin > kLargestTurn) {
+    return fmt::format("a body turns at {:.4g} rad/s, more than an eighth of a turn per step", now.spin);
+  }
+  const double turn = h * std::max(before.spin, now.spin);
+  const double allowed = 4 * (h * before.spin) * (h * before.spin) * before.kinetic   // mass matrix moves, free motion
+                         + std::min(2 * turn, 0.5) * now.change                       // … and under impulses
+                         + h * g * (now.weighted_change + turn * now.weighted_speed)  // gravity's lever
+                         + kRecovery * input.contact_impulse + kLimitRecovery * input.limit_impulse +
+                         kRounding * (before.kinetic + now.kinetic + std::abs(now.potential));
+  const double rise = now.kinetic + now.potential - before.kinetic - before.potential - input.work;
+  if (rise <= allowed) return std::nullopt;
+  return fmt::format("energy rose by {:.4g} J beyond the work of the actuators in one step (allowed: {:.4g} J)", rise,
+                     allowed);
+}
+
+}  // namespace graze::bullet

@@ -1,0 +1,46 @@
+#pragma once
+// Tells a physical step from one that makes energy out of nothing. The balance of a step is exact for a mass matrix
+// that stands still (semi-implicit Euler with impulses: dK = sum of impulse times mean velocity), so what may be left
+// over is bounded by the motion of the mass matrix, by gravity's lever over the step, and by the speed at which
+// overlaps are pushed apart. docs/physics.md derives the bound.
+
+#include <optional>
+#include <string>
+
+#include "engine/bullet/tree.h"
+
+namespace graze::bullet {
+
+/// What acted on the bodies in a step.
+struct StepInput {
+  double h = 0;                // s
+  double work = 0;             // J, of joint forces: h tau (v- + v+) / 2
+  double contact_impulse = 0;  // N s, sum of normal impulses
+  double limit_impulse = 0;    // N m s or N s, sum over joint limits
+};
+
+class EnergyWatch {
+ public:
+  EnergyWatch(const Model& model, const Forest& forest);
+  /// To be called after each step, when the forest is fresh. Why the step is not physical, or nothing.
+  std::optional<std::string> check(const Forest& forest, const StepInput& input);
+
+ private:
+  struct BodyMotion {
+    Vec3 v_com = Vec3::Zero(), omega = Vec3::Zero();  // world
+  };
+  struct Sums {
+    double kinetic = 0, potential = 0;
+    double change = 0;           // kinetic energy of the change of velocity, J
+    double weighted_speed = 0;   // sum of m |v|, kg m/s
+    double weighted_change = 0;  // sum of m |v+ - v-|
+    double spin = 0;             // fastest body, rad/s
+  };
+  Sums measure(const Forest& forest);
+
+  const Model& model_;
+  std::vector<BodyMotion> motion_;  // per body, at the last measure
+  Sums last_;
+};
+
+}  // namespace graze::bullet

@@ -1,0 +1,129 @@
+#include "engine/bullet/solver.h"
+
+#include <BulletDynamics/Featherstone/btMultiBodyMLCPConstraintSolver.h>
+#include <BulletDynamics/MLCPSolvers/btDantzigSolver.h>
+#include <BulletDynamics/MLCPSolvers/btSolveProjectedGaussSeidel.h>
+
+#include <cassert>
+
+namespace graze::bullet {
+namespace {
+
+/// Iterations of the iterative solvers at most; sequential impulse ends earlier when the largest change of a row's
+/// velocity in a sweep is below kResidual.
+constexpr int kIterations = 60;
+constexpr double kResidual = 1e-7;  // m/s or rad/s
+/// Compliance that keeps redundant contacts (a box on four corners) solvable by pivoting: velocity per impulse, s/kg
+/// after Bullet divides by h. At 10 N s it moves a contact by 1e-5 m/s.
+constexpr double kPivotCompliance = 1e-6;
+
+btContactSolverInfo solver_info(double h, double compliance) {
+  btContactSolverInfo info;
+  info.m_timeStep = h;
+  info.m_numIterations = kIterations;
+  info.m_leastSquaresResidualThreshold = kResidual * kResidual;
+  info.m_globalCfm = compliance * h;
+  info.m_frictionERP = 0;  // no positional memory of friction
+  info.m_splitImpulse = false;
+  info.m_linearSlop = 0;
+  info.m_restitutionVelocityThreshold = 0;                             // each point carries its own target speed
+  info.m_solverMode = SOLVER_SIMD | SOLVER_USE_2_FRICTION_DIRECTIONS;  // no random order, no warm start
+  return info;
+}
+
+/// One side of a row: its multibody, Jacobian and response to a unit impulse.
+struct Side {
+  const btMultiBody* body;
+  const btScalar *jacobian, *response;
+};
+
+template <class Base>
+class Exposed : public Base, public ContactSolver {
+ public:
+  template <class... Arguments>
+  explicit Exposed(double compliance, Arguments... arguments) : Base(arguments...), compliance_(compliance) {}
+
+  void solve(std::vector<btPersistentManifold*>& manifolds, std::vector<btMultiBodyConstraint*>& joints, double h,
+             btDispatcher& dispatcher) override {
+    this->solveMultiBodyGroup(nullptr, 0, manifolds.data(), static_cast<int>(manifolds.size()), nullptr, 0,
+                              joints.data(), static_cast<int>(joints.size()), solver_info(h, compliance_), nullptr,
+                              &dispatcher);
+  }
+  int points() const override { return this->m_multiBodyNormalContactConstraints.size(); }
+  btVector3 impulse(int point) const override {
+    const auto along = [](const btMultiBodySolverConstraint& row) {
+      return row.m_contactNormal1 * btScalar(row.m_appliedImpulse);
+    };
+    const btMultiBodyConstraintArray& friction = this->m_multiBodyFrictionContactConstraints;
+    assert(friction[2 * point].m_frictionIndex == point && friction[2 * point + 1].m_frictionIndex == point);
+    return along(this->m_multiBodyNormalContactConstraints[point]) + along(friction[2 * point]) +
+           along(friction[2 * point + 1]);
+  }
+
+ protected:
+  double compliance_;
+};
+
+using SequentialImpulse = Exposed<btMultiBodyConstraintSolver>;
+
+/// The mixed-LCP solvers. Bullet leaves out of its matrix the coupling between the two sides of a contact of one tree
+/// with itself; this adds it.
+class MixedLcp : public Exposed<btMultiBodyMLCPConstraintSolver> {
+ public:
+  explicit MixedLcp(std::unique_ptr<btMLCPSolverInterface> pivot)
+      : Exposed(kPivotCompliance, pivot.get()), pivot_(std::move(pivot)) {}
+
+ protected:
+  void createMLCPFast(const btContactSolverInfo& info) override {
+    btMultiBodyMLCPConstraintSolver::createMLCPFast(info);
+    const int n = m_multiBodyAllConstraintPtrArray.size();
+    bool self = false;
+    for (int i = 0; i < n; ++i) self = self || touches_itself(*m_multiBodyAllConstraintPtrArray[i]);
+    for (int i = 0; self && i < n; ++i) {
+      for (int j = i; j < n; ++j) {
+        const double a = coupling(*m_multiBodyAllConstraintPtrArray[i], *m_multiBodyAllConstraintPtrArray[j]);
+        m_multiBodyA.setElem(i, j, i == j ? a + info.m_globalCfm / info.m_timeStep : a);
+        m_multiBodyA.setElem(j, i, m_multiBodyA(i, j));
+      }
+    }
+  }
+
+ private:
+  static bool touches_itself(const btMultiBodySolverConstraint& row) {
+    return row.m_multiBodyA == row.m_multiBodyB && row.m_orgConstraint == nullptr;
+  }
+  Side side(const btMultiBody* body, int index) const {
+    if (!body) return {nullptr, nullptr, nullptr};
+    return {body, &m_data.m_jacobians[index], &m_data.m_deltaVelocitiesUnitImpulse[index]};
+  }
+  double coupling(const btMultiBodySolverConstraint& i, const btMultiBodySolverConstraint& j) const {
+    double sum = 0;
+    for (const Side& s : {side(i.m_multiBodyA, i.m_jacAindex), side(i.m_multiBodyB, i.m_jacBindex)}) {
+      for (const Side& t : {side(j.m_multiBodyA, j.m_jacAindex), side(j.m_multiBodyB, j.m_jacBindex)}) {
+        if (!s.body || s.body != t.body) continue;
+        for (int k = 0; k < 6 + s.body->getNumDofs(); ++k) sum += s.response[k] * t.jacobian[k];
+      }
+    }
+    return sum;
+  }
+
+  std::unique_ptr<btMLCPSolverInterface> pivot_;
+};
+
+}  // namespace
+
+const std::vector<std::string>& contact_model_names() {
+  static const std::vector<std::string> names = {"sequential_impulse", "dantzig", "projected_gauss_seidel"};
+  return names;
+}
+
+std::unique_ptr<ContactSolver> make_contact_solver(const std::string& name) {
+  if (name == "dantzig") return std::make_unique<MixedLcp>(std::make_unique<btDantzigSolver>());
+  if (name == "projected_gauss_seidel") {
+    return std::make_unique<MixedLcp>(std::make_unique<btSolveProjectedGaussSeidel>());
+  }
+  assert(name == "sequential_impulse");
+  return std::make_unique<SequentialImpulse>(0.0);
+}
+
+}  // namespace graze::bullet

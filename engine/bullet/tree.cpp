@@ -1,0 +1,207 @@
+#include "engine/bullet/tree.h"
+
+#include <Eigen/Eigenvalues>
+#include <cassert>
+
+#include "engine/bullet/convert.h"
+
+namespace graze::bullet {
+namespace {
+
+/// Bullet clamps every generalised velocity to this; far above anything that energy checks let pass.
+constexpr double kNoVelocityLimit = 1e30;
+
+/// Axes R_BC along which the inertia is diagonal, and the diagonal. Axes that are principal already stay as they are.
+std::pair<Mat3, Vec3> principal_axes(const Mat3& inertia) {
+  const Mat3 off = inertia - Mat3(inertia.diagonal().asDiagonal());
+  if (off.cwiseAbs().maxCoeff() == 0) return {Mat3::Identity(), inertia.diagonal()};
+  const Eigen::SelfAdjointEigenSolver<Mat3> solver(inertia);
+  Mat3 R = solver.eigenvectors();
+  if (R.determinant() < 0) R.col(2) = -R.col(2);
+  return {R, solver.eigenvalues()};
+}
+
+bool floats(const Body& body) { return body.type == JointType::floating; }
+
+}  // namespace
+
+Forest::Forest(const Model& model, const State& initial)
+    : model_(model), X_WB_(model.bodies.size(), Pose::Identity()), twist_(model.bodies.size()) {
+  q_.setZero(model.nq);
+  v_.setZero(model.nv);
+  for (const Body& body : model.bodies) {
+    const auto [R_BC, inertia] = principal_axes(body.inertia);
+    Pose X_BC = Pose::Identity();
+    X_BC.linear() = R_BC;
+    X_BC.translation() = body.com;
+    X_BC_.push_back(X_BC);
+    principal_inertia_.push_back(inertia);
+  }
+  place_bodies();
+  for (Tree& tree : trees_) build(tree);
+  write_state(initial);
+  refresh();
+}
+
+void Forest::place_bodies() {
+  int fixed_tree = -1;
+  for (int i = 0; i < static_cast<int>(model_.bodies.size()); ++i) {
+    const Body& body = model_.bodies[i];
+    int tree = body.parent >= 0 ? place_[body.parent].tree : fixed_tree;
+    if (floats(body) || tree < 0) {
+      tree = static_cast<int>(trees_.size());
+      trees_.push_back({nullptr, floats(body) ? i : -1, {}});
+      if (!floats(body)) fixed_tree = tree;
+    }
+    if (!floats(body)) trees_[tree].links.push_back(i);
+    place_.push_back({tree, floats(body) ? -1 : static_cast<int>(trees_[tree].links.size()) - 1});
+    if (!floats(body) && body.damping > 0) damped_.push_back(i);
+  }
+}
+
+void Forest::build(Tree& tree) {
+  const bool fixed = tree.base < 0;
+  const double mass = fixed ? 0 : model_.bodies[tree.base].mass;
+  const btVector3 inertia = fixed ? btVector3(0, 0, 0) : to_bt(principal_inertia_[tree.base]);
+  const int n = static_cast<int>(tree.links.size());
+  tree.body = std::make_unique<btMultiBody>(n, mass, inertia, fixed, /*canSleep=*/false);
+  btMultiBody& multibody = *tree.body;
+  for (int link = 0; link < n; ++link) setup_link(multibody, link, tree.links[link]);
+  multibody.finalizeMultiDof();
+  multibody.setLinearDamping(0);
+  multibody.setAngularDamping(0);
+  multibody.setUseGyroTerm(true);
+  multibody.setMaxCoordinateVelocity(kNoVelocityLimit);
+  multibody.setMaxAppliedImpulse(kNoVelocityLimit);
+}
+
+void Forest::setup_link(btMultiBody& multibody, int link, int i) {
+  const Body& body = model_.bodies[i];
+  const Pose X_PCp = body.parent < 0 ? Pose::Identity() : X_BC_[body.parent];
+  const int parent = body.parent < 0 ? -1 : place_[body.parent].link;
+  const Mat3 R_CB = X_BC_[i].linear().transpose();
+  const Mat3 R_CCp = R_CB * body.X_PB.linear().transpose() * X_PCp.linear();
+  const btQuaternion parent_to_this = to_bt(Quat(R_CCp));
+  const btVector3 axis = to_bt(Vec3(R_CB * body.axis));
+  const btVector3 parent_to_pivot =
+      to_bt(Vec3(X_PCp.linear().transpose() * (body.X_PB.translation() - X_PCp.translation())));
+  const btVector3 pivot_to_com = to_bt(Vec3(R_CB * body.com));
+  const btVector3 inertia = to_bt(principal_inertia_[i]);
+  if (body.type == JointType::revolute) {
+    multibody.setupRevolute(link, body.mass, inertia, parent, parent_to_this, axis, parent_to_pivot, pivot_to_com);
+  } else {
+    assert(body.type == JointType::prismatic);
+    multibody.setupPrismatic(link, body.mass, inertia, parent, parent_to_this, axis, parent_to_pivot, pivot_to_com,
+                             false);
+  }
+}
+
+void Forest::write_state(const State& state) {
+  assert(state.q.size() == model_.nq && state.v.size() == model_.nv);
+  for (Tree& tree : trees_) {
+    btMultiBody& multibody = *tree.body;
+    if (tree.base >= 0) {
+      const Body& body = model_.bodies[tree.base];
+      const double* q = state.q.data() + body.q;
+      const Quat q_WB = Quat(q[0], q[1], q[2], q[3]).normalized();
+      const Quat q_WC = q_WB * Quat(X_BC_[tree.base].linear());
+      const Vec3 omega = state.v.segment<3>(body.v), offset = q_WB * body.com;
+      multibody.setBasePos(to_bt(Vec3(state.q.segment<3>(body.q + 4) + offset)));
+      multibody.setWorldToBaseRot(to_bt(q_WC.conjugate()));
+      multibody.setBaseOmega(to_bt(omega));
+      multibody.setBaseVel(to_bt(Vec3(state.v.segment<3>(body.v + 3) + omega.cross(offset))));
+    }
+    for (int link = 0; link < multibody.getNumLinks(); ++link) {
+      const Body& body = model_.bodies[tree.links[link]];
+      multibody.setJointPos(link, state.q[body.q]);
+      multibody.setJointVel(link, state.v[body.v]);
+    }
+  }
+}
+
+void Forest::refresh() {
+  for (Tree& tree : trees_) {
+    tree.body->forwardKinematics(scratch_q_, scratch_v_);
+    if (tree.base >= 0) read_base(tree.base);
+    for (int body : tree.links) read_link(body);
+  }
+}
+
+void Forest::read_base(int i) {
+  const Body& body = model_.bodies[i];
+  const btMultiBody& multibody = *this->multibody(i);
+  const Quat q_WB = from_bt(multibody.getWorldToBaseRot()).conjugate() * Quat(X_BC_[i].linear()).conjugate();
+  const Vec3 offset = q_WB * body.com;
+  Pose& X_WB = X_WB_[i];
+  X_WB.linear() = q_WB.toRotationMatrix();
+  X_WB.translation() = from_bt(multibody.getBasePos()) - offset;
+  Twist& twist = twist_[i];
+  twist.angular = from_bt(multibody.getBaseOmega());
+  twist.linear = from_bt(multibody.getBaseVel()) - twist.angular.cross(offset);
+  q_.segment<4>(body.q) << q_WB.w(), q_WB.x(), q_WB.y(), q_WB.z();
+  q_.segment<3>(body.q + 4) = X_WB.translation();
+  v_.segment<3>(body.v) = twist.angular;
+  v_.segment<3>(body.v + 3) = twist.linear;
+}
+
+void Forest::read_link(int i) {
+  const Body& body = model_.bodies[i];
+  const btMultiBody& multibody = *this->multibody(i);
+  const btTransform& X_WC = multibody.getLink(link(i)).m_cachedWorldTransform;
+  Pose& X_WB = X_WB_[i];
+  X_WB.linear() = from_bt(X_WC.getBasis()) * X_BC_[i].linear().transpose();
+  X_WB.translation() = from_bt(X_WC.getOrigin()) - X_WB.linear() * body.com;
+  q_[body.q] = multibody.getJointPos(link(i));
+  const double rate = v_[body.v] = multibody.getJointVel(link(i));
+  Twist twist;
+  if (body.parent >= 0) {
+    const Twist& parent = twist_[body.parent];
+    twist = {parent.angular, parent.at(X_WB.translation() - X_WB_[body.parent].translation())};
+  }
+  const Vec3 axis_W = X_WB.linear() * body.axis;
+  (body.type == JointType::revolute ? twist.angular : twist.linear) += rate * axis_W;
+  twist_[i] = twist;
+}
+
+void Forest::set_forces(const Eigen::VectorXd& joint_force) {
+  const btVector3 gravity = to_bt(model_.gravity);
+  for (Tree& tree : trees_) {
+    btMultiBody& multibody = *tree.body;
+    multibody.clearForcesAndTorques();
+    if (tree.base >= 0) multibody.addBaseForce(gravity * multibody.getBaseMass());
+    for (int link = 0; link < multibody.getNumLinks(); ++link) {
+      multibody.addLinkForce(link, gravity * multibody.getLinkMass(link));
+      multibody.addJointTorque(link, joint_force[model_.bodies[tree.links[link]].v]);
+    }
+  }
+}
+
+void Forest::accelerate(double h) {
+  for (Tree& tree : trees_) {
+    tree.body->computeAccelerationsArticulatedBodyAlgorithmMultiDof(h, scratch_r_, scratch_v_, scratch_m_,
+                                                                    /*isConstraintPass=*/false, false, false);
+  }
+}
+
+void Forest::damp(double h) {
+  for (int i : damped_) {
+    btMultiBody& multibody = *this->multibody(i);
+    const int row = 6 + multibody.getLink(link(i)).m_dofOffset, n = 6 + multibody.getNumDofs();
+    unit_.resize(n);
+    response_.resize(n);
+    for (int k = 0; k < n; ++k) unit_[k] = k == row ? 1 : 0;
+    multibody.calcAccelerationDeltasMultiDof(&unit_[0], &response_[0], scratch_r_, scratch_v_);
+    const double dh = model_.bodies[i].damping * h;
+    const double impulse = -dh * multibody.getJointVel(link(i)) / (1 + dh * response_[row]);
+    multibody.applyDeltaVeeMultiDof(&response_[0], impulse);
+  }
+}
+
+void Forest::move(double h) {
+  for (Tree& tree : trees_) {
+    tree.body->processDeltaVeeMultiDof2();
+    tree.body->stepPositionsMultiDof(h);
+  }
+}
+
+}  // namespace graze::bullet

@@ -1,0 +1,62 @@
+#include "engine/bullet/world.h"
+
+#include <algorithm>
+
+namespace graze::bullet {
+namespace {
+
+/// Pairs are watched this far ahead: what closes faster than kWatchSpeed overlaps for a step before it is seen.
+constexpr double kWatchSpeed = 2.0;                      // m/s
+constexpr double kLeastReach = 1e-3, kMostReach = 0.02;  // m
+
+double reach(double h) { return std::clamp(kWatchSpeed * h, kLeastReach, kMostReach); }
+
+}  // namespace
+
+World::World(const Model& model, const State& initial, HullCache& hulls)
+    : model_(model),
+      forest_(model_, initial),
+      solids_(make_solids(model_, forest_, hulls)),
+      narrow_phase_(model_, solids_),
+      contact_set_(model_, solids_),
+      solver_(make_contact_solver(model_.contact_model)),
+      energy_(model_, forest_) {
+  for (int i = 0; i < static_cast<int>(model_.bodies.size()); ++i) {
+    const Body& body = model_.bodies[i];
+    if (JointRows::needed(body)) joint_rows_.push_back(std::make_unique<JointRows>(body, forest_, i));
+  }
+  joint_force_.setZero(model_.nv);
+}
+
+const ContactSolver* World::solve(double h) {
+  active_rows_.clear();
+  for (const auto& rows : joint_rows_) {
+    rows->clear();
+    if (rows->active(h)) active_rows_.push_back(rows.get());
+  }
+  if (contact_set_.manifolds().empty() && active_rows_.empty()) return nullptr;
+  for (Tree& tree : forest_.trees()) tree.body->setCompanionId(-1);  // no place in the solver's arrays yet
+  solver_->solve(contact_set_.manifolds(), active_rows_, h, narrow_phase_.dispatcher());
+  for (btMultiBodyConstraint* rows : active_rows_) static_cast<JointRows*>(rows)->after_solve();
+  return solver_.get();
+}
+
+void World::step(double h, const Eigen::VectorXd& tau) {
+  v_before_ = forest_.v();
+  for (int k = 0; k < model_.na(); ++k) joint_force_[model_.bodies[model_.actuated[k]].v] = tau[k];
+  contact_set_.prepare(narrow_phase_.detect(reach(h)), forest_, h);
+  forest_.set_forces(joint_force_);
+  forest_.accelerate(h);
+  forest_.damp(h);
+  const ContactSolver* used = solve(h);
+  forest_.move(h);
+  forest_.refresh();
+  place_solids(solids_, forest_);
+  contact_set_.read(used, forest_, contacts_);
+  StepInput input{h, 0.5 * h * joint_force_.dot(v_before_ + forest_.v())};
+  for (const Contact& contact : contacts_) input.contact_impulse += contact.normal_impulse();
+  for (const auto& rows : joint_rows_) input.limit_impulse += rows->limit_impulse();
+  fault_ = energy_.check(forest_, input);
+}
+
+}  // namespace graze::bullet

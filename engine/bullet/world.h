@@ -1,0 +1,45 @@
+#pragma once
+// One particle in Bullet: trees, solids, contact detection and solver, stepped by hand in the order
+//   detect at q  ->  v += h a(q, v, tau)  ->  impulses (contacts, joint limits, dry friction)  ->  q += h v+
+// (semi-implicit Euler). btMultiBodyDynamicsWorld does the same around the same parts, but with islands, sleeping,
+// predictive transforms and one collider per link; here every pair, order and number is the Model's.
+
+#include <optional>
+#include <string>
+
+#include "engine/bullet/contacts.h"
+#include "engine/bullet/energy.h"
+#include "engine/bullet/joint_rows.h"
+
+namespace graze::bullet {
+
+class World {
+ public:
+  World(const Model& model, const State& initial, HullCache& hulls);
+
+  /// tau: force of each actuator, in the order of Model::actuated.
+  void step(double h, const Eigen::VectorXd& tau);
+  const Forest& forest() const { return forest_; }
+  const Model& model() const { return model_; }
+  const std::vector<Contact>& contacts() const { return contacts_; }
+  const std::optional<std::string>& fault() const { return fault_; }
+
+ private:
+  /// Contact impulses and joint rows; the solver that was used, or null if nothing was near.
+  const ContactSolver* solve(double h);
+
+  const Model model_;
+  Forest forest_;
+  std::vector<Solid> solids_;
+  NarrowPhase narrow_phase_;
+  ContactSet contact_set_;
+  std::unique_ptr<ContactSolver> solver_;
+  std::vector<std::unique_ptr<JointRows>> joint_rows_;
+  std::vector<btMultiBodyConstraint*> active_rows_;
+  EnergyWatch energy_;
+  std::vector<Contact> contacts_;
+  std::optional<std::string> fault_;
+  Eigen::VectorXd joint_force_, v_before_;  // nv
+};
+
+}  // namespace graze::bullet

@@ -1,0 +1,88 @@
+#include <algorithm>
+
+#include "engine/control/chain.h"
+#include "engine/control/lag_buffer.h"
+#include "engine/control/registry.h"
+
+namespace graze {
+
+namespace {
+
+/// The targets that hold the nominal initial state: what the robot does before the first delayed command arrives.
+Targets initial_targets(const ControlContext& context, const std::vector<int>& effectors) {
+  const Model& model = context.nominal;
+  Targets targets(model.na(), static_cast<int>(effectors.size()));
+  for (int lane = 0; lane < kLanes; ++lane) {
+    for (int k = 0; k < model.na(); ++k) {
+      targets.q(k, lane) = context.initial.q[model.bodies[model.actuated[k]].q];
+    }
+    for (std::size_t e = 0; e < effectors.size(); ++e) {
+      const Chain chain(model, effectors[e]);
+      targets.x.set_column(lane, chain.position(chain.select(context.initial.q)), static_cast<int>(3 * e));
+    }
+  }
+  return targets;
+}
+
+/// The entry of a policy map that names the policy. Throws InputError.
+std::pair<std::string, Settings> policy_entry(const Settings& settings) {
+  const std::vector<std::string> names = policy_names();
+  std::vector<std::string> keys = names;
+  keys.push_back("control");
+  settings.allow(keys);
+  std::optional<std::pair<std::string, Settings>> chosen;
+  for (const auto& [key, value] : settings.entries()) {
+    if (key == "control") continue;
+    if (chosen) value.fail_key("a second policy beside " + chosen->first + "; a policy is one of them");
+    chosen.emplace(key, value);
+  }
+  if (chosen) return *chosen;
+  std::string list;
+  for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
+  settings.fail("names no policy; one of " + list + " must stand here");
+}
+
+}  // namespace
+
+struct Controller::Impl {
+  std::unique_ptr<Policy> policy;
+  std::unique_ptr<Tracker> tracker;
+  std::array<double, kLanes> lag{};
+  Targets targets, delayed;
+  std::optional<LagBuffer> buffer;
+};
+
+Controller::Controller(const ControlContext& context, const Settings& settings) : impl_(std::make_unique<Impl>()) {
+  const auto [policy, policy_settings] = policy_entry(settings);
+  const auto [tracker, tracker_settings] = settings.at("control").single(tracker_names());
+  const TrackerEntry& entry = tracker_registry().at(tracker);
+  impl_->policy = policy_registry().at(policy)(context, policy_settings, entry.kind);
+  const std::vector<int> effectors = impl_->policy->effectors();
+  impl_->tracker = entry.make(context, tracker_settings, effectors);
+  impl_->targets = impl_->delayed = initial_targets(context, effectors);
+  impl_->buffer.emplace(impl_->targets, context.period);
+}
+
+Controller::~Controller() = default;
+
+void Controller::start(int lane, double lag) {
+  impl_->lag[lane] = lag;
+  impl_->policy->start(lane);
+  impl_->buffer->start(lane, lag);
+}
+
+void Controller::act(const Observation& observation, const double* lag_jitter, LaneMask active,
+                     ActuatorCommand& command) {
+  Impl& own = *impl_;
+  own.policy->act(observation, active, own.targets);
+  for (int lane = 0; lane < kLanes; ++lane) {
+    if (!active[lane]) continue;
+    const double lag = own.lag[lane] + (lag_jitter != nullptr ? lag_jitter[lane] : 0.0);
+    own.buffer->pass(lane, observation.time[lane], lag, own.targets, own.delayed);
+  }
+  own.tracker->track(observation, own.delayed, active, command);
+}
+
+const Targets& Controller::targets() const { return impl_->targets; }
+
+}  // namespace graze

@@ -1,0 +1,28 @@
+#pragma once
+// Table 17 from a `gait:` map: keys, units, relative and absolute stances, checks against the nominal robot.
+
+#include "engine/control/chain.h"
+#include "engine/control/gait_planner.h"
+#include "engine/control/policy.h"
+
+namespace graze {
+
+/// A leg as the gait sees it.
+struct Leg {
+  int frame;                     // of the foot, index into Model::frames
+  Chain chain;                   // base to foot
+  Vec3 hip;                      // origin of the hip's pitch joint at zero, base frame, m
+  double reach;                  // 0.95 of the stretched length from there to the foot, m
+  std::vector<int> body_frames;  // frames on the foot's body, whose contact forces count as the foot's
+};
+
+struct GaitSetup {
+  GaitParameters parameters;
+  std::vector<Leg> legs;
+  std::unique_ptr<Steering> steering;
+};
+
+/// Throws InputError.
+GaitSetup read_gait(const ControlContext& context, const Settings& settings);
+
+}  // namespace graze

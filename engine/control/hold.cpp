@@ -1,0 +1,42 @@
+// Policy `hold`: {}. Stands as it began: nominal initial joint positions, or, for a tracker of effectors, nothing to
+// follow (refused).
+
+#include "engine/control/joint_values.h"
+
+namespace graze {
+
+namespace {
+
+class Hold : public Policy {
+ public:
+  explicit Hold(const ControlContext& context) : q_(actuated_positions(context.nominal, context.initial)) {}
+
+  void start(int) override {}
+
+  void act(const Observation&, LaneMask active, Targets& targets) override {
+    for (int k = 0; k < static_cast<int>(q_.size()); ++k) {
+      for (int lane = 0; lane < kLanes; ++lane) {
+        if (!active[lane]) continue;
+        targets.q(k, lane) = q_[k];
+        targets.v(k, lane) = targets.tau(k, lane) = 0;
+      }
+    }
+  }
+
+ private:
+  std::vector<double> q_;
+};
+
+const PolicyRegistration registration("hold",
+                                      [](const ControlContext& context, const Settings& settings,
+                                         TargetKind kind) -> std::unique_ptr<Policy> {
+                                        settings.allow({});
+                                        if (kind != TargetKind::joint) {
+                                          settings.fail_key("hold gives joint targets; use control: {joint_pd: …}");
+                                        }
+                                        return std::make_unique<Hold>(context);
+                                      });
+
+}  // namespace
+
+}  // namespace graze

@@ -1,0 +1,125 @@
+#include "engine/control/joint_table.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+namespace graze {
+
+namespace {
+
+std::vector<std::string> split(const std::string& line) {
+  std::vector<std::string> cells;
+  std::stringstream stream(line);
+  for (std::string cell; std::getline(stream, cell, ',');) {
+    const auto first = cell.find_first_not_of(" \t\r");
+    const auto last = cell.find_last_not_of(" \t\r");
+    cells.push_back(first == std::string::npos ? "" : cell.substr(first, last - first + 1));
+  }
+  return cells;
+}
+
+[[noreturn]] void fail(const std::string& name, int line, const std::string& message) {
+  throw InputError(name + ":" + std::to_string(line) + ": " + message);
+}
+
+double number(const std::string& name, int line, const std::string& cell) {
+  double value = 0;
+  const char* const end = cell.data() + cell.size();
+  const auto [stop, error] = std::from_chars(cell.data(), end, value);
+  if (error != std::errc() || stop != end || !std::isfinite(value)) {
+    fail(name, line, "'" + cell + "' is not a finite number");
+  }
+  return value;
+}
+
+std::vector<int> read_header(const std::string& name, const std::vector<std::string>& header,
+                             const std::vector<std::string>& joints) {
+  if (header.size() < 2 || header.front() != "time") {
+    fail(name, 1, "the header must be 'time' and at least one joint, separated by commas");
+  }
+  std::vector<int> columns;
+  for (std::size_t c = 1; c < header.size(); ++c) {
+    const auto found = std::find(joints.begin(), joints.end(), header[c]);
+    if (found == joints.end()) {
+      const std::string near = nearest(header[c], joints);
+      fail(name, 1, "'" + header[c] + "' is no actuated joint" + (near.empty() ? "" : "; did you mean " + near + "?"));
+    }
+    const int joint = static_cast<int>(found - joints.begin());
+    if (std::count(columns.begin(), columns.end(), joint) != 0) fail(name, 1, "'" + header[c] + "' stands twice");
+    columns.push_back(joint);
+  }
+  return columns;
+}
+
+}  // namespace
+
+JointTable JointTable::load(const Settings& file, const std::vector<std::string>& joints, Interpolation interpolation) {
+  const std::string path = file.resolve_file(file.text());
+  std::ifstream stream(path);
+  if (!stream) file.fail("'" + path + "' cannot be read; a CSV file 'time,JOINT,…' must be there");
+  std::stringstream text;
+  text << stream.rdbuf();
+  return parse(text.str(), path, joints, interpolation);
+}
+
+JointTable JointTable::parse(const std::string& text, const std::string& name, const std::vector<std::string>& joints,
+                             Interpolation interpolation) {
+  JointTable table;
+  table.interpolation_ = interpolation;
+  std::stringstream stream(text);
+  std::string line;
+  for (int number_of_line = 1; std::getline(stream, line); ++number_of_line) {
+    const std::vector<std::string> cells = split(line);
+    if (number_of_line == 1) {
+      table.columns_ = read_header(name, cells, joints);
+      table.values_.resize(table.columns_.size());
+      continue;
+    }
+    if (cells.empty() || (cells.size() == 1 && cells.front().empty())) continue;
+    if (cells.size() != table.columns_.size() + 1) {
+      fail(name, number_of_line,
+           std::to_string(cells.size()) + " values; the header has " + std::to_string(table.columns_.size() + 1) +
+               " columns");
+    }
+    const double time = number(name, number_of_line, cells[0]);
+    if (!table.time_.empty() && time <= table.time_.back()) {
+      fail(name, number_of_line, "time " + cells[0] + " does not lie after the row before; times must grow");
+    }
+    table.time_.push_back(time);
+    for (std::size_t c = 0; c + 1 < cells.size(); ++c) {
+      table.values_[c].push_back(number(name, number_of_line, cells[c + 1]));
+    }
+  }
+  if (table.time_.empty()) fail(name, 1, "the table has no rows");
+  return table;
+}
+
+double JointTable::slope(std::size_t column, std::size_t knot) const {
+  const std::vector<double>& x = values_[column];
+  const auto chord = [&](std::size_t i) { return (x[i + 1] - x[i]) / (time_[i + 1] - time_[i]); };
+  if (knot == 0) return chord(0);
+  if (knot + 1 == time_.size()) return chord(knot - 1);
+  const double before = time_[knot] - time_[knot - 1], after = time_[knot + 1] - time_[knot];
+  return (chord(knot - 1) * after + chord(knot) * before) / (before + after);
+}
+
+JointTable::Sample JointTable::at(std::size_t column, double t) const {
+  const std::vector<double>& x = values_[column];
+  if (t < time_.front() || time_.size() == 1) return {x.front(), 0};
+  if (t >= time_.back()) return {x.back(), 0};
+  const auto after = std::upper_bound(time_.begin(), time_.end(), t);
+  const auto i = static_cast<std::size_t>(after - time_.begin()) - 1;
+  const double h = time_[i + 1] - time_[i];
+  const double s = (t - time_[i]) / h;
+  const double rise = x[i + 1] - x[i];
+  if (interpolation_ == Interpolation::linear) return {x[i] + s * rise, rise / h};
+  // Cubic Hermite between the knots: x0 + s m0 + s^2 (3 d - 2 m0 - m1) + s^3 (m0 + m1 - 2 d).
+  const double m0 = h * slope(column, i), m1 = h * slope(column, i + 1);
+  const double c2 = 3 * rise - 2 * m0 - m1, c3 = m0 + m1 - 2 * rise;
+  return {x[i] + s * (m0 + s * (c2 + s * c3)), (m0 + s * (2 * c2 + s * 3 * c3)) / h};
+}
+
+}  // namespace graze

@@ -1,0 +1,43 @@
+#pragma once
+// A table of joint values over time from a CSV file: header `time,JOINT,JOINT,…`, one row per knot, times (s) growing.
+
+#include <string>
+#include <vector>
+
+#include "engine/settings/settings.h"
+
+namespace graze {
+
+enum class Interpolation { linear, cubic };
+
+class JointTable {
+ public:
+  /// Reads the file that `file` names (relative to the settings' own file). Columns must be among `joints`. Throws
+  /// InputError "table.csv:LINE: …".
+  static JointTable load(const Settings& file, const std::vector<std::string>& joints, Interpolation interpolation);
+  /// From text; `name` stands for the file in messages.
+  static JointTable parse(const std::string& text, const std::string& name, const std::vector<std::string>& joints,
+                          Interpolation interpolation);
+
+  /// Joints (index into the list given) of the columns.
+  const std::vector<int>& columns() const { return columns_; }
+  double first_time() const { return time_.front(); }
+  double last_time() const { return time_.back(); }
+
+  /// Value and rate of a column at t; held at the ends, where the rate is 0. Cubic: Catmull-Rom slopes on the table's
+  /// own times (C1, exact for parabolas inside).
+  struct Sample {
+    double value, rate;
+  };
+  Sample at(std::size_t column, double t) const;
+
+ private:
+  double slope(std::size_t column, std::size_t knot) const;
+
+  Interpolation interpolation_ = Interpolation::linear;
+  std::vector<int> columns_;
+  std::vector<double> time_;                 // s
+  std::vector<std::vector<double>> values_;  // [column][knot]
+};
+
+}  // namespace graze

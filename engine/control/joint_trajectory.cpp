@@ -1,0 +1,114 @@
+// Policy `joint_trajectory`: joint positions (and velocities) as functions of time.
+//   {sinusoid: {amplitude: rad, frequency: rad/s, phase: rad, until: s}}   q = q0 + amplitude sin(frequency t + phase)
+//   {table: file.csv, interpolation: linear | cubic}                       columns time, JOINT, …
+// Amplitude, frequency and phase are numbers or maps of joint globs; after `until` the motion is frozen. Joints that
+// nothing is said about hold their nominal initial position.
+
+#include <cmath>
+
+#include "engine/control/joint_table.h"
+#include "engine/control/joint_values.h"
+
+namespace graze {
+
+namespace {
+
+/// Joint targets that depend on time alone.
+class Motion {
+ public:
+  virtual ~Motion() = default;
+  struct Sample {
+    double q, v;
+  };
+  virtual Sample at(int joint, double t) const = 0;
+};
+
+class Sinusoid : public Motion {
+ public:
+  Sinusoid(const ControlContext& context, const Settings& settings)
+      : q0_(actuated_positions(context.nominal, context.initial)) {
+    settings.allow({"amplitude", "frequency", "phase", "until"});
+    amplitude_ = read_joint_values(context.nominal, settings.at("amplitude"), Quantity::angle, 0.0);
+    frequency_ = read_joint_values(context.nominal, settings.at("frequency"), Quantity::angular_velocity, 0.0);
+    phase_ = read_joint_values_or(context.nominal, settings, "phase", Quantity::angle, 0.0);
+    if (settings.has("until")) until_ = settings.at("until").non_negative(Quantity::time);
+  }
+
+  Sample at(int joint, double t) const override {
+    const double angle = frequency_[joint] * std::min(t, until_) + phase_[joint];
+    const double rate = t < until_ ? amplitude_[joint] * frequency_[joint] * std::cos(angle) : 0.0;
+    return {q0_[joint] + amplitude_[joint] * std::sin(angle), rate};
+  }
+
+ private:
+  std::vector<double> q0_, amplitude_, frequency_, phase_;
+  double until_ = std::numeric_limits<double>::infinity();
+};
+
+class Table : public Motion {
+ public:
+  Table(const ControlContext& context, const Settings& settings)
+      : q0_(actuated_positions(context.nominal, context.initial)),
+        table_(JointTable::load(settings.at("table"), actuated_names(context.nominal), interpolation_of(settings))),
+        column_(q0_.size(), -1) {
+    for (std::size_t c = 0; c < table_.columns().size(); ++c) column_[table_.columns()[c]] = static_cast<int>(c);
+  }
+
+  Sample at(int joint, double t) const override {
+    if (column_[joint] < 0) return {q0_[joint], 0};
+    const JointTable::Sample sample = table_.at(column_[joint], t);
+    return {sample.value, sample.rate};
+  }
+
+ private:
+  static Interpolation interpolation_of(const Settings& settings) {
+    if (!settings.has("interpolation")) return Interpolation::linear;
+    return settings.at("interpolation").choice({"linear", "cubic"}) == "cubic" ? Interpolation::cubic
+                                                                               : Interpolation::linear;
+  }
+
+  std::vector<double> q0_;
+  JointTable table_;
+  std::vector<int> column_;  // of each joint; -1: none
+};
+
+class JointTrajectory : public Policy {
+ public:
+  explicit JointTrajectory(std::unique_ptr<Motion> motion) : motion_(std::move(motion)) {}
+
+  void start(int) override {}
+
+  void act(const Observation& observation, LaneMask active, Targets& targets) override {
+    for (int k = 0; k < targets.q.rows(); ++k) {
+      for (int lane = 0; lane < kLanes; ++lane) {
+        if (!active[lane]) continue;
+        const Motion::Sample sample = motion_->at(k, observation.time[lane]);
+        targets.q(k, lane) = sample.q;
+        targets.v(k, lane) = sample.v;
+        targets.tau(k, lane) = 0;
+      }
+    }
+  }
+
+ private:
+  std::unique_ptr<Motion> motion_;
+};
+
+std::unique_ptr<Policy> make(const ControlContext& context, const Settings& settings, TargetKind kind) {
+  settings.allow({"sinusoid", "table", "interpolation"});
+  if (kind != TargetKind::joint) {
+    settings.fail_key("joint_trajectory gives joint targets; use control: {joint_pd: …}");
+  }
+  if (settings.has("sinusoid") == settings.has("table")) {
+    settings.fail("either `sinusoid` or `table` must stand here, and not both");
+  }
+  if (settings.has("table")) return std::make_unique<JointTrajectory>(std::make_unique<Table>(context, settings));
+  if (settings.has("interpolation")) settings.at("interpolation").fail_key("belongs to a table, not to a sinusoid");
+  return std::make_unique<JointTrajectory>(std::make_unique<Sinusoid>(context, settings.at("sinusoid")));
+}
+
+const PolicyRegistration registration("joint_trajectory", make);
+
+}  // namespace
+
+}  // namespace graze

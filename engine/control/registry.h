@@ -1,0 +1,19 @@
+#pragma once
+// Policies and trackers by name, filled by the registrations at the end of each file of this folder.
+
+#include <map>
+
+#include "engine/control/policy.h"
+
+namespace graze {
+
+struct TrackerEntry {
+  TargetKind kind;
+  TrackerFactory make;
+};
+
+/// Sorted by name, so that lists in messages do not depend on link order. Filled before main, constant afterwards.
+std::map<std::string, PolicyFactory>& policy_registry();
+std::map<std::string, TrackerEntry>& tracker_registry();
+
+}  // namespace graze

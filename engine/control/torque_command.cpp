@@ -1,0 +1,64 @@
+// Policy `torque`: open-loop joint torques.
+//   {constant: N m, or a map of joint globs}   or   {table: file.csv, interpolation: linear | cubic}
+// Joints that nothing is said about get none. With control: {torque: {}} a robot without any command is limp.
+
+#include "engine/control/joint_table.h"
+#include "engine/control/joint_values.h"
+
+namespace graze {
+
+namespace {
+
+class TorqueCommand : public Policy {
+ public:
+  TorqueCommand(const ControlContext& context, const Settings& settings)
+      : q0_(actuated_positions(context.nominal, context.initial)), constant_(q0_.size(), 0.0) {
+    settings.allow({"constant", "table", "interpolation"});
+    if (const auto constant = settings.find("constant")) {
+      constant_ = read_joint_values(context.nominal, *constant, Quantity::torque, 0.0);
+    }
+    if (const auto table = settings.find("table")) {
+      const bool cubic =
+          settings.has("interpolation") && settings.at("interpolation").choice({"linear", "cubic"}) == "cubic";
+      table_ = JointTable::load(*table, actuated_names(context.nominal),
+                                cubic ? Interpolation::cubic : Interpolation::linear);
+    } else if (const auto interpolation = settings.find("interpolation")) {
+      interpolation->fail_key("belongs to a table, and there is none");
+    }
+  }
+
+  void start(int) override {}
+
+  void act(const Observation& observation, LaneMask active, Targets& targets) override {
+    for (int lane = 0; lane < kLanes; ++lane) {
+      if (!active[lane]) continue;
+      for (std::size_t k = 0; k < q0_.size(); ++k) {
+        const int row = static_cast<int>(k);
+        targets.q(row, lane) = q0_[k];
+        targets.v(row, lane) = 0;
+        targets.tau(row, lane) = constant_[k];
+      }
+      if (!table_) continue;
+      for (std::size_t c = 0; c < table_->columns().size(); ++c) {
+        targets.tau(table_->columns()[c], lane) += table_->at(c, observation.time[lane]).value;
+      }
+    }
+  }
+
+ private:
+  std::vector<double> q0_, constant_;
+  std::optional<JointTable> table_;
+};
+
+const PolicyRegistration registration("torque",
+                                      [](const ControlContext& context, const Settings& settings,
+                                         TargetKind kind) -> std::unique_ptr<Policy> {
+                                        if (kind != TargetKind::joint) {
+                                          settings.fail_key("torque gives joint torques; use control: {torque: {}}");
+                                        }
+                                        return std::make_unique<TorqueCommand>(context, settings);
+                                      });
+
+}  // namespace
+
+}  // namespace graze

@@ -1,0 +1,226 @@
+#include "engine/model/fabrication.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <map>
+
+#include "engine/model/parameters.h"
+
+namespace graze {
+
+namespace {
+
+/// Segments of a dotted path: "a.b.c" -> a, b, c.
+std::vector<std::string> segments(const std::string& path) {
+  std::vector<std::string> out{""};
+  for (char c : path) {
+    if (c == '.') {
+      out.emplace_back();
+    } else {
+      out.back() += c;
+    }
+  }
+  return out;
+}
+
+std::string join(const std::vector<std::string>& parts) { return fmt::format("{}", fmt::join(parts, ".")); }
+
+/// Perpendicular to a unit axis: the projection of the coordinate axis that is farthest from it (the first such), so
+/// that equal axes always have equal headings.
+Vec3 heading_zero(const Vec3& axis) {
+  int k = 0;
+  axis.cwiseAbs().minCoeff(&k);
+  return (Vec3::Unit(k) - axis[k] * axis).normalized();
+}
+
+Vec3 tilted(const Vec3& axis, const AxisChange& change) {
+  const Vec3 e1 = heading_zero(axis), e2 = axis.cross(e1);
+  const Vec3 toward = std::cos(change.heading) * e1 + std::sin(change.heading) * e2;
+  return (std::cos(change.tilt) * axis + std::sin(change.tilt) * toward).normalized();
+}
+
+[[noreturn]] void refuse(const Parameter& parameter, double value, const std::string& rule) {
+  const bool plain = parameter.quantity == Quantity::dimensionless;
+  throw InputError(fmt::format("{}: {:g}{}{}: {}", parameter.path, value, plain ? "" : " ",
+                               plain ? "" : unit_of(parameter.quantity), rule));
+}
+
+void check(const Parameter& parameter, double value) {
+  if (!std::isfinite(value)) refuse(parameter, value, "must be a finite number");
+  if (!parameter.choices.empty() && value != std::floor(value)) {
+    refuse(parameter, value, "must be the index of a choice, a whole number");
+  }
+  if (value < parameter.lower || (parameter.strict && value == parameter.lower)) {
+    refuse(parameter, value, fmt::format("must be {} {:g}", parameter.strict ? ">" : ">=", parameter.lower));
+  }
+  if (value > parameter.upper) refuse(parameter, value, fmt::format("must be <= {:g}", parameter.upper));
+}
+
+std::vector<double> joint_zeros(const World& world) {
+  std::vector<double> zeros;
+  for (const Joint& joint : world.robot.joints) {
+    if (joint.type != JointType::fixed) zeros.push_back(joint.zero);
+  }
+  return zeros;
+}
+
+Particle particle_of(std::uint32_t id, const World& world, std::vector<double> sensor_bias) {
+  Particle particle;
+  particle.id = id;
+  particle.model = compile(world);
+  particle.initial = initial_state(world, particle.model);
+  particle.control_lag = world.control_lag;
+  particle.joint_zero = joint_zeros(world);
+  particle.sensor_bias = std::move(sensor_bias);
+  return particle;
+}
+
+}  // namespace
+
+// ---- ParameterTable
+
+ParameterTable::ParameterTable(const World& world) {
+  for (AddressedParameter& entry : list_parameters(world)) parameters_.push_back(std::move(entry.parameter));
+}
+
+const Parameter* ParameterTable::find(const std::string& path) const {
+  for (const Parameter& parameter : parameters_) {
+    if (parameter.path == path) return &parameter;
+  }
+  return nullptr;
+}
+
+std::vector<int> ParameterTable::match(const std::string& pattern) const {
+  std::vector<int> out;
+  for (std::size_t i = 0; i < parameters_.size(); ++i) {
+    if (matches(pattern, parameters_[i].path)) out.push_back(static_cast<int>(i));
+  }
+  return out;
+}
+
+/// Follows the pattern from the left for as long as its segments fit some path, and replaces the first that does not by
+/// the nearest that would.
+std::string ParameterTable::suggest(const std::string& pattern) const {
+  std::vector<std::vector<std::string>> paths;
+  for (const Parameter& parameter : parameters_) paths.push_back(segments(parameter.path));
+  std::vector<std::string> words = segments(pattern);
+  for (std::size_t k = 0; k < words.size(); ++k) {
+    std::vector<std::string> here;
+    std::vector<std::vector<std::string>> fitting;
+    for (const auto& path : paths) {
+      if (path.size() <= k) continue;
+      here.push_back(path[k]);
+      if (matches(words[k], path[k])) fitting.push_back(path);
+    }
+    if (!fitting.empty()) {
+      paths = std::move(fitting);
+      continue;
+    }
+    const std::string near = nearest(words[k], here);
+    if (near.empty()) break;
+    words[k] = near;
+    --k;  // now it fits
+  }
+  if (!match(join(words)).empty()) return join(words);
+  std::vector<std::string> all;
+  for (const Parameter& parameter : parameters_) all.push_back(parameter.path);
+  return nearest(pattern, all);
+}
+
+// ---- Fabricator
+
+struct Fabricator::Plan {
+  std::vector<AddressedParameter> values;  // per path
+  std::vector<LinkPlan> links;             // per link
+  std::vector<char> changed_links, changed_joints, changed_objects;
+  std::vector<double> bias;
+  World base;  // the nominal world without its pictures
+};
+
+namespace {
+
+/// Which of many items the paths with this prefix name, by the item's name up to the next dot.
+template <typename Items>
+std::vector<char> touched(const Items& items, const std::string& prefix, const std::vector<std::string>& paths) {
+  std::vector<char> out(items.size());
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    const std::string start = prefix + items[i].name + ".";
+    for (const std::string& path : paths) out[i] |= path.rfind(start, 0) == 0;
+  }
+  return out;
+}
+
+/// Pictures do not matter to a particle, except where they stand for the shape of a link without collision shapes.
+World without_pictures(World world) {
+  for (Link& link : world.robot.links) {
+    if (!link.collisions.empty()) link.visuals.clear();
+  }
+  return world;
+}
+
+void refuse_double_mass(const std::vector<std::string>& paths) {
+  for (const std::string& path : paths) {
+    if (!path.ends_with(".mass")) continue;
+    const std::string density = path.substr(0, path.size() - 4) + "density";
+    if (std::find(paths.begin(), paths.end(), density) == paths.end()) continue;
+    throw InputError(
+        fmt::format("{} and {}: only one of them can be uncertain; mass is density times volume", path, density));
+  }
+}
+
+}  // namespace
+
+Fabricator::Fabricator(std::shared_ptr<const World> nominal, std::vector<std::string> paths)
+    : world_(std::move(nominal)), paths_(std::move(paths)) {
+  auto plan = std::make_shared<Plan>();
+  std::map<std::string, AddressedParameter> known;
+  for (AddressedParameter& entry : list_parameters(*world_)) known.emplace(entry.parameter.path, entry);
+  for (const std::string& path : paths_) {
+    const auto found = known.find(path);
+    if (found == known.end()) {
+      const std::string near = ParameterTable(*world_).suggest(path);
+      throw InputError(
+          fmt::format("{}: no such parameter{}", path, near.empty() ? "" : "; did you mean " + near + "?"));
+    }
+    plan->values.push_back(found->second);
+  }
+  refuse_double_mass(paths_);
+  const Robot& robot = world_->robot;
+  for (std::size_t i = 0; i < robot.links.size(); ++i) plan->links.emplace_back(robot, static_cast<int>(i));
+  plan->changed_links = touched(robot.links, "robot.link.", paths_);
+  plan->changed_joints = touched(robot.joints, "robot.joint.", paths_);
+  plan->changed_objects = touched(world_->objects, "environment.", paths_);
+  plan->bias = nominal_bias(*world_);
+  plan->base = without_pictures(*world_);
+  plan_ = std::move(plan);
+}
+
+Particle Fabricator::fabricate(std::uint32_t id, std::span<const double> values) const {
+  assert(values.size() == paths_.size());
+  const Plan& plan = *plan_;
+  Draft draft{plan.base, std::vector<LinkChange>(plan.base.robot.links.size()),
+              std::vector<AxisChange>(plan.base.robot.joints.size()),
+              std::vector<ObjectChange>(plan.base.objects.size()), plan.bias};
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    check(plan.values[i].parameter, values[i]);
+    plan.values[i].set(draft, values[i]);
+  }
+  Robot& robot = draft.world.robot;
+  for (std::size_t i = 0; i < draft.links.size(); ++i) {
+    if (plan.changed_links[i]) plan.links[i].apply(draft.links[i], robot);
+  }
+  for (std::size_t i = 0; i < draft.axes.size(); ++i) {
+    if (plan.changed_joints[i]) robot.joints[i].axis = tilted(robot.joints[i].axis, draft.axes[i]);
+  }
+  for (std::size_t i = 0; i < draft.objects.size(); ++i) {
+    if (plan.changed_objects[i]) apply(draft.objects[i], draft.world.objects[i]);
+  }
+  return particle_of(id, draft.world, std::move(draft.sensor_bias));
+}
+
+Particle Fabricator::nominal() const { return particle_of(0, *world_, nominal_bias(*world_)); }
+
+}  // namespace graze

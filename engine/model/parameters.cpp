@@ -1,0 +1,287 @@
+#include "engine/model/parameters.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/model/kinematics.h"
+
+namespace graze {
+
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr const char* kAxes[] = {"x", "y", "z"};
+constexpr const char* kAngles[] = {"roll", "pitch", "yaw"};
+
+/// Bounds of a parameter's values.
+struct Bounds {
+  double lower = -kInfinity, upper = kInfinity;
+  bool strict = false;
+};
+constexpr Bounds kAny{};
+constexpr Bounds kPositive{0, kInfinity, true};
+constexpr Bounds kNonNegative{0, kInfinity, false};
+constexpr Bounds kUnit{0, 1, false};
+
+Quantity channel_quantity(const std::string& name, const Robot& robot) {
+  const auto has = [&](const char* text) { return name.find(text) != std::string::npos; };
+  for (const Joint& joint : robot.joints) {
+    if (joint.type != JointType::prismatic) continue;
+    if (name == "sensor.encoder." + joint.name + ".position") return Quantity::length;
+    if (name == "sensor.encoder." + joint.name + ".velocity") return Quantity::velocity;
+    if (name == "sensor.encoder." + joint.name + ".acceleration") return Quantity::acceleration;
+    if (name == "sensor.torque." + joint.name || name == "actuator.torque." + joint.name) return Quantity::force;
+  }
+  if (name.rfind("sensor.torque.", 0) == 0 || name.rfind("actuator.torque.", 0) == 0) return Quantity::torque;
+  if (name.rfind("sensor.encoder.", 0) == 0) {
+    if (name.ends_with(".position")) return Quantity::angle;
+    return name.ends_with(".velocity") ? Quantity::angular_velocity : Quantity::angular_acceleration;
+  }
+  if (has("imu.linear")) return Quantity::acceleration;
+  if (has("imu.angular")) return Quantity::angular_acceleration;
+  if (has("magnetometer")) return Quantity::angle;
+  if (has("estimate.velocity")) return Quantity::velocity;
+  return has("estimate.rate") ? Quantity::angular_velocity : Quantity::length;
+}
+
+class Lister {
+ public:
+  explicit Lister(const World& world) : world_(world) {}
+
+  std::vector<AddressedParameter> run() {
+    const Robot& robot = world_.robot;
+    for (std::size_t i = 0; i < robot.links.size(); ++i) add_link(static_cast<int>(i));
+    for (std::size_t i = 0; i < robot.joints.size(); ++i) add_joint(static_cast<int>(i));
+    for (std::size_t i = 0; i < world_.objects.size(); ++i) add_object(static_cast<int>(i));
+    add_contact();
+    add_initial();
+    add_rest();
+    return std::move(out_);
+  }
+
+ private:
+  template <typename Set>
+  void add(const std::string& path, double nominal, Quantity quantity, const Bounds& bounds, Set set,
+           bool transient = false) {
+    out_.push_back({{path, nominal, quantity, bounds.lower, bounds.upper, bounds.strict, transient, {}}, set});
+  }
+
+  // ---- links
+
+  void add_link(int i) {
+    const Link& link = world_.robot.links[i];
+    const std::string path = "robot.link." + link.name + ".";
+    const LinkPlan plan(world_.robot, i);
+    const double mass = link.inertia.mass;
+    if (mass > 0 && plan.volume() > 0) {
+      const double density = mass / plan.volume();
+      add(path + "density", density, Quantity::density, kPositive,
+          [i, density](Draft& d, double x) { d.links[i].density = x / density; });
+    }
+    if (mass > 0) {
+      add(path + "mass", mass, Quantity::mass, kPositive, [i](Draft& d, double x) { d.links[i].mass = x; });
+    }
+    if (plan.has_shape()) add_link_sizes(i, plan, path);
+    if (mass > 0) add_link_com(i, path);
+    if (link.collisions.empty()) return;
+    add(path + "friction", link.friction, Quantity::dimensionless, kNonNegative,
+        [i](Draft& d, double x) { d.world.robot.links[i].friction = x; });
+    add(path + "restitution", link.restitution, Quantity::dimensionless, kUnit,
+        [i](Draft& d, double x) { d.world.robot.links[i].restitution = x; });
+  }
+
+  void add_link_sizes(int i, const LinkPlan& plan, const std::string& path) {
+    const Shape& shape = plan.primary(world_.robot).shape;
+    if (plan.has_length()) {
+      const double length = plan.length(world_.robot);
+      add(path + "length", length, Quantity::length, kPositive,
+          [i, length](Draft& d, double x) { d.links[i].length = x / length; });
+    }
+    if (shape.kind == ShapeKind::box) {
+      for (int k = 0; k < 3; ++k) {
+        const double size = shape.size[k];
+        add(path + "size." + kAxes[k], size, Quantity::length, kPositive,
+            [i, k, size](Draft& d, double x) { d.links[i].size[k] = x / size; });
+      }
+    } else {
+      const double radius = shape.size.x();
+      add(path + "radius", radius, Quantity::length, kPositive,
+          [i, radius](Draft& d, double x) { d.links[i].radius = x / radius; });
+    }
+  }
+
+  void add_link_com(int i, const std::string& path) {
+    const Vec3 com = world_.robot.links[i].inertia.com();
+    for (int k = 0; k < 3; ++k) {
+      add(path + "com." + kAxes[k], com[k], Quantity::length, kAny,
+          [i, k, nominal = com[k]](Draft& d, double x) { d.links[i].com[k] = x - nominal; });
+    }
+  }
+
+  // ---- joints
+
+  void add_joint(int i) {
+    const Joint& joint = world_.robot.joints[i];
+    if (joint.type == JointType::fixed) return;
+    const bool turns = joint.type == JointType::revolute;
+    const std::string path = "robot.joint." + joint.name + ".";
+    add(path + "axis.tilt", 0, Quantity::angle, kAny, [i](Draft& d, double x) { d.axes[i].tilt = x; });
+    add(path + "axis.heading", 0, Quantity::angle, kAny, [i](Draft& d, double x) { d.axes[i].heading = x; });
+    const auto member = [&](const char* name, double Joint::*field, Quantity quantity, const Bounds& bounds) {
+      add(path + name, joint.*field, quantity, bounds,
+          [i, field](Draft& d, double x) { d.world.robot.joints[i].*field = x; });
+    };
+    member("zero", &Joint::zero, turns ? Quantity::angle : Quantity::length, kAny);
+    member("damping", &Joint::damping, turns ? Quantity::rotational_damping : Quantity::damping, kNonNegative);
+    member("friction", &Joint::friction, turns ? Quantity::torque : Quantity::force, kNonNegative);
+    member("effort", &Joint::effort, turns ? Quantity::torque : Quantity::force, kNonNegative);
+    member("velocity", &Joint::velocity, turns ? Quantity::angular_velocity : Quantity::velocity, kNonNegative);
+  }
+
+  // ---- environment
+
+  void add_object(int i) {
+    const Object& object = world_.objects[i];
+    const std::string path = "environment." + object.name + ".";
+    const ContactSettings& contact = world_.contact;
+    add(path + "friction", std::isnan(object.friction) ? contact.friction : object.friction, Quantity::dimensionless,
+        kNonNegative, [i](Draft& d, double x) { d.world.objects[i].friction = x; });
+    add(path + "restitution", std::isnan(object.restitution) ? contact.restitution : object.restitution,
+        Quantity::dimensionless, kUnit, [i](Draft& d, double x) { d.world.objects[i].restitution = x; });
+    if (object.movable) add_object_mass(i, path);
+    add_object_sizes(i, path);
+    for (int k = 0; k < 3; ++k) {
+      add(path + "position." + kAxes[k], object.X_WO.translation()[k], Quantity::length, kAny,
+          [i, k](Draft& d, double x) { d.world.objects[i].X_WO.translation()[k] = x; });
+    }
+    const Vec3 rpy = rpy_from_rotation(object.X_WO.linear());
+    for (int k = 0; k < 3; ++k) {
+      add(path + "rotation." + kAngles[k], rpy[k], Quantity::angle, kAny, [i, k, rpy](Draft& d, double x) {
+        if (d.objects[i].rpy.hasNaN()) d.objects[i].rpy = rpy;
+        d.objects[i].rpy[k] = x;
+      });
+    }
+  }
+
+  void add_object_mass(int i, const std::string& path) {
+    const Object& object = world_.objects[i];
+    const double mass = object.inertia.mass, volume = object.shape.volume();
+    if (!(mass > 0)) return;
+    if (volume > 0) {
+      add(path + "density", mass / volume, Quantity::density, kPositive,
+          [i, nominal = mass / volume](Draft& d, double x) { d.objects[i].density = x / nominal; });
+    }
+    add(path + "mass", mass, Quantity::mass, kPositive, [i](Draft& d, double x) { d.objects[i].mass = x; });
+  }
+
+  void add_object_sizes(int i, const std::string& path) {
+    const Shape& shape = world_.objects[i].shape;
+    const bool round = shape.kind == ShapeKind::cylinder || shape.kind == ShapeKind::capsule;
+    if (round || shape.kind == ShapeKind::sphere) {
+      add(path + "radius", shape.size.x(), Quantity::length, kPositive,
+          [i, nominal = shape.size.x()](Draft& d, double x) { d.objects[i].radius = x / nominal; });
+    }
+    if (round) {
+      add(path + "length", shape.size.y(), Quantity::length, kPositive,
+          [i, nominal = shape.size.y()](Draft& d, double x) { d.objects[i].length = x / nominal; });
+    }
+    if (shape.kind != ShapeKind::box && shape.kind != ShapeKind::heightfield) return;
+    for (int k = 0; k < 3; ++k) {
+      add(path + "size." + kAxes[k], shape.size[k], Quantity::length, kPositive,
+          [i, k, nominal = shape.size[k]](Draft& d, double x) { d.objects[i].size[k] = x / nominal; });
+    }
+  }
+
+  // ---- the rest
+
+  void add_contact() {
+    add("contact.friction", world_.contact.friction, Quantity::dimensionless, kNonNegative,
+        [](Draft& d, double x) { d.world.contact.friction = x; });
+    add("contact.restitution", world_.contact.restitution, Quantity::dimensionless, kUnit,
+        [](Draft& d, double x) { d.world.contact.restitution = x; });
+    const std::vector<std::string>& models = world_.contact_models;
+    const auto chosen = std::find(models.begin(), models.end(), world_.contact.model);
+    const Bounds bounds{0, static_cast<double>(models.size()) - 1, false};
+    add("contact.model", static_cast<double>(chosen == models.end() ? 0 : chosen - models.begin()),
+        Quantity::dimensionless, bounds,
+        [](Draft& d, double x) { d.world.contact.model = d.world.contact_models[static_cast<std::size_t>(x)]; });
+    out_.back().parameter.choices = models;
+  }
+
+  void add_initial() {
+    for (int k = 0; k < 3; ++k) {
+      add(std::string("initial.base.") + kAxes[k], 0, Quantity::length, kAny, [k](Draft& d, double x) {
+        d.world.initial.position[k] += x;
+        if (k == 2) d.world.initial.clearance += x;  // which counts instead of the position when it is on the ground
+      });
+    }
+    for (int k = 0; k < 3; ++k) {
+      add(std::string("initial.base.") + kAngles[k], 0, Quantity::angle, kAny,
+          [k](Draft& d, double x) { d.world.initial.rpy[k] += x; });
+    }
+    if (world_.robot.floating_base) add_initial_velocity();
+    for (const Joint& joint : world_.robot.joints) {
+      if (joint.type != JointType::fixed) add_initial_joint(joint);
+    }
+  }
+
+  void add_initial_velocity() {
+    for (int k = 0; k < 3; ++k) {
+      add(std::string("initial.base.velocity.") + kAxes[k], 0, Quantity::velocity, kAny,
+          [k](Draft& d, double x) { d.world.initial.linear_velocity[k] += x; });
+    }
+    for (int k = 0; k < 3; ++k) {
+      add(std::string("initial.base.velocity.") + kAngles[k], 0, Quantity::angular_velocity, kAny,
+          [k](Draft& d, double x) { d.world.initial.angular_velocity[k] += x; });
+    }
+  }
+
+  void add_initial_joint(const Joint& joint) {
+    const bool turns = joint.type == JointType::revolute;
+    const std::string path = "initial.joint." + joint.name + ".";
+    const auto position = world_.initial.joint_position.find(joint.name);
+    const double start =
+        position == world_.initial.joint_position.end() ? std::clamp(0.0, joint.lower, joint.upper) : position->second;
+    add(path + "position", 0, turns ? Quantity::angle : Quantity::length, kAny,
+        [name = joint.name, start](Draft& d, double x) { d.world.initial.joint_position[name] = start + x; });
+    add(path + "velocity", 0, turns ? Quantity::angular_velocity : Quantity::velocity, kAny,
+        [name = joint.name](Draft& d, double x) { d.world.initial.joint_velocity[name] += x; });
+  }
+
+  void add_rest() {
+    add(
+        "control.lag", world_.control_lag, Quantity::time, kNonNegative,
+        [](Draft& d, double x) { d.world.control_lag = x; }, true);
+    for (int k = 0; k < 3; ++k) {
+      add(std::string("gravity.") + kAxes[k], world_.gravity[k], Quantity::acceleration, kAny,
+          [k](Draft& d, double x) { d.world.gravity[k] = x; });
+    }
+    const std::vector<std::string> channels = channel_names(world_.robot);
+    const std::vector<double> bias = nominal_bias(world_);
+    for (std::size_t i = 0; i < channels.size(); ++i) {
+      add(
+          channels[i], bias[i], channel_quantity(channels[i], world_.robot), kAny,
+          [i](Draft& d, double x) { d.sensor_bias[i] = x; }, true);
+    }
+  }
+
+  const World& world_;
+  std::vector<AddressedParameter> out_;
+};
+
+}  // namespace
+
+std::vector<AddressedParameter> list_parameters(const World& world) { return Lister(world).run(); }
+
+std::vector<double> nominal_bias(const World& world) {
+  std::vector<double> bias;
+  for (const std::string& name : channel_names(world.robot)) {
+    const auto found = world.sensor_bias.find(name);
+    bias.push_back(found == world.sensor_bias.end() ? 0 : found->second);
+  }
+  return bias;
+}
+
+}  // namespace graze

@@ -1,0 +1,294 @@
+// Controller, lag, trackers and the simple policies, without physics.
+
+#include <filesystem>
+#include <fstream>
+
+#include "engine/control/base_command.h"
+#include "engine/control/joint_table.h"
+#include "engine/control/lag_buffer.h"
+#include "tests/engine/control/support.h"
+
+namespace graze {
+namespace {
+
+class ControllerTest : public testing::Test {
+ protected:
+  ControllerTest() : command(scene.model.na()) {
+    observation.joint_position = observation.joint_velocity = BlockArray(scene.model.na());
+    observation.base_position = observation.base_rpy = BlockArray(3);
+    observation.link_force = BlockArray(static_cast<int>(scene.model.frames.size()));
+    for (int lane = 0; lane < kLanes; ++lane) {
+      for (int k = 0; k < scene.model.na(); ++k) {
+        observation.joint_position(k, lane) = scene.initial.q[scene.model.bodies[scene.model.actuated[k]].q];
+      }
+    }
+  }
+  Controller make(const std::string& yaml) { return Controller(scene.context(), Settings::parse(yaml, "test.yaml")); }
+  std::string error(const std::string& yaml) {
+    return input_error([&] { make(yaml); });
+  }
+  void act(Controller& controller, double t, LaneMask active = LaneMask::first(1)) {
+    for (int lane = 0; lane < kLanes; ++lane) {
+      if (active[lane]) observation.time[lane] = t;
+    }
+    controller.act(observation, nullptr, active, command);
+  }
+
+  Scene scene{links_world()};
+  Observation observation;
+  ActuatorCommand command;
+};
+
+// Policies and trackers are found by name.
+TEST_F(ControllerTest, Names) {
+  EXPECT_EQ(policy_names(), (std::vector<std::string>{"gait", "hold", "joint_trajectory", "torque"}));
+  EXPECT_EQ(tracker_names(), (std::vector<std::string>{"joint_pd", "operational_pd", "torque"}));
+}
+
+// hold with joint_pd asks the servos for the nominal initial positions, with gains by joint glob.
+TEST_F(ControllerTest, HoldByJointPd) {
+  Controller controller = make("{hold: {}, control: {joint_pd: {kp: {'*': 20, '*_Y_3': 30}, kd: 0.1}}}");
+  controller.start(0, 0);
+  act(controller, 0);
+  for (int k = 0; k < 12; ++k) {
+    EXPECT_EQ(command.q(k, 0), observation.joint_position(k, 0));
+    EXPECT_EQ(command.v(k, 0), 0);
+    EXPECT_EQ(command.kp(k, 0), k % 3 == 2 ? 30 : 20);
+    EXPECT_EQ(command.kd(k, 0), 0.1);
+    EXPECT_EQ(command.kp(k, 1), 0);  // the lane was not active
+  }
+}
+
+// q = q0 + a sin(f t + phase) and its rate, per joint glob, frozen after `until`.
+TEST_F(ControllerTest, Sinusoid) {
+  Controller controller = make(
+      "{joint_trajectory: {sinusoid: {amplitude: {'*_Y_2': 0.3, '*_Y_3': 10 deg}, frequency: 6, phase: {'LF_*': 1}, "
+      "until: 2 s}}, control: {joint_pd: {kp: 1}}}");
+  controller.start(0, 0);
+  act(controller, 0.7);
+  EXPECT_NEAR(command.q(1, 0), 0.8 + 0.3 * std::sin(6 * 0.7 + 1), 1e-14);
+  EXPECT_NEAR(command.v(1, 0), 0.3 * 6 * std::cos(6 * 0.7 + 1), 1e-14);
+  EXPECT_NEAR(command.q(5, 0), -1.2 + M_PI / 18 * std::sin(6 * 0.7), 1e-14);
+  EXPECT_EQ(command.q(0, 0), 0.2);
+  act(controller, 5);
+  EXPECT_NEAR(command.q(1, 0), 0.8 + 0.3 * std::sin(6 * 2.0 + 1), 1e-14);
+  EXPECT_EQ(command.v(1, 0), 0);
+}
+
+// Linear interpolation is exact on lines, cubic on parabolas away from the ends (Catmull-Rom slopes are exact there),
+// on uneven times; both hold the ends.
+TEST(JointTable, Interpolates) {
+  std::string text = "time, B\n";
+  const auto parabola = [](double t) { return 1 + 2 * t - 3 * t * t; };
+  for (const double t : {0.0, 0.1, 0.3, 0.35, 0.6, 1.0}) {
+    text += std::to_string(t) + "," + std::to_string(parabola(t)) + "\r\n";
+  }
+  const JointTable linear = JointTable::parse(text, "t.csv", {"A", "B"}, Interpolation::linear);
+  const JointTable cubic = JointTable::parse(text, "t.csv", {"A", "B"}, Interpolation::cubic);
+  ASSERT_EQ(linear.columns(), std::vector<int>{1});
+  EXPECT_NEAR(linear.at(0, 0.2).value, (parabola(0.1) + parabola(0.3)) / 2, 2e-6);  // six decimals in the text
+  EXPECT_NEAR(linear.at(0, 0.2).rate, (parabola(0.3) - parabola(0.1)) / 0.2, 2e-5);
+  for (const double t : {0.1, 0.2, 0.33, 0.5, 0.59}) {
+    EXPECT_NEAR(cubic.at(0, t).value, parabola(t), 1e-5);
+    EXPECT_NEAR(cubic.at(0, t).rate, 2 - 6 * t, 1e-4);
+  }
+  for (const JointTable& table : {linear, cubic}) {
+    EXPECT_EQ(table.at(0, -1).value, 1);
+    EXPECT_EQ(table.at(0, 2).rate, 0);
+    EXPECT_NEAR(table.at(0, 2).value, parabola(1), 1e-6);
+  }
+}
+
+// A broken table names file, line and rule.
+TEST(JointTable, Errors) {
+  const auto error = [](const std::string& text) {
+    return input_error([&] { JointTable::parse(text, "t.csv", {"LF_X_1", "LF_Y_2"}, Interpolation::linear); });
+  };
+  EXPECT_EQ(error("t,LF_X_1\n"), "t.csv:1: the header must be 'time' and at least one joint, separated by commas");
+  EXPECT_EQ(error("time,LF_X_2\n"), "t.csv:1: 'LF_X_2' is no actuated joint; did you mean LF_X_1?");
+  EXPECT_EQ(error("time,LF_X_1,LF_X_1\n"), "t.csv:1: 'LF_X_1' stands twice");
+  EXPECT_EQ(error("time,LF_X_1\n0,1\n0,2\n"), "t.csv:3: time 0 does not lie after the row before; times must grow");
+  EXPECT_EQ(error("time,LF_X_1\n0,1\n1\n"), "t.csv:3: 1 values; the header has 2 columns");
+  EXPECT_EQ(error("time,LF_X_1\n0,nan\n"), "t.csv:2: 'nan' is not a finite number");
+  EXPECT_EQ(error("time,LF_X_1\n"), "t.csv:1: the table has no rows");
+}
+
+// The torque policy passes constants through the torque tracker, without any servo.
+TEST_F(ControllerTest, Torque) {
+  Controller controller = make("{torque: {constant: {'LF_*': 0.5}}, control: {torque: {}}}");
+  controller.start(0, 0);
+  act(controller, 0);
+  EXPECT_EQ(command.tau(0, 0), 0.5);
+  EXPECT_EQ(command.tau(3, 0), 0);
+  EXPECT_EQ(command.kp(0, 0), 0);
+}
+
+// What a tracker follows at t is the newest that was issued at or before t - lag; before that, the initial state. Lanes
+// have their own lags and clocks.
+TEST_F(ControllerTest, LagIsAZeroOrderHold) {
+  Controller controller =
+      make("{joint_trajectory: {sinusoid: {amplitude: 1, frequency: 1}}, control: {joint_pd: {kp: 1}}}");
+  controller.start(0, 0.005);
+  controller.start(1, 0.0125);
+  LaneMask both = LaneMask::first(2);
+  for (int k = 0; k < 400; ++k) {
+    const double t = k * 1e-3;
+    act(controller, t, both);
+    const auto expected = [&](int steps) { return k < steps ? 0.2 : 0.2 + std::sin((k - steps) * 1e-3); };
+    EXPECT_NEAR(command.q(0, 0), expected(5), 1e-12) << k;
+    EXPECT_NEAR(command.q(0, 1), expected(13), 1e-12) << k;  // 12.5 ms: the command of 13 steps ago is the newest due
+  }
+  // Jitter adds to the lag; a sum below 0 counts as 0.
+  const double jitter[kLanes] = {-1.0, 0.001};
+  observation.time[0] = observation.time[1] = 0.4;
+  controller.act(observation, jitter, both, command);
+  EXPECT_NEAR(command.q(0, 0), 0.2 + std::sin(0.4), 1e-12);
+  EXPECT_NEAR(command.q(0, 1), 0.2 + std::sin(0.4 - 0.014), 1e-12);
+  // A lane that starts anew has forgotten everything, whatever its neighbour remembers.
+  controller.start(0, 0.005);
+  act(controller, 0.0, LaneMask::first(1));
+  EXPECT_EQ(command.q(0, 0), 0.2);
+}
+
+// operational_pd: tau = J^T (kp (x_des - x) + kd (xd_des - xd)) is the power-conjugate of a virtual spring and damper:
+// tau . v = f . J v for any joint velocity.
+TEST_F(ControllerTest, OperationalPdIsAVirtualSpring) {
+  const std::string gait =
+      "gait: {velocity: [0.1, 0, 0], duration: 0.3, duty: 75 %, liftoff: '[25, 75, 0, 50] %', step_height: 3 cm}";
+  Controller controller = make("{" + gait + ", control: {operational_pd: {kp: 1000, kd: 20}}}");
+  controller.start(0, 0);
+  act(controller, 0.0);  // feet are where they begin: no spring force on standing feet
+  const Targets& targets = controller.targets();
+  ASSERT_EQ(targets.x.rows(), 12);
+  for (int k = 0; k < 12; ++k) observation.joint_position(k, 0) += 0.01 * (k + 1), observation.joint_velocity(k, 0) = k;
+  act(controller, 0.001);
+  Eigen::VectorXd q = Eigen::VectorXd::Zero(scene.model.nq), v = Eigen::VectorXd::Zero(scene.model.nv);
+  q[0] = 1;
+  for (int k = 0; k < 12; ++k) {
+    q[scene.model.bodies[scene.model.actuated[k]].q] = observation.joint_position(k, 0);
+    v[scene.model.bodies[scene.model.actuated[k]].v] = observation.joint_velocity(k, 0);
+  }
+  std::vector<Pose> X_WB;
+  forward_kinematics(scene.model, q, X_WB);
+  double power_of_joints = 0, power_of_forces = 0;
+  for (int k = 0; k < 12; ++k) power_of_joints += command.tau(k, 0) * observation.joint_velocity(k, 0);
+  const char* feet[] = {"LF_FOOT", "RF_FOOT", "LH_FOOT", "RH_FOOT"};
+  for (int i = 0; i < 4; ++i) {
+    const int frame = scene.model.frame(feet[i]);
+    const Vec3 x = frame_pose(scene.model, X_WB, frame).translation();
+    const Vec3 xd = point_jacobian(scene.model, X_WB, scene.model.frames[frame].body, x) * v;
+    const Vec3 f = 1000 * (targets.x.vec3(3 * i, 0) - x) + 20 * (targets.xd.vec3(3 * i, 0) - xd);
+    power_of_forces += f.dot(xd);
+  }
+  EXPECT_NEAR(power_of_joints, power_of_forces, 1e-9 * std::abs(power_of_forces));
+}
+
+// With a joint tracker the gait's joint targets put the nominal feet exactly on its effector targets, and the joint
+// velocities move them as asked.
+TEST_F(ControllerTest, GaitJointTargetsReachItsFootTargets) {
+  Controller controller = make(
+      "{gait: {velocity: [0.2, 0, -0.5], duration: 0.3, duty: 75 %, liftoff: '[25, 75, 0, 50] %', step_height: 4 cm, "
+      "stance: {length: 120 %, width: 200 %, height: 90 %}, recovery: false}, control: {joint_pd: {kp: 20, kd: 0.1}}}");
+  controller.start(0, 0);
+  for (int k = 0; k < 900; ++k) {
+    act(controller, k * 1e-3);
+    const Targets& targets = controller.targets();
+    Eigen::VectorXd q = Eigen::VectorXd::Zero(scene.model.nq), v = Eigen::VectorXd::Zero(scene.model.nv);
+    q[0] = 1;
+    for (int j = 0; j < 12; ++j) {
+      q[scene.model.bodies[scene.model.actuated[j]].q] = targets.q(j, 0);
+      v[scene.model.bodies[scene.model.actuated[j]].v] = targets.v(j, 0);
+      observation.joint_position(j, 0) = targets.q(j, 0);
+    }
+    std::vector<Pose> X_WB;
+    forward_kinematics(scene.model, q, X_WB);
+    const char* feet[] = {"LF_FOOT", "RF_FOOT", "LH_FOOT", "RH_FOOT"};
+    for (int i = 0; i < 4; ++i) {
+      const int frame = scene.model.frame(feet[i]);
+      const Vec3 x = frame_pose(scene.model, X_WB, frame).translation();
+      ASSERT_LT((x - targets.x.vec3(3 * i, 0)).norm(), 1e-12) << k;
+      const Vec3 xd = point_jacobian(scene.model, X_WB, scene.model.frames[frame].body, x) * v;
+      // Damping of 1 mm/rad against singular values above 2 cm/rad.
+      ASSERT_LT((xd - targets.xd.vec3(3 * i, 0)).norm(), 3e-3 * targets.xd.vec3(3 * i, 0).norm() + 1e-12) << k;
+    }
+  }
+}
+
+// Wrong settings are refused where they stand.
+TEST_F(ControllerTest, Errors) {
+  EXPECT_NE(error("{holt: {}, control: {joint_pd: {kp: 1}}}").find("hold"), std::string::npos);
+  EXPECT_NE(
+      error("{control: {joint_pd: {kp: 1}}}").find("names no policy; one of gait, hold, joint_trajectory, torque"),
+      std::string::npos);
+  EXPECT_NE(error("{hold: {}, gait: {}, control: {joint_pd: {kp: 1}}}").find("a second policy beside hold"),
+            std::string::npos);
+  EXPECT_NE(error("{hold: {}, control: {joint_pdd: {kp: 1}}}").find("joint_pd"), std::string::npos);
+  EXPECT_NE(error("{hold: {}, control: {joint_pd: {kp: -1}}}").find("a gain is negative"), std::string::npos);
+  EXPECT_NE(error("{hold: {}, control: {joint_pd: {kp: {'*_Y_4': 1}}}}").find("'*_Y_4' matches no actuated joint"),
+            std::string::npos);
+  EXPECT_NE(error("{hold: {}, control: {operational_pd: {kp: 1}}}").find("joint_pd"), std::string::npos);
+  EXPECT_NE(error("{joint_trajectory: {table: none.csv}, control: {joint_pd: {kp: 1}}}").find("none.csv"),
+            std::string::npos);
+}
+
+// Wrong gaits are refused with the rule that they break.
+TEST_F(ControllerTest, GaitErrors) {
+  const auto gait = [&](const std::string& change) {
+    return error("{gait: {duration: 0.3, step_height: 3 cm, " + change + "}, control: {operational_pd: {kp: 1000}}}");
+  };
+  const std::string timing = "duty: 75 %, liftoff: '[25, 75, 0, 50] %'";
+  const auto has = [](const std::string& text, const std::string& part) {
+    EXPECT_NE(text.find(part), std::string::npos) << text;
+  };
+  has(gait(timing), "either `velocity` or `waypoints`");
+  has(gait("velocity: [0.2, 0], " + timing), "has 2 numbers");
+  has(gait("velocity: [0.2, 0, 0], duty: 75 %"), "either `liftoff` or `touchdown`");
+  has(gait("velocity: [0.2, 0, 0], duty: 75 %, liftoff: '[25, 75, 0] %'"), "has 3 values; one per foot (4)");
+  has(gait("velocity: [0.2, 0, 0], duty: 75, liftoff: '[25, 75, 0, 50] %'"), "75 is not a fraction");
+  has(gait("velocity: [0.2, 0, 0], stance: {height: 1 m}, " + timing), "its reach is");
+  has(gait("velocity: [0.2, 0, 0], feet: [LF_FOOT, RF_FOT], " + timing), "did you mean RF_FOOT?");
+  has(gait("velocity: [0.2, 0, 0], feet: [BODY0], " + timing), "does not move relative to the base");
+  has(gait("velocity: [0.2, 0, 0], step_hight: 1, " + timing), "step_height");
+  has(gait("waypoints: {points: [], speed: {forward: 0.1, turn: 0.5}}, " + timing), "has no points");
+}
+
+// Waypoints: a base that moves as commanded passes every point and stops behind the last; driving never strafes,
+// holonomic steering does; neither exceeds the largest speeds.
+TEST_F(ControllerTest, SteersToWaypoints) {
+  for (const std::string steering : {"driving", "holonomic"}) {
+    const auto way = read_steering(
+        Settings::parse(
+            "waypoints: {points: [[0.5, 0], [0.5, -0.5], [-0.5, 0]], tolerance: 5 cm, speed: {forward: 0.2, "
+            "strafe: 0.1, turn: 0.5}, steering: " +
+                steering + "}",
+            "way.yaml"),
+        true);
+    way->start(0);
+    Vec3 base = Vec3::Zero();  // x, y, yaw
+    double strafed = 0;
+    std::array<double, 3> least = {1, 1, 1};
+    BaseCommand command;
+    for (int k = 0; k < 40000; ++k) {
+      for (int i = 0; i < 2; ++i) observation.base_position(i, 0) = base[i];
+      observation.base_rpy(2, 0) = std::remainder(base[2], 2 * M_PI);
+      command = way->command(observation, 0);
+      const PlanarPose step = predict(command, 1e-3);
+      base += Vec3(std::cos(base[2]) * step.x - std::sin(base[2]) * step.y,
+                   std::sin(base[2]) * step.x + std::cos(base[2]) * step.y, step.yaw);
+      strafed = std::max(strafed, std::abs(command.v.y()));
+      EXPECT_LE(std::abs(command.v.x()), 0.2);
+      EXPECT_LE(std::abs(command.w.z()), 0.5);
+      const double points[3][2] = {{0.5, 0}, {0.5, -0.5}, {-0.5, 0}};
+      for (int i = 0; i < 3; ++i) {
+        least[i] = std::min(least[i], std::hypot(base[0] - points[i][0], base[1] - points[i][1]));
+      }
+    }
+    for (const double distance : least) EXPECT_LT(distance, 0.0502) << steering;  // tolerance and one step's way
+    EXPECT_TRUE(command == BaseCommand{}) << steering;
+    EXPECT_EQ(strafed > 1e-9, steering == "holonomic");
+    EXPECT_LE(strafed, 0.1);
+  }
+}
+
+}  // namespace
+}  // namespace graze

@@ -1,0 +1,150 @@
+#include "engine/control/ik.h"
+
+#include <random>
+
+#include "tests/engine/control/support.h"
+
+namespace graze {
+namespace {
+
+class LinksLegs : public testing::Test {
+ protected:
+  Scene scene{links_world()};
+  std::vector<Chain> legs() const {
+    std::vector<Chain> out;
+    for (const char* foot : {"LF_FOOT", "RF_FOOT", "LH_FOOT", "RH_FOOT"}) {
+      out.emplace_back(scene.model, scene.model.frame(foot));
+    }
+    return out;
+  }
+  /// Joint angles around the initial ones, knee never straight.
+  Chain::Values random_posture(const Chain& leg, std::mt19937& generator) const {
+    std::uniform_real_distribution<double> spread(-0.5, 0.5);
+    Chain::Values q = leg.select(scene.initial.q);
+    for (int i = 0; i < leg.size(); ++i) q[i] += spread(generator);
+    return q;
+  }
+};
+
+// The chain's position and Jacobian are those of the whole model's kinematics with the base at the world's origin.
+TEST_F(LinksLegs, ChainAgreesWithModelKinematics) {
+  std::mt19937 generator(1);
+  std::uniform_real_distribution<double> angle(-3, 3);
+  for (const Chain& leg : legs()) {
+    Eigen::VectorXd q = Eigen::VectorXd::Zero(scene.model.nq);
+    q[0] = 1;
+    for (const Chain::Joint& joint : leg.joints()) q[joint.q] = angle(generator);
+    std::vector<Pose> X_WB;
+    forward_kinematics(scene.model, q, X_WB);
+    const int foot_body = scene.model.actuated[leg.joints().back().actuator];
+    const auto frame = std::find_if(scene.model.frames.begin(), scene.model.frames.end(),
+                                    [&](const Frame& f) { return f.body == foot_body && f.name.ends_with("_FOOT"); });
+    const Vec3 p = (X_WB[foot_body] * frame->X_BF).translation();
+    Chain::Jacobian J;
+    EXPECT_LT((leg.position(leg.select(q), J) - p).norm(), 1e-14);
+    EXPECT_EQ(leg.position(leg.select(q)), leg.position(leg.select(q), J));
+    const Eigen::Matrix3Xd whole = point_jacobian(scene.model, X_WB, foot_body, p);
+    for (int i = 0; i < leg.size(); ++i) {
+      const int v = scene.model.bodies[scene.model.actuated[leg.joints()[i].actuator]].v;
+      EXPECT_LT((J.col(i) - whole.col(v)).norm(), 1e-14);
+    }
+  }
+}
+
+// The closed form undoes forward kinematics exactly (to rounding, amplified by the knee's 1/sin) in the branch of the
+// initial posture, for every leg.
+TEST_F(LinksLegs, ClosedFormInvertsForwardKinematics) {
+  std::mt19937 generator(2);
+  for (const Chain& leg : legs()) {
+    const auto closed = HipKneeLeg::detect(leg, leg.select(scene.initial.q));
+    ASSERT_TRUE(closed);
+    for (int n = 0; n < 1000; ++n) {
+      const Chain::Values q = random_posture(leg, generator);
+      Chain::Values found;
+      EXPECT_TRUE(closed->solve(leg.position(q), found));
+      EXPECT_LT((found - q).norm(), 1e-12);
+    }
+  }
+}
+
+// Damped least squares and the closed form are independent and find the same joint angles from a start nearby.
+TEST_F(LinksLegs, DampedLeastSquaresAgreesWithClosedForm) {
+  std::mt19937 generator(3);
+  for (const Chain& leg : legs()) {
+    const auto closed = HipKneeLeg::detect(leg, leg.select(scene.initial.q));
+    ASSERT_TRUE(closed);
+    for (int n = 0; n < 300; ++n) {
+      const Vec3 x = leg.position(random_posture(leg, generator));
+      Chain::Values direct, iterated = leg.select(scene.initial.q);
+      closed->solve(x, direct);
+      EXPECT_LT(solve_damped(leg, x, iterated), 1e-9);
+      // 1e-9 m of tip error over the smallest singular value, at least 0.02 m/rad with a knee bent by 0.7 rad.
+      EXPECT_LT((iterated - direct).norm(), 1e-9 / 0.02);
+    }
+  }
+}
+
+// A target out of reach: the closed form stretches the leg toward it, and no posture that damped least squares finds is
+// nearer.
+TEST_F(LinksLegs, OutOfReachStretchesTowardTheTarget) {
+  for (const Chain& leg : legs()) {
+    const auto closed = HipKneeLeg::detect(leg, leg.select(scene.initial.q));
+    const Vec3 x = leg.position(leg.select(scene.initial.q)) - 0.1 * Vec3::UnitZ();
+    Chain::Values q, iterated = leg.select(scene.initial.q);
+    EXPECT_FALSE(closed->solve(x, q));
+    const double miss = (leg.position(q) - x).norm();
+    EXPECT_NEAR(std::abs(std::remainder(q[2], 2 * M_PI)), 0, 1e-7);  // a straight knee
+    const double least = solve_damped(leg, x, iterated);
+    EXPECT_GT(least, 0.05);
+    EXPECT_NEAR(miss, least, 2e-4);  // the hip's roll is solved for the plane, not for the distance
+  }
+}
+
+// Joint limits hold, and what is left is the best point on the boundary: the distance cannot be reduced by any joint
+// that is free to move.
+TEST_F(LinksLegs, JointLimitsHold) {
+  World world = links_world();
+  for (Joint& joint : world.robot.joints) {
+    if (joint.name.ends_with("Y_3")) joint.lower = -1.3, joint.upper = 1.3;
+  }
+  const Scene limited(world);
+  const Chain leg(limited.model, limited.model.frame("LF_FOOT"));
+  Chain::Values folded = leg.select(limited.initial.q);
+  folded[2] = 1.8;
+  const Vec3 x = leg.position(folded);
+  Chain::Values q = leg.select(limited.initial.q);
+  const double left = solve_damped(leg, x, q);
+  EXPECT_NEAR(q[2], 1.3, 1e-12);
+  EXPECT_GT(left, 1e-4);
+  Chain::Jacobian J;
+  const Vec3 e = x - leg.position(q, J);
+  const Eigen::VectorXd gradient = J.transpose() * e;
+  EXPECT_LT(gradient.head(2).norm(), 1e-6);
+  EXPECT_GT(gradient[2], 0);  // only the limit keeps the knee from folding further
+}
+
+// A leg whose first axis is not perpendicular to the others has no closed form and is solved all the same.
+TEST_F(LinksLegs, OtherLegsFallBackToIteration) {
+  World world = links_world();
+  for (Joint& joint : world.robot.joints) {
+    if (joint.name == "LF_X_1") joint.axis = Vec3(1, 0.2, 0.1).normalized();
+  }
+  const Scene skewed(world);
+  const Chain leg(skewed.model, skewed.model.frame("LF_FOOT"));
+  const InverseKinematics ik(leg, leg.select(skewed.initial.q));
+  EXPECT_FALSE(ik.has_closed_form());
+  EXPECT_TRUE(InverseKinematics(legs()[0], legs()[0].select(scene.initial.q)).has_closed_form());
+  Chain::Values q = leg.select(skewed.initial.q);
+  const Vec3 x = leg.position(q) + Vec3(0.01, -0.01, 0.02);
+  ik.solve(x, q);
+  EXPECT_LT((leg.position(q) - x).norm(), 1e-9);
+  // Joint velocities move the tip at the velocity asked for, up to the damping (1 mm/rad against singular values > 2
+  // cm).
+  const Vec3 xd(0.1, -0.2, 0.3);
+  Chain::Jacobian J;
+  leg.position(q, J);
+  EXPECT_LT((J * ik.velocity(q, xd) - xd).norm(), xd.norm() * (1e-3 / 0.02) * (1e-3 / 0.02));
+}
+
+}  // namespace
+}  // namespace graze

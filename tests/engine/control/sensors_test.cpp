@@ -1,0 +1,228 @@
+#include "engine/sensing/sensors.h"
+
+#include "engine/actuation/actuators.h"
+#include "sampling/stream.h"
+#include "tests/engine/control/support.h"
+
+namespace graze {
+namespace {
+
+class SensorsAndActuators : public testing::Test {
+ protected:
+  SensorsAndActuators() {
+    noise.jitter.resize(names.size());
+    noise.seed = 42;
+    tau = BlockArray(scene.model.na());
+  }
+  int channel(const std::string& name) const {
+    const auto found = std::find(names.begin(), names.end(), name);
+    EXPECT_NE(found, names.end()) << name;
+    return static_cast<int>(found - names.begin());
+  }
+  Observation sense(Sensors& sensors, std::uint32_t step, LaneMask active = LaneMask::all()) {
+    std::array<std::uint32_t, kLanes> steps;
+    steps.fill(step);
+    Observation out;
+    sensors.sense(physics, tau, 1e-3, steps, {}, active, out);
+    return out;
+  }
+
+  Scene scene{links_world()};
+  std::vector<std::string> names = channel_names(scene.world.robot);
+  FakePhysics physics{scene.model};
+  SensorNoise noise;
+  BlockArray tau;
+};
+
+// Without bias, zero and jitter every sensor tells the truth.
+TEST_F(SensorsAndActuators, ExactWithoutErrors) {
+  Sensors sensors(scene.model, names, noise);
+  const Particle particle = scene.particle();
+  for (int lane = 0; lane < kLanes; ++lane) {
+    physics.start(lane, particle);
+    sensors.start(lane, particle);
+  }
+  const Vec3 rpy(0.1, -0.2, 2.5);
+  const Quat attitude(rotation_from_rpy(rpy));
+  BlockState& state = physics.mutable_state();
+  state.q.set_column(3, Eigen::Vector4d(attitude.w(), attitude.x(), attitude.y(), attitude.z()));
+  state.q.set_column(3, Vec3(1, 2, 3), 4);
+  state.v.set_column(3, (Eigen::VectorXd(6) << 4, 5, 6, 7, 8, 9).finished());
+  state.a.set_column(3, (Eigen::VectorXd(6) << 10, 11, 12, 13, 14, 15).finished());
+  const int knee = scene.model.joint("LF_Y_3");
+  state.v(scene.model.bodies[knee].v, 3) = 0.5;
+  state.a(scene.model.bodies[knee].v, 3) = -0.25;
+  tau(2, 3) = 1.5;
+  const Observation out = sense(sensors, 0);
+  EXPECT_LT((out.base_rpy.vec3(0, 3) - rpy).norm(), 1e-14);
+  EXPECT_EQ(out.base_position.vec3(0, 3), Vec3(1, 2, 3));
+  EXPECT_EQ(out.base_rate.vec3(0, 3), Vec3(4, 5, 6));
+  EXPECT_EQ(out.base_velocity.vec3(0, 3), Vec3(7, 8, 9));
+  EXPECT_EQ(out.imu_angular.vec3(0, 3), Vec3(10, 11, 12));
+  EXPECT_EQ(out.imu_linear.vec3(0, 3), Vec3(13, 14, 15));
+  ASSERT_EQ(scene.model.actuated[2], knee);
+  EXPECT_EQ(out.joint_position(2, 3), 1.2);
+  EXPECT_EQ(out.joint_velocity(2, 3), 0.5);
+  EXPECT_EQ(out.joint_acceleration(2, 3), -0.25);
+  EXPECT_EQ(out.joint_torque(2, 3), 1.5);
+}
+
+// The encoder reads q - zero + bias + jitter, the jitter being the quantile of the channel's own stream at this step;
+// other channels stay as they are, and lanes that are not active keep their reading.
+TEST_F(SensorsAndActuators, EncoderErrorIsZeroBiasAndJitter) {
+  const std::string name = "sensor.encoder.RF_Y_2.position";
+  const int c = channel(name);
+  noise.jitter[c] = Distribution::normal(0, 0.003);
+  Sensors sensors(scene.model, names, noise);
+  Particle particle = scene.particle(17);
+  const int k = 4;  // RF_Y_2
+  ASSERT_EQ(scene.model.bodies[scene.model.actuated[k]].joint, "RF_Y_2");
+  particle.joint_zero[k] = 0.025;
+  particle.sensor_bias[c] = -0.01;
+  physics.start(0, particle);
+  physics.start(1, particle);
+  sensors.start(0, particle);
+  sensors.start(1, particle);
+  for (const std::uint32_t step : {0u, 1u, 1000u}) {
+    const Observation out = sense(sensors, step, LaneMask::first(1));
+    const double jitter = noise.jitter[c]->quantile(uniform(42, 17, name_hash(name), step));
+    EXPECT_DOUBLE_EQ(out.joint_position(k, 0), -0.8 - 0.025 - 0.01 + jitter);
+    EXPECT_EQ(sensors.encoder_error()(k, 0) + -0.8, out.joint_position(k, 0));
+    EXPECT_DOUBLE_EQ(out.joint_position(k + 1, 0), -1.2);
+    EXPECT_EQ(out.joint_position(k, 1), 0.0);
+    EXPECT_DOUBLE_EQ(sensors.encoder_error()(k, 1), -0.035);
+  }
+}
+
+// Each channel of channel_names() drives its own reading, and no other, by exactly its bias.
+TEST_F(SensorsAndActuators, EveryChannelHasOneReading) {
+  for (int c = 0; c < static_cast<int>(names.size()); ++c) {
+    Sensors sensors(scene.model, names, noise);
+    Particle particle = scene.particle();
+    physics.start(0, particle);
+    sensors.start(0, particle);
+    const Observation clean = sense(sensors, 0, LaneMask::first(1));
+    particle.sensor_bias[c] = 0.5;
+    sensors.start(0, particle);
+    const Observation biased = sense(sensors, 0, LaneMask::first(1));
+    double changed = 0;
+    int readings = 0;
+    const auto compare = [&](const BlockArray& a, const BlockArray& b) {
+      for (int i = 0; i < a.rows(); ++i) {
+        if (a(i, 0) == b(i, 0)) continue;
+        ++readings;
+        changed += b(i, 0) - a(i, 0);
+      }
+    };
+    compare(clean.joint_position, biased.joint_position);
+    compare(clean.joint_velocity, biased.joint_velocity);
+    compare(clean.joint_acceleration, biased.joint_acceleration);
+    compare(clean.joint_torque, biased.joint_torque);
+    compare(clean.base_position, biased.base_position);
+    compare(clean.base_rpy, biased.base_rpy);
+    compare(clean.base_velocity, biased.base_velocity);
+    compare(clean.base_rate, biased.base_rate);
+    compare(clean.imu_linear, biased.imu_linear);
+    compare(clean.imu_angular, biased.imu_angular);
+    compare(BlockArray(scene.model.na()), sensors.torque_error());
+    EXPECT_EQ(readings, 1) << names[c];
+    EXPECT_NEAR(changed, 0.5, 1e-15) << names[c];
+  }
+}
+
+// The force on a link is the sum of the normal impulses of its contacts over the step's length.
+TEST_F(SensorsAndActuators, LinkForceSumsContacts) {
+  Sensors sensors(scene.model, names, noise);
+  const Particle particle = scene.particle();
+  physics.start(0, particle);
+  sensors.start(0, particle);
+  const int foot = scene.model.collider("LF_FOOT"), ground = scene.model.collider("ground");
+  ASSERT_GE(foot, 0);
+  ASSERT_GE(ground, 0);
+  Contact contact;
+  contact.a = std::min(foot, ground);
+  contact.b = std::max(foot, ground);
+  contact.impulse_W = {1e-3, 0, 2e-3};
+  physics.mutable_contacts(0) = {contact, contact};
+  const Observation out = sense(sensors, 0, LaneMask::first(1));
+  for (int f = 0; f < out.link_force.rows(); ++f) {
+    EXPECT_DOUBLE_EQ(out.link_force(f, 0), scene.model.frames[f].name == "LF_FOOT" ? 4.0 : 0.0);
+  }
+}
+
+class ActuatorTest : public SensorsAndActuators {
+ protected:
+  /// One servo step of joint 0 at q, v; the others idle.
+  double torque(Actuators& actuators, const Sensors& sensors, double q, double v) {
+    physics.mutable_state().q(scene.model.bodies[scene.model.actuated[0]].q, 0) = q;
+    physics.mutable_state().v(scene.model.bodies[scene.model.actuated[0]].v, 0) = v;
+    actuators.apply(command, physics.state(), sensors, h, LaneMask::first(1), tau);
+    return tau(0, 0);
+  }
+  ActuatorCommand command{12};
+  double h = 1e-3;
+};
+
+// tau + kp (q_des - q_enc) + kd (v_des - v_enc), cut at the effort limit, and headroom = limit - |asked|.
+TEST_F(ActuatorTest, ServoAndTorqueLimit) {
+  Sensors sensors(scene.model, names, noise);
+  Particle particle = scene.particle();
+  particle.joint_zero[0] = 0.1;
+  particle.sensor_bias[channel("actuator.torque.LF_X_1")] = 0.25;
+  sensors.start(0, particle);
+  Actuators actuators(scene.model, false);
+  actuators.start(0, particle);
+  command.kp(0, 0) = 20;
+  command.kd(0, 0) = 0.1;
+  command.q(0, 0) = 0.3;
+  command.v(0, 0) = 1;
+  command.tau(0, 0) = 0.5;
+  const double asked = 0.5 + 20 * (0.3 - (0.2 - 0.1)) + 0.1 * (1 - 3.0) + 0.25;
+  EXPECT_NEAR(torque(actuators, sensors, 0.2, 3.0), asked, 1e-14);
+  EXPECT_NEAR(actuators.headroom()(0, 0), 7.3 - asked, 1e-14);
+  command.q(0, 0) = -3;
+  EXPECT_EQ(torque(actuators, sensors, 0.2, 3.0), -7.3);
+  EXPECT_LT(actuators.headroom()(0, 0), 0);
+}
+
+// §6.1.1: in the direction of motion the torque falls on a line to 0 at the no-load speed (15 rad/s); against it the
+// motor brakes with its full torque.
+TEST_F(ActuatorTest, TorqueSpeedLine) {
+  Sensors sensors(scene.model, names, noise);
+  const Particle particle = scene.particle();
+  sensors.start(0, particle);
+  Actuators actuators(scene.model, true);
+  actuators.start(0, particle);
+  command.tau(0, 0) = 100;
+  EXPECT_NEAR(torque(actuators, sensors, 0, 0), 7.3, 1e-14);
+  EXPECT_NEAR(torque(actuators, sensors, 0, 5), 7.3 * 2 / 3, 1e-14);
+  EXPECT_EQ(torque(actuators, sensors, 0, 20), 0);
+  EXPECT_EQ(torque(actuators, sensors, 0, -5), 7.3);
+  command.tau(0, 0) = -100;
+  EXPECT_NEAR(torque(actuators, sensors, 0, -5), -7.3 * 2 / 3, 1e-14);
+  EXPECT_EQ(torque(actuators, sensors, 0, 5), -7.3);
+}
+
+// The integral grows by error times time, and does not wind up while the torque is cut.
+TEST_F(ActuatorTest, IntegralWithoutWindup) {
+  Sensors sensors(scene.model, names, noise);
+  const Particle particle = scene.particle();
+  sensors.start(0, particle);
+  Actuators actuators(scene.model, false);
+  actuators.start(0, particle);
+  command.ki(0, 0) = 100;
+  command.q(0, 0) = 0.5;
+  for (int i = 0; i < 20; ++i) torque(actuators, sensors, 0, 0);
+  EXPECT_NEAR(torque(actuators, sensors, 0, 0), 100 * 0.5 * 20 * h, 1e-12);
+  for (int i = 0; i < 10000; ++i) torque(actuators, sensors, 0, 0);
+  EXPECT_EQ(tau(0, 0), 7.3);
+  // A wound-up integral (100 * 0.5 * 10 s = 500 N m) would take seconds to come back; this one is back within
+  // one step's worth of error.
+  command.q(0, 0) = -0.5;
+  torque(actuators, sensors, 0, 0);
+  torque(actuators, sensors, 0, 0);
+  EXPECT_LT(tau(0, 0), 7.3);
+}
+
+}  // namespace
+}  // namespace graze
