@@ -1,0 +1,137 @@
+#include "archive/campaign_directory.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "archive/file_driver.h"
+#include "archive/files.h"
+#include "archive/info.h"
+
+namespace graze {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<fs::path> entries_of(const fs::path& directory) {
+  std::error_code error;
+  std::vector<fs::path> entries;
+  for (fs::directory_iterator at(directory, error), end; !error && at != end; at.increment(error)) {
+    entries.push_back(at->path());
+  }
+  if (error) throw InputError(fmt::format("{}: cannot be listed: {}", directory.string(), error.message()));
+  std::sort(entries.begin(), entries.end());
+  return entries;
+}
+
+bool is_archive_file(const fs::path& path) {
+  return path.extension() == ".h5" || (path.extension() == ".tmp" && path.stem().extension() == ".h5");
+}
+
+/// The first entry that no campaign has: --force must never remove somebody's other files.
+std::optional<fs::path> foreign_entry(const fs::path& directory) {
+  for (const fs::path& entry : entries_of(directory)) {
+    if (entry.filename() != kShardFolder) {
+      if (entry.stem().stem() != fs::path(kDescriptionFile).stem() || !is_archive_file(entry)) return entry;
+      continue;
+    }
+    for (const fs::path& shard : entries_of(entry)) {
+      if (!is_archive_file(shard) || !fs::is_regular_file(shard)) return shard;
+    }
+  }
+  return std::nullopt;
+}
+
+/// Whether a campaign may be made at `path`; true if something there has to be moved aside first.
+bool must_replace(const fs::path& path, bool force) {
+  if (!fs::exists(fs::symlink_status(path))) return false;
+  if (!fs::is_directory(path)) {
+    throw InputError(fmt::format("{}: is a file; a campaign needs a directory of its own", path.string()));
+  }
+  if (entries_of(path).empty()) return false;
+  if (!force) {
+    throw InputError(
+        fmt::format("{}: exists and is not empty; choose another --output or give --force", path.string()));
+  }
+  if (const auto foreign = foreign_entry(path)) {
+    throw InputError(fmt::format("{}: is not replaced, even by --force: {} is not part of a campaign", path.string(),
+                                 foreign->string()));
+  }
+  return true;
+}
+
+fs::path move_aside(const fs::path& path) {
+  for (int number = 1;; ++number) {
+    const fs::path aside = fmt::format("{}.old{}", path.string(), number);
+    if (fs::exists(aside)) continue;
+    std::error_code error;
+    fs::rename(path, aside, error);
+    if (error) throw MachineError(fmt::format("{}: cannot be moved aside: {}", path.string(), error.message()));
+    return aside;
+  }
+}
+
+void describe(const fs::path& directory, const CampaignInfo& info, bool complete) {
+  publish_hdf5(directory / kDescriptionFile,
+               [&](const hdf5::Handle& file) { write_info(file, info, Layout::directory, complete); });
+}
+
+}  // namespace
+
+std::vector<fs::path> shard_files(const fs::path& directory) {
+  std::vector<fs::path> files;
+  const fs::path folder = directory / kShardFolder;
+  if (!fs::exists(folder)) return files;
+  for (const fs::path& entry : entries_of(folder)) {
+    if (entry.extension() == ".h5") files.push_back(entry);
+  }
+  return files;
+}
+
+CampaignDirectory::CampaignDirectory(fs::path directory, const CampaignInfo& info, bool force)
+    : path_(std::move(directory)), info_(info) {
+  if (!path_.has_filename()) path_ = path_.parent_path();  // "curb.graze/"
+  check_policy_names(info.policies);
+  if (must_replace(path_, force)) old_ = move_aside(path_);
+  try {
+    made_ = !fs::exists(path_);
+    if (made_) make_directory(path_);
+    make_directory(path_ / kShardFolder);
+    describe(path_, info, false);
+  } catch (...) {
+    restore();
+    throw;
+  }
+}
+
+CampaignDirectory::~CampaignDirectory() {
+  if (!kept_) restore();
+}
+
+void CampaignDirectory::restore() noexcept {
+  std::error_code error;
+  fs::remove(path_ / kDescriptionFile, error);
+  fs::remove(path_ / kShardFolder, error);  // an empty folder, or it stays
+  if (made_) fs::remove(path_, error);
+  if (old_) fs::rename(*old_, path_, error);
+}
+
+void CampaignDirectory::keep() {
+  kept_ = true;
+  if (!old_) return;
+  std::error_code error;
+  fs::remove_all(*old_, error);
+  old_.reset();
+}
+
+void CampaignDirectory::add_shard(ShardBuffer shard) {
+  shard.publish(path_ / kShardFolder / fmt::format("{:06}.h5", ++shards_), info_);
+  keep();
+}
+
+void CampaignDirectory::complete() {
+  describe(path_, info_, true);
+  keep();
+}
+
+}  // namespace graze

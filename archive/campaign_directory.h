@@ -1,0 +1,44 @@
+#pragma once
+// The directory that a campaign is written into: campaign.h5 and shards/NNNNNN.h5, each appearing by rename. With
+// `force` an old campaign in its place is moved aside and comes back if the new one never gets a shard.
+
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include "archive/archive.h"
+#include "archive/shard.h"
+
+namespace graze {
+
+inline constexpr const char* kDescriptionFile = "campaign.h5";
+inline constexpr const char* kShardFolder = "shards";
+
+/// The shards of a campaign directory, sorted by name; unfinished ones (*.tmp) are not among them.
+std::vector<std::filesystem::path> shard_files(const std::filesystem::path& directory);
+
+class CampaignDirectory {
+ public:
+  /// As CampaignWriter's constructor.
+  CampaignDirectory(std::filesystem::path directory, const CampaignInfo& info, bool force);
+  /// Leaves things as they were before if no shard was added and the campaign was not completed.
+  ~CampaignDirectory();
+
+  const std::filesystem::path& path() const { return path_; }
+  const CampaignInfo& info() const { return info_; }
+  void add_shard(ShardBuffer shard);
+  /// Writes campaign.h5 anew, marked complete.
+  void complete();
+
+ private:
+  void keep();              // from now on the new campaign counts: the old one is removed
+  void restore() noexcept;  // the new campaign never was
+
+  std::filesystem::path path_;
+  CampaignInfo info_;
+  std::optional<std::filesystem::path> old_;  // where the old campaign lies meanwhile
+  bool made_ = false, kept_ = false;
+  int shards_ = 0;
+};
+
+}  // namespace graze

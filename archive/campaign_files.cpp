@@ -1,0 +1,53 @@
+#include "archive/campaign_files.h"
+
+#include <fmt/format.h>
+
+#include "archive/campaign_directory.h"
+#include "archive/seal.h"
+
+namespace graze {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Runs `act` on an open file; says which file it was if HDF5 complains.
+template <class Act>
+auto with_file(const fs::path& path, const Act& act) {
+  check_seal(path);
+  const hdf5::Lock lock;
+  try {
+    const hdf5::Handle file = hdf5::open_for_reading(path);
+    return act(file);
+  } catch (const hdf5::Error& error) {
+    throw InputError(fmt::format("{}: {}", path.string(), error.what()));
+  }
+}
+
+fs::path description_of(const fs::path& path) {
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (!fs::exists(status)) throw InputError(fmt::format("{}: is not there", path.string()));
+  if (!fs::is_directory(status)) return path;
+  if (!fs::exists(path / kDescriptionFile, error)) {
+    throw InputError(fmt::format("{}: is no campaign directory: it has no {}", path.string(), kDescriptionFile));
+  }
+  return path / kDescriptionFile;
+}
+
+}  // namespace
+
+CampaignFiles open_campaign(const fs::path& path) {
+  const fs::path description = description_of(path);
+  StoredInfo stored = with_file(description, [](const hdf5::Handle& file) { return read_info(file); });
+  if (stored.layout == Layout::packed) return {std::move(stored), Parts({description})};
+  if (description == path) {
+    throw InputError(fmt::format("{}: only describes a campaign; give the directory that it lies in", path.string()));
+  }
+  std::vector<fs::path> shards = shard_files(path);
+  for (const fs::path& shard : shards) {
+    with_file(shard, [&](const hdf5::Handle& file) { check_shard_identity(file, stored.info); });
+  }
+  return {std::move(stored), Parts(std::move(shards))};
+}
+
+}  // namespace graze

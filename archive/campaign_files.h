@@ -1,0 +1,20 @@
+#pragma once
+// From a path to an opened campaign: which files it is made of, all of them checked.
+
+#include <filesystem>
+
+#include "archive/info.h"
+#include "archive/part.h"
+
+namespace graze {
+
+struct CampaignFiles {
+  StoredInfo stored;
+  Parts parts;
+};
+
+/// A campaign directory or a packed file. Checks the seals of all files and that the shards belong to the campaign.
+/// Takes the library's lock. Throws InputError.
+CampaignFiles open_campaign(const std::filesystem::path& path);
+
+}  // namespace graze

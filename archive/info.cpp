@@ -1,0 +1,210 @@
+#include "archive/info.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "archive/schema.h"
+
+namespace graze {
+namespace {
+
+using hdf5::Handle;
+
+void write_format(const Handle& file, const char* format) {
+  hdf5::write_attribute(file.id(), "format", std::string(format));
+  hdf5::write_attribute(file.id(), "format_version", std::uint64_t{kArchiveFormatVersion});
+}
+
+void check_format(const Handle& file, const std::string& wanted) {
+  const bool ours = hdf5::has_attribute(file.id(), "format") && hdf5::has_attribute(file.id(), "format_version");
+  const std::string found = ours ? hdf5::read_text(file.id(), "format") : "";
+  if (found != kCampaignFormat && found != kShardFormat) throw hdf5::Error("is not a Graze archive");
+  const std::uint64_t version = hdf5::read_count(file.id(), "format_version");
+  if (version > kArchiveFormatVersion) {
+    throw hdf5::Error(
+        fmt::format("has format version {}, newer than version {}, the newest that this program reads; "
+                    "use a newer Graze",
+                    version, kArchiveFormatVersion));
+  }
+  if (found != wanted) {
+    throw hdf5::Error(found == kShardFormat ? "is one shard of a campaign; give the campaign's directory"
+                                            : "is a whole campaign where one of its shards is expected");
+  }
+}
+
+/// A member of each row of a table as a list of strings.
+template <class Row>
+std::vector<std::string> member(const std::vector<Row>& rows, std::string Row::*field) {
+  std::vector<std::string> out;
+  for (const Row& row : rows) out.push_back(row.*field);
+  return out;
+}
+
+template <class Row>
+void read_member(const Handle& file, const std::string& path, std::vector<Row>& rows, std::string Row::*field) {
+  std::vector<std::string> texts = hdf5::read_strings(file.id(), path);
+  if (texts.size() != rows.size()) throw hdf5::Error("dataset '" + path + "' is not as long as its neighbours");
+  for (std::size_t i = 0; i < rows.size(); ++i) rows[i].*field = std::move(texts[i]);
+}
+
+const hdf5::Spec kNominal{"nominal", hdf5::Type::f64};
+const hdf5::Spec kLabelOffset{"label_offset", hdf5::Type::u64};
+
+using Parameter = CampaignInfo::ParameterRow;
+using RequirementRow = CampaignInfo::RequirementRow;
+
+void write_parameters(const Handle& file, const std::vector<Parameter>& rows) {
+  hdf5::write_strings(file.id(), "parameters/name", member(rows, &Parameter::name));
+  hdf5::write_strings(file.id(), "parameters/unit", member(rows, &Parameter::unit));
+  hdf5::write_strings(file.id(), "parameters/distribution", member(rows, &Parameter::distribution));
+  hdf5::write_strings(file.id(), "parameters/jitter", member(rows, &Parameter::jitter));
+  std::vector<double> nominal;
+  std::vector<std::uint64_t> offset = {0};
+  std::vector<std::string> labels;
+  for (const Parameter& row : rows) {
+    nominal.push_back(row.nominal);
+    labels.insert(labels.end(), row.labels.begin(), row.labels.end());
+    offset.push_back(labels.size());
+  }
+  hdf5::write_column(file.id(), "parameters", kNominal, nominal, 0);
+  hdf5::write_column(file.id(), "parameters", kLabelOffset, offset, 0);
+  hdf5::write_strings(file.id(), "parameters/labels", labels);
+}
+
+std::vector<Parameter> read_parameters(const Handle& file, std::uint64_t file_bytes) {
+  const auto nominal = hdf5::read_column<double>(file.id(), "parameters", kNominal, file_bytes);
+  const auto offset = hdf5::read_column<std::uint64_t>(file.id(), "parameters", kLabelOffset, file_bytes);
+  const auto labels = hdf5::read_strings(file.id(), "parameters/labels");
+  if (offset.size() != nominal.size() + 1 || offset.front() != 0 || offset.back() != labels.size() ||
+      !std::is_sorted(offset.begin(), offset.end())) {
+    throw hdf5::Error("dataset 'parameters/label_offset' does not divide the labels");
+  }
+  std::vector<Parameter> rows(nominal.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    rows[i].nominal = nominal[i];
+    rows[i].labels.assign(labels.begin() + static_cast<std::ptrdiff_t>(offset[i]),
+                          labels.begin() + static_cast<std::ptrdiff_t>(offset[i + 1]));
+  }
+  read_member(file, "parameters/name", rows, &Parameter::name);
+  read_member(file, "parameters/unit", rows, &Parameter::unit);
+  read_member(file, "parameters/distribution", rows, &Parameter::distribution);
+  read_member(file, "parameters/jitter", rows, &Parameter::jitter);
+  return rows;
+}
+
+/// Root attributes by name, so that writing and reading cannot differ.
+template <class Info, class Do>
+void each_text(Info& info, const Do& act) {
+  act("scenario_name", info.scenario_name);
+  act("scenario", info.scenario_text);
+  act("scenario_sha256", info.scenario_sha256);
+  act("command_line", info.command_line);
+  act("start_time", info.start_time);
+  act("program_version", info.program_version);
+  act("program_revision", info.program_revision);
+  act("physics", info.physics);
+  act("design", info.design);
+  act("objective", info.objective);
+}
+
+template <class Info, class Do>
+void each_number(Info& info, const Do& act) {
+  act("step", info.step);
+  act("control", info.control);
+  act("end", info.end);
+}
+
+template <class Info, class Do>
+void each_list(Info& info, const Do& act) {
+  act("policies/name", info.policies);
+  act("names/colliders", info.colliders);
+  act("names/bodies", info.bodies);
+  act("names/q", info.q_names);
+  act("names/v", info.v_names);
+  act("names/actuators", info.actuator_names);
+}
+
+bool is_path(const std::string& name) {
+  for (std::size_t begin = 0;;) {
+    const std::size_t end = name.find('/', begin);
+    const std::string part = name.substr(begin, end == std::string::npos ? end : end - begin);
+    if (part.empty() || part == "." || part == ".." || part.find('\0') != std::string::npos) return false;
+    if (end == std::string::npos) return true;
+    begin = end + 1;
+  }
+}
+
+}  // namespace
+
+void check_policy_names(const std::vector<std::string>& policies) {
+  for (const std::string& name : policies) {
+    if (!is_path(name)) {
+      throw InputError(
+          fmt::format("policies: '{}' cannot name a group of the archive; parts between '/' must not be "
+                      "empty, '.' or '..'",
+                      name));
+    }
+    for (const std::string& other : policies) {
+      if (&other != &name && (other == name || other.starts_with(name + "/"))) {
+        throw InputError(fmt::format("policies: '{}' lies inside policy '{}'; rename one of them", other, name));
+      }
+    }
+  }
+}
+
+void write_info(const Handle& file, const CampaignInfo& info, Layout layout, bool complete) {
+  const hid_t root = file.id();
+  write_format(file, kCampaignFormat);
+  hdf5::write_attribute(root, "layout", std::string(layout == Layout::packed ? "packed" : "directory"));
+  hdf5::write_attribute(root, "complete", std::uint64_t{complete});
+  each_text(info, [&](const char* name, const std::string& text) { hdf5::write_attribute(root, name, text); });
+  each_number(info, [&](const char* name, double value) { hdf5::write_attribute(root, name, value); });
+  hdf5::write_attribute(root, "seed", info.seed);
+  hdf5::write_attribute(root, "particles", info.particles);
+  hdf5::write_attribute(root, "store_values", std::uint64_t{info.store_values});
+  each_list(info, [&](const char* path, const auto& list) { hdf5::write_strings(root, path, list); });
+  write_parameters(file, info.parameters);
+  hdf5::write_strings(root, "requirements/name", member(info.requirements, &RequirementRow::name));
+  hdf5::write_strings(root, "requirements/description", member(info.requirements, &RequirementRow::description));
+  hdf5::write_strings(root, "requirements/unit", member(info.requirements, &RequirementRow::unit));
+}
+
+StoredInfo read_info(const Handle& file) {
+  check_format(file, kCampaignFormat);
+  const hid_t root = file.id();
+  hsize_t bytes = 0;
+  hdf5::check(H5Fget_filesize(root, &bytes), "file size");
+  StoredInfo stored;
+  CampaignInfo& info = stored.info;
+  stored.layout = hdf5::read_text(root, "layout") == "packed" ? Layout::packed : Layout::directory;
+  stored.complete = hdf5::read_count(root, "complete") != 0;
+  each_text(info, [&](const char* name, std::string& text) { text = hdf5::read_text(root, name); });
+  each_number(info, [&](const char* name, double& value) { value = hdf5::read_number(root, name); });
+  info.seed = hdf5::read_count(root, "seed");
+  info.particles = hdf5::read_count(root, "particles");
+  info.store_values = hdf5::read_count(root, "store_values") != 0;
+  each_list(info, [&](const char* path, auto& list) { list = hdf5::read_strings(root, path); });
+  info.parameters = read_parameters(file, bytes);
+  info.requirements.resize(hdf5::read_strings(root, "requirements/name").size());
+  read_member(file, "requirements/name", info.requirements, &RequirementRow::name);
+  read_member(file, "requirements/description", info.requirements, &RequirementRow::description);
+  read_member(file, "requirements/unit", info.requirements, &RequirementRow::unit);
+  return stored;
+}
+
+void write_shard_identity(const Handle& file, const CampaignInfo& info) {
+  write_format(file, kShardFormat);
+  hdf5::write_attribute(file.id(), "scenario_sha256", info.scenario_sha256);
+  hdf5::write_attribute(file.id(), "seed", info.seed);
+}
+
+void check_shard_identity(const Handle& file, const CampaignInfo& info) {
+  check_format(file, kShardFormat);
+  if (hdf5::read_text(file.id(), "scenario_sha256") != info.scenario_sha256 ||
+      hdf5::read_count(file.id(), "seed") != info.seed) {
+    throw hdf5::Error("belongs to another campaign: its scenario or seed differs");
+  }
+}
+
+}  // namespace graze

@@ -1,0 +1,138 @@
+#include "archive/part.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace graze {
+namespace {
+
+constexpr std::size_t kOpenParts = 64;  // well below the usual limit of 1024 descriptors
+
+struct DigestRef {
+  RowRef ref;
+  std::uint64_t digest;
+};
+
+}  // namespace
+
+OpenPart::OpenPart(std::filesystem::path path) : path_(std::move(path)) {
+  guarded([&] {
+    file_ = hdf5::open_for_reading(path_);
+    hsize_t bytes = 0;
+    hdf5::check(H5Fget_filesize(file_.id(), &bytes), "file size");
+    bytes_ = bytes;
+  });
+}
+
+void OpenPart::fail(const std::string& what) const { throw InputError(fmt::format("{}: {}", path_.string(), what)); }
+
+void OpenPart::guarded(const std::function<void()>& act) const {
+  try {
+    act();
+  } catch (const hdf5::Error& error) {
+    fail(error.what());
+  }
+}
+
+bool OpenPart::has(const std::string& group) const {
+  bool found = false;
+  guarded([&] { found = hdf5::exists(file_.id(), group); });
+  return found;
+}
+
+hdf5::Column OpenPart::column(const std::string& group, const hdf5::Spec& spec) const {
+  std::optional<hdf5::Column> column;
+  guarded([&] { column = hdf5::Column::open(file_.id(), group, spec, bytes_); });
+  return std::move(*column);
+}
+
+hdf5::Column OpenPart::column(const std::string& group, const hdf5::Spec& spec, std::uint64_t rows) const {
+  hdf5::Column found = column(group, spec);
+  if (found.rows() != rows) {
+    fail(fmt::format("dataset '{}/{}' has {} rows instead of {}", group, spec.name, found.rows(), rows));
+  }
+  return found;
+}
+
+std::uint64_t OpenPart::traces(const std::string& policy) const {
+  const std::string group = schema::traces_group(policy);
+  return has(group) ? column(group, schema::particle()).rows() : 0;
+}
+
+std::vector<std::uint64_t> OpenPart::offsets(const std::string& group, std::uint64_t traces) const {
+  if (!has(group)) return {};
+  std::vector<std::uint64_t> offset = read<std::uint64_t>(group, schema::offset(), traces + 1);
+  if (offset.front() != 0 || !std::is_sorted(offset.begin(), offset.end()) ||
+      offset.back() != column(group, schema::time()).rows()) {
+    fail(fmt::format("dataset '{}/offset' does not divide its table", group));
+  }
+  return offset;
+}
+
+std::vector<std::string> OpenPart::texts(const char* path) const {
+  std::vector<std::string> texts;
+  guarded([&] { texts = hdf5::read_strings(file_.id(), path); });
+  return texts;
+}
+
+OpenPart& Parts::open(std::size_t part) {
+  if (!open_[part]) {
+    if (opened_ == kOpenParts) {
+      for (auto& one : open_) one.reset();
+      opened_ = 0;
+    }
+    open_[part].emplace(files_[part]);
+    ++opened_;
+  }
+  return *open_[part];
+}
+
+std::vector<RowRef> Parts::traces(const std::string& policy) {
+  std::vector<DigestRef> rows;
+  const std::string group = schema::traces_group(policy);
+  for (std::size_t part = 0; part < size(); ++part) {
+    const OpenPart& file = open(part);
+    const std::uint64_t count = file.traces(policy);
+    if (count == 0) continue;
+    const auto particle = file.read<std::uint32_t>(group, schema::particle(), count);
+    const auto digest = file.read<std::uint64_t>(group, schema::digest(), count);
+    for (std::uint64_t row = 0; row < count; ++row) {
+      rows.push_back({{particle[row], static_cast<std::uint32_t>(part), row}, digest[row]});
+    }
+  }
+  std::stable_sort(rows.begin(), rows.end(),
+                   [](const DigestRef& a, const DigestRef& b) { return a.ref.particle < b.ref.particle; });
+  std::vector<RowRef> unique;
+  unique.reserve(rows.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (i == 0 || rows[i].ref.particle != rows[i - 1].ref.particle) {
+      unique.push_back(rows[i].ref);
+    } else if (rows[i].digest != rows[i - 1].digest) {
+      open(rows[i].ref.part)
+          .fail(fmt::format("particle {} of policy '{}' went another way here than in {}; these shards are not of one "
+                            "campaign",
+                            rows[i].ref.particle, policy, files_[rows[i - 1].ref.part].string()));
+    }
+  }
+  return unique;
+}
+
+std::vector<RowRef> Parts::particles() {
+  std::vector<RowRef> rows;
+  for (std::size_t part = 0; part < size(); ++part) {
+    const OpenPart& file = open(part);
+    if (!file.has(schema::kParticles)) continue;
+    const std::uint64_t count = file.column(schema::kParticles, schema::particle()).rows();
+    const auto particle = file.read<std::uint32_t>(schema::kParticles, schema::particle(), count);
+    for (std::uint64_t row = 0; row < count; ++row) {
+      rows.push_back({particle[row], static_cast<std::uint32_t>(part), row});
+    }
+  }
+  std::stable_sort(rows.begin(), rows.end(), [](const RowRef& a, const RowRef& b) { return a.particle < b.particle; });
+  const auto same = [](const RowRef& a, const RowRef& b) { return a.particle == b.particle; };
+  rows.erase(std::unique(rows.begin(), rows.end(), same), rows.end());
+  return rows;
+}
+
+}  // namespace graze

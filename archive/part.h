@@ -1,0 +1,83 @@
+#pragma once
+// A part of a campaign: a file with traces (a shard, or the packed file), opened when it is needed. What is read is
+// checked: columns of a table are equally long, offsets rise and end where their table ends, indices are in range.
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "archive/archive.h"
+#include "archive/hdf5.h"
+#include "archive/schema.h"
+
+namespace graze {
+
+/// An open part. All methods throw InputError that names the file, and need the library's lock.
+class OpenPart {
+ public:
+  explicit OpenPart(std::filesystem::path path);
+  const std::filesystem::path& path() const { return path_; }
+  const hdf5::Handle& file() const { return file_; }
+
+  /// True if the group is there.
+  bool has(const std::string& group) const;
+  /// A dataset with so many rows.
+  hdf5::Column column(const std::string& group, const hdf5::Spec& spec, std::uint64_t rows) const;
+  /// A dataset with as many rows as it has.
+  hdf5::Column column(const std::string& group, const hdf5::Spec& spec) const;
+  template <class T>
+  std::vector<T> read(const std::string& group, const hdf5::Spec& spec, std::uint64_t rows) const {
+    return slice<T>(group, spec, rows, 0, rows);
+  }
+  /// Rows first … first + count of a dataset that has `rows`.
+  template <class T>
+  std::vector<T> slice(const std::string& group, const hdf5::Spec& spec, std::uint64_t rows, std::uint64_t first,
+                       std::uint64_t count) const {
+    const hdf5::Column source = column(group, spec, rows);
+    std::vector<T> data(count * spec.width);
+    guarded([&] { source.read(first, count, data.data()); });
+    return data;
+  }
+  /// Traces of a policy; 0 if it has none here.
+  std::uint64_t traces(const std::string& policy) const;
+  /// Where the flat rows of each of `traces` traces begin, and where the last end; empty if the group is not there.
+  std::vector<std::uint64_t> offsets(const std::string& group, std::uint64_t traces) const;
+  std::vector<std::string> texts(const char* path) const;
+
+  [[noreturn]] void fail(const std::string& what) const;
+
+ private:
+  void guarded(const std::function<void()>& act) const;
+  std::filesystem::path path_;
+  hdf5::Handle file_;
+  std::uint64_t bytes_ = 0;
+};
+
+/// Where one row lies.
+struct RowRef {
+  std::uint32_t particle, part;
+  std::uint64_t row;
+};
+
+/// All parts of a campaign. Keeps a few of them open. Needs the library's lock.
+class Parts {
+ public:
+  explicit Parts(std::vector<std::filesystem::path> files) : files_(std::move(files)), open_(files_.size()) {}
+  std::size_t size() const { return files_.size(); }
+  OpenPart& open(std::size_t part);
+
+  /// The traces of a policy in order of particle id. A particle that stands in two parts counts once; throws InputError
+  /// if its digests differ.
+  std::vector<RowRef> traces(const std::string& policy);
+  /// The rows of /particles in order of id, each id once.
+  std::vector<RowRef> particles();
+
+ private:
+  std::vector<std::filesystem::path> files_;
+  std::vector<std::optional<OpenPart>> open_;
+  std::size_t opened_ = 0;
+};
+
+}  // namespace graze

@@ -1,0 +1,142 @@
+#include "archive/seal.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <bit>
+#include <cerrno>
+#include <cstring>
+#include <vector>
+
+#include "archive/files.h"
+#include "engine/settings/settings.h"
+
+namespace graze {
+namespace {
+
+constexpr std::uint64_t kPrime1 = 0x9E3779B185EBCA87, kPrime2 = 0xC2B2AE3D27D4EB4F, kPrime3 = 0x165667B19E3779F9,
+                        kPrime4 = 0x85EBCA77C2B2AE63, kPrime5 = 0x27D4EB2F165667C5;
+constexpr std::size_t kStripe = 32;
+constexpr std::size_t kSealBytes = 24;
+constexpr std::array<unsigned char, 8> kMagic = {'G', 'R', 'A', 'Z', 'E', 'E', 'N', 'D'};
+constexpr std::array<unsigned char, 8> kHdf5 = {0x89, 'H', 'D', 'F', '\r', '\n', 0x1A, '\n'};
+constexpr std::size_t kPiece = std::size_t{1} << 20;
+
+template <class T>
+T load(const std::byte* from) {
+  static_assert(std::endian::native == std::endian::little);
+  T value;
+  std::memcpy(&value, from, sizeof(T));
+  return value;
+}
+
+std::uint64_t mix(std::uint64_t lane, std::uint64_t input) { return std::rotl(lane + input * kPrime2, 31) * kPrime1; }
+
+std::array<std::byte, kSealBytes> make_seal(std::uint64_t length, std::uint64_t hash) {
+  std::array<std::byte, kSealBytes> out;
+  std::memcpy(out.data(), kMagic.data(), 8);
+  std::memcpy(out.data() + 8, &length, 8);
+  std::memcpy(out.data() + 16, &hash, 8);
+  return out;
+}
+
+/// Hashes the first `length` bytes of a file. Returns 0 or errno; a file that ends early gives EIO.
+int hash_file(int descriptor, std::uint64_t length, Xxh64& hash) {
+  std::vector<std::byte> piece(kPiece);
+  for (std::uint64_t done = 0; done < length;) {
+    const std::size_t wanted = std::min<std::uint64_t>(kPiece, length - done);
+    const ssize_t got = pread(descriptor, piece.data(), wanted, static_cast<off_t>(done));
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) return got < 0 ? errno : EIO;
+    hash.update({piece.data(), static_cast<std::size_t>(got)});
+    done += static_cast<std::uint64_t>(got);
+  }
+  return 0;
+}
+
+[[noreturn]] void refuse(const std::filesystem::path& path, const std::string& why) {
+  throw InputError(fmt::format("{}: {}", path.string(), why));
+}
+
+bool begins_as_hdf5(int descriptor) {
+  std::array<unsigned char, 8> head{};
+  return pread(descriptor, head.data(), head.size(), 0) == static_cast<ssize_t>(head.size()) && head == kHdf5;
+}
+
+}  // namespace
+
+Xxh64::Xxh64() : lane_{kPrime1 + kPrime2, kPrime2, 0, 0 - kPrime1} {}
+
+void Xxh64::round(const std::byte* stripe) {
+  for (std::size_t i = 0; i < lane_.size(); ++i) lane_[i] = mix(lane_[i], load<std::uint64_t>(stripe + 8 * i));
+}
+
+void Xxh64::update(std::span<const std::byte> data) {
+  length_ += data.size();
+  if (held_ > 0) {
+    const std::size_t taken = std::min(kStripe - held_, data.size());
+    std::copy_n(data.begin(), taken, rest_.begin() + static_cast<std::ptrdiff_t>(held_));
+    held_ += taken;
+    data = data.subspan(taken);
+    if (held_ < kStripe) return;
+    round(rest_.data());
+    held_ = 0;
+  }
+  for (; data.size() >= kStripe; data = data.subspan(kStripe)) round(data.data());
+  std::copy(data.begin(), data.end(), rest_.begin());
+  held_ = data.size();
+}
+
+std::uint64_t Xxh64::digest() const {
+  std::uint64_t h = kPrime5;
+  if (length_ >= kStripe) {
+    h = std::rotl(lane_[0], 1) + std::rotl(lane_[1], 7) + std::rotl(lane_[2], 12) + std::rotl(lane_[3], 18);
+    for (const std::uint64_t lane : lane_) h = (h ^ mix(0, lane)) * kPrime1 + kPrime4;
+  }
+  h += length_;
+  std::size_t i = 0;
+  for (; i + 8 <= held_; i += 8) {
+    h = std::rotl(h ^ mix(0, load<std::uint64_t>(&rest_[i])), 27) * kPrime1 + kPrime4;
+  }
+  for (; i + 4 <= held_; i += 4) {
+    h = std::rotl(h ^ (load<std::uint32_t>(&rest_[i]) * kPrime1), 23) * kPrime2 + kPrime3;
+  }
+  for (; i < held_; ++i) h = std::rotl(h ^ (static_cast<std::uint64_t>(rest_[i]) * kPrime5), 11) * kPrime1;
+  h = (h ^ (h >> 33)) * kPrime2;
+  h = (h ^ (h >> 29)) * kPrime3;
+  return h ^ (h >> 32);
+}
+
+int seal_file(int descriptor) {
+  const off_t length = lseek(descriptor, 0, SEEK_END);
+  if (length < 0) return errno;
+  Xxh64 hash;
+  if (const int error = hash_file(descriptor, static_cast<std::uint64_t>(length), hash); error != 0) return error;
+  return write_all(descriptor, make_seal(static_cast<std::uint64_t>(length), hash.digest()));
+}
+
+void check_seal(const std::filesystem::path& path) {
+  const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (file.number() < 0) refuse(path, fmt::format("cannot be read: {}", std::strerror(errno)));
+  if (!begins_as_hdf5(file.number())) refuse(path, "is not an HDF5 file; give a campaign directory or a packed file");
+  const off_t size = lseek(file.number(), 0, SEEK_END);
+  const auto length = static_cast<std::uint64_t>(std::max<off_t>(size, kSealBytes)) - kSealBytes;
+  std::array<std::byte, kSealBytes> found{};
+  if (pread(file.number(), found.data(), kSealBytes, static_cast<off_t>(length)) != static_cast<ssize_t>(kSealBytes) ||
+      std::memcmp(found.data(), kMagic.data(), kMagic.size()) != 0) {
+    refuse(path,
+           "is no Graze archive, or not a whole one: its closing checksum is missing; it was cut short, or written by "
+           "another program");
+  }
+  Xxh64 hash;
+  if (const int error = hash_file(file.number(), length, hash); error != 0) {
+    refuse(path, fmt::format("cannot be read: {}", std::strerror(error)));
+  }
+  if (found != make_seal(length, hash.digest())) {
+    refuse(path, "is damaged: its content does not fit its checksum; take it from a copy, or run the campaign again");
+  }
+}
+
+}  // namespace graze

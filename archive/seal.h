@@ -1,0 +1,34 @@
+#pragma once
+// The seal of a file: 24 bytes behind the HDF5 data ("GRAZEEND", then length and XXH64 of all before it,
+// little-endian). HDF5 ignores what lies behind its own end. A file whose seal does not fit is refused before HDF5
+// parses it: cut short, damaged, or changed by another program.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+
+namespace graze {
+
+/// XXH64 with seed 0 (Collet, xxHash specification 0.1.1), fed piecewise.
+class Xxh64 {
+ public:
+  Xxh64();
+  void update(std::span<const std::byte> data);
+  std::uint64_t digest() const;
+
+ private:
+  void round(const std::byte* stripe);
+  std::array<std::uint64_t, 4> lane_;
+  std::array<std::byte, 32> rest_{};
+  std::size_t held_ = 0;  // bytes in rest_
+  std::uint64_t length_ = 0;
+};
+
+/// Reads the file behind `descriptor` from its start and appends the seal. Returns 0 or errno.
+int seal_file(int descriptor);
+/// Throws InputError unless `path` is an HDF5 file with its seal intact.
+void check_seal(const std::filesystem::path& path);
+
+}  // namespace graze

@@ -1,0 +1,90 @@
+// CampaignWriter: gathers traces and writes shards.
+#include <algorithm>
+#include <cassert>
+#include <chrono>
+#include <mutex>
+#include <optional>
+#include <utility>
+
+#include "archive/archive.h"
+#include "archive/campaign_directory.h"
+#include "archive/shard.h"
+
+namespace graze {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// A shard is written when either is reached: what a crash can cost, and what memory may hold.
+constexpr auto kShardAge = std::chrono::seconds(2);
+constexpr std::size_t kShardBytes = std::size_t{32} << 20;
+
+}  // namespace
+
+struct CampaignWriter::Impl {
+  Impl(std::filesystem::path path, const CampaignInfo& facts, bool force)
+      : directory(std::move(path), facts, force), buffer(facts.policies.size()) {}
+
+  const CampaignInfo& info() const { return directory.info(); }
+
+  /// Takes the buffer, if there is something in it and it is `due`.
+  std::optional<ShardBuffer> take(bool always) {
+    const bool due = always || buffer.bytes() >= kShardBytes || Clock::now() - last >= kShardAge;
+    if (!due || buffer.empty()) return std::nullopt;
+    last = Clock::now();
+    return std::exchange(buffer, ShardBuffer(info().policies.size()));
+  }
+
+  /// Outside of the buffer's lock: other threads go on adding while one writes.
+  void write(ShardBuffer shard) {
+    const std::lock_guard guard(writing);
+    if (failed) return;  // the first failure has been thrown; the disk is not filled any further
+    failed = true;
+    directory.add_shard(std::move(shard));
+    failed = false;
+  }
+
+  CampaignDirectory directory;  // `writing` guards it
+  std::mutex adding, writing;
+  ShardBuffer buffer;  // `adding` guards it
+  Clock::time_point last = Clock::now();
+  bool failed = false;
+};
+
+CampaignWriter::CampaignWriter(std::filesystem::path directory, const CampaignInfo& info, bool force)
+    : impl_(std::make_unique<Impl>(std::move(directory), info, force)) {}
+
+CampaignWriter::~CampaignWriter() {
+  try {
+    if (auto rest = impl_->take(true)) impl_->write(std::move(*rest));
+  } catch (const std::exception&) {
+    // Whoever destroys an unfinished writer is handling an error already; the campaign stays incomplete.
+  }
+}
+
+void CampaignWriter::append(int policy, std::vector<TraceRecord> traces, std::vector<double> values) {
+  assert(policy >= 0 && static_cast<std::size_t>(policy) < impl_->info().policies.size());
+  if (!impl_->info().store_values) values.clear();
+  std::optional<ShardBuffer> due;
+  {
+    const std::lock_guard guard(impl_->adding);
+    impl_->buffer.add(policy, std::move(traces), values, impl_->info().parameters.size());
+    due = impl_->take(false);
+  }
+  if (due) impl_->write(std::move(*due));
+}
+
+void CampaignWriter::finish(bool complete) {
+  std::optional<ShardBuffer> rest;
+  {
+    const std::lock_guard guard(impl_->adding);
+    rest = impl_->take(true);
+  }
+  if (rest) impl_->write(std::move(*rest));
+  const std::lock_guard guard(impl_->writing);
+  if (complete && !impl_->failed) impl_->directory.complete();
+}
+
+const std::filesystem::path& CampaignWriter::directory() const { return impl_->directory.path(); }
+
+}  // namespace graze

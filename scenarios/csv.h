@@ -1,0 +1,19 @@
+#pragma once
+// Columns and grids of numbers from CSV files that a scenario names.
+
+#include <string>
+#include <vector>
+
+#include "engine/settings/settings.h"
+
+namespace graze {
+
+/// Rows of numbers of a file without a header (a grid of heights). Separators: comma, semicolon, white space; empty
+/// lines and lines that begin with # are passed over. Throws InputError at `where`.
+std::vector<std::vector<double>> read_grid(const Settings& where);
+
+/// The numbers below `column` (a name of the header line) of `file`, in `unit` if one is given: the keys of
+/// `settings`. Throws InputError.
+std::vector<double> read_column(const Settings& settings, Quantity quantity);
+
+}  // namespace graze

@@ -1,0 +1,137 @@
+// Shapes and poses of environment objects.
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "engine/model/kinematics.h"
+#include "engine/model/urdf.h"
+#include "scenarios/csv.h"
+#include "scenarios/keys.h"
+#include "scenarios/world_reader.h"
+
+namespace graze {
+namespace {
+
+std::vector<double> positive_numbers(const Settings& settings, int n) {
+  std::vector<double> out = settings.numbers(n, Quantity::length);
+  if (std::any_of(out.begin(), out.end(), [](double x) { return !(x > 0); })) settings.fail("sizes must be > 0");
+  return out;
+}
+
+Shape read_box(const Settings& s) {
+  const std::vector<double> size = positive_numbers(s, 3);
+  return {ShapeKind::box, {size[0], size[1], size[2]}, nullptr, nullptr};
+}
+
+Shape read_round(const Settings& s, ShapeKind kind, const char* section) {
+  if (!s.is_map()) {
+    const std::vector<double> size = positive_numbers(s, 2);
+    return {kind, {size[0], size[1], 0}, nullptr, nullptr};
+  }
+  s.allow(keys_of(section));
+  const double radius = s.at("radius").positive(Quantity::length), length = s.at("length").positive(Quantity::length);
+  return {kind, {radius, length, 0}, nullptr, nullptr};
+}
+
+Shape read_mesh(const Settings& s) {
+  Shape shape{ShapeKind::mesh, Vec3::Ones(), nullptr, nullptr};
+  Settings file = s;
+  if (s.is_map()) {
+    s.allow(keys_of("mesh"));
+    file = s.at("file");
+    if (const auto scale = s.find("scale")) {
+      const std::vector<double> factors = scale->numbers(scale->is_list() ? 3 : 1);
+      for (int i = 0; i < 3; ++i) shape.size[i] = factors[factors.size() == 3 ? i : 0];
+      if (!(shape.size.minCoeff() > 0)) scale->fail("scale factors must be > 0");
+    }
+  }
+  const std::string path = file.resolve_file(file.text());
+  try {
+    shape.mesh = load_mesh(path);
+  } catch (const InputError& e) {
+    file.fail(e.what());
+  }
+  return shape;
+}
+
+std::shared_ptr<const HeightGrid> read_heights(const Settings& s) {
+  if (s.has("csv") == s.has("heights")) s.fail("needs either 'csv' (a file) or 'heights' (a list of rows)");
+  std::vector<std::vector<double>> rows;
+  if (s.has("csv")) {
+    rows = read_grid(s.at("csv"));
+  } else {
+    for (const Settings& row : s.at("heights").items()) rows.push_back(row.numbers(-1, Quantity::length));
+  }
+  auto grid = std::make_shared<HeightGrid>();
+  grid->ny = static_cast<int>(rows.size());
+  grid->nx = rows.empty() ? 0 : static_cast<int>(rows[0].size());
+  if (grid->nx < 2 || grid->ny < 2)
+    s.fail(fmt::format("a grid of {} x {} heights; at least 2 x 2", grid->ny, grid->nx));
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (static_cast<int>(rows[i].size()) != grid->nx) {
+      s.fail(fmt::format("row {} has {} heights, the first has {}; all must have as many", i + 1, rows[i].size(),
+                         grid->nx));
+    }
+    grid->height.insert(grid->height.end(), rows[i].begin(), rows[i].end());
+  }
+  return grid;
+}
+
+Shape read_heightfield(const Settings& s) {
+  s.allow(keys_of("heightfield"));
+  const std::vector<double> size = positive_numbers(s.at("size"), 2);
+  const auto factor = s.find("scale");
+  return {ShapeKind::heightfield, {size[0], size[1], factor ? factor->positive() : 1.0}, nullptr, read_heights(s)};
+}
+
+Vec3 read_normal(const Settings& s) {
+  if (s.is_scalar()) {
+    const std::string axis = s.choice({"x", "y", "z"});
+    return axis == "x" ? Vec3::UnitX() : axis == "y" ? Vec3::UnitY() : Vec3::UnitZ();
+  }
+  const std::vector<double> n = s.numbers(3);
+  const Vec3 normal(n[0], n[1], n[2]);
+  if (!(normal.norm() > 1e-9)) s.fail("the normal has no length");
+  return normal.normalized();
+}
+
+}  // namespace
+
+Shape read_shape(const Settings& object) {
+  std::optional<std::string> kind;
+  for (const auto& [key, value] : object.entries()) {
+    const auto& shapes = shape_names();
+    if (std::find(shapes.begin(), shapes.end(), key) == shapes.end()) continue;
+    if (kind) value.fail_key(fmt::format("a second shape beside '{}'; an object has one", *kind));
+    kind = key;
+  }
+  if (!kind) object.fail("names no shape; one of: plane, box, sphere, cylinder, capsule, mesh, heightfield");
+  const Settings s = object.at(*kind);
+  if (*kind == "box") return read_box(s);
+  if (*kind == "sphere") return {ShapeKind::sphere, {s.positive(Quantity::length), 0, 0}, nullptr, nullptr};
+  if (*kind == "cylinder") return read_round(s, ShapeKind::cylinder, "cylinder");
+  if (*kind == "capsule") return read_round(s, ShapeKind::capsule, "capsule");
+  if (*kind == "mesh") return read_mesh(s);
+  if (*kind == "heightfield") return read_heightfield(s);
+  read_normal(s);
+  return {ShapeKind::plane, Vec3::Zero(), nullptr, nullptr};
+}
+
+Pose read_object_pose(const Settings& object, const Shape& shape) {
+  Pose X_WO = Pose::Identity();
+  if (const auto position = object.find("position")) {
+    const std::vector<double> p = position->numbers(3, Quantity::length);
+    X_WO.translation() = Vec3(p[0], p[1], p[2]);
+  }
+  if (const auto rpy = object.find("rpy")) {
+    const std::vector<double> angles = rpy->numbers(3, Quantity::angle);
+    X_WO.linear() = rotation_from_rpy({angles[0], angles[1], angles[2]});
+  }
+  if (shape.kind == ShapeKind::plane) {
+    const Vec3 normal = read_normal(object.at("plane"));
+    X_WO.linear() = X_WO.linear() * Quat::FromTwoVectors(Vec3::UnitZ(), normal).toRotationMatrix();
+  }
+  return X_WO;
+}
+
+}  // namespace graze

@@ -1,0 +1,66 @@
+#include "scenarios/policies.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+namespace graze {
+namespace {
+
+constexpr std::size_t kMaxPolicies = 1000;
+
+bool name_character(char c) {
+  return std::isalnum(static_cast<unsigned char>(c)) || std::string_view("_-+.").find(c) != std::string_view::npos;
+}
+
+/// What stands for a value in a policy's name: "1 cm" -> "1cm".
+std::string label(const Settings& value, std::size_t index) {
+  if (!value.is_scalar()) return std::to_string(index + 1);
+  std::string out;
+  for (const char c : value.text()) {
+    if (c != ' ') out += name_character(c) || c == '%' ? c : '_';
+  }
+  return out.empty() ? std::to_string(index + 1) : out;
+}
+
+std::vector<PolicySpec> expanded(const std::vector<PolicySpec>& policies, const std::string& path,
+                                 const Settings& values) {
+  const std::vector<Settings> items = values.items();
+  if (!values.is_list() || items.empty()) values.fail("must be a list of values, one policy for each");
+  if (policies.size() * items.size() > kMaxPolicies) values.fail(fmt::format("more than {} policies", kMaxPolicies));
+  std::vector<PolicySpec> out;
+  for (const PolicySpec& policy : policies) {
+    for (std::size_t i = 0; i < items.size(); ++i) {
+      out.push_back({fmt::format("{}/{}", policy.name, label(items[i], i)), policy.settings.with(path, items[i])});
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<PolicySpec> read_policies(const Settings& policies) {
+  std::vector<PolicySpec> out;
+  std::set<std::string> names;
+  for (const auto& [name, value] : policies.entries()) {
+    if (name.empty() || !std::all_of(name.begin(), name.end(), name_character)) {
+      value.fail_key("a policy's name is made of letters, digits and _ - + .");
+    }
+    std::vector<PolicySpec> one = {{name, value.without("over")}};
+    if (const auto over = value.find("over")) {
+      for (const auto& [path, values] : over->entries()) one = expanded(one, path, values);
+    }
+    for (PolicySpec& policy : one) {
+      if (!names.insert(policy.name).second) {
+        value.fail_key(fmt::format("two policies would be named {}; the values of 'over' must differ", policy.name));
+      }
+      out.push_back(std::move(policy));
+    }
+    if (out.size() > kMaxPolicies) value.fail_key(fmt::format("more than {} policies", kMaxPolicies));
+  }
+  if (out.empty()) policies.fail("names no policy");
+  return out;
+}
+
+}  // namespace graze

@@ -1,0 +1,15 @@
+#pragma once
+// `policies` of a scenario -> one PolicySpec per combination of the values in `over`.
+
+#include <vector>
+
+#include "engine/settings/settings.h"
+#include "scenarios/scenario.h"
+
+namespace graze {
+
+/// `{step: {…, over: {gait.step_height: [1 cm, 2 cm]}}}` -> step/1cm, step/2cm; several paths in `over` multiply, the
+/// last one varying fastest: step/1cm/0.3s. Throws InputError.
+std::vector<PolicySpec> read_policies(const Settings& policies);
+
+}  // namespace graze

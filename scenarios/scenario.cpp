@@ -1,0 +1,191 @@
+#include "scenarios/scenario.h"
+
+#include <fmt/format.h>
+#include <openssl/evp.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "scenarios/keys.h"
+#include "scenarios/names.h"
+#include "scenarios/policies.h"
+#include "scenarios/uncertain.h"
+#include "scenarios/world_reader.h"
+
+namespace graze {
+namespace {
+
+constexpr long long kFormat = 1;
+
+std::string sha256_of(const std::string& text) {
+  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
+  unsigned int size = 0;
+  if (EVP_Digest(text.data(), text.size(), digest.data(), &size, EVP_sha256(), nullptr) != 1) {
+    throw std::runtime_error("SHA-256 is not available in this OpenSSL");
+  }
+  std::string out;
+  for (unsigned int i = 0; i < size; ++i) out += fmt::format("{:02x}", digest[i]);
+  return out;
+}
+
+void check_format(const Settings& root) {
+  const auto version = root.find("graze");
+  if (!version) root.fail(fmt::format("the key 'graze' is missing; a scenario begins with 'graze: {}'", kFormat));
+  const long long number = version->integer();
+  if (number != kFormat) {
+    version->fail(fmt::format("{}: this program reads format {}, the file is of format {}", number, kFormat, number));
+  }
+}
+
+/// Number of `step`s in `whole`, which must be a whole multiple of it.
+double multiple(const Settings& place, double whole, double step, const char* name) {
+  const double n = std::round(whole / step);
+  // Both numbers are rounded to double, and so is their quotient: a few ulps of n.
+  if (n < 1 || std::abs(n * step - whole) > 1e-9 * whole) {
+    place.fail(fmt::format("{:g} s: must be a whole multiple of {} ({:g} s)", whole, name, step));
+  }
+  return n;
+}
+
+Timing read_time(const Settings& root) {
+  Timing out;
+  const auto time = root.find("time");
+  if (!time) return out;
+  time->allow(keys_of("time"));
+  if (time->has("step")) out.step = time->at("step").positive(Quantity::time);
+  out.control = out.step;
+  if (const auto control = time->find("control")) {
+    out.control = control->positive(Quantity::time);
+    constexpr double kMostSubsteps = 1e6;
+    if (multiple(*control, out.control, out.step, "time.step") > kMostSubsteps) {
+      control->fail(fmt::format("more than {:g} physics steps in a control step", kMostSubsteps));
+    }
+  }
+  if (time->has("end")) out.end = time->at("end").positive(Quantity::time);
+  const Settings end = time->has("end") ? time->at("end") : *time;
+  constexpr double kMostSteps = 1e9;  // fits an int; 11 days at 1 ms
+  if (multiple(end, out.end, out.step, "time.step") > kMostSteps) {
+    end.fail(fmt::format("more than {:g} physics steps", kMostSteps));
+  }
+  return out;
+}
+
+void read_sampling(const Settings& root, Scenario& out) {
+  const auto sampling = root.find("sampling");
+  if (!sampling) return;
+  sampling->allow(keys_of("sampling"));
+  if (const auto design = sampling->find("design")) {
+    const std::string name = design->choice({"random", "latin_hypercube", "sobol"});
+    out.design = name == "random" ? Design::random : name == "sobol" ? Design::sobol : Design::latin_hypercube;
+    constexpr int kSobolDimensions = 3667;
+    if (out.design == Design::sobol && out.space.size() > kSobolDimensions) {
+      design->fail(fmt::format("sobol: {} parameters are uncertain; Sobol points have at most {} dimensions",
+                               out.space.size(), kSobolDimensions));
+    }
+  }
+  if (const auto seed = sampling->find("seed")) {
+    const long long value = seed->integer();
+    if (value < 0) seed->fail(fmt::format("{}: must be >= 0", value));
+    out.seed = static_cast<std::uint64_t>(value);
+  }
+  if (const auto particles = sampling->find("particles")) {
+    const long long value = particles->integer();
+    constexpr long long kMostParticles = 0xffffffffLL;
+    if (value < 1 || value > kMostParticles) {
+      particles->fail(fmt::format("{}: must lie within [1, {}]", value, kMostParticles));
+    }
+    out.particles = static_cast<std::uint64_t>(value);
+  }
+}
+
+Recording read_record(const Settings& root) {
+  Recording out;
+  const auto record = root.find("record");
+  if (!record) return out;
+  record->allow(keys_of("record"));
+  if (const auto telemetry = record->find("telemetry")) {
+    const std::string word = telemetry->choice({"none", "failures", "all"});
+    out.telemetry = word == "none" ? Telemetry::none : word == "all" ? Telemetry::all : Telemetry::failures;
+  }
+  if (const auto every = record->find("every")) {
+    const long long value = every->integer();
+    if (value < 1 || value > 1'000'000'000) every->fail(fmt::format("{}: must lie within [1, 1e9]", value));
+    out.every = static_cast<int>(value);
+  }
+  out.events = record->flag_or("events", true);
+  return out;
+}
+
+/// Builds every controller once, so that its mistakes come out before anything is simulated.
+void check_policies(const Scenario& scenario) {
+  const State initial = initial_state(*scenario.world, scenario.model);
+  const ControlContext context{scenario.model, initial, scenario.timing.control};
+  for (const PolicySpec& policy : scenario.policies) Controller(context, policy.settings);
+}
+
+/// A back end's own errors name no place; the robot's file is where the mistake is.
+Model compiled(const Settings& root, const World& world) {
+  try {
+    return compile(world);
+  } catch (const InputError& e) {
+    root.at("robot").fail(e.what());
+  }
+}
+
+Scenario read_scenario(const Settings& root, const std::string& file, const ScenarioOptions& options) {
+  check_format(root);
+  root.allow(keys_of("scenario"));
+  Scenario out;
+  out.file = file;
+  out.text = root.resolved_text();
+  out.sha256 = sha256_of(out.text);
+  out.name = root.text_or("name", "");
+  out.description = root.text_or("description", "");
+  if (const auto physics = root.find("physics")) out.physics = physics->choice(physics_names());
+  ReadWorld read = read_world(root, {out.physics, options.ignore_missing_meshes});
+  out.world = read.world;
+  out.warnings = read.warnings;
+  out.model = compiled(root, *out.world);
+  check_contact_names(root, out.model);
+  out.timing = read_time(root);
+  out.space = read_uncertain(root, ParameterTable(*out.world), read.uncertain);
+  read_sampling(root, out);
+  if (const auto actuators = root.find("actuators")) {
+    actuators->allow(keys_of("actuators"));
+    out.torque_speed = actuators->flag_or("torque_speed", false);
+  }
+  out.recording = read_record(root);
+  const auto task = root.find("task");
+  out.task = read_task(task ? *task : Settings::parse("", file), out.model);
+  out.policies = read_policies(root.at("policies"));
+  check_policies(out);
+  return out;
+}
+
+}  // namespace
+
+int Timing::steps() const { return static_cast<int>(std::lround(end / step)); }
+int Timing::steps_per_control() const { return static_cast<int>(std::lround(control / step)); }
+
+Scenario load_scenario(const std::string& file, const ScenarioOptions& options) {
+  return read_scenario(Settings::load(file, options.overrides), file, options);
+}
+
+Scenario parse_scenario(const std::string& text, const std::string& name, const ScenarioOptions& options) {
+  return read_scenario(Settings::parse(text, name).overridden(options.overrides), name, options);
+}
+
+SensorNoise sensor_noise(const Scenario& scenario, std::uint64_t seed) {
+  SensorNoise out;
+  out.seed = seed;
+  for (const std::string& channel : channel_names(scenario.world->robot)) {
+    const auto& parameters = scenario.space.parameters;
+    const auto found = std::find_if(parameters.begin(), parameters.end(),
+                                    [&](const UncertainParameter& parameter) { return parameter.name == channel; });
+    out.jitter.push_back(found == parameters.end() ? std::nullopt : found->jitter);
+  }
+  return out;
+}
+
+}  // namespace graze

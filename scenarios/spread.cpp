@@ -1,0 +1,238 @@
+#include "scenarios/spread.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "scenarios/csv.h"
+#include "scenarios/keys.h"
+
+namespace graze {
+namespace {
+
+/// Reads the parts of one distribution of one parameter.
+class SpreadReader {
+ public:
+  /// `center`: default mean: the nominal value, or 0 for jitter.
+  SpreadReader(const Parameter& parameter, double center) : parameter_(parameter), center_(center) {}
+
+  Distribution read(const std::string& name, const Settings& value) const {
+    try {
+      if (name == "normal") return normal(value);
+      if (name == "uniform") return uniform(value);
+      if (name == "log_normal") return log_normal(value);
+      if (name == "log_uniform") return log_uniform(value);
+      if (name == "triangular") return triangular(value);
+      return empirical(value);
+    } catch (const std::invalid_argument& e) {
+      value.fail(e.what());
+    }
+  }
+
+ private:
+  double number(const Settings& value) const { return value.number(parameter_.quantity); }
+
+  double number_or(const Settings& map, const char* key, double fallback) const {
+    const auto value = map.find(key);
+    return value ? number(*value) : fallback;
+  }
+
+  /// A spread: absolute, or "5 %" of the nominal value.
+  double width(const Settings& value) const {
+    const std::string text = value.text();
+    if (text.find('%') == std::string::npos) return number(value);
+    if (parameter_.nominal == 0) {
+      value.fail(
+          fmt::format("{}: the nominal value of {} is 0, so a spread relative to it is nothing; write it with a "
+                      "unit ({})",
+                      text, parameter_.path, unit_of(parameter_.quantity)));
+    }
+    return value.number() * std::abs(parameter_.nominal);
+  }
+
+  Distribution normal(const Settings& value) const {
+    value.allow(keys_of("normal"));
+    const double mean = number_or(value, "mean", center_), std = width(value.at("std"));
+    if (std < 0) value.at("std").fail(fmt::format("{}: a standard deviation must be >= 0", value.at("std").text()));
+    if (!value.has("min") && !value.has("max")) return Distribution::normal(mean, std);
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    return Distribution::truncated_normal(mean, std, number_or(value, "min", -kInfinity),
+                                          number_or(value, "max", kInfinity));
+  }
+
+  /// `[min, max]` or `{min: …, max: …}`.
+  std::pair<double, double> range(const Settings& value) const {
+    if (!value.is_map()) {
+      const std::vector<double> ends = value.numbers(2, parameter_.quantity);
+      return {ends[0], ends[1]};
+    }
+    return {number(value.at("min")), number(value.at("max"))};
+  }
+
+  Distribution uniform(const Settings& value) const {
+    if (value.is_map()) value.allow(keys_of("uniform"));
+    if (value.is_map() && value.has("spread")) {
+      if (value.has("min") || value.has("max")) value.fail("either spread, or min and max");
+      const double spread = width(value.at("spread"));
+      if (spread < 0) value.at("spread").fail(fmt::format("{}: must be >= 0", value.at("spread").text()));
+      return Distribution::uniform(center_ - spread, center_ + spread);
+    }
+    const auto [min, max] = range(value);
+    return Distribution::uniform(min, max);
+  }
+
+  Distribution log_normal(const Settings& value) const {
+    value.allow(keys_of("log_normal"));
+    const double median = number_or(value, "median", center_);
+    if (!(median > 0))
+      value.fail(fmt::format("the median {:g} is not positive; a log-normal value is always > 0", median));
+    return Distribution::log_normal(std::log(median), value.at("log_std").non_negative());
+  }
+
+  Distribution log_uniform(const Settings& value) const {
+    if (value.is_map()) value.allow(keys_of("log_uniform"));
+    const auto [min, max] = range(value);
+    return Distribution::log_uniform(min, max);
+  }
+
+  Distribution triangular(const Settings& value) const {
+    if (!value.is_map()) {
+      const std::vector<double> at = value.numbers(3, parameter_.quantity);
+      return Distribution::triangular(at[0], at[1], at[2]);
+    }
+    value.allow(keys_of("triangular"));
+    return Distribution::triangular(number(value.at("min")), number_or(value, "mode", center_),
+                                    number(value.at("max")));
+  }
+
+  Distribution empirical(const Settings& value) const {
+    if (!value.is_map()) return Distribution::empirical(value.numbers(-1, parameter_.quantity));
+    value.allow(keys_of("empirical"));
+    if (value.has("values") == value.has("file")) value.fail("needs either 'values' or 'file' with 'column'");
+    if (const auto values = value.find("values")) {
+      return Distribution::empirical(values->numbers(-1, parameter_.quantity));
+    }
+    return Distribution::empirical(read_column(value, parameter_.quantity));
+  }
+
+  const Parameter& parameter_;
+  double center_;
+};
+
+/// Index of a named value of a parameter like contact.model.
+int label_index(const Settings& value, const Parameter& parameter) {
+  const std::string label = value.choice(parameter.choices);
+  const auto at = std::find(parameter.choices.begin(), parameter.choices.end(), label);
+  return static_cast<int>(at - parameter.choices.begin());
+}
+
+Spread read_choice(const Settings& value, const Parameter& parameter) {
+  if (value.is_map()) value.allow(keys_of("choice"));
+  const std::vector<Settings> values = (value.is_map() ? value.at("values") : value).items();
+  std::vector<double> weights;
+  if (value.is_map() && value.has("weights")) {
+    weights = value.at("weights").numbers(static_cast<int>(values.size()));
+  } else {
+    weights.assign(values.size(), 1.0);
+  }
+  try {
+    Spread out;
+    if (parameter.choices.empty()) {
+      std::vector<double> numbers;
+      for (const Settings& one : values) numbers.push_back(one.number(parameter.quantity));
+      out.persistent = Distribution::discrete(numbers, weights);
+      return out;
+    }
+    // The value is an index into all labels; those that are not listed have no weight.
+    std::vector<double> by_label(parameter.choices.size(), 0.0);
+    for (std::size_t i = 0; i < values.size(); ++i) by_label[label_index(values[i], parameter)] += weights[i];
+    out.persistent = Distribution::choice(static_cast<int>(by_label.size()), by_label);
+    out.labels = parameter.choices;
+    return out;
+  } catch (const std::invalid_argument& e) {
+    value.fail(e.what());
+  }
+}
+
+Spread fixed(const Settings& value, const Parameter& parameter) {
+  Spread out;
+  out.labels = parameter.choices;
+  out.persistent = Distribution::constant(parameter.choices.empty() ? value.number(parameter.quantity)
+                                                                    : label_index(value, parameter));
+  return out;
+}
+
+Spread persistent_part(const Settings& map, const Parameter& parameter) {
+  std::optional<std::pair<std::string, Settings>> chosen;
+  for (auto& [key, value] : map.entries()) {
+    if (key == "jitter") continue;
+    if (chosen) value.fail_key(fmt::format("a second distribution beside '{}'; a parameter has one", chosen->first));
+    chosen.emplace(key, value);
+  }
+  Spread out;
+  out.labels = parameter.choices;
+  out.persistent = Distribution::constant(parameter.nominal);
+  if (!chosen) return out;
+  if (chosen->first == "choice") return read_choice(chosen->second, parameter);
+  if (!parameter.choices.empty()) {
+    chosen->second.fail_key(fmt::format("{} takes named values, so 'choice' is its only distribution", parameter.path));
+  }
+  out.persistent = SpreadReader(parameter, parameter.nominal).read(chosen->first, chosen->second);
+  return out;
+}
+
+}  // namespace
+
+bool is_spread(const Settings& value) { return value.is_map(); }
+
+double read_cone(const Settings& value) {
+  value.allow(keys_of("cone"));
+  return value.at("std").non_negative(Quantity::angle);
+}
+
+void check_bounds(const Settings& value, const Parameter& parameter, const Distribution& distribution) {
+  const double low = distribution.lowest(), high = distribution.highest();
+  const std::string_view unit = unit_of(parameter.quantity), shown = unit == "1" ? "" : unit;
+  const auto refuse = [&](const char* word, double extreme, const char* rule, double bound, const char* cut) {
+    const bool spread = !distribution.is_constant();
+    value.fail(fmt::format("{} {} {:g}{}{}; {} must be {} {:g}{}", distribution.describe(),
+                           spread ? fmt::format("can be as {} as", word) : "is", extreme, shown.empty() ? "" : " ",
+                           shown, parameter.path, rule, bound, spread ? fmt::format(": cut it with {}: …", cut) : ""));
+  };
+  if (parameter.strict ? low <= parameter.lower : low < parameter.lower) {
+    refuse("low", low, parameter.strict ? ">" : ">=", parameter.lower, "min");
+  }
+  if (parameter.strict ? high >= parameter.upper : high > parameter.upper) {
+    refuse("high", high, parameter.strict ? "<" : "<=", parameter.upper, "max");
+  }
+}
+
+Spread read_spread(const Settings& value, const Parameter& parameter) {
+  if (value.is_null()) value.fail("nothing: must be a number or a distribution");
+  if (!value.is_map()) {
+    const Spread out = fixed(value, parameter);
+    check_bounds(value, parameter, out.persistent);
+    return out;
+  }
+  value.allow(keys_of("spread"));
+  if (value.entries().empty()) value.fail("{}: must be a number or a distribution");
+  Spread out = persistent_part(value, parameter);
+  check_bounds(value, parameter, out.persistent);
+  if (const auto jitter = value.find("jitter")) {
+    if (!parameter.transient) {
+      jitter->fail_key(
+          fmt::format("{} is drawn once per particle and cannot change while it runs; jitter is for "
+                      "control.lag, sensor.… and actuator.…",
+                      parameter.path));
+    }
+    std::vector<std::string> names = distribution_names();
+    std::erase(names, "choice");
+    const auto [name, settings] = jitter->single(names);
+    out.jitter = SpreadReader(parameter, 0.0).read(name, settings);
+  }
+  return out;
+}
+
+}  // namespace graze

@@ -1,0 +1,210 @@
+#include "scenarios/task.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "scenarios/keys.h"
+#include "scenarios/witnesses.h"
+
+namespace graze {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+Window read_window(const Settings& settings) {
+  const std::vector<double> ends = settings.numbers(2, Quantity::time);
+  if (ends[0] < 0 || ends[1] < ends[0]) {
+    settings.fail(fmt::format("[{:g}, {:g}] s: must be [from, to] with 0 <= from <= to", ends[0], ends[1]));
+  }
+  return {ends[0], ends[1]};
+}
+
+class TaskReader {
+ public:
+  explicit TaskReader(const Model& nominal) : nominal_(nominal) {}
+
+  Requirement requirement(const std::string& name, const Settings& settings) const {
+    settings.allow(with_names({"window"}));
+    Requirement out;
+    out.name = name;
+    const ReadWitness witness = the_witness(settings, {"window"});
+    out.witness = witness.witness;
+    out.description = witness.description;
+    out.unit = witness.unit;
+    if (const auto window = settings.find("window")) out.window = read_window(*window);
+    return out;
+  }
+
+  /// The predicate itself, or a map that gives it a name.
+  Objective objective(const Settings& settings) const {
+    const auto entries = settings.entries();
+    if (entries.size() == 1 && !is_predicate_key(entries[0].first) && names_a_predicate(entries[0].second)) {
+      Objective out = predicate(entries[0].second);
+      out.name = entries[0].first;
+      return out;
+    }
+    Objective out = predicate(settings);
+    out.name = "objective";
+    return out;
+  }
+
+ private:
+  static std::vector<std::string> with_names(std::vector<std::string> keys) {
+    const std::vector<std::string> names = witness_names();
+    keys.insert(keys.begin(), names.begin(), names.end());
+    return keys;
+  }
+
+  static bool is_predicate_key(const std::string& key) {
+    const std::vector<std::string> keys = with_names({"all", "any", "not"});
+    return std::find(keys.begin(), keys.end(), key) != keys.end();
+  }
+
+  static bool names_a_predicate(const Settings& settings) {
+    if (!settings.is_map()) return false;
+    for (const auto& [key, value] : settings.entries()) {
+      if (is_predicate_key(key)) return true;
+    }
+    return false;
+  }
+
+  /// The one witness among the keys of a map that may hold `others` too.
+  ReadWitness the_witness(const Settings& settings, const std::vector<std::string>& others) const {
+    const WitnessKind* kind = nullptr;
+    for (const auto& [key, value] : settings.entries()) {
+      if (std::find(others.begin(), others.end(), key) != others.end()) continue;
+      if (kind) value.fail_key(fmt::format("a second witness beside '{}'; give each its own name", kind->name));
+      for (const WitnessKind& one : witness_kinds()) {
+        if (one.name == key) kind = &one;
+      }
+    }
+    if (!kind) {
+      std::string list;
+      for (const std::string& name : witness_names()) list += (list.empty() ? "" : ", ") + name;
+      settings.fail("names no witness; one of " + list);
+    }
+    return kind->read(settings.at(kind->name), nominal_);
+  }
+
+  Objective predicate(const Settings& settings) const {
+    const std::vector<std::string> timing = {"at", "always", "once", "window"};
+    settings.allow(with_names({"all", "any", "not", "at", "always", "once", "window"}));
+    for (const char* inner : {"all", "any", "not"}) {
+      if (!settings.has(inner)) continue;
+      if (settings.entries().size() > 1) {
+        settings.fail(fmt::format("'{}' stands alone; times belong to the witnesses in it", inner));
+      }
+      return inner_node(inner, settings.at(inner));
+    }
+    Objective out;
+    out.witness = the_witness(settings, timing).witness;
+    read_timing(settings, out);
+    return out;
+  }
+
+  Objective inner_node(const std::string& key, const Settings& settings) const {
+    Objective out;
+    out.kind = key == "all" ? Objective::Kind::all : key == "any" ? Objective::Kind::any : Objective::Kind::negation;
+    for (const Settings& part : settings.items()) out.parts.push_back(predicate(part));
+    if (out.parts.empty()) settings.fail("needs at least one predicate");
+    if (key == "not" && out.parts.size() != 1) settings.fail("takes one predicate");
+    return out;
+  }
+
+  void read_timing(const Settings& settings, Objective& out) const {
+    const auto window = settings.find("window");
+    const bool always = settings.flag_or("always", false), once = settings.flag_or("once", false);
+    if (settings.has("at")) settings.at("at").choice({"end"});
+    if ((settings.has("at") ? 1 : 0) + (always ? 1 : 0) + (once ? 1 : 0) > 1) {
+      settings.fail("is judged at one kind of time: 'at: end', 'always: true' or 'once: true'");
+    }
+    if (window && settings.has("at")) window->fail_key("a window goes with 'always' or 'once', not with 'at: end'");
+    if (window) out.window = read_window(*window);
+    // A window alone means throughout it.
+    out.kind = once ? Objective::Kind::once : always || window ? Objective::Kind::always : Objective::Kind::at_end;
+  }
+
+  const Model& nominal_;
+};
+
+void collect_leaves(const Objective& node, std::vector<const Objective*>& leaves) {
+  if (node.witness) leaves.push_back(&node);
+  for (const Objective& part : node.parts) collect_leaves(part, leaves);
+}
+
+/// Walks the tree in the order of collect_leaves; `leaf` advances over the leaves' values.
+double margin_of(const Objective& node, const double*& leaf) {
+  if (node.witness) return *leaf++;
+  const bool any = node.kind == Objective::Kind::any;
+  double out = any ? -kInfinity : kInfinity;
+  for (const Objective& part : node.parts) {
+    const double margin = margin_of(part, leaf);
+    out = any ? std::max(out, margin) : std::min(out, margin);
+  }
+  return node.kind == Objective::Kind::negation ? -out : out;
+}
+
+double start_value(const Objective& leaf) { return leaf.kind == Objective::Kind::always ? kInfinity : -kInfinity; }
+
+}  // namespace
+
+Task read_task(const Settings& settings, const Model& nominal) {
+  settings.allow(keys_of("task"));
+  const TaskReader reader(nominal);
+  Task task;
+  task.objective.kind = Objective::Kind::all;  // of nothing: met by every trace that reaches its end
+  task.objective.name = "reaches the end";
+  if (const auto requirements = settings.find("requirements")) {
+    for (const auto& [name, value] : requirements->entries())
+      task.requirements.push_back(reader.requirement(name, value));
+  }
+  if (const auto objective = settings.find("objective")) task.objective = reader.objective(*objective);
+  task.stop_at_violation = settings.flag_or("stop_at_violation", true);
+  return task;
+}
+
+TaskMonitor::TaskMonitor(const Task& task) : task_(&task) {
+  collect_leaves(task.objective, leaves_);
+  for (int lane = 0; lane < kLanes; ++lane) start(lane);
+}
+
+void TaskMonitor::start(int lane) {
+  margin_[lane].assign(task_->requirements.size(), kInfinity);
+  violation_[lane].assign(task_->requirements.size(), std::numeric_limits<double>::quiet_NaN());
+  violated_[lane] = -1;
+  leaf_[lane].clear();
+  for (const Objective* leaf : leaves_) leaf_[lane].push_back(start_value(*leaf));
+}
+
+bool TaskMonitor::update(const WitnessInput& input) {
+  const int lane = input.lane;
+  for (std::size_t i = 0; i < task_->requirements.size(); ++i) {
+    const Requirement& requirement = task_->requirements[i];
+    if (!requirement.window.contains(input.time)) continue;
+    const double value = requirement.witness->evaluate(input);
+    margin_[lane][i] = std::min(margin_[lane][i], value);
+    if (value >= 0 || !std::isnan(violation_[lane][i])) continue;
+    violation_[lane][i] = input.time;
+    if (violated_[lane] < 0) violated_[lane] = static_cast<int>(i);
+  }
+  for (std::size_t i = 0; i < leaves_.size(); ++i) {
+    const Objective& leaf = *leaves_[i];
+    double& value = leaf_[lane][i];
+    if (leaf.kind == Objective::Kind::at_end) {
+      value = leaf.witness->evaluate(input);
+    } else if (leaf.window.contains(input.time)) {
+      const double now = leaf.witness->evaluate(input);
+      value = leaf.kind == Objective::Kind::once ? std::max(value, now) : std::min(value, now);
+    }
+  }
+  return violated_[lane] >= 0;
+}
+
+double TaskMonitor::objective_margin(int lane) const {
+  const double* leaf = leaf_[lane].data();
+  return margin_of(task_->objective, leaf);
+}
+
+}  // namespace graze

@@ -1,0 +1,167 @@
+#include "scenarios/uncertain.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numbers>
+#include <stdexcept>
+
+#include "scenarios/keys.h"
+
+namespace graze {
+namespace {
+
+constexpr std::string_view kAxis = ".axis";
+
+bool ends_with(const std::string& text, std::string_view tail) {
+  return text.size() >= tail.size() && text.compare(text.size() - tail.size(), tail.size(), tail) == 0;
+}
+
+class UncertainReader {
+ public:
+  explicit UncertainReader(const ParameterTable& table) : table_(table), spreads_(table.all().size()) {}
+
+  void add_in_world(const InlineSpread& spread) {
+    const std::vector<int> found = table_.match(spread.path);
+    if (found.empty()) spread.settings.fail(spread.path + " cannot be uncertain here; write a number");
+    for (const int i : found) {
+      check_bounds(spread.settings, table_.all()[i], spread.spread.persistent);
+      spreads_[i] = spread.spread;
+    }
+  }
+
+  void add(const std::string& pattern, const Settings& value) {
+    if (ends_with(pattern, kAxis)) {
+      add_axis(pattern, value);
+      return;
+    }
+    for (const int i : parameters(pattern, value)) spreads_[i] = read_spread(value, table_.all()[i]);
+  }
+
+  ParameterSpace space() {
+    ParameterSpace out;
+    index_.assign(spreads_.size(), -1);
+    for (std::size_t i = 0; i < spreads_.size(); ++i) {
+      if (!spreads_[i]) continue;
+      index_[i] = out.size();
+      out.parameters.push_back(parameter(table_.all()[i], *spreads_[i]));
+    }
+    return out;
+  }
+
+  /// `{parameters: [globs], correlation: rho or matrix}`; members must be uncertain. After space().
+  CorrelationGroup group(const Settings& settings, const ParameterSpace& space) const {
+    settings.allow(keys_of("correlated"));
+    CorrelationGroup out;
+    for (const Settings& glob : settings.at("parameters").items()) {
+      for (const int i : parameters(glob.text(), glob)) {
+        const int member = index_[i];
+        if (member < 0 || space.parameters[member].persistent.is_constant()) {
+          glob.fail(fmt::format("{} has no spread, so it cannot be correlated", table_.all()[i].path));
+        }
+        out.members.push_back(member);
+      }
+    }
+    out.correlation = matrix(settings.at("correlation"), static_cast<int>(out.members.size()));
+    return out;
+  }
+
+ private:
+  std::vector<int> parameters(const std::string& pattern, const Settings& value) const {
+    std::vector<int> found = table_.match(pattern);
+    if (!found.empty()) return found;
+    const std::string near = table_.suggest(pattern);
+    value.fail_key(fmt::format("{}: matches no parameter{}", pattern,
+                               near.empty() ? "" : fmt::format("; did you mean '{}'?", near)));
+  }
+
+  /// The two scalars of a conical error (Figure 15): tilt ~ N(0, std), heading uniform on the circle.
+  void add_axis(const std::string& pattern, const Settings& value) {
+    value.allow(keys_of("axis"));
+    const double std = read_cone(value.at("cone"));
+    for (const int i : parameters(pattern + ".tilt", value)) spreads_[i] = Spread{Distribution::normal(0, std), {}, {}};
+    for (const int i : parameters(pattern + ".heading", value)) {
+      spreads_[i] = Spread{Distribution::uniform(0, 2 * std::numbers::pi), {}, {}};
+    }
+  }
+
+  static UncertainParameter parameter(const Parameter& from, const Spread& spread) {
+    UncertainParameter out;
+    out.name = from.path;
+    out.unit = unit_of(from.quantity);
+    out.nominal = from.nominal;
+    out.persistent = spread.persistent;
+    out.jitter = spread.jitter;
+    out.labels = spread.labels;
+    out.distribution_text = text_of(spread);
+    return out;
+  }
+
+  static std::string text_of(const Spread& spread) {
+    if (spread.labels.empty()) return spread.persistent.describe();
+    if (spread.persistent.is_constant()) return spread.labels[static_cast<std::size_t>(spread.persistent.median())];
+    std::string list;
+    for (const std::string& label : spread.labels) list += (list.empty() ? "" : ", ") + label;
+    return fmt::format("{} of [{}]", spread.persistent.describe(), list);
+  }
+
+  static Eigen::MatrixXd matrix(const Settings& settings, int n) {
+    if (settings.is_scalar()) {
+      Eigen::MatrixXd out = Eigen::MatrixXd::Constant(n, n, settings.within(-1, 1));
+      out.diagonal().setOnes();
+      return out;
+    }
+    const std::vector<Settings> rows = settings.items();
+    if (static_cast<int>(rows.size()) != n) {
+      settings.fail(
+          fmt::format("{} rows for {} parameters; one number for all pairs, or a row for each", rows.size(), n));
+    }
+    Eigen::MatrixXd out(n, n);
+    for (int i = 0; i < n; ++i) {
+      const std::vector<double> row = rows[i].numbers(n);
+      for (int j = 0; j < n; ++j) out(i, j) = row[j];
+    }
+    return out;
+  }
+
+  const ParameterTable& table_;
+  std::vector<std::optional<Spread>> spreads_;  // per parameter of the table
+  std::vector<int> index_;                      // per parameter of the table: in the space, or -1
+};
+
+/// Matrices beyond this would take long to factor and mean a pattern that is too wide.
+constexpr std::size_t kMaxGroup = 500;
+
+void add_groups(const Settings& correlated, const UncertainReader& reader, ParameterSpace& space) {
+  for (const Settings& settings : correlated.items()) {
+    CorrelationGroup group = reader.group(settings, space);
+    if (group.members.size() > kMaxGroup) {
+      settings.fail(fmt::format("{} parameters in one group; at most {}", group.members.size(), kMaxGroup));
+    }
+    space.groups.push_back(std::move(group));
+    try {
+      space.validate();
+    } catch (const std::invalid_argument& e) {
+      settings.at("correlation").fail(e.what());
+    }
+  }
+}
+
+}  // namespace
+
+ParameterSpace read_uncertain(const Settings& scenario, const ParameterTable& table,
+                              const std::vector<InlineSpread>& in_world) {
+  UncertainReader reader(table);
+  for (const InlineSpread& spread : in_world) reader.add_in_world(spread);
+  const auto uncertain = scenario.find("uncertain");
+  if (uncertain) {
+    for (const auto& [pattern, value] : uncertain->entries()) {
+      if (pattern != "correlated") reader.add(pattern, value);
+    }
+  }
+  ParameterSpace space = reader.space();
+  if (uncertain && uncertain->has("correlated")) add_groups(uncertain->at("correlated"), reader, space);
+  return space;
+}
+
+}  // namespace graze

@@ -1,0 +1,18 @@
+#pragma once
+// `uncertain` of a scenario -> ParameterSpace: which numbers of the world are drawn, and how.
+
+#include <vector>
+
+#include "engine/model/fabrication.h"
+#include "engine/settings/settings.h"
+#include "sampling/design.h"
+#include "scenarios/world_reader.h"
+
+namespace graze {
+
+/// Reads every pattern of `uncertain`; for the same parameter a later entry replaces an earlier one whole, and all of
+/// them the distributions that stand in the world itself. Parameters come out in the table's order. Throws InputError.
+ParameterSpace read_uncertain(const Settings& scenario, const ParameterTable& table,
+                              const std::vector<InlineSpread>& in_world);
+
+}  // namespace graze

@@ -1,0 +1,285 @@
+#include "scenarios/world_reader.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/model/kinematics.h"
+#include "engine/model/urdf.h"
+#include "engine/physics.h"
+#include "scenarios/keys.h"
+#include "scenarios/names.h"
+
+namespace graze {
+namespace {
+
+Vec3 read_vec3(const Settings& map, const char* key, Quantity quantity) {
+  const auto value = map.find(key);
+  if (!value) return Vec3::Zero();
+  const std::vector<double> v = value->numbers(3, quantity);
+  return {v[0], v[1], v[2]};
+}
+
+class WorldReader {
+ public:
+  WorldReader(const Settings& scenario, const WorldOptions& options) : root_(scenario), options_(options) {
+    out_.world = std::make_shared<World>();
+  }
+
+  ReadWorld read() {
+    world().contact_models = contact_models_of(options_.physics);
+    read_robot(root_.at("robot"));
+    read_contact();
+    if (const auto environment = root_.find("environment")) {
+      for (const auto& [name, value] : environment->entries()) add_object(name, value);
+    }
+    if (root_.has("gravity")) read_gravity(root_.at("gravity"));
+    if (const auto control = root_.find("control")) {
+      control->allow(keys_of("control"));
+      Parameter lag = at_least_zero("control.lag");
+      lag.quantity = Quantity::time;
+      lag.transient = true;
+      number(*control, "lag", lag, world().control_lag);
+    }
+    return std::move(out_);
+  }
+
+ private:
+  World& world() { return *out_.world; }
+
+  /// A number, or a distribution whose mean is the number.
+  void number(const Settings& map, const char* key, Parameter parameter, double& value) {
+    const auto settings = map.find(key);
+    if (!settings) return;
+    parameter.nominal = value;
+    Spread spread = read_spread(*settings, parameter);
+    value = spread.persistent.mean();
+    if (is_spread(*settings)) out_.uncertain.push_back({parameter.path, *settings, std::move(spread)});
+  }
+
+  void read_robot(const Settings& robot) {
+    robot.allow(keys_of("robot"));
+    UrdfOptions urdf;
+    urdf.ignore_missing_meshes = options_.ignore_missing_meshes;
+    if (const auto base = robot.find("base")) urdf.fixed_base = base->choice({"floating", "fixed"}) == "fixed";
+    if (const auto density = robot.find("density")) urdf.density = density->positive(Quantity::density);
+    if (const auto folders = robot.find("package_path")) {
+      for (const Settings& folder : folders->items()) urdf.package_path.push_back(folder.resolve_file(folder.text()));
+    }
+    urdf.warn = [this](const std::string& warning) { out_.warnings.push_back(warning); };
+    const Settings file = robot.at("urdf");
+    const std::string path = file.resolve_file(file.text());
+    try {
+      world().robot = load_urdf(path, urdf);
+    } catch (const InputError& e) {
+      file.fail(e.what());
+    }
+    if (const auto initial = robot.find("initial")) read_initial(*initial);
+  }
+
+  void read_initial(const Settings& initial) {
+    initial.allow(keys_of("initial"));
+    InitialState& state = world().initial;
+    state.position = read_vec3(initial, "position", Quantity::length);
+    read_orientation(initial);
+    if (const auto height = initial.find("height")) read_height(initial, *height);
+    state.clearance = initial.number_or("clearance", 0, Quantity::length);
+    if (state.clearance != 0 && !state.on_ground) initial.at("clearance").fail_key("goes with 'height: on_ground'");
+    state.linear_velocity = read_vec3(initial, "velocity", Quantity::velocity);
+    state.angular_velocity = read_vec3(initial, "angular_velocity", Quantity::angular_velocity);
+    read_joints(initial, "joints", Quantity::angle, Quantity::length, state.joint_position);
+    read_joints(initial, "joint_velocities", Quantity::angular_velocity, Quantity::velocity, state.joint_velocity);
+  }
+
+  void read_orientation(const Settings& initial) {
+    world().initial.rpy = read_vec3(initial, "rpy", Quantity::angle);
+    const auto orientation = initial.find("orientation");
+    if (!orientation) return;
+    if (initial.has("rpy")) orientation->fail_key("either 'orientation' (quaternion w, x, y, z) or 'rpy'");
+    const std::vector<double> q = orientation->numbers(4);
+    const Quat quaternion(q[0], q[1], q[2], q[3]);
+    constexpr double kRounding = 1e-3;  // of a quaternion written with three digits
+    if (std::abs(quaternion.norm() - 1) > kRounding) {
+      orientation->fail(fmt::format("a quaternion of length {:g}; it must be 1", quaternion.norm()));
+    }
+    world().initial.rpy = rpy_from_rotation(quaternion.normalized().toRotationMatrix());
+  }
+
+  void read_height(const Settings& initial, const Settings& height) {
+    InitialState& state = world().initial;
+    if (height.is_scalar() && height.text() == "on_ground") {
+      state.on_ground = true;
+      return;
+    }
+    const std::string first = height.is_scalar() ? height.text().substr(0, 1) : "";
+    if (!first.empty() && std::isalpha(static_cast<unsigned char>(first[0]))) height.choice({"on_ground"});
+    if (initial.has("position")) height.fail_key("either 'height' or the z of 'position'; or 'height: on_ground'");
+    state.position.z() = height.number(Quantity::length);
+  }
+
+  void read_joints(const Settings& initial, const char* key, Quantity angular, Quantity linear,
+                   std::map<std::string, double>& out) {
+    const auto joints = initial.find(key);
+    if (!joints) return;
+    std::vector<const Joint*> moving;
+    std::vector<std::string> names;
+    for (const Joint& joint : world().robot.joints) {
+      if (joint.type != JointType::revolute && joint.type != JointType::prismatic) continue;
+      moving.push_back(&joint);
+      names.push_back(joint.name);
+    }
+    for (const auto& [pattern, value] : joints->entries()) {
+      for (const int i : match_names(value, pattern, names, "joint")) {
+        out[names[i]] = value.number(moving[i]->type == JointType::revolute ? angular : linear);
+      }
+    }
+  }
+
+  static Parameter at_least_zero(const std::string& path) {
+    Parameter out;
+    out.path = path;
+    out.lower = 0;
+    return out;
+  }
+
+  static Parameter restitution(const std::string& path) {
+    Parameter out = at_least_zero(path);
+    out.upper = 1;
+    return out;
+  }
+
+  void read_contact() {
+    const auto contact = root_.find("contact");
+    ContactSettings& out = world().contact;
+    out.model = world().contact_models.front();
+    if (!contact) return;
+    contact->allow(keys_of("contact"));
+    number(*contact, "friction", at_least_zero("contact.friction"), out.friction);
+    number(*contact, "restitution", restitution("contact.restitution"), out.restitution);
+    read_model(*contact);
+    out.self_collision = contact->flag_or("self_collision", true);
+    if (const auto pairs = contact->find("pairs")) {
+      for (const Settings& pair : pairs->items()) add_pair(pair);
+    }
+    if (const auto ignore = contact->find("ignore")) {
+      for (const Settings& pair : ignore->items()) out.ignore.push_back(two_names(pair));
+    }
+  }
+
+  void read_model(const Settings& contact) {
+    const auto model = contact.find("model");
+    if (!model) return;
+    Parameter parameter;
+    parameter.path = "contact.model";
+    parameter.choices = world().contact_models;
+    Spread spread = read_spread(*model, parameter);
+    const auto index = static_cast<std::size_t>(spread.persistent.median());
+    world().contact.model = world().contact_models.at(index);
+    if (is_spread(*model)) out_.uncertain.push_back({parameter.path, *model, std::move(spread)});
+  }
+
+  static std::pair<std::string, std::string> two_names(const Settings& pair) {
+    const std::vector<Settings> names = pair.items();
+    if (!pair.is_list() || names.size() != 2) pair.fail("must be a list of two globs of part names, [a, b]");
+    return {names[0].text(), names[1].text()};
+  }
+
+  void add_pair(const Settings& pair) {
+    pair.allow(keys_of("pair"));
+    ContactPair out;
+    std::tie(out.a, out.b) = two_names(pair.at("between"));
+    if (const auto friction = pair.find("friction")) out.friction = friction->non_negative();
+    if (const auto restitution = pair.find("restitution")) out.restitution = restitution->within(0, 1);
+    world().contact.pairs.push_back(out);
+  }
+
+  void add_object(const std::string& name, const Settings& settings) {
+    settings.allow(keys_of("object"));
+    Object object;
+    object.name = name;
+    if (name.empty()) settings.fail_key("an object needs a name");
+    for (const Link& link : world().robot.links) {
+      if (link.name == name) settings.fail_key("a link of the robot has this name");
+    }
+    object.shape = read_shape(settings);
+    object.X_WO = read_object_pose(settings, object.shape);
+    const std::string path = "environment." + name;
+    // NaN, the engine's "as the contact settings say", stays unless the file gives a value.
+    const auto coefficient = [&](const char* key, const Parameter& parameter, double fallback, double& value) {
+      if (!settings.has(key)) return;
+      value = fallback;
+      number(settings, key, parameter, value);
+    };
+    const ContactSettings& contact = world().contact;
+    coefficient("friction", at_least_zero(path + ".friction"), contact.friction, object.friction);
+    coefficient("restitution", restitution(path + ".restitution"), contact.restitution, object.restitution);
+    object.movable = settings.flag_or("movable", false);
+    read_inertia(settings, object, path);
+    world().objects.push_back(std::move(object));
+  }
+
+  void read_inertia(const Settings& settings, Object& object, const std::string& path) {
+    const auto density = settings.find("density"), mass = settings.find("mass");
+    if (!object.movable) {
+      if (density) density->fail_key("only a movable object has a density; add 'movable: true'");
+      if (mass) mass->fail_key("only a movable object has a mass; add 'movable: true'");
+      return;
+    }
+    const double volume = object.shape.volume();
+    if (!(volume > 0)) settings.fail("a plane or a heightfield cannot be movable");
+    if (static_cast<bool>(density) == static_cast<bool>(mass)) {
+      settings.fail("a movable object needs either 'density' or 'mass'");
+    }
+    double value = 0;
+    if (density) {
+      number(settings, "density", positive(path + ".density", Quantity::density), value);
+    } else {
+      number(settings, "mass", positive(path + ".mass", Quantity::mass), value);
+      value /= volume;
+    }
+    object.inertia = MassMoments::of_shape(object.shape, value);
+  }
+
+  static Parameter positive(const std::string& path, Quantity quantity) {
+    Parameter out = at_least_zero(path);
+    out.quantity = quantity;
+    out.strict = true;
+    return out;
+  }
+
+  void read_gravity(const Settings& gravity) {
+    if (gravity.is_list()) {
+      world().gravity = read_vec3(root_, "gravity", Quantity::acceleration);
+    } else {
+      world().gravity = {0, 0, -gravity.non_negative(Quantity::acceleration)};
+    }
+  }
+
+  const Settings& root_;
+  const WorldOptions& options_;
+  ReadWorld out_;
+};
+
+}  // namespace
+
+ReadWorld read_world(const Settings& scenario, const WorldOptions& options) {
+  return WorldReader(scenario, options).read();
+}
+
+void check_contact_names(const Settings& scenario, const Model& model) {
+  const auto contact = scenario.find("contact");
+  if (!contact) return;
+  const std::vector<std::string> names = part_names(model);
+  const auto check = [&](const Settings& pair) {
+    for (const Settings& name : pair.items()) match_names(name, name.text(), names, "part");
+  };
+  if (const auto pairs = contact->find("pairs")) {
+    for (const Settings& pair : pairs->items()) check(pair.at("between"));
+  }
+  if (const auto ignore = contact->find("ignore")) {
+    for (const Settings& pair : ignore->items()) check(pair);
+  }
+}
+
+}  // namespace graze
