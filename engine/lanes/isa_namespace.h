@@ -5,8 +5,11 @@
 
 #if defined(GRAZE_ISA_AVX512)
 #define GRAZE_ISA_NAMESPACE avx512
+#define GRAZE_FIND_KERNEL find_kernel_avx512
 #elif defined(GRAZE_ISA_AVX2)
 #define GRAZE_ISA_NAMESPACE avx2
+#define GRAZE_FIND_KERNEL find_kernel_avx2
 #else
 #define GRAZE_ISA_NAMESPACE portable
+#define GRAZE_FIND_KERNEL find_kernel_portable
 #endif
