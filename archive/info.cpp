@@ -153,7 +153,7 @@ void check_policy_names(const std::vector<std::string>& policies) {
   }
 }
 
-void write_info(const Handle& file, const CampaignInfo& info, Layout layout, bool complete) {
+void write_info_attributes(const Handle& file, const CampaignInfo& info, Layout layout, bool complete) {
   const hid_t root = file.id();
   write_format(file, kCampaignFormat);
   hdf5::write_attribute(root, "layout", std::string(layout == Layout::packed ? "packed" : "directory"));
@@ -163,6 +163,11 @@ void write_info(const Handle& file, const CampaignInfo& info, Layout layout, boo
   hdf5::write_attribute(root, "seed", info.seed);
   hdf5::write_attribute(root, "particles", info.particles);
   hdf5::write_attribute(root, "store_values", std::uint64_t{info.store_values});
+}
+
+void write_info(const Handle& file, const CampaignInfo& info, Layout layout, bool complete) {
+  const hid_t root = file.id();
+  write_info_attributes(file, info, layout, complete);
   each_list(info, [&](const char* path, const auto& list) { hdf5::write_strings(root, path, list); });
   write_parameters(file, info.parameters);
   hdf5::write_strings(root, "requirements/name", member(info.requirements, &RequirementRow::name));

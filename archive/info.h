@@ -15,6 +15,8 @@ enum class Layout { directory, packed };
 /// policy inside another's.
 void check_policy_names(const std::vector<std::string>& policies);
 
+void write_info_attributes(const hdf5::Handle& file, const CampaignInfo& info, Layout layout, bool complete);
+/// Attributes and groups.
 void write_info(const hdf5::Handle& file, const CampaignInfo& info, Layout layout, bool complete);
 
 struct StoredInfo {

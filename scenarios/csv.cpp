@@ -75,8 +75,8 @@ std::vector<std::vector<double>> read_grid(const Settings& where) {
 std::vector<double> read_column(const Settings& settings, Quantity quantity) {
   const Settings name = settings.at("file"), column = settings.at("column");
   const std::string file = name.resolve_file(name.text()), unit = settings.text_or("unit", "");
-  const auto factor = unit_factor(quantity, unit);
-  if (!factor) settings.at("unit").fail(fmt::format("{}: does not fit; one of: {}", unit, units_of(quantity)));
+  if (!to_si(quantity, 1, unit))
+    settings.at("unit").fail(fmt::format("{}: does not fit; one of: {}", unit, units_of(quantity)));
   const std::vector<Line> lines = read_lines(name, file, false);
   const std::vector<std::string>& header = lines.front().cells;
   const auto found = std::find(header.begin(), header.end(), column.text());
@@ -89,7 +89,7 @@ std::vector<double> read_column(const Settings& settings, Quantity quantity) {
   std::vector<double> out;
   for (std::size_t i = 1; i < lines.size(); ++i) {
     if (index >= lines[i].cells.size()) throw InputError(fmt::format("{}:{}: too few columns", file, lines[i].number));
-    out.push_back(parse(lines[i].cells[index], file, lines[i].number) * *factor);
+    out.push_back(*to_si(quantity, parse(lines[i].cells[index], file, lines[i].number), unit));
   }
   return out;
 }

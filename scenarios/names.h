@@ -14,8 +14,8 @@ namespace graze {
 std::vector<int> match_names(const Settings& where, const std::string& pattern, const std::vector<std::string>& names,
                              const std::string& what);
 
-std::vector<std::string> frame_names(const Model& model);     // links, and movable objects
+std::vector<std::string> frame_names(const Model& model);   // links, and movable objects
 std::vector<std::string> driven_names(const Model& model);  // joints, in the order of Model::actuated
-std::vector<std::string> part_names(const Model& model);      // colliders and their links, each once
+std::vector<std::string> part_names(const Model& model);    // colliders and their links, each once
 
 }  // namespace graze

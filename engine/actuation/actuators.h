@@ -2,6 +2,10 @@
 // Actuators: from what a tracker asks for to the torque that the joint gets. Servo PID on the encoder at every physics
 // step, torque limit, and the linear torque-speed curve (§6.1.1).
 
+#include <Eigen/Cholesky>
+#include <array>
+
+#include "engine/actuation/limb_inertia.h"
 #include "engine/lanes/block.h"
 #include "engine/physics.h"
 #include "engine/sensing/sensors.h"
@@ -21,7 +25,10 @@ class Actuators {
   Actuators(const Model& nominal, bool torque_speed);
 
   void start(int lane, const Particle& particle);
-  /// Torques [na] for one physics step of h seconds, limited. Also integrates the servos' error.
+  /// Torques [na] for one physics step of h seconds, limited. Also integrates the servos' error. The dampers kd act on
+  /// the velocity that they lead to, v + h M^-1 tau_damper with the particle's own limb inertia M (base held still): a
+  /// damper that is held constant over a step would otherwise overshoot standstill, and shake a light limb, as soon as
+  /// kd h exceeds the inertia.
   void apply(const ActuatorCommand& command, const BlockState& state, const Sensors& sensors, double h, LaneMask active,
              BlockArray& tau);
 
@@ -29,12 +36,21 @@ class Actuators {
   const BlockArray& headroom() const { return headroom_; }
 
  private:
+  /// Adds the dampers' torques of a lane to asked_.
+  void add_damping(const ActuatorCommand& command, const BlockState& state, const Sensors& sensors, double h, int lane);
+  void apply_lane(const ActuatorCommand& command, const BlockState& state, const Sensors& sensors, double h, int lane,
+                  BlockArray& tau);
   /// Largest torque in the direction of `sign` at joint speed v, N m.
   double available(int k, int lane, double sign, double v) const;
 
   std::vector<int> v_index_, q_index_;
   bool torque_speed_;
   BlockArray effort_, speed_, integral_, headroom_;  // na
+  std::array<std::vector<LimbInertia>, kLanes> limbs_;
+  std::vector<double> asked_;  // na, scratch of one lane
+  Eigen::MatrixXd M_;          // scratch of one limb
+  Eigen::VectorXd q_, error_;  // scratch of one limb
+  Eigen::LDLT<Eigen::MatrixXd> solver_;
 };
 
 }  // namespace graze

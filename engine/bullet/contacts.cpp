@@ -11,14 +11,13 @@ namespace {
 
 /// Part of an overlap that is taken back per step (Baumgarte; Bullet's erp2).
 constexpr double kRecoveryPerStep = 0.2;
-/// A point beyond Bullet's processing threshold (1e18) is left out of the solve.
-constexpr double kOutOfReach = 1e30;
+/// A point beyond Bullet's processing threshold (1e30 in double precision) is left out of the solve.
+constexpr double kOutOfReach = 1e40;
 /// Slower approach than gravity makes in two steps is rest, not an impact.
 constexpr double kRestSteps = 2;
 /// A contact slips when it is faster than this, m/s …
 constexpr double kSlipSpeed = 1e-3;
-/// … or when its friction is used up and it is faster than what the solver leaves of a stick, m/s.
-constexpr double kCreepSpeed = 1e-4;
+/// … or when this share of its friction is used up and it is faster than what the solver may leave of a stick.
 constexpr double kConeShare = 0.999;
 
 Vec3 velocity_at(const Collider& collider, const Forest& forest, const Vec3& p_W) {
@@ -28,9 +27,9 @@ Vec3 velocity_at(const Collider& collider, const Forest& forest, const Vec3& p_W
 
 }  // namespace
 
-Vec3 ContactSet::relative_velocity(const Point& point, const Forest& forest, const Vec3& p_W) const {
-  return velocity_at(model_.colliders[point.pair->a], forest, p_W) -
-         velocity_at(model_.colliders[point.pair->b], forest, p_W);
+Vec3 ContactSet::relative_velocity(const Point& point, const Forest& forest) const {
+  return velocity_at(model_.colliders[point.pair->a], forest, point.p_W) -
+         velocity_at(model_.colliders[point.pair->b], forest, point.p_W);
 }
 
 void ContactSet::prepare(const std::vector<NearPair>& pairs, const Forest& forest, double h) {
@@ -41,10 +40,9 @@ void ContactSet::prepare(const std::vector<NearPair>& pairs, const Forest& fores
     manifolds_.push_back(near.manifold);
     const bool swapped = near.manifold->getBody0() != solids_[near.pair->a].object.get();
     for (int k = 0; k < near.manifold->getNumContacts(); ++k) {
-      points_.push_back({near.pair, &near.manifold->getContactPoint(k), swapped, -1});
-      Point& point = points_.back();
-      set_target(point, forest, h);
-      if (point.point->getDistance() < kOutOfReach) point.row = row++;
+      points_.push_back({near.pair, &near.manifold->getContactPoint(k), swapped, -1, 0, Vec3::Zero(), {}});
+      set_target(points_.back(), forest, h);
+      if (points_.back().point->getDistance() < kOutOfReach) points_.back().row = row++;
     }
   }
 }
@@ -56,10 +54,12 @@ void ContactSet::set_target(Point& point, const Forest& forest, double h) {
   btManifoldPoint& cp = *point.point;
   cp.m_combinedFriction = point.pair->friction;
   cp.m_combinedRestitution = cp.m_combinedRollingFriction = cp.m_combinedSpinningFriction = 0;
-  const double gap = cp.getDistance();
-  const Vec3 n_W = (point.swapped ? -1 : 1) * from_bt(cp.m_normalWorldOnB);
-  const Vec3 p_W = 0.5 * from_bt(cp.getPositionWorldOnA() + cp.getPositionWorldOnB());
-  const double approach = -n_W.dot(relative_velocity(point, forest, p_W));
+  const double gap = point.gap = cp.getDistance();
+  point.contact.a = point.pair->a;
+  point.contact.b = point.pair->b;
+  point.contact.n_W = (point.swapped ? -1 : 1) * from_bt(cp.m_normalWorldOnB);
+  point.p_W = 0.5 * from_bt(cp.getPositionWorldOnA() + cp.getPositionWorldOnB());
+  const double approach = -point.contact.n_W.dot(relative_velocity(point, forest));
   const bool bounces = point.pair->restitution > 0 && approach > kRestSteps * h * model_.gravity.norm();
   if (gap > 0) {
     // A bounce must not be braked by the gap term before it happens.
@@ -72,38 +72,46 @@ void ContactSet::set_target(Point& point, const Forest& forest, double h) {
   cp.setDistance(-h);
 }
 
-void ContactSet::read(const ContactSolver* solver, const Forest& forest, std::vector<Contact>& out) {
+void ContactSet::read(const ContactSolver* solver, const Forest& forest, double h) {
+  for (Point& point : points_) read_point(point, solver, forest, h);
+}
+
+void ContactSet::read_point(Point& point, const ContactSolver* solver, const Forest& forest, double h) const {
+  Contact& contact = point.contact;
+  if (solver && point.row >= 0) {
+    assert(solver->point(point.row) == point.point);
+    contact.impulse_W = (point.swapped ? -1 : 1) * from_bt(solver->impulse(point.row));
+  }
+  const Vec3 u = relative_velocity(point, forest);
+  const double normal_speed = contact.n_W.dot(u), normal = contact.normal_impulse();
+  contact.phi = point.gap + h * normal_speed;
+  const double tangential = (contact.impulse_W - normal * contact.n_W).norm();
+  const double speed = (u - normal_speed * contact.n_W).norm();
+  const bool used_up = tangential >= kConeShare * point.pair->friction * normal;
+  contact.mode = speed > kSlipSpeed || (used_up && speed > kSolverSlack) ? ContactMode::slip : ContactMode::stick;
+}
+
+void ContactSet::place(std::vector<Contact>& out) {
   out.clear();
-  for (const Point& point : points_) out.push_back(read_point(point, solver, forest));
+  for (Point& point : points_) {
+    place_point(point);
+    out.push_back(point.contact);
+  }
   std::sort(out.begin(), out.end(), [](const Contact& x, const Contact& y) {
     return std::tuple(x.a, x.b, x.p_W.x(), x.p_W.y(), x.p_W.z()) <
            std::tuple(y.a, y.b, y.p_W.x(), y.p_W.y(), y.p_W.z());
   });
 }
 
-Contact ContactSet::read_point(const Point& point, const ContactSolver* solver, const Forest& forest) const {
+void ContactSet::place_point(Point& point) const {
   const btManifoldPoint& cp = *point.point;
   const Solid &a = solids_[point.pair->a], &b = solids_[point.pair->b];
-  const double sign = point.swapped ? -1 : 1;
-  Contact contact;
-  contact.a = point.pair->a;
-  contact.b = point.pair->b;
-  contact.n_W = sign * from_bt(cp.m_normalWorldOnB);
   const btVector3& local_a = point.swapped ? cp.m_localPointB : cp.m_localPointA;
   const btVector3& local_b = point.swapped ? cp.m_localPointA : cp.m_localPointB;
-  const btVector3 on_a = a.object->getWorldTransform() * local_a, on_b = b.object->getWorldTransform() * local_b;
-  contact.phi = contact.n_W.dot(from_bt(on_a - on_b));
-  contact.p_W = 0.5 * from_bt(on_a + on_b);
+  Contact& contact = point.contact;
+  contact.p_W = 0.5 * from_bt(a.object->getWorldTransform() * local_a + b.object->getWorldTransform() * local_b);
   contact.feature_a = feature_of(a.collider->shape, from_bt(local_a));
   contact.feature_b = feature_of(b.collider->shape, from_bt(local_b));
-  if (solver && point.row >= 0) contact.impulse_W = sign * from_bt(solver->impulse(point.row));
-  const double normal = contact.normal_impulse();
-  const double tangential = (contact.impulse_W - normal * contact.n_W).norm();
-  const Vec3 u = relative_velocity(point, forest, contact.p_W);
-  const double speed = (u - contact.n_W.dot(u) * contact.n_W).norm();
-  const bool used_up = tangential >= kConeShare * point.pair->friction * normal;
-  contact.mode = speed > kSlipSpeed || (used_up && speed > kCreepSpeed) ? ContactMode::slip : ContactMode::stick;
-  return contact;
 }
 
 }  // namespace graze::bullet

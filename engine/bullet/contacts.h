@@ -22,8 +22,12 @@ class ContactSet {
   void prepare(const std::vector<NearPair>& pairs, const Forest& forest, double h);
   std::vector<btPersistentManifold*>& manifolds() { return manifolds_; }
 
-  /// Reads impulses (null solver: none), gaps, features and modes after the step, sorted by (a, b, position).
-  void read(const ContactSolver* solver, const Forest& forest, std::vector<Contact>& out);
+  /// Reads impulses (null solver: none), gaps and modes after the impulses have changed the velocities but before the
+  /// bodies have moved: what the solver decided holds at the points of the detection. The gap is the one after moving
+  /// to first order, phi + h v_n, which is the quantity that the solver kept from turning negative.
+  void read(const ContactSolver* solver, const Forest& forest, double h);
+  /// Positions and features where the bodies are now; sorted by (a, b, position).
+  void place(std::vector<Contact>& out);
 
  private:
   struct Point {
@@ -31,10 +35,15 @@ class ContactSet {
     btManifoldPoint* point;
     bool swapped;  // Bullet's body 0 is collider b
     int row;       // number in the solver, or -1 if it was left out
+    double gap;    // at detection, m
+    Vec3 p_W;      // at detection
+    Contact contact;
   };
-  Vec3 relative_velocity(const Point& point, const Forest& forest, const Vec3& p_W) const;
+  /// Of collider a against b at the point of detection, at the forest's poses.
+  Vec3 relative_velocity(const Point& point, const Forest& forest) const;
   void set_target(Point& point, const Forest& forest, double h);
-  Contact read_point(const Point& point, const ContactSolver* solver, const Forest& forest) const;
+  void read_point(Point& point, const ContactSolver* solver, const Forest& forest, double h) const;
+  void place_point(Point& point) const;
 
   const Model& model_;
   const std::vector<Solid>& solids_;

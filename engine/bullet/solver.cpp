@@ -50,14 +50,16 @@ class Exposed : public Base, public ContactSolver {
                               &dispatcher);
   }
   int points() const override { return this->m_multiBodyNormalContactConstraints.size(); }
-  btVector3 impulse(int point) const override {
+  const btManifoldPoint* point(int i) const override {
+    return static_cast<const btManifoldPoint*>(this->m_multiBodyNormalContactConstraints[i].m_originalContactPoint);
+  }
+  btVector3 impulse(int i) const override {
     const auto along = [](const btMultiBodySolverConstraint& row) {
       return row.m_contactNormal1 * btScalar(row.m_appliedImpulse);
     };
     const btMultiBodyConstraintArray& friction = this->m_multiBodyFrictionContactConstraints;
-    assert(friction[2 * point].m_frictionIndex == point && friction[2 * point + 1].m_frictionIndex == point);
-    return along(this->m_multiBodyNormalContactConstraints[point]) + along(friction[2 * point]) +
-           along(friction[2 * point + 1]);
+    assert(friction[2 * i].m_frictionIndex == i && friction[2 * i + 1].m_frictionIndex == i);
+    return along(this->m_multiBodyNormalContactConstraints[i]) + along(friction[2 * i]) + along(friction[2 * i + 1]);
   }
 
  protected:

@@ -35,6 +35,7 @@ Forest::Forest(const Model& model, const State& initial)
     X_BC.linear() = R_BC;
     X_BC.translation() = body.com;
     X_BC_.push_back(X_BC);
+    q_BC_.push_back(Quat(R_BC));
     principal_inertia_.push_back(inertia);
   }
   place_bodies();
@@ -104,7 +105,7 @@ void Forest::write_state(const State& state) {
       const Body& body = model_.bodies[tree.base];
       const double* q = state.q.data() + body.q;
       const Quat q_WB = Quat(q[0], q[1], q[2], q[3]).normalized();
-      const Quat q_WC = q_WB * Quat(X_BC_[tree.base].linear());
+      const Quat q_WC = q_WB * q_BC_[tree.base];
       const Vec3 omega = state.v.segment<3>(body.v), offset = q_WB * body.com;
       multibody.setBasePos(to_bt(Vec3(state.q.segment<3>(body.q + 4) + offset)));
       multibody.setWorldToBaseRot(to_bt(q_WC.conjugate()));
@@ -120,47 +121,52 @@ void Forest::write_state(const State& state) {
 }
 
 void Forest::refresh() {
-  for (Tree& tree : trees_) {
-    tree.body->forwardKinematics(scratch_q_, scratch_v_);
-    if (tree.base >= 0) read_base(tree.base);
-    for (int body : tree.links) read_link(body);
+  for (Tree& tree : trees_) tree.body->forwardKinematics(scratch_q_, scratch_v_);
+  for (int i = 0; i < static_cast<int>(place_.size()); ++i) read_pose(i);
+  refresh_twists();
+}
+
+void Forest::refresh_twists() {
+  for (int i = 0; i < static_cast<int>(place_.size()); ++i) read_twist(i);
+}
+
+void Forest::read_pose(int i) {
+  const Body& body = model_.bodies[i];
+  const btMultiBody& multibody = *this->multibody(i);
+  Pose& X_WB = X_WB_[i];
+  if (floats(body)) {
+    const Quat q_WB = from_bt(multibody.getWorldToBaseRot()).conjugate() * q_BC_[i].conjugate();
+    X_WB.linear() = q_WB.toRotationMatrix();
+    X_WB.translation() = from_bt(multibody.getBasePos()) - X_WB.linear() * body.com;
+    q_.segment<4>(body.q) << q_WB.w(), q_WB.x(), q_WB.y(), q_WB.z();
+    q_.segment<3>(body.q + 4) = X_WB.translation();
+    return;
   }
-}
-
-void Forest::read_base(int i) {
-  const Body& body = model_.bodies[i];
-  const btMultiBody& multibody = *this->multibody(i);
-  const Quat q_WB = from_bt(multibody.getWorldToBaseRot()).conjugate() * Quat(X_BC_[i].linear()).conjugate();
-  const Vec3 offset = q_WB * body.com;
-  Pose& X_WB = X_WB_[i];
-  X_WB.linear() = q_WB.toRotationMatrix();
-  X_WB.translation() = from_bt(multibody.getBasePos()) - offset;
-  Twist& twist = twist_[i];
-  twist.angular = from_bt(multibody.getBaseOmega());
-  twist.linear = from_bt(multibody.getBaseVel()) - twist.angular.cross(offset);
-  q_.segment<4>(body.q) << q_WB.w(), q_WB.x(), q_WB.y(), q_WB.z();
-  q_.segment<3>(body.q + 4) = X_WB.translation();
-  v_.segment<3>(body.v) = twist.angular;
-  v_.segment<3>(body.v + 3) = twist.linear;
-}
-
-void Forest::read_link(int i) {
-  const Body& body = model_.bodies[i];
-  const btMultiBody& multibody = *this->multibody(i);
   const btTransform& X_WC = multibody.getLink(link(i)).m_cachedWorldTransform;
-  Pose& X_WB = X_WB_[i];
   X_WB.linear() = from_bt(X_WC.getBasis()) * X_BC_[i].linear().transpose();
   X_WB.translation() = from_bt(X_WC.getOrigin()) - X_WB.linear() * body.com;
   q_[body.q] = multibody.getJointPos(link(i));
-  const double rate = v_[body.v] = multibody.getJointVel(link(i));
-  Twist twist;
+}
+
+void Forest::read_twist(int i) {
+  const Body& body = model_.bodies[i];
+  const btMultiBody& multibody = *this->multibody(i);
+  const Pose& X_WB = X_WB_[i];
+  Twist& twist = twist_[i];
+  if (floats(body)) {
+    twist.angular = from_bt(multibody.getBaseOmega());
+    twist.linear = from_bt(multibody.getBaseVel()) - twist.angular.cross(X_WB.linear() * body.com);
+    v_.segment<3>(body.v) = twist.angular;
+    v_.segment<3>(body.v + 3) = twist.linear;
+    return;
+  }
+  twist = {};
   if (body.parent >= 0) {
     const Twist& parent = twist_[body.parent];
     twist = {parent.angular, parent.at(X_WB.translation() - X_WB_[body.parent].translation())};
   }
-  const Vec3 axis_W = X_WB.linear() * body.axis;
-  (body.type == JointType::revolute ? twist.angular : twist.linear) += rate * axis_W;
-  twist_[i] = twist;
+  const double rate = v_[body.v] = multibody.getJointVel(link(i));
+  (body.type == JointType::revolute ? twist.angular : twist.linear) += X_WB.linear() * (rate * body.axis);
 }
 
 void Forest::set_forces(const Eigen::VectorXd& joint_force) {
@@ -197,11 +203,12 @@ void Forest::damp(double h) {
   }
 }
 
+void Forest::apply_impulses() {
+  for (Tree& tree : trees_) tree.body->processDeltaVeeMultiDof2();
+}
+
 void Forest::move(double h) {
-  for (Tree& tree : trees_) {
-    tree.body->processDeltaVeeMultiDof2();
-    tree.body->stepPositionsMultiDof(h);
-  }
+  for (Tree& tree : trees_) tree.body->stepPositionsMultiDof(h);
 }
 
 }  // namespace graze::bullet

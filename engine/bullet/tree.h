@@ -37,6 +37,8 @@ class Forest {
 
   /// Refreshes poses and twists from Bullet's state.
   void refresh();
+  /// Refreshes twists only: Bullet's velocities at the poses of the last refresh().
+  void refresh_twists();
   const Pose& pose(int body) const { return X_WB_[body]; }
   const Twist& twist(int body) const { return twist_[body]; }
   /// Bullet's frame of a body in the body frame, X_BC.
@@ -52,6 +54,8 @@ class Forest {
   /// Viscous joint damping, implicit in each joint's own velocity: with A = (M^-1)_jj the impulse
   /// -d h v / (1 + d h A) solves v+ = v - A d h v+, so that no stiffness of d can make it overshoot.
   void damp(double h);
+  /// Takes over what the solver added to the velocities.
+  void apply_impulses();
   /// Positions move by h times the velocities.
   void move(double h);
 
@@ -63,13 +67,14 @@ class Forest {
   void build(Tree& tree);
   void setup_link(btMultiBody& multibody, int link, int body);
   void write_state(const State& state);
-  void read_base(int body);
-  void read_link(int body);
+  void read_pose(int body);
+  void read_twist(int body);
 
   const Model& model_;
   std::vector<Tree> trees_;
   std::vector<Place> place_;                  // per body
   std::vector<Pose> X_BC_;                    // per body
+  std::vector<Quat> q_BC_;                    // per body, rotation of X_BC
   std::vector<Vec3> principal_inertia_;       // per body, along the axes of C, kg m^2
   std::vector<Pose> X_WB_;                    // per body
   std::vector<Twist> twist_;                  // per body

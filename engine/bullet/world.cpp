@@ -49,10 +49,13 @@ void World::step(double h, const Eigen::VectorXd& tau) {
   forest_.accelerate(h);
   forest_.damp(h);
   const ContactSolver* used = solve(h);
+  forest_.apply_impulses();
+  forest_.refresh_twists();
+  contact_set_.read(used, forest_, h);
   forest_.move(h);
   forest_.refresh();
   place_solids(solids_, forest_);
-  contact_set_.read(used, forest_, contacts_);
+  contact_set_.place(contacts_);
   StepInput input{h, 0.5 * h * joint_force_.dot(v_before_ + forest_.v())};
   for (const Contact& contact : contacts_) input.contact_impulse += contact.normal_impulse();
   for (const auto& rows : joint_rows_) input.limit_impulse += rows->limit_impulse();

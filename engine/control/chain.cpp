@@ -33,8 +33,10 @@ Chain::Chain(const Model& model, int frame) {
   p_BF_ = tip.X_BF.translation();
   for (int b = tip.body; b >= 0 && model.bodies[b].type != JointType::floating; b = model.bodies[b].parent) {
     const Body& body = model.bodies[b];
-    Joint joint{body.X_PB, body.axis, body.type == JointType::prismatic, body.lower, body.upper, actuator_of(model, b),
-                body.q};
+    const Joint joint{body.X_PB,   body.axis,  body.type == JointType::prismatic,
+                      body.lower,  body.upper, actuator_of(model, b),
+                      body.q,      body.mass,  body.com,
+                      body.inertia};
     if (joint.actuator < 0) throw std::invalid_argument("joint " + body.joint + " on the way is not actuated");
     joints_.push_back(joint);
   }
@@ -67,6 +69,28 @@ Vec3 Chain::position(const Values& q, Jacobian& J) const {
     if (!joints_[i].prismatic) J.col(i) = Vec3(J.col(i)).cross(tip - origin[i]);
   }
   return tip;
+}
+
+Chain::Matrix Chain::inertia(const Values& q) const {
+  Mat3 R = Mat3::Identity();
+  Vec3 p = Vec3::Zero();
+  std::array<Vec3, kMaxJoints> origin, axis;
+  Matrix M = Matrix::Zero(size(), size());
+  for (int b = 0; b < size(); ++b) {
+    const Joint& body = joints_[b];
+    advance(body, q[b], R, p, axis[b]);
+    origin[b] = p;
+    const Vec3 com = p + R * body.com;
+    const Mat3 inertia = R * body.inertia * R.transpose();
+    // Sum over bodies of m Jc^T Jc + Jw^T I Jw, with the columns of the joints that carry the body.
+    Jacobian Jc(3, b + 1), Jw(3, b + 1);
+    for (int i = 0; i <= b; ++i) {
+      Jc.col(i) = joints_[i].prismatic ? axis[i] : Vec3(axis[i].cross(com - origin[i]));
+      Jw.col(i) = joints_[i].prismatic ? Vec3(Vec3::Zero()) : axis[i];
+    }
+    M.topLeftCorner(b + 1, b + 1) += body.mass * Jc.transpose() * Jc + Jw.transpose() * inertia * Jw;
+  }
+  return M;
 }
 
 Chain::Skeleton Chain::skeleton(const Values& q) const {

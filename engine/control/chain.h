@@ -10,6 +10,7 @@ class Chain {
  public:
   static constexpr int kMaxJoints = 12;
   using Values = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxJoints, 1>;
+  using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxJoints, kMaxJoints>;
   using Jacobian = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, kMaxJoints>;
 
   struct Joint {
@@ -19,6 +20,9 @@ class Chain {
     double lower = 0, upper = 0;  // rad or m
     int actuator = -1;            // row in na-sized arrays
     int q = 0;                    // row in q
+    double mass = 0;              // of the body that the joint moves, kg
+    Vec3 com = Vec3::Zero();      // its centre of mass in the joint frame, m
+    Mat3 inertia = Mat3::Zero();  // about com, axes of the joint frame, kg m^2
   };
 
   /// From the base (body 0 of a floating base, else the world) to `frame`, an index into Model::frames. Throws
@@ -33,6 +37,9 @@ class Chain {
   Vec3 position(const Values& q) const;
   /// The same with J = d position / d q, 3 x size(), base axes.
   Vec3 position(const Values& q, Jacobian& J) const;
+
+  /// Joint-space inertia of the chain's bodies with the base held still, size() x size().
+  Matrix inertia(const Values& q) const;
 
   /// Origins and axes of the joints, and the frame's origin, in the base frame for q.
   struct Skeleton {

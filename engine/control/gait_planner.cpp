@@ -32,10 +32,32 @@ void GaitPlanner::start(const GaitInput& input, std::span<FootPlan> feet) const 
   for (std::size_t i = 0; i < feet.size(); ++i) {
     feet[i] = FootPlan{};
     feet[i].x = input.x[i];
+    if (p_.settle <= 0) continue;
+    // A smooth step (3 s^2 - 2 s^3, at thirds 7/27 and 20/27) to the commanded height; feet stay where they stand.
+    Vec3 level = p_.R_GB * input.x[i];
+    level.z() = p_.origin[i].z();
+    const Vec3 way = p_.R_GB.transpose() * level - input.x[i];
+    feet[i].path =
+        SwingSpline({input.x[i], input.x[i] + 7.0 / 27 * way, input.x[i] + 20.0 / 27 * way, input.x[i] + way},
+                    Vec3::Zero(), Vec3::Zero(), 0, p_.settle);
   }
 }
 
 void GaitPlanner::plan(const GaitInput& input, std::span<FootPlan> feet) const {
+  if (input.t >= p_.settle) {
+    GaitInput since_settled = input;
+    since_settled.t -= p_.settle;
+    walk(since_settled, feet);
+    return;
+  }
+  for (FootPlan& foot : feet) {
+    const SwingSpline::Sample sample = foot.path.at(input.t);
+    foot.x = sample.x;
+    foot.xd = sample.xd;
+  }
+}
+
+void GaitPlanner::walk(const GaitInput& input, std::span<FootPlan> feet) const {
   const double phase = p_.timing.phase(input.t);
   BaseCommand command = input.command;
   command.v.z() += p_.timing.hop_velocity(phase, p_.gravity);

@@ -20,6 +20,7 @@ struct GaitParameters {
   double step_height = 0.02;             // m
   double overshoot = 0;                  // of the horizontal step, see swing_knots
   double redirect = 0.75;                // fraction of a swing within which a new command moves its goal
+  double settle = 0;                     // s, before the gait begins: the base moves to its commanded height
   bool global_up = true;                 // steps rise along the world's z, not the base's
   bool recovery = true;                  // the modes reach and support; without: timing alone decides
   double max_speed = 1.0;                // m/s, of a foot at touchdown
@@ -43,7 +44,7 @@ struct FootPlan {
 
 /// What the planner is told at a control step.
 struct GaitInput {
-  double t = 0, dt = 0;                  // s since the gait began; since the last call (0 at first)
+  double t = 0, dt = 0;                  // s since the start; since the last call (0 at first)
   BaseCommand command;                   // level frame
   std::array<Vec3, kMaxFeet> x{};        // sensed feet, base frame, m
   std::array<double, kMaxFeet> force{};  // normal force on each foot, N
@@ -55,8 +56,9 @@ class GaitPlanner {
   explicit GaitPlanner(GaitParameters parameters) : p_(std::move(parameters)) {}
   const GaitParameters& parameters() const { return p_; }
 
-  /// All feet in stance where they are.
+  /// All feet in stance where they are, ready to settle.
   void start(const GaitInput& input, std::span<FootPlan> feet) const;
+  /// One control step. Until t = settle all feet stand; the gait's clock begins there.
   void plan(const GaitInput& input, std::span<FootPlan> feet) const;
 
   /// Where a foot shall touch down: where its origin will be at mid-stance, seen from the base at touchdown (Figure
@@ -66,6 +68,7 @@ class GaitPlanner {
   Vec3 stance_velocity(const Vec3& x, const BaseCommand& command) const;
 
  private:
+  void walk(const GaitInput& input, std::span<FootPlan> feet) const;
   void switch_modes(const GaitInput& input, double phase, std::span<FootPlan> feet) const;
   void stand(const GaitInput& input, const BaseCommand& command, int foot, FootPlan& plan) const;
   void lift_off(const GaitInput& input, double phase, std::span<FootPlan> feet) const;

@@ -176,8 +176,8 @@ double weight(const Model& model) {
 
 GaitSetup read_gait(const ControlContext& context, const Settings& settings) {
   settings.allow({"velocity", "waypoints", "duration", "duty", "liftoff", "touchdown", "step_height", "overshoot",
-                  "stance", "orientation", "redirect", "global_up", "recovery", "max_foot_speed", "contact_force",
-                  "feet"});
+                  "stance", "orientation", "settle", "redirect", "global_up", "recovery", "max_foot_speed",
+                  "contact_force", "feet"});
   GaitSetup setup;
   for (const int frame : read_feet(context, settings)) {
     setup.legs.push_back(make_leg(context.nominal, frame, settings));
@@ -187,6 +187,7 @@ GaitSetup read_gait(const ControlContext& context, const Settings& settings) {
   p.step_height = settings.at("step_height").non_negative(Quantity::length);
   p.overshoot = settings.number_or("overshoot", p.overshoot);
   if (settings.has("redirect")) p.redirect = settings.at("redirect").within(0, 1);
+  if (settings.has("settle")) p.settle = settings.at("settle").non_negative(Quantity::time);
   p.global_up = settings.flag_or("global_up", p.global_up);
   p.recovery = settings.flag_or("recovery", p.recovery);
   if (settings.has("max_foot_speed")) p.max_speed = settings.at("max_foot_speed").positive(Quantity::velocity);

@@ -108,11 +108,12 @@ Mat3 rotation_from_rpy(const Vec3& rpy) {
 }
 
 Vec3 rpy_from_rotation(const Mat3& R) {
-  const double cos_pitch = std::hypot(R(0, 0), R(1, 0));
-  const double pitch = std::atan2(0 - R(2, 0), cos_pitch);  // 0 - 0 is +0
-  // At pitch = +-90 deg roll and yaw turn about one axis; all of it is called yaw.
-  if (cos_pitch < 1e-9) return {0, pitch, std::atan2(-R(0, 1), R(1, 1))};
-  return {std::atan2(R(2, 1), R(2, 2)), pitch, std::atan2(R(1, 0), R(0, 0))};
+  const double yaw = std::atan2(R(1, 0), R(0, 0));
+  const double pitch = std::atan2(0 - R(2, 0), std::hypot(R(0, 0), R(1, 0)));  // 0 - 0 is +0
+  // Roll from Rz(-yaw) R, so that what yaw misses near pitch = +-90 deg, where both turn about one axis, roll makes up.
+  const double s = std::sin(yaw), c = std::cos(yaw);
+  const double roll = std::atan2(s * R(0, 2) - c * R(1, 2), c * R(1, 1) - s * R(0, 1));
+  return {roll, pitch, yaw};
 }
 
 }  // namespace graze

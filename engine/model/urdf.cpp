@@ -319,7 +319,13 @@ class Builder {
 }  // namespace
 
 Robot parse_urdf(const std::string& xml, const std::string& name, const UrdfOptions& options) {
-  return Builder(name, options).build(outline_urdf(xml, name));
+  try {
+    return Builder(name, options).build(outline_urdf(xml, name));
+  } catch (const InputError&) {
+    throw;
+  } catch (const std::exception& error) {  // of a library that the file drove beyond its bounds
+    throw InputError(fmt::format("{}: cannot be read as a URDF: {}", name, error.what()));
+  }
 }
 
 Robot load_urdf(const std::string& file, const UrdfOptions& options) {

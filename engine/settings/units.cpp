@@ -9,7 +9,8 @@ namespace {
 
 struct Unit {
   std::string_view name;
-  double factor;  // SI value of one
+  double factor;  // SI value of one is factor / divisor
+  double divisor = 1;
 };
 
 constexpr double kDegree = std::numbers::pi / 180;
@@ -17,13 +18,13 @@ constexpr double kDegree = std::numbers::pi / 180;
 /// The SI unit stands first.
 const std::vector<Unit>& units(Quantity quantity) {
   static const std::vector<std::vector<Unit>> table = {
-      {{"1", 1}, {"%", 0.01}},                                                 // dimensionless
-      {{"m", 1}, {"cm", 0.01}, {"mm", 0.001}, {"in", 0.0254}},                 // length
+      {{"1", 1}, {"%", 1, 100}},                                               // dimensionless
+      {{"m", 1}, {"cm", 1, 100}, {"mm", 1, 1000}, {"in", 0.0254}},             // length
       {{"rad", 1}, {"deg", kDegree}},                                          // angle
-      {{"s", 1}, {"ms", 1e-3}, {"us", 1e-6}},                                  // time
-      {{"kg", 1}, {"g", 1e-3}},                                                // mass
+      {{"s", 1}, {"ms", 1, 1e3}, {"us", 1, 1e6}},                              // time
+      {{"kg", 1}, {"g", 1, 1e3}},                                              // mass
       {{"kg/m^3", 1}, {"g/cm^3", 1000}},                                       // density
-      {{"m/s", 1}, {"cm/s", 0.01}},                                            // velocity
+      {{"m/s", 1}, {"cm/s", 1, 100}},                                          // velocity
       {{"rad/s", 1}, {"deg/s", kDegree}, {"rpm", 2 * std::numbers::pi / 60}},  // angular_velocity
       {{"m/s^2", 1}},                                                          // acceleration
       {{"rad/s^2", 1}},                                                        // angular_acceleration
@@ -49,17 +50,17 @@ std::string_view trimmed(std::string_view text) {
 
 std::string_view unit_of(Quantity quantity) { return units(quantity).front().name; }
 
-std::optional<double> unit_factor(Quantity quantity, std::string_view unit) {
-  if (unit.empty()) return 1.0;
+std::optional<double> to_si(Quantity quantity, double value, std::string_view unit) {
+  if (unit.empty()) return value;
   for (const Unit& candidate : units(quantity)) {
-    if (candidate.name == unit && unit != "1") return candidate.factor;
+    if (candidate.name == unit && unit != "1") return value * candidate.factor / candidate.divisor;
   }
   return std::nullopt;
 }
 
 bool is_unit(std::string_view word) {
   for (int i = 0; i < kQuantities; ++i) {
-    if (!word.empty() && unit_factor(static_cast<Quantity>(i), word)) return true;
+    if (!word.empty() && to_si(static_cast<Quantity>(i), 1, word)) return true;
   }
   return false;
 }

@@ -16,8 +16,9 @@ struct WrittenNumber {
 };
 std::optional<WrittenNumber> split_number(std::string_view text);
 
-/// SI value of one `unit` of `quantity`; nothing if the unit does not measure it. The empty unit is SI.
-std::optional<double> unit_factor(Quantity quantity, std::string_view unit);
+/// `value` times `unit` in SI, nothing if the unit does not measure `quantity`. The empty unit is SI. Decimal prefixes
+/// divide, so that "2.5 mm" is the double nearest to 0.0025.
+std::optional<double> to_si(Quantity quantity, double value, std::string_view unit);
 bool is_unit(std::string_view word);  // of any quantity
 
 /// "m, cm, mm, in", for messages.

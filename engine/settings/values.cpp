@@ -41,15 +41,14 @@ const std::string& Settings::scalar(const char* expected) const {
 double Settings::number_from(const std::string& text, Quantity quantity) const {
   const auto written = split_number(text);
   if (!written) fail(fmt::format("{}: {}", shown(), expected_number(quantity)));
-  const auto factor = unit_factor(quantity, written->unit);
-  if (!factor) {
+  const auto value = to_si(quantity, written->value, written->unit);
+  if (!value) {
     const std::string fitting = units_of(quantity);
     fail(fmt::format("{}: the unit '{}' does not fit; {}", shown(), written->unit,
                      fitting.empty() ? "a bare number is meant" : "one of: " + fitting));
   }
-  const double value = written->value * *factor;
-  if (!std::isfinite(value)) fail(shown() + ": must be finite");
-  return value;
+  if (!std::isfinite(*value)) fail(shown() + ": must be finite");
+  return *value;
 }
 
 double Settings::number(Quantity quantity) const {

@@ -124,8 +124,8 @@ TEST(Distribution, Choice) {
   EXPECT_EQ(weighted.describe(), "choice(n=4, p=[0, 0.25, 0.75, 0])");
 }
 
-// Claim: a discrete distribution takes each value for its share of (0,1), in ascending order whatever the order given, so
-// that lowest() and highest() are the extremes; mean and variance are the weighted sums.
+// Claim: a discrete distribution takes each value for its share of (0,1), in ascending order whatever the order given,
+// so that lowest() and highest() are the extremes; mean and variance are the weighted sums.
 TEST(Distribution, Discrete) {
   const auto d = Distribution::discrete({5, -1, 2}, {1, 1, 2});
   EXPECT_EQ(d.lowest(), -1);

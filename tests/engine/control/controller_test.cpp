@@ -4,6 +4,7 @@
 #include <fstream>
 
 #include "engine/control/base_command.h"
+#include "engine/control/chain.h"
 #include "engine/control/joint_table.h"
 #include "engine/control/lag_buffer.h"
 #include "tests/engine/control/support.h"
@@ -155,7 +156,7 @@ TEST_F(ControllerTest, LagIsAZeroOrderHold) {
 TEST_F(ControllerTest, OperationalPdIsAVirtualSpring) {
   const std::string gait =
       "gait: {velocity: [0.1, 0, 0], duration: 0.3, duty: 75 %, liftoff: '[25, 75, 0, 50] %', step_height: 3 cm}";
-  Controller controller = make("{" + gait + ", control: {operational_pd: {kp: 1000, kd: 20}}}");
+  Controller controller = make("{" + gait + ", control: {operational_pd: {kp: 1000, kd: 20, implicit: false}}}");
   controller.start(0, 0);
   act(controller, 0.0);  // feet are where they begin: no spring force on standing feet
   const Targets& targets = controller.targets();
@@ -181,6 +182,41 @@ TEST_F(ControllerTest, OperationalPdIsAVirtualSpring) {
     power_of_forces += f.dot(xd);
   }
   EXPECT_NEAR(power_of_joints, power_of_forces, 1e-9 * std::abs(power_of_forces));
+}
+
+// The implicit damper is the fixed point of f = kd (xd_des - J (v + h M^-1 J^T f)) for the nominal leg, and tends to
+// the explicit one as the control period shrinks.
+TEST_F(ControllerTest, ImplicitDampingLooksOneStepAhead) {
+  const auto make_at = [&](double period, const char* implicit) {
+    return Controller(
+        scene.context(period),
+        Settings::parse(std::string("{gait: {velocity: [0, 0, 0], duration: 0.3, duty: 100 %, liftoff: 0, "
+                                    "step_height: 3 cm}, control: {operational_pd: {kp: 0, kd: 20, "
+                                    "implicit: ") +
+                            implicit + "}}}",
+                        "test.yaml"));
+  };
+  const double h = 1e-3;
+  for (int k = 0; k < 12; ++k) observation.joint_velocity(k, 0) = 0.3 * k - 1;
+  const auto torques = [&](double period, const char* implicit) {
+    Controller controller = make_at(period, implicit);
+    controller.start(0, 0);
+    act(controller, 0);
+    return command.tau.column(0);
+  };
+  const Eigen::VectorXd implicit = torques(h, "true"), explicit_ = torques(h, "false");
+  const char* feet[] = {"LF_FOOT", "RF_FOOT", "LH_FOOT", "RH_FOOT"};
+  for (int i = 0; i < 4; ++i) {
+    const Chain leg(scene.model, scene.model.frame(feet[i]));
+    const Chain::Values q = leg.select(scene.initial.q);
+    Chain::Jacobian J;
+    leg.position(q, J);
+    const Eigen::Vector3d tau = implicit.segment(3 * i, 3), v = observation.joint_velocity.column(0, 3 * i, 3);
+    const Eigen::Vector3d ahead = v + h * leg.inertia(q).inverse() * tau;
+    EXPECT_LT((tau + J.transpose() * 20 * (J * ahead)).norm(), 1e-12 * tau.norm() + 1e-13);
+  }
+  EXPECT_GT((implicit - explicit_).norm(), 0.1 * explicit_.norm());
+  EXPECT_LT((torques(1e-9, "true") - explicit_).norm(), 1e-5 * explicit_.norm());
 }
 
 // With a joint tracker the gait's joint targets put the nominal feet exactly on its effector targets, and the joint

@@ -243,6 +243,29 @@ TEST(GaitPlanner, RedirectsEarlySwings) {
   }
 }
 
+// Settling: all feet stand and move the base smoothly to its commanded height; then the gait's clock begins.
+TEST(GaitPlanner, SettlesToTheCommandedHeight) {
+  GaitParameters p = walk_parameters();
+  p.settle = 0.5;
+  GaitInput input;
+  std::vector<FootPlan> feet(4);
+  for (int i = 0; i < 4; ++i) input.x[i] = p.origin[i] + Vec3(0.01, 0.02, -0.02);
+  const GaitPlanner planner(p);
+  planner.start(input, feet);
+  const auto at = [&](double t) {
+    input.t = t;
+    planner.plan(input, feet);
+    return feet[2];
+  };
+  const Vec3 begin = input.x[2];
+  EXPECT_LT((at(0).x - begin).norm() + at(0).xd.norm(), 1e-12);
+  EXPECT_LT((at(0.125).x - begin - Vec3(0, 0, 0.02 * 0.15625)).norm(), 1e-12);  // 3 s^2 - 2 s^3 at a quarter
+  EXPECT_NEAR(at(0.25).xd.z(), 0.02 * 1.5 / 0.5, 1e-12);
+  EXPECT_EQ(at(0.499).mode, FootMode::stance);
+  EXPECT_NEAR(feet[2].x.z(), -0.15, 1e-6);
+  EXPECT_EQ(at(0.5).mode, FootMode::swing);  // LH lifts at 0 % of the gait
+}
+
 // The foot lifts along the world's vertical when asked to, as sensed through the base's attitude.
 TEST(GaitPlanner, GlobalUp) {
   GaitParameters p = walk_parameters();

@@ -84,6 +84,36 @@ TEST_F(LinksLegs, DampedLeastSquaresAgreesWithClosedForm) {
   }
 }
 
+// The chain's joint-space inertia gives the kinetic energy of the leg's bodies, summed one by one from the model, when
+// the base stands still.
+TEST_F(LinksLegs, InertiaGivesKineticEnergy) {
+  std::mt19937 generator(4);
+  for (const Chain& leg : legs()) {
+    Eigen::VectorXd q = Eigen::VectorXd::Zero(scene.model.nq), v = Eigen::VectorXd::Zero(scene.model.nv);
+    q[0] = 1;
+    const Chain::Values posture = random_posture(leg, generator);
+    Chain::Values rate(leg.size());
+    for (int i = 0; i < leg.size(); ++i) {
+      rate[i] = 1.0 + i;
+      q[leg.joints()[i].q] = posture[i];
+      v[scene.model.bodies[scene.model.actuated[leg.joints()[i].actuator]].v] = rate[i];
+    }
+    std::vector<Pose> X_WB;
+    forward_kinematics(scene.model, q, X_WB);
+    double energy = 0;
+    Vec3 omega = Vec3::Zero();
+    for (int i = 0; i < leg.size(); ++i) {
+      const int b = scene.model.actuated[leg.joints()[i].actuator];
+      const Body& body = scene.model.bodies[b];
+      omega += X_WB[b].linear() * body.axis * rate[i];
+      const Vec3 v_com = point_jacobian(scene.model, X_WB, b, X_WB[b] * body.com) * v;
+      const Vec3 omega_B = X_WB[b].linear().transpose() * omega;
+      energy += 0.5 * body.mass * v_com.squaredNorm() + 0.5 * omega_B.dot(body.inertia * omega_B);
+    }
+    EXPECT_NEAR(0.5 * rate.dot(leg.inertia(posture) * rate), energy, 1e-12 * energy);
+  }
+}
+
 // A target out of reach: the closed form stretches the leg toward it, and no posture that damped least squares finds is
 // nearer.
 TEST_F(LinksLegs, OutOfReachStretchesTowardTheTarget) {

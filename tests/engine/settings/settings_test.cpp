@@ -31,7 +31,7 @@ std::string parse_message(const std::string& text) {
 TEST(Numbers, TakeUnitsOfTheirQuantity) {
   const Settings s =
       parse("a: 2.5 mm\nb: 3 deg\nc: 75 %\nd: 1e-3\ne: +4\nf: 60 rpm\ng: \"1.1 g/cm^3\"\nh: 2 Nm\ni: .5\n");
-  EXPECT_DOUBLE_EQ(s.at("a").number(Quantity::length), 0.0025);
+  EXPECT_EQ(s.at("a").number(Quantity::length), 0.0025) << "the nearest double, not one beside it";
   EXPECT_DOUBLE_EQ(s.at("b").number(Quantity::angle), 3 * std::numbers::pi / 180);
   EXPECT_DOUBLE_EQ(s.at("c").number(), 0.75);
   EXPECT_DOUBLE_EQ(s.at("d").number(Quantity::time), 0.001);

@@ -1,0 +1,134 @@
+// A score as a table for people and as JSON for scripts.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "analysis/score.h"
+
+namespace graze {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Rows = std::vector<std::vector<std::string>>;
+
+/// Characters rather than bytes of UTF-8 text.
+std::size_t width_of(const std::string& text) {
+  return static_cast<std::size_t>(
+      std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
+}
+
+/// Columns set apart by two blanks; the first `left` flush left, the others flush right. First row: the head.
+std::string aligned(const Rows& rows, std::size_t left) {
+  std::vector<std::size_t> width(rows.front().size());
+  for (const auto& row : rows) {
+    for (std::size_t i = 0; i < row.size(); ++i) width[i] = std::max(width[i], width_of(row[i]));
+  }
+  std::string out;
+  for (const auto& row : rows) {
+    std::string line;
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      const std::string blanks(width[i] - width_of(row[i]), ' ');
+      line.append(i < left ? row[i] : blanks).append(i < left ? blanks : row[i]).append("  ");
+    }
+    line.erase(line.find_last_not_of(' ') + 1);
+    out.append(line).append("\n");
+  }
+  return out;
+}
+
+std::string decimal(double x) { return std::isnan(x) ? "-" : fmt::format("{:.4f}", x); }
+std::string interval_text(const Interval& interval) {
+  return fmt::format("{:.4f} .. {:.4f}", interval.low, interval.high);
+}
+std::string signed_interval_text(const Interval& interval) {
+  return fmt::format("{:+.4f} .. {:+.4f}", interval.low, interval.high);
+}
+
+std::string policy_table(const std::vector<PolicyScore>& policies) {
+  Rows rows = {{"policy", "N", "S", "K", "U", "invalid", "rate", "95 % interval"}};
+  for (const PolicyScore& p : policies) {
+    rows.push_back({p.policy, std::to_string(p.n), std::to_string(p.success), std::to_string(p.known),
+                    std::to_string(p.unknown), std::to_string(p.invalid), decimal(p.rate), interval_text(p.interval)});
+  }
+  return aligned(rows, 1);
+}
+
+std::string requirement_table(const Score& score) {
+  Rows rows = {{"policy"}};
+  rows[0].insert(rows[0].end(), score.requirements.begin(), score.requirements.end());
+  for (const PolicyScore& p : score.policies) {
+    rows.push_back({p.policy});
+    for (const std::uint64_t count : p.by_requirement) rows.back().push_back(std::to_string(count));
+  }
+  return aligned(rows, 1);
+}
+
+std::string pair_table(const std::vector<PairedComparison>& pairs) {
+  Rows rows = {{"a", "b", "pairs", "both", "only a", "only b", "neither", "rate b - a", "95 % interval", "McNemar p"}};
+  for (const PairedComparison& p : pairs) {
+    rows.push_back({p.a, p.b, std::to_string(p.n), std::to_string(p.both), std::to_string(p.only_a),
+                    std::to_string(p.only_b), std::to_string(p.neither),
+                    std::isnan(p.difference) ? "-" : fmt::format("{:+.4f}", p.difference),
+                    signed_interval_text(p.interval), fmt::format("{:.3g}", p.p_value)});
+  }
+  return aligned(rows, 2);
+}
+
+Json json_of(const Interval& interval) { return Json::array({interval.low, interval.high}); }
+
+/// JSON has no NaN.
+Json json_of(double x) { return std::isnan(x) ? Json(nullptr) : Json(x); }
+
+Json json_of(const PolicyScore& p, const std::vector<std::string>& requirements) {
+  Json by_requirement = Json::object();
+  for (std::size_t i = 0; i < requirements.size(); ++i) by_requirement[requirements[i]] = p.by_requirement[i];
+  return {{"policy", p.policy},
+          {"n", p.n},
+          {"success", p.success},
+          {"known_failure", p.known},
+          {"by_requirement", by_requirement},
+          {"unknown_failure", p.unknown},
+          {"invalid", p.invalid},
+          {"rate", json_of(p.rate)},
+          {"interval", json_of(p.interval)}};
+}
+
+Json json_of(const PairedComparison& p) {
+  return {{"a", p.a},
+          {"b", p.b},
+          {"n", p.n},
+          {"both", p.both},
+          {"only_a", p.only_a},
+          {"only_b", p.only_b},
+          {"neither", p.neither},
+          {"difference", json_of(p.difference)},
+          {"interval", json_of(p.interval)},
+          {"p_value", p.p_value}};
+}
+
+}  // namespace
+
+std::string format_score(const Score& score) {
+  std::string out = score.campaign;
+  out.append(score.complete ? "\n" : " (INCOMPLETE: not all traces have been simulated)\n");
+  out.append("\n").append(policy_table(score.policies));
+  if (!score.requirements.empty()) {
+    out.append("\nKnown failures by the requirement that was violated first\n").append(requirement_table(score));
+  }
+  if (!score.pairs.empty()) {
+    out.append("\nThe same particles under two policies\n").append(pair_table(score.pairs));
+  }
+  return out;
+}
+
+std::string score_json(const Score& score) {
+  Json json = {{"campaign", score.campaign},         {"complete", score.complete}, {"confidence", 0.95},
+               {"requirements", score.requirements}, {"policies", Json::array()},  {"pairs", Json::array()}};
+  for (const PolicyScore& policy : score.policies) json["policies"].push_back(json_of(policy, score.requirements));
+  for (const PairedComparison& pair : score.pairs) json["pairs"].push_back(json_of(pair));
+  return json.dump(2, ' ', false, Json::error_handler_t::replace);
+}
+
+}  // namespace graze

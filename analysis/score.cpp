@@ -1,0 +1,80 @@
+// score(): counts, intervals and paired comparisons. docs/statistics.md says what the numbers mean.
+#include "analysis/score.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "analysis/proportions.h"
+
+namespace graze {
+namespace {
+
+PolicyScore score_policy(const TraceTable& table, std::size_t requirements) {
+  PolicyScore out;
+  out.policy = table.policy;
+  out.by_requirement.assign(requirements, 0);
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    switch (table.outcome[i]) {
+      case Outcome::success:
+        ++out.success;
+        break;
+      case Outcome::known_failure:
+        ++out.known;
+        ++out.by_requirement[static_cast<std::size_t>(table.violated[i])];
+        break;
+      case Outcome::unknown_failure:
+        ++out.unknown;
+        break;
+      case Outcome::invalid:
+        ++out.invalid;
+        break;
+    }
+  }
+  out.n = out.success + out.known + out.unknown;
+  out.rate = out.n > 0 ? static_cast<double>(out.success) / static_cast<double>(out.n)
+                       : std::numeric_limits<double>::quiet_NaN();
+  out.interval = clopper_pearson(out.success, out.n);
+  return out;
+}
+
+/// Both tables are in order of particle id.
+PairedComparison compare(const TraceTable& a, const TraceTable& b) {
+  PairedComparison pair;
+  pair.a = a.policy;
+  pair.b = b.policy;
+  for (std::size_t i = 0, k = 0; i < a.size() && k < b.size();) {
+    if (a.particle[i] != b.particle[k]) {
+      a.particle[i] < b.particle[k] ? ++i : ++k;
+      continue;
+    }
+    const Outcome of_a = a.outcome[i++], of_b = b.outcome[k++];
+    if (of_a == Outcome::invalid || of_b == Outcome::invalid) continue;
+    const bool met_a = of_a == Outcome::success, met_b = of_b == Outcome::success;
+    ++(met_a ? met_b ? pair.both : pair.only_a : met_b ? pair.only_b : pair.neither);
+  }
+  pair.n = pair.both + pair.only_a + pair.only_b + pair.neither;
+  const PairedTable counts{pair.both, pair.only_a, pair.only_b, pair.neither};
+  pair.difference = paired_difference(counts);
+  pair.interval = newcombe_paired(counts);
+  pair.p_value = mcnemar_exact(pair.only_a, pair.only_b);
+  return pair;
+}
+
+}  // namespace
+
+Score score(const Archive& archive) {
+  const CampaignInfo& info = archive.info();
+  Score out;
+  out.campaign = info.scenario_name;
+  out.complete = archive.complete();
+  for (const auto& requirement : info.requirements) out.requirements.push_back(requirement.name);
+  std::vector<TraceTable> tables;
+  for (const std::string& policy : info.policies) tables.push_back(archive.traces(policy));
+  for (const TraceTable& table : tables) out.policies.push_back(score_policy(table, out.requirements.size()));
+  for (std::size_t i = 0; i < tables.size(); ++i) {
+    for (std::size_t k = i + 1; k < tables.size(); ++k) out.pairs.push_back(compare(tables[i], tables[k]));
+  }
+  return out;
+}
+
+}  // namespace graze

@@ -1,0 +1,161 @@
+// Scores of synthetic campaigns: counts by brute force, tables and JSON, and what other programs read from the file.
+#include "analysis/score.h"
+
+#include <gmock/gmock.h>
+
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "analysis/proportions.h"
+#include "tests/archive/compare.h"
+
+namespace graze {
+namespace {
+
+using namespace synthetic;
+using testing::HasSubstr;
+
+CampaignInfo facts() {
+  CampaignInfo facts = info();
+  facts.particles = 200;
+  return facts;
+}
+
+// Claim: S, K, U and invalid are what the records say; invalid traces count in no rate; S + K + U = N and K is the sum
+// over requirements.
+TEST(Score, CountsWhatTheRecordsSay) {
+  const Folder folder;
+  const CampaignInfo want = facts();
+  write(folder / "a.graze", want);
+  const Score got = score(Archive(folder / "a.graze"));
+  EXPECT_EQ(got.campaign, want.scenario_name);
+  EXPECT_TRUE(got.complete);
+  ASSERT_EQ(got.policies.size(), 3u);
+  for (int policy = 0; policy < 3; ++policy) {
+    std::array<std::uint64_t, 4> counts{};
+    std::vector<std::uint64_t> by_requirement(2);
+    for (std::uint32_t i = 0; i < want.particles; ++i) {
+      const TraceRecord record = trace(want, policy, i);
+      ++counts[static_cast<std::size_t>(record.outcome)];
+      if (record.violated >= 0) ++by_requirement[static_cast<std::size_t>(record.violated)];
+    }
+    const PolicyScore& p = got.policies[static_cast<std::size_t>(policy)];
+    EXPECT_EQ(p.policy, want.policies[static_cast<std::size_t>(policy)]);
+    EXPECT_EQ(p.success, counts[0]);
+    EXPECT_EQ(p.known, counts[1]);
+    EXPECT_EQ(p.unknown, counts[2]);
+    EXPECT_EQ(p.invalid, counts[3]);
+    EXPECT_GT(p.invalid, 0u);
+    EXPECT_EQ(p.n, counts[0] + counts[1] + counts[2]);
+    EXPECT_EQ(p.by_requirement, by_requirement);
+    EXPECT_EQ(p.rate, static_cast<double>(counts[0]) / static_cast<double>(p.n));
+    EXPECT_EQ(p.interval.low, clopper_pearson(p.success, p.n).low);
+  }
+}
+
+// Claim: a pair counts the particles that both policies have and for which both traces are valid; a policy that was
+// simulated on some of the particles only is compared on those.
+TEST(Score, PairsCountCommonValidParticles) {
+  const Folder folder;
+  const CampaignInfo want = facts();
+  {
+    CampaignWriter writer(folder / "a.graze", want, false);
+    Block all = block(want, 0, range(0, 200)), some = block(want, 1, range(50, 120));
+    writer.append(1, std::move(some.traces), std::move(some.values));
+    writer.append(0, std::move(all.traces), std::move(all.values));
+    writer.finish(false);
+  }
+  PairedTable brute;
+  for (std::uint32_t i = 50; i < 120; ++i) {
+    const Outcome a = trace(want, 0, i).outcome, b = trace(want, 1, i).outcome;
+    if (a == Outcome::invalid || b == Outcome::invalid) continue;
+    const bool sa = a == Outcome::success, sb = b == Outcome::success;
+    ++(sa && sb ? brute.both : sa ? brute.only_a : sb ? brute.only_b : brute.neither);
+  }
+  const Score got = score(Archive(folder / "a.graze"));
+  ASSERT_EQ(got.pairs.size(), 3u);
+  const PairedComparison& pair = got.pairs[0];
+  EXPECT_EQ(pair.a, "step/1cm");
+  EXPECT_EQ(pair.b, "step/4cm");
+  EXPECT_EQ(pair.both, brute.both);
+  EXPECT_EQ(pair.only_a, brute.only_a);
+  EXPECT_EQ(pair.only_b, brute.only_b);
+  EXPECT_EQ(pair.neither, brute.neither);
+  EXPECT_EQ(pair.n, brute.n());
+  EXPECT_EQ(pair.difference, paired_difference(brute));
+  EXPECT_EQ(pair.p_value, mcnemar_exact(brute.only_a, brute.only_b));
+  EXPECT_EQ(got.pairs[1].n, 0u);  // "hold" was not simulated
+  EXPECT_EQ(got.pairs[1].p_value, 1);
+}
+
+// Claim: an unfinished campaign says so in table and JSON, and a policy without traces has no rate.
+TEST(Score, IncompleteSaysSo) {
+  const Folder folder;
+  { CampaignWriter(folder / "a.graze", facts(), false).finish(false); }
+  EXPECT_FALSE(std::filesystem::exists(folder / "a.graze"));  // not one trace: as if it had never been
+  {
+    CampaignWriter writer(folder / "b.graze", facts(), false);
+    Block one = block(facts(), 0, range(0, 3));
+    writer.append(0, std::move(one.traces), std::move(one.values));
+    writer.finish(false);
+  }
+  const Score got = score(Archive(folder / "b.graze"));
+  EXPECT_FALSE(got.complete);
+  EXPECT_THAT(format_score(got), HasSubstr("INCOMPLETE"));
+  const auto json = nlohmann::json::parse(score_json(got));
+  EXPECT_EQ(json["complete"], false);
+  EXPECT_TRUE(json["policies"][2]["rate"].is_null());
+  EXPECT_EQ(json["policies"][2]["interval"], nlohmann::json({0.0, 1.0}));
+}
+
+// Claim: the table has one aligned line per policy, requirement counts and pairs, in the shape shown in
+// docs/statistics.md.
+TEST(Score, Table) {
+  Score s;
+  s.campaign = "Curb";
+  s.requirements = {"upright", "clears-curb"};
+  s.policies = {{"step/1cm", 100, 0, 97, 3, 0, {1, 96}, 0.0, {0, 0.0362}},
+                {"step/4cm", 99, 95, 4, 0, 1, {4, 0}, 95.0 / 99, {0.8999, 0.9889}}};
+  s.pairs = {{"step/1cm", "step/4cm", 99, 0, 0, 95, 4, 95.0 / 99, {0.8798, 0.9837}, 5.05e-29}};
+  EXPECT_EQ(format_score(s),
+            "Curb\n"
+            "\n"
+            "policy      N   S   K  U  invalid    rate     95 % interval\n"
+            "step/1cm  100   0  97  3        0  0.0000  0.0000 .. 0.0362\n"
+            "step/4cm   99  95   4  0        1  0.9596  0.8999 .. 0.9889\n"
+            "\n"
+            "Known failures by the requirement that was violated first\n"
+            "policy    upright  clears-curb\n"
+            "step/1cm        1           96\n"
+            "step/4cm        4            0\n"
+            "\n"
+            "The same particles under two policies\n"
+            "a         b         pairs  both  only a  only b  neither  rate b - a       95 % interval  McNemar p\n"
+            "step/1cm  step/4cm     99     0       0      95        4     +0.9596  +0.8798 .. +0.9837   5.05e-29\n");
+}
+
+/// A Python that has h5py and pandas; empty if there is none.
+std::string python() {
+  for (const char* program : {"python3", "/usr/bin/python3"}) {
+    const std::string command = std::string(program) + " -c 'import h5py, pandas' 2>/dev/null";
+    if (std::system(command.c_str()) == 0) return program;
+  }
+  return "";
+}
+
+// Claim: h5py and pandas, knowing docs/archive.md alone, find in the packed file the table that `score` prints.
+TEST(Score, PandasFindsTheSameTable) {
+  const std::string program = python();
+  if (program.empty()) GTEST_SKIP() << "no Python with h5py and pandas";
+  const Folder folder;
+  write(folder / "a.graze", facts());
+  pack(folder / "a.graze", folder / "a.h5", false);
+  put(folder / "score.json", score_json(score(Archive(folder / "a.h5"))));
+  const std::string script = std::string(GRAZE_SOURCE_DIR) + "/tests/analysis/read_with_pandas.py";
+  const std::string command =
+      program + " " + script + " " + (folder / "a.h5").string() + " " + (folder / "score.json").string();
+  EXPECT_EQ(std::system(command.c_str()), 0);
+}
+
+}  // namespace
+}  // namespace graze

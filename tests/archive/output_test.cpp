@@ -1,0 +1,253 @@
+// Where campaigns are written: nothing that was there is lost, a failing disk is one clear error, a killed program
+// leaves a readable campaign.
+#include <gmock/gmock.h>
+#include <sys/mount.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
+
+#include "archive/campaign_directory.h"
+#include "tests/archive/compare.h"
+
+namespace graze {
+namespace {
+
+using namespace synthetic;
+using testing::AllOf;
+using testing::HasSubstr;
+namespace fs = std::filesystem;
+
+void add(CampaignWriter& writer, std::uint32_t first, std::uint32_t last) {
+  Block one = block(info(), 0, range(first, last));
+  writer.append(0, std::move(one.traces), std::move(one.values));
+}
+
+std::size_t entries(const fs::path& path) {
+  return static_cast<std::size_t>(std::distance(fs::directory_iterator(path), fs::directory_iterator()));
+}
+
+// Claim: an existing output is refused and stays as it is.
+TEST(Output, ExistingIsRefused) {
+  const Folder folder;
+  write(folder / "a.graze", info());
+  EXPECT_THAT(message_of<InputError>([&] { CampaignWriter(folder / "a.graze", info(), false); }),
+              AllOf(HasSubstr("a.graze"), HasSubstr("--force")));
+  expect_campaign(Archive(folder / "a.graze"));
+  put(folder / "file", "x");
+  EXPECT_THAT(message_of<InputError>([&] { CampaignWriter(folder / "file", info(), true); }), HasSubstr("is a file"));
+  pack(folder / "a.graze", folder / "a.h5", false);
+  const std::string before = content(folder / "a.h5");
+  EXPECT_THAT(message_of<InputError>([&] { pack(folder / "a.graze", folder / "a.h5", false); }), HasSubstr("--force"));
+  EXPECT_TRUE(content(folder / "a.h5") == before);
+  pack(folder / "a.graze", folder / "a.h5", true);
+  EXPECT_TRUE(content(folder / "a.h5") == before);
+}
+
+// Claim: an empty directory may be used.
+TEST(Output, EmptyDirectoryIsUsed) {
+  const Folder folder;
+  fs::create_directory(folder / "a.graze");
+  write(folder / "a.graze", info());
+  expect_campaign(Archive(folder / "a.graze"));
+}
+
+// Claim: with force the old campaign lies aside until the new one has a shard, and is gone after that.
+TEST(Output, ForceKeepsTheOldUntilTheFirstShard) {
+  const Folder folder;
+  write(folder / "a.graze", info());
+  CampaignInfo fresh = info();
+  fresh.scenario_name = "fresh";
+  CampaignWriter writer(folder / "a.graze", fresh, true);
+  expect_campaign(Archive(folder / "a.graze.old1"));
+  add(writer, 0, 8);
+  writer.finish();
+  EXPECT_EQ(Archive(folder / "a.graze").info().scenario_name, "fresh");
+  EXPECT_EQ(entries(folder.path()), 1u);
+}
+
+// Claim: when the new campaign never gets a trace, the old one is back in its place.
+TEST(Output, ForceRestoresTheOldWhenTheStartFails) {
+  const Folder folder;
+  write(folder / "a.graze", info());
+  { const CampaignWriter writer(folder / "a.graze", info(), true); }
+  expect_campaign(Archive(folder / "a.graze"));
+  EXPECT_EQ(entries(folder.path()), 1u);
+}
+
+// Claim: force removes nothing but campaigns.
+TEST(Output, ForceSparesOtherFiles) {
+  const Folder folder;
+  fs::create_directory(folder / "home");
+  put(folder / "home" / "thesis.tex", "years");
+  EXPECT_THAT(message_of<InputError>([&] { CampaignWriter(folder / "home", info(), true); }), HasSubstr("thesis.tex"));
+  EXPECT_EQ(content(folder / "home" / "thesis.tex"), "years");
+  write(folder / "a.graze", info());
+  put(folder / "a.graze" / "shards" / "notes.txt", "mine");
+  EXPECT_THAT(message_of<InputError>([&] { CampaignWriter(folder / "a.graze", info(), true); }),
+              HasSubstr("notes.txt"));
+}
+
+// Claim: what was appended before an error elsewhere is kept, and the campaign stays incomplete.
+TEST(Output, UnfinishedWriterKeepsItsTraces) {
+  const Folder folder;
+  {
+    CampaignWriter writer(folder / "a.graze", info(), false);
+    add(writer, 0, 8);
+  }
+  const Archive archive(folder / "a.graze");
+  EXPECT_FALSE(archive.complete());
+  expect_policy(archive, 0, 8);
+}
+
+// Claim: a place that cannot be written is a MachineError with path and the system's reason.
+TEST(Output, PlaceThatCannotBeWritten) {
+  const Folder folder;
+  EXPECT_THAT(message_of<MachineError>([&] { CampaignWriter(folder / "no" / "a.graze", info(), false); }),
+              AllOf(HasSubstr("a.graze"), HasSubstr("No such file or directory")));
+  write(folder / "a.graze", info());
+  EXPECT_THAT(message_of<MachineError>([&] { pack(folder / "a.graze", folder / "no" / "a.h5", false); }),
+              AllOf(HasSubstr("a.h5"), HasSubstr("No such file or directory")));
+}
+
+// Claim: the same where permission is missing.
+TEST(Output, PlaceWithoutPermission) {
+  if (geteuid() == 0) GTEST_SKIP() << "the superuser may write everywhere";
+  const Folder folder;
+  fs::permissions(folder.path(), fs::perms::owner_read | fs::perms::owner_exec);
+  EXPECT_THAT(message_of<MachineError>([&] { CampaignWriter(folder / "b.graze", info(), false); }),
+              HasSubstr("Permission denied"));
+  fs::permissions(folder.path(), fs::perms::owner_all);
+}
+
+/// No file may grow beyond so many bytes while this lives; more is an error of write(2), as a full disk is.
+class FileSizeLimit {
+ public:
+  explicit FileSizeLimit(std::size_t bytes) {
+    signal(SIGXFSZ, SIG_IGN);
+    getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit limit{bytes, before_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~FileSizeLimit() { setrlimit(RLIMIT_FSIZE, &before_); }
+
+ private:
+  rlimit before_{};
+};
+
+// Claim: whichever write fails, the first one, one in the middle or the last, there is one MachineError, what was
+// written before is readable, and no temporary file stays. (Sizes: the description takes some 110 kB, a shard of 400
+// particles some 100 kB.)
+TEST(Output, EveryFailingWriteIsOneError) {
+  const Folder folder;
+  for (std::size_t limit = 1000; limit < 400'000; limit += 6007) {
+    SCOPED_TRACE(limit);
+    const fs::path path = folder / "a.graze";
+    bool begun = false, failed = false;
+    {
+      const FileSizeLimit limited(limit);
+      try {
+        CampaignWriter writer(path, info(), false);
+        begun = true;
+        add(writer, 0, 400);
+        writer.finish();
+      } catch (const MachineError& error) {
+        failed = true;
+        EXPECT_THAT(error.what(), AllOf(HasSubstr("a.graze"), HasSubstr("File too large")));
+      }
+    }
+    EXPECT_EQ(fs::exists(path), begun && !failed);
+    if (!failed) expect_policy(Archive(path), 0, 400);
+    fs::remove_all(path);
+    if (!failed) return;
+  }
+  ADD_FAILURE() << "the limit was never large enough";
+}
+
+// Claim: the same for packing: the campaign stays, the packed file is whole or not there.
+TEST(Output, EveryFailingWriteOfPackIsOneError) {
+  const Folder folder;
+  write(folder / "a.graze", info());
+  const auto whole = [&] {
+    pack(folder / "a.graze", folder / "whole.h5", true);
+    return fs::file_size(folder / "whole.h5");
+  }();
+  for (std::size_t limit = 1; limit < whole; limit += 1 + whole / 97) {
+    SCOPED_TRACE(limit);
+    const FileSizeLimit limited(limit);
+    EXPECT_THAT(message_of<MachineError>([&] { pack(folder / "a.graze", folder / "a.h5", false); }),
+                AllOf(HasSubstr("a.h5"), HasSubstr("File too large")));
+    EXPECT_FALSE(fs::exists(folder / "a.h5"));
+    EXPECT_FALSE(fs::exists(folder / "a.h5.tmp"));
+  }
+  expect_campaign(Archive(folder / "a.graze"));
+}
+
+/// A file system of a few hundred kilobytes; needs the right to mount.
+class SmallDisk {
+ public:
+  SmallDisk(fs::path path, const char* size) : path_(std::move(path)) {
+    fs::create_directory(path_);
+    mounted_ = mount("tmpfs", path_.c_str(), "tmpfs", 0, size) == 0;
+  }
+  ~SmallDisk() {
+    if (mounted_) umount(path_.c_str());
+  }
+  bool mounted() const { return mounted_; }
+
+ private:
+  fs::path path_;
+  bool mounted_ = false;
+};
+
+// Claim: on a full disk appending ends in one MachineError that names the reason; the shards before it are readable;
+// after the error the writer adds nothing and can be destroyed.
+TEST(Output, FullDisk) {
+  const Folder folder;
+  const SmallDisk disk(folder / "disk", "size=1m");
+  if (!disk.mounted()) GTEST_SKIP() << "mounting is not permitted";
+  const fs::path path = folder / "disk" / "a.graze";
+  CampaignDirectory directory(path, info(), false);
+  std::uint32_t written = 0;
+  const std::string message = message_of<MachineError>([&] {
+    for (;; written += 400) {
+      ShardBuffer buffer(3);
+      Block one = block(info(), 0, range(written, written + 400));
+      buffer.add(0, std::move(one.traces), one.values, info().parameters.size());
+      directory.add_shard(std::move(buffer));
+    }
+  });
+  EXPECT_THAT(message, AllOf(HasSubstr("a.graze"), HasSubstr("No space left on device")));
+  EXPECT_GT(written, 0u);
+  expect_policy(Archive(path), 0, written);
+}
+
+// Claim: a program that is killed at any instant leaves a campaign that can be read, with a part of its traces, each of
+// them whole.
+TEST(Output, KilledWriterLeavesAReadableCampaign) {
+  const Folder folder;
+  for (int trial = 0; trial < 12; ++trial) {
+    const fs::path path = folder / std::to_string(trial);
+    const pid_t child = fork();
+    if (child == 0) {
+      CampaignDirectory directory(path, info(), false);
+      for (std::uint32_t first = 0;; first += 8) {
+        ShardBuffer buffer(3);
+        Block one = block(info(), 0, range(first, first + 8));
+        buffer.add(0, std::move(one.traces), one.values, info().parameters.size());
+        directory.add_shard(std::move(buffer));
+      }
+    }
+    while (!fs::exists(path / "campaign.h5")) usleep(100);
+    usleep(static_cast<useconds_t>(3700 * trial));
+    kill(child, SIGKILL);
+    waitpid(child, nullptr, 0);
+    const Archive archive(path);
+    EXPECT_FALSE(archive.complete());
+    expect_policy(archive, 0, static_cast<std::uint32_t>(archive.traces("step/1cm").size()));
+  }
+}
+
+}  // namespace
+}  // namespace graze

@@ -1,0 +1,148 @@
+// Events and contact sequences from scripted contacts, and features from points.
+
+#include "engine/contact/events.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/engine/bullet/worlds.h"
+
+namespace graze::test {
+namespace {
+
+/// Two feet (0, 1), a curb (2) and the ground (3); one joint with limits.
+Model script_model() {
+  Model model;
+  const auto add = [&](const std::string& name, const Shape& shape) {
+    Collider collider;
+    collider.name = name;
+    collider.shape = shape;
+    model.colliders.push_back(collider);
+  };
+  add("LF_FOOT", sphere(0.01));
+  add("RF_FOOT", sphere(0.01));
+  add("curb", box(1, 0.01, 0.04));
+  add("ground", plane());
+  Body body;
+  body.type = JointType::revolute;
+  body.lower = -1;
+  body.upper = 1;
+  model.bodies.push_back(body);
+  model.nq = model.nv = 1;
+  return model;
+}
+
+Contact touch(int a, int b, double push, ContactMode mode = ContactMode::stick, Feature feature_b = Feature::surface) {
+  Contact contact;
+  contact.a = a;
+  contact.b = b;
+  contact.phi = push > 0 ? 0.0 : 1e-3;
+  contact.impulse_W = {0, 0, push};
+  contact.mode = mode;
+  contact.feature_b = feature_b;
+  return contact;
+}
+
+class Events : public testing::Test {
+ protected:
+  Events() : model(script_model()), tracker(model) { state.q = BlockArray(1); }
+
+  /// Kinds and pairs of what one more step adds, as "kind a b".
+  std::vector<std::string> step(const std::vector<Contact>& contacts) {
+    const std::size_t before = events.size();
+    tracker.update(time += 0.001, contacts, state, 2, events);
+    std::vector<std::string> out;
+    for (std::size_t i = before; i < events.size(); ++i) {
+      EXPECT_EQ(events[i].time, time);
+      out.push_back(std::string(event_kind_name(events[i].kind)) + " " + std::to_string(events[i].a) + " " +
+                    std::to_string(events[i].b));
+    }
+    return out;
+  }
+
+  Model model;
+  EventTracker tracker;
+  BlockState state;
+  std::vector<Event> events;
+  double time = 0;
+};
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+// A contact begins when a pair first touches, whatever the number of its points, and ends when none does. Near points
+// that do not press are no contact.
+TEST_F(Events, ContactsBeginAndEnd) {
+  EXPECT_THAT(step({touch(0, 3, 0)}), IsEmpty());
+  EXPECT_THAT(step({touch(0, 3, 1), touch(0, 3, 2)}), ElementsAre("contact_begin 0 3"));
+  EXPECT_EQ(events[0].impulse, 2) << "of the most loaded point";
+  EXPECT_THAT(step({touch(0, 3, 1)}), IsEmpty());
+  EXPECT_THAT(step({touch(0, 3, 0)}), ElementsAre("contact_end 0 3"));
+  EXPECT_THAT(step({touch(0, 3, 1)}), ElementsAre("contact_begin 0 3"));
+}
+
+// Within a step: ends before beginnings, each by pair, whatever the order of the contacts.
+TEST_F(Events, EndsComeBeforeBeginningsByPair) {
+  step({touch(0, 3, 1), touch(1, 2, 1)});
+  EXPECT_THAT(step({touch(1, 3, 1), touch(0, 2, 1)}),
+              ElementsAre("contact_end 0 3", "contact_end 1 2", "contact_begin 0 2", "contact_begin 1 3"));
+}
+
+// The mode of a pair is that of its most loaded point.
+TEST_F(Events, ModeFollowsTheMostLoadedPoint) {
+  step({touch(0, 3, 1)});
+  EXPECT_THAT(step({touch(0, 3, 2), touch(0, 3, 1, ContactMode::slip)}), IsEmpty());
+  EXPECT_THAT(step({touch(0, 3, 1), touch(0, 3, 2, ContactMode::slip)}), ElementsAre("stick_to_slip 0 3"));
+  EXPECT_THAT(step({touch(0, 3, 1)}), ElementsAre("slip_to_stick 0 3"));
+}
+
+// A joint limit begins at the limit and ends only well off it: rounding at the limit does not chatter.
+TEST_F(Events, LimitsBeginAndEndWithoutChatter) {
+  const auto at_q = [&](double q) {
+    state.q(0, 2) = q;
+    return step({});
+  };
+  EXPECT_THAT(at_q(0.9), IsEmpty());
+  EXPECT_THAT(at_q(1.0), ElementsAre("limit_begin 0 1"));
+  EXPECT_THAT(at_q(1 - 2e-5), IsEmpty());
+  EXPECT_THAT(at_q(1 + 1e-3), IsEmpty());
+  EXPECT_THAT(at_q(0.5), ElementsAre("limit_end 0 1"));
+  EXPECT_THAT(at_q(-1.0), ElementsAre("limit_begin 0 -1"));
+  EXPECT_THAT(at_q(1.0), ElementsAre("limit_end 0 -1", "limit_begin 0 1"));
+}
+
+// start() forgets: the same contact begins again.
+TEST_F(Events, StartForgets) {
+  step({touch(0, 3, 1)});
+  tracker.start();
+  EXPECT_THAT(step({touch(0, 3, 1)}), ElementsAre("contact_begin 0 3"));
+}
+
+// Sequences name the beginnings in order, with the feature where the shape has named ones.
+TEST_F(Events, SequenceNamesPartsAndFeatures) {
+  step({touch(0, 3, 1)});
+  step({touch(0, 3, 1), touch(1, 2, 1, ContactMode::stick, Feature::side)});
+  step({touch(0, 2, 1, ContactMode::slip, Feature::edge)});
+  EXPECT_EQ(contact_sequence(model, events), "LF_FOOT-ground RF_FOOT-curb.side LF_FOOT-curb.edge");
+  EXPECT_EQ(contact_sequence(model, {}), "");
+}
+
+// Points on a box and a cylinder are named by the faces that they lie on.
+TEST(Features, OfBoxAndCylinder) {
+  const Shape b = box(0.2, 0.4, 0.6), c = cylinder(0.1, 0.5);
+  EXPECT_EQ(feature_of(b, {0, 0, 0.3}), Feature::top);
+  EXPECT_EQ(feature_of(b, {0.01, 0.1, -0.3}), Feature::bottom);
+  EXPECT_EQ(feature_of(b, {0.1, 0, 0}), Feature::side);
+  EXPECT_EQ(feature_of(b, {0, -0.2, 0.1}), Feature::side);
+  EXPECT_EQ(feature_of(b, {0.1, 0, 0.3}), Feature::edge);
+  EXPECT_EQ(feature_of(b, {0.1, 0.2, 0}), Feature::edge);
+  EXPECT_EQ(feature_of(b, {-0.1, 0.2, -0.3}), Feature::vertex);
+  EXPECT_EQ(feature_of(b, {0, 0, 0.31}), Feature::top) << "points may stand off by a gap";
+  EXPECT_EQ(feature_of(c, {0.1, 0, 0}), Feature::side);
+  EXPECT_EQ(feature_of(c, {0.05, 0, 0.25}), Feature::cap);
+  EXPECT_EQ(feature_of(c, {0, 0.1, -0.25}), Feature::rim);
+  EXPECT_EQ(feature_of(sphere(0.1), {0, 0, 0.1}), Feature::surface);
+}
+
+}  // namespace
+}  // namespace graze::test

@@ -1,0 +1,345 @@
+#include "engine/model/urdf.h"
+
+#include <gmock/gmock.h>
+
+#include "engine/model/convex_hull.h"
+#include "tests/engine/model/support.h"
+
+namespace graze {
+namespace {
+
+using testing::HasSubstr;
+using testing::StartsWith;
+
+const std::string kInertia = R"(<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>)";
+
+std::string solid(const std::string& name) {
+  return "<link name=\"" + name + "\"><inertial><mass value=\"1\"/>" + kInertia + "</inertial></link>\n";
+}
+
+std::string joint(const std::string& name, const std::string& parent, const std::string& child,
+                  const std::string& type = "continuous", const std::string& more = "") {
+  return "<joint name=\"" + name + "\" type=\"" + type + "\"><parent link=\"" + parent + "\"/><child link=\"" + child +
+         "\"/>" + more + "</joint>\n";
+}
+
+std::string robot(const std::string& body) { return "<robot name=\"r\">\n" + body + "</robot>"; }
+
+Robot parse(const std::string& body) { return parse_urdf(robot(body), "r.urdf"); }
+
+std::string refusal(const std::string& body) {
+  return input_error([&] { parse(body); });
+}
+
+/// A tetrahedron with legs of 1, 2 and 3 m: volume 1 m^3, whose own inside is at positive coordinates.
+const char* const kObj = "v 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 3\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+const char* const kStl =
+    "solid t\n"
+    "facet normal 0 0 -1\nouter loop\nvertex 0 0 0\nvertex 0 2 0\nvertex 1 0 0\nendloop\nendfacet\n"
+    "facet normal 0 -1 0\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 0 3\nendloop\nendfacet\n"
+    "facet normal -1 0 0\nouter loop\nvertex 0 0 0\nvertex 0 0 3\nvertex 0 2 0\nendloop\nendfacet\n"
+    "facet normal 1 1 1\nouter loop\nvertex 1 0 0\nvertex 0 2 0\nvertex 0 0 3\nendloop\nendfacet\nendsolid t\n";
+
+std::string with_mesh(const std::string& filename, const std::string& part = "collision") {
+  return robot("<link name=\"a\"><inertial><mass value=\"1\"/>" + kInertia + "</inertial>\n<" + part +
+               "><geometry><mesh filename=\"" + filename + "\" scale=\"2 1 1\"/></geometry></" + part + "></link>");
+}
+
+// The Unitree A1 loads as it is: its collision shapes are primitives and its visual meshes are not needed.
+TEST(Urdf, A1) {
+  GRAZE_THIRD_PARTY(file, "a1.urdf");
+  World world;
+  world.robot = load_urdf(file);
+  EXPECT_TRUE(world.robot.floating_base);
+  const Model model = compile(world);
+  EXPECT_EQ(model.nv, 18);
+  double mass = 0;  // trunk and imu, and per leg hip, its dummy, thigh, calf and toe, as the file has them
+  for (const Body& body : model.bodies) mass += body.mass;
+  EXPECT_NEAR(mass, 4.713 + 0.001 + 4 * (0.696 + 0.001 + 1.013 + 0.166 + 0.06), 1e-12);
+  EXPECT_EQ(world.robot.joint("FR_upper_joint").effort, 55);
+  EXPECT_GE(model.frame("FR_toe"), 0);
+}
+
+// Laikago and iiwa have collision meshes that are not here: refused by file and link, or loaded without them with one
+// warning each. iiwa's base has mass 0 and is therefore bolted down.
+TEST(Urdf, LaikagoAndIiwaNeedTheirMeshesOrLeave) {
+  for (const auto& [name, mesh, link, nv] : {std::tuple("laikago.urdf", "chassis_vhacd_mod_zup.obj", "chassis", 18),
+                                             std::tuple("iiwa.urdf", "meshes/link_0.stl", "lbr_iiwa_link_0", 7)}) {
+    GRAZE_THIRD_PARTY(file, name);
+    EXPECT_THAT(
+        input_error([&, path = file] { load_urdf(path); }),
+        testing::AllOf(StartsWith(file + ":"), HasSubstr(mesh), HasSubstr(link), HasSubstr("--ignore-missing-meshes")));
+    UrdfOptions options;
+    options.ignore_missing_meshes = true;
+    std::vector<std::string> warnings;
+    options.warn = [&](const std::string& text) { warnings.push_back(text); };
+    World world;
+    world.robot = load_urdf(file, options);
+    EXPECT_EQ(compile(world).nv, nv);
+    EXPECT_THAT(warnings, testing::Contains(HasSubstr(mesh)));
+    EXPECT_EQ(world.robot.floating_base, nv == 18);
+  }
+}
+
+// A joint type that URDF does not have is refused by the joint's name and line, with the standard types.
+TEST(Urdf, HumanoidIsRefused) {
+  GRAZE_THIRD_PARTY(file, "humanoid.urdf");
+  EXPECT_THAT(input_error([path = file] { load_urdf(path); }),
+              testing::AllOf(StartsWith(file + ":40: joint 'chest'"), HasSubstr("spherical"), HasSubstr("revolute"),
+                             HasSubstr("continuous"), HasSubstr("prismatic"), HasSubstr("fixed")));
+}
+
+// Each mistake in a file is answered with its line, the thing and the rule.
+TEST(Urdf, RefusesWhatIsWrong) {
+  const std::string two = solid("a") + solid("b");
+  const std::vector<std::pair<std::string, std::vector<std::string>>> cases = {
+      {two, {"r.urdf:3:", "'a' and 'b' both have no parent"}},
+      {"", {"r.urdf:1:", "no links"}},
+      {solid("a") + solid("a"), {"r.urdf:3:", "two links of this name"}},
+      {two + joint("j", "a", "c"), {"r.urdf:4:", "joint 'j': child link 'c' is not there"}},
+      {two + joint("j", "a", "b") + joint("k", "b", "a"), {"r.urdf:", "closes a loop"}},
+      {two + solid("c") + joint("j", "b", "c") + joint("k", "c", "b"), {"r.urdf:", "closes a loop"}},
+      {two + joint("j", "a", "b") + joint("k", "a", "b"), {"r.urdf:5:", "already the child of joint 'j'"}},
+      {two + joint("j", "a", "b", "revolut"), {"r.urdf:4:", "'revolut'", "did you mean 'revolute'"}},
+      {two + joint("j", "a", "b", "revolute"), {"r.urdf:4:", "needs <limit"}},
+      {two + joint("j", "a", "b", "planar"), {"r.urdf:4:", "planar joints are not supported"}},
+      {two + joint("j", "a", "b", "floating"), {"r.urdf:4", "floating joint may only"}},
+      {two + joint("j", "a", "b", "continuous", "<mimic joint=\"k\"/>"), {"r.urdf:4:", "mimic"}},
+      {two + joint("j", "a", "b", "continuous", "<axis xyz=\"0 0 0\"/>"), {"r.urdf:4:", "no direction"}},
+      {two + joint("j", "a", "b", "continuous", "<axis xyz=\"0 1\"/>"), {"r.urdf:4:", "2 numbers; it needs 3"}},
+      {two + joint("j", "a", "b", "continuous", "<axis xyz=\"0 l 0\"/>"), {"r.urdf:4:", "'l' is not a number"}},
+      {two + joint("j", "a", "b", "continuous", "<axis xyz=\"0 nan 0\"/>"), {"r.urdf:4:", "'nan' is not a number"}},
+      {two + joint("j", "a", "b", "prismatic", "<limit effort=\"1\" velocity=\"1\" lower=\"2\" upper=\"1\"/>"),
+       {"r.urdf:4:", "lower 2 is above upper 1"}},
+      {"<link name=\"a\"><inertial><mass value=\"-1\"/>" + kInertia + "</inertial></link>", {"r.urdf:2:", "negative"}},
+      {"<link name=\"a\"><inertial><mass value=\"1\"/></inertial></link>", {"r.urdf:2:", "no <inertia>"}},
+      {"<link name=\"a\"><collision><geometry><box size=\"1 0 1\"/></geometry></collision></link>",
+       {"r.urdf:2:", "not positive"}},
+      {"<link name=\"a\"><collision><geometry><spere radius=\"1\"/></geometry></collision></link>",
+       {"r.urdf:2:", "unknown shape <spere>", "<sphere>"}},
+      {"<xacro:macro/>", {"r.urdf:2:", "xacro"}},
+  };
+  for (const auto& [body, parts] : cases) {
+    const std::string message = refusal(body);
+    for (const std::string& part : parts) EXPECT_THAT(message, HasSubstr(part)) << body;
+  }
+}
+
+// Moving links need mass and a physical inertia; the message names the link and its line.
+TEST(Urdf, ChecksInertia) {
+  const auto arm = [](const std::string& inertial) {
+    return solid("a") + "<link name=\"b\">" + inertial + "</link>\n" + joint("j", "a", "b");
+  };
+  const auto given = [](const std::string& mass, const std::string& x, const std::string& z) {
+    return "<inertial><mass value=\"" + mass + "\"/><inertia ixx=\"" + x + "\" ixy=\"0\" ixz=\"0\" iyy=\"" + x +
+           "\" iyz=\"0\" izz=\"" + z + "\"/></inertial>";
+  };
+  EXPECT_THAT(refusal(arm("")), testing::AllOf(StartsWith("r.urdf:3: link 'b'"), HasSubstr("positive mass")));
+  EXPECT_THAT(refusal(arm(given("0", "1", "1"))), testing::AllOf(StartsWith("r.urdf:3: link 'b'"), HasSubstr("mass")));
+  EXPECT_THAT(refusal(arm(given("1", "0", "0"))),
+              testing::AllOf(StartsWith("r.urdf:3: link 'b'"), HasSubstr("must be positive")));
+  EXPECT_THAT(refusal(arm(given("1", "1", "2.1"))),
+              testing::AllOf(StartsWith("r.urdf:3: link 'b'"), HasSubstr("triangle inequality")));
+  EXPECT_THAT(refusal(arm(given("1", "-1", "1"))), HasSubstr("negative"));
+  // Rounding of a flat plate's numbers is no mistake, and what is used is physical.
+  const Robot plate = parse(arm(given("1", "1", "2.001")));
+  const Vec3 I = plate.link("b").inertia.inertia_about_com().diagonal();
+  EXPECT_LE(I[2], I[0] + I[1] + 1e-12);
+  EXPECT_NEAR(I[2], 2.001, 2e-3);
+}
+
+// Text that is no URDF at all is refused by name.
+TEST(Urdf, RefusesWhatIsNoUrdf) {
+  const auto message = [](const std::string& text) { return input_error([&] { parse_urdf(text, "x.urdf"); }); };
+  EXPECT_THAT(message("not xml"), testing::AllOf(StartsWith("x.urdf:"), HasSubstr("not XML")));
+  EXPECT_THAT(message("<robot name=\"r\">\n<link"), testing::AllOf(StartsWith("x.urdf:2"), HasSubstr("not XML")));
+  EXPECT_THAT(message(""), StartsWith("x.urdf:"));
+  EXPECT_THAT(message("<sdf/>"), HasSubstr("SDF"));
+  EXPECT_THAT(message("<robot/>"), HasSubstr("name"));
+  EXPECT_THAT(input_error([] { load_urdf("nowhere/there.urdf"); }), HasSubstr("nowhere/there.urdf"));
+}
+
+// No bytes make anything but an InputError or a robot: a whole robot file, damaged in one random place at a time.
+TEST(Urdf, DamagedFilesAreRefusedOrRead) {
+  std::ifstream stream(shipped_robot("links.urdf"));
+  const std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
+  std::mt19937 random(1);
+  int refused = 0;
+  for (int i = 0; i < 500; ++i) {
+    std::string damaged = text;
+    const std::size_t at = random() % text.size();
+    if (i % 3 == 0) damaged[at] = static_cast<char>(random());
+    if (i % 3 == 1) damaged.erase(at, random() % 40);
+    if (i % 3 == 2) damaged.insert(at, damaged.substr(random() % text.size(), random() % 40));
+    try {
+      parse_urdf(damaged, "d.urdf");
+    } catch (const InputError&) {
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 100);
+  EXPECT_LT(refused, 500);
+}
+
+// A root link "world" with a fixed joint is a fixed base, with a floating joint a floating one; the option fixes any.
+TEST(Urdf, Base) {
+  EXPECT_TRUE(parse(solid("a")).floating_base);
+  EXPECT_FALSE(parse("<link name=\"world\"/>" + solid("a") + joint("j", "world", "a", "fixed")).floating_base);
+  const Robot floating = parse("<link name=\"world\"/>" + solid("a") + joint("j", "world", "a", "floating"));
+  EXPECT_TRUE(floating.floating_base);
+  EXPECT_EQ(floating.links.front().name, "a");
+  UrdfOptions options;
+  options.fixed_base = true;
+  EXPECT_FALSE(parse_urdf(robot(solid("a")), "r.urdf", options).floating_base);
+}
+
+// Links come depth first from the root with children in file order, whatever the order of the joints in the file.
+TEST(Urdf, OrderIsTheTrees) {
+  const Robot r = parse(solid("c") + solid("b") + solid("a") + solid("d") + joint("bc", "b", "c") +
+                        joint("ad", "a", "d") + joint("ab", "a", "b"));
+  std::vector<std::string> links, joints;
+  for (const Link& link : r.links) links.push_back(link.name);
+  for (const Joint& j : r.joints) joints.push_back(j.name);
+  EXPECT_THAT(links, testing::ElementsAre("a", "d", "b", "c"));
+  EXPECT_THAT(joints, testing::ElementsAre("ad", "ab", "bc"));
+}
+
+// Limits, dynamics, origins and axes arrive as written; a continuous joint has no limits.
+TEST(Urdf, ReadsJoints) {
+  const Robot r =
+      parse(solid("a") + solid("b") + solid("c") +
+            joint("j", "a", "b", "revolute",
+                  "<origin xyz=\"1 2 3\" rpy=\"0.1 0.2 0.3\"/><axis xyz=\"0 3 4\"/><limit lower=\"-1\" "
+                  "upper=\"2\" effort=\"5\" velocity=\"6\"/><dynamics damping=\"0.5\" friction=\"0.25\"/>") +
+            joint("k", "b", "c", "continuous", "<limit effort=\"7\" velocity=\"8\"/>"));
+  const Joint& j = r.joint("j");
+  EXPECT_TRUE(j.X_PJ.linear().isApprox(rotation_from_rpy({0.1, 0.2, 0.3}), 1e-14));
+  EXPECT_EQ(Vec3(j.X_PJ.translation()), Vec3(1, 2, 3));
+  EXPECT_TRUE(j.axis.isApprox(Vec3(0, 0.6, 0.8), 1e-15));
+  EXPECT_EQ(std::tuple(j.lower, j.upper, j.effort, j.velocity, j.damping, j.friction),
+            std::tuple(-1.0, 2.0, 5.0, 6.0, 0.5, 0.25));
+  EXPECT_TRUE(std::isinf(r.joint("k").lower) && std::isinf(r.joint("k").upper));
+  EXPECT_EQ(r.joint("k").effort, 7);
+}
+
+// A link without <inertial> weighs what its collision shapes weigh, or else its visual primitives.
+TEST(Urdf, InertiaFromGeometry) {
+  const std::string shape = "<origin xyz=\"1 0 0\"/><geometry><box size=\"1 2 3\"/></geometry>";
+  UrdfOptions options;
+  options.density = 10;
+  for (const std::string part : {"collision", "visual"}) {
+    const Robot r =
+        parse_urdf(robot("<link name=\"a\"><" + part + ">" + shape + "</" + part + "></link>"), "r", options);
+    EXPECT_NEAR(r.link("a").inertia.mass, 60, 1e-12);
+    EXPECT_TRUE(r.link("a").inertia.com().isApprox(Vec3(1, 0, 0)));
+    EXPECT_TRUE(r.link("a").inertia.inertia_about_com().isApprox(Mat3(Vec3(65, 50, 25).asDiagonal()), 1e-12));
+  }
+}
+
+// Further shapes of a link are numbered parts of it.
+TEST(Urdf, NamesParts) {
+  const std::string shape = "<collision><geometry><sphere radius=\"1\"/></geometry></collision>";
+  const Robot r = parse("<link name=\"a\">" + shape + shape + shape + "</link>");
+  EXPECT_EQ(r.link("a").collisions[0].name, "a");
+  EXPECT_EQ(r.link("a").collisions[2].name, "a.2");
+}
+
+// A misspelt standard element is left out with a word, an extension silently.
+TEST(Urdf, WarnsOfMisspeltElements) {
+  std::vector<std::string> warnings;
+  UrdfOptions options;
+  options.warn = [&](const std::string& text) { warnings.push_back(text); };
+  parse_urdf(
+      robot("<link name=\"a\"><inertial><mass value=\"1\"/>" + kInertia + "</inertial><colision/></link><gazebo/>"),
+      "r.urdf", options);
+  EXPECT_THAT(warnings, testing::ElementsAre(testing::AllOf(StartsWith("r.urdf:2:"), HasSubstr("<collision>"))));
+}
+
+// OBJ and STL give the same solid, scaled, as its convex hull.
+TEST(Meshes, ObjAndStl) {
+  const TemporaryFolder folder;
+  folder.write("t.obj", kObj);
+  folder.write("t.stl", kStl);
+  for (const std::string mesh : {"t.obj", "t.stl"}) {
+    const Robot r = load_urdf(folder.write("r.urdf", with_mesh(mesh)));
+    const Shape& shape = r.link("a").collisions.at(0).shape;
+    EXPECT_EQ(shape.kind, ShapeKind::mesh);
+    EXPECT_EQ(shape.mesh->vertices.size(), 4u) << mesh;
+    EXPECT_NEAR(shape.volume(), 2, 1e-6) << mesh;  // scale 2 in x; STL and OBJ are read in single precision
+  }
+}
+
+// package://NAME/ is found in a parent folder called NAME, beside a parent, and in the folders of the package path.
+TEST(Meshes, PackagePaths) {
+  const TemporaryFolder folder, elsewhere;
+  folder.write("my_robot/meshes/t.obj", kObj);
+  const std::string inside = folder.write("my_robot/urdf/r.urdf", with_mesh("package://my_robot/meshes/t.obj"));
+  EXPECT_EQ(load_urdf(inside).link("a").collisions.size(), 1u);
+  const std::string beside = folder.write("other/urdf/r.urdf", with_mesh("package://my_robot/meshes/t.obj"));
+  EXPECT_EQ(load_urdf(beside).link("a").collisions.size(), 1u);
+  folder.write("src/far/meshes/t.obj", kObj);
+  const std::string far = folder.write("urdf/r.urdf", with_mesh("package://far/meshes/t.obj"));
+  EXPECT_THAT(input_error([&] { load_urdf(far); }), HasSubstr("package://far/meshes/t.obj"));
+  UrdfOptions options;
+  options.package_path = {(folder.path() / "src").string()};
+  EXPECT_EQ(load_urdf(far, options).link("a").collisions.size(), 1u);
+  options.package_path = {(folder.path() / "src/far").string()};
+  EXPECT_EQ(load_urdf(far, options).link("a").collisions.size(), 1u);
+}
+
+// A missing visual mesh is no matter; a collision mesh that is there but broken, flat or of another format is.
+TEST(Meshes, MissingAndBroken) {
+  const TemporaryFolder folder;
+  EXPECT_TRUE(load_urdf(folder.write("r.urdf", with_mesh("no.obj", "visual"))).link("a").visuals.empty());
+  folder.write("flat.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 2 4 3\n");
+  folder.write("broken.stl", "solid");
+  folder.write("model.step", "ISO-10303-21;");
+  for (const auto& [mesh, rule] :
+       {std::pair("flat.obj", "flat"), std::pair("broken.stl", "broken.stl"), std::pair("model.step", "OBJ or STL")}) {
+    const std::string file = folder.write("r.urdf", with_mesh(mesh));
+    EXPECT_THAT(input_error([&] { load_urdf(file); }), testing::AllOf(HasSubstr("link 'a'"), HasSubstr(rule)));
+  }
+}
+
+// The hull of points in and on a ball: all points are behind every face, the surface is closed (Euler), and its volume
+// is that of the ball less the caps that the facets cut off.
+TEST(ConvexHull, OfABall) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> n;
+  Mesh cloud;
+  for (int i = 0; i < 2000; ++i) {
+    const Vec3 p = Vec3(n(random), n(random), n(random)).normalized();
+    cloud.vertices.push_back(i % 2 ? p : Vec3(0.5 * p));
+  }
+  const auto hull = convex_hull(cloud);
+  ASSERT_TRUE(hull);
+  EXPECT_EQ(hull->vertices.size(), 1000u);
+  EXPECT_EQ(hull->triangles.size(), 2 * hull->vertices.size() - 4);
+  for (const Eigen::Vector3i& t : hull->triangles) {
+    const Vec3 a = hull->vertices[t[0]];
+    const Vec3 normal = (hull->vertices[t[1]] - a).cross(hull->vertices[t[2]] - a).normalized();
+    for (const Vec3& p : cloud.vertices) ASSERT_LT(normal.dot(p - a), 1e-8);
+  }
+  const Shape shape{ShapeKind::mesh, Vec3::Ones(), hull, nullptr};
+  EXPECT_LT(shape.volume(), 4.0 / 3 * M_PI);
+  EXPECT_GT(shape.volume(), 4.0 / 3 * M_PI * 0.98);
+}
+
+// A cube whose faces are covered with coplanar points is still a cube of eight corners.
+TEST(ConvexHull, OfACubeWithCoplanarPoints) {
+  Mesh cloud;
+  for (int i = 0; i <= 4; ++i) {
+    for (int j = 0; j <= 4; ++j) {
+      for (int k = 0; k <= 4; ++k) cloud.vertices.emplace_back(i / 4.0, j / 4.0, k / 4.0);
+    }
+  }
+  const auto hull = convex_hull(cloud);
+  ASSERT_TRUE(hull);
+  const Shape shape{ShapeKind::mesh, Vec3::Ones(), hull, nullptr};
+  EXPECT_NEAR(shape.volume(), 1, 1e-12);
+  cloud.vertices.resize(25);  // one face only
+  EXPECT_FALSE(convex_hull(cloud));
+}
+
+}  // namespace
+}  // namespace graze

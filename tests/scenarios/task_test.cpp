@@ -1,0 +1,235 @@
+// Claim: every witness is the signed distance to its limit in SI units, and a task judges traces by them as §5.1.2
+// says.
+#include "scenarios/task.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "engine/model/kinematics.h"
+#include "tests/scenarios/support.h"
+
+namespace graze {
+namespace {
+
+using ::testing::ElementsAre;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// The test robot, floating, in lane 3 of a block: everything that a witness may look at, set by hand.
+class Tasks : public ::testing::Test {
+ protected:
+  static constexpr int kLane = 3;
+
+  Tasks()
+      : scenario_(testing::read(testing::hopper(""))),
+        model_(scenario_.model),
+        tau_(model_.na()),
+        headroom_(model_.na()) {
+    q_ = initial_state(*scenario_.world, model_).q;
+    v_ = Eigen::VectorXd::Zero(model_.nv);
+    for (int k = 0; k < headroom_.rows(); ++k) headroom_(k, kLane) = 100;
+    state_.q = BlockArray(model_.nq);
+    state_.v = BlockArray(model_.nv);
+    state_.a = BlockArray(model_.nv);
+    state_.X = BlockArray(12 * static_cast<int>(model_.bodies.size()));
+  }
+
+  Task task(const std::string& yaml) const { return read_task(Settings::parse(yaml, "task.yaml"), model_); }
+
+  /// Margin of one witness in the present state.
+  double margin(const std::string& witness) {
+    return task("requirements: {w: " + witness + "}").requirements[0].witness->evaluate(input());
+  }
+
+  const WitnessInput& input(double time = 0) {
+    std::vector<Pose> X_WB;
+    forward_kinematics(model_, q_, X_WB);
+    for (std::size_t b = 0; b < X_WB.size(); ++b) {
+      for (int i = 0; i < 9; ++i) state_.X(static_cast<int>(12 * b) + i, kLane) = X_WB[b].linear()(i / 3, i % 3);
+      for (int i = 0; i < 3; ++i) state_.X(static_cast<int>(12 * b) + 9 + i, kLane) = X_WB[b].translation()[i];
+    }
+    state_.q.set_column(kLane, q_);
+    state_.v.set_column(kLane, v_);
+    input_.reset(new WitnessInput{model_, state_, contacts_, tau_, headroom_, kLane, time});
+    return *input_;
+  }
+
+  int q_of(const char* joint) const { return model_.bodies[model_.joint(joint)].q; }
+  int v_of(const char* joint) const { return model_.bodies[model_.joint(joint)].v; }
+  int actuator_of(const char* joint) const {
+    for (int k = 0; k < model_.na(); ++k) {
+      if (model_.bodies[model_.actuated[k]].joint == joint) return k;
+    }
+    return -1;
+  }
+
+  void touch(const char* a, const char* b, double phi, double impulse, Feature feature_b = Feature::surface) {
+    Contact c;
+    c.a = model_.collider(a);
+    c.b = model_.collider(b);
+    c.feature_b = feature_b;
+    if (c.a > c.b) {
+      std::swap(c.a, c.b);
+      std::swap(c.feature_a, c.feature_b);
+    }
+    c.phi = phi;
+    c.impulse_W = impulse * c.n_W;
+    contacts_.push_back(c);
+  }
+
+  Scenario scenario_;
+  const Model& model_;
+  Eigen::VectorXd q_, v_;
+  BlockState state_;
+  BlockArray tau_, headroom_;
+  std::vector<Contact> contacts_;
+  std::unique_ptr<WitnessInput> input_;
+};
+
+TEST_F(Tasks, TiltIsTheAngleOfTheLinksZAxis) {
+  const double angle = 0.3;
+  const Quat R(Eigen::AngleAxisd(1.1, Vec3::UnitZ()) * Eigen::AngleAxisd(angle, Vec3(1, 2, 0).normalized()));
+  q_.head<4>() << R.w(), R.x(), R.y(), R.z();
+  EXPECT_NEAR(margin("{tilt: {link: base, below: 90 deg}}"), std::numbers::pi / 2 - angle, 1e-14);
+  // A turn of the hip about y in the base frame adds to none, but the thigh's own tilt is that of both turns.
+  q_.head<4>() << 1, 0, 0, 0;
+  q_[q_of("hip")] = -0.4;
+  EXPECT_NEAR(margin("{tilt: {link: thigh, below: 0.1}}"), 0.1 - 0.4, 1e-14);
+  EXPECT_NEAR(margin("{tilt: {link: \"*\", below: 1}}"), 1 - 0.4, 1e-14) << "the worst of all";
+}
+
+TEST_F(Tasks, PositionAndHeightAreDistancesToPlanes) {
+  q_.segment<3>(4) << 1, 2, 3;
+  EXPECT_DOUBLE_EQ(margin("{height: {link: base, above: 50 cm}}"), 2.5);
+  EXPECT_DOUBLE_EQ(margin("{height: {link: base, below: 50 cm}}"), -2.5);
+  EXPECT_DOUBLE_EQ(margin("{position: {link: base, x: {above: 0, below: 4}, y: {below: 2.5}}}"), 0.5);
+  // The foot hangs 0.4 m below the base at q = 0.
+  EXPECT_NEAR(margin("{height: {link: \"{base,foot}\", above: 2.5}}"), 0.1, 1e-14);
+}
+
+TEST_F(Tasks, SpeedIsThatOfTheLinksOrigin) {
+  v_[2] = 2;                    // base turns about z, rad/s
+  v_.segment<3>(3) << 3, 0, 0;  // and moves
+  v_[v_of("hip")] = 5;          // about y: the foot, 0.2 m below the hip, moves at -1 m/s along x
+  EXPECT_DOUBLE_EQ(margin("{speed: {link: base, below: 4}}"), 1);
+  EXPECT_NEAR(margin("{speed: {link: foot, below: 4}}"), 4 - std::abs(3 - 5 * 0.2), 1e-12);
+}
+
+TEST_F(Tasks, ContactsAreGapsOrOverlaps) {
+  const std::string forbidden = "{no_contact: [foot, \"*\"]}", needed = "{contact: [foot, ground]}";
+  EXPECT_DOUBLE_EQ(margin(forbidden), 0.02) << "nothing near";
+  EXPECT_DOUBLE_EQ(margin(needed), -0.02);
+  touch("foot", "ground", 0.005, 0);
+  EXPECT_DOUBLE_EQ(margin(forbidden), 0.005);
+  EXPECT_DOUBLE_EQ(margin(needed), -0.005);
+  touch("foot", "ground", -0.001, 0);
+  EXPECT_DOUBLE_EQ(margin(forbidden), -0.001);
+  EXPECT_DOUBLE_EQ(margin(needed), 0.001);
+  contacts_.clear();
+  touch("foot", "ground", 1e-4, 0.2);  // pressed, though a gap is left: they touch
+  EXPECT_LT(margin(forbidden), 0);
+  EXPECT_GT(margin(needed), 0);
+  contacts_.clear();
+  touch("base", "ground", -0.001, 1);
+  EXPECT_DOUBLE_EQ(margin(forbidden), 0.02) << "another part";
+}
+
+TEST_F(Tasks, ContactsTellFeaturesApart) {
+  touch("foot", "block", -0.001, 1, Feature::top);
+  EXPECT_DOUBLE_EQ(margin("{no_contact: [foot, block.side]}"), 0.02);
+  EXPECT_DOUBLE_EQ(margin("{no_contact: [foot, \"block.{side,top}\"]}"), -0.001);
+  EXPECT_DOUBLE_EQ(margin("{no_contact: [block.top, foot]}"), -0.001) << "in either order";
+  EXPECT_DOUBLE_EQ(margin("{no_contact: [foot, block]}"), -0.001);
+}
+
+TEST_F(Tasks, SelfCollisionIsBetweenPartsOfTheRobot) {
+  touch("foot", "ground", -0.001, 1);
+  EXPECT_DOUBLE_EQ(margin("{self_collision: true}"), 0.02);
+  touch("foot", "base", -0.002, 1);
+  EXPECT_DOUBLE_EQ(margin("{self_collision: {}}"), -0.002);
+}
+
+TEST_F(Tasks, JointWitnessesAreDistancesToTheUrdfsLimits) {
+  q_[q_of("hip")] = -0.7;    // within [-1, 2]
+  q_[q_of("slide")] = 0.08;  // within [-0.1, 0.1]
+  EXPECT_NEAR(margin("{joint_limits: {joints: hip}}"), 0.3, 1e-15);
+  EXPECT_NEAR(margin("{joint_limits: {joints: hip, margin: 0.5}}"), -0.2, 1e-15);
+  EXPECT_NEAR(margin("{joint_limits: {}}"), 0.02, 1e-15) << "the wheel has no limits and does not count";
+  v_[v_of("hip")] = -2;  // of 5 rad/s
+  EXPECT_DOUBLE_EQ(margin("{joint_speed: {joints: hip}}"), 3);
+  EXPECT_DOUBLE_EQ(margin("{joint_speed: {joints: hip, below: 1}}"), -1);
+  headroom_(actuator_of("slide"), kLane) = -0.25;
+  EXPECT_DOUBLE_EQ(margin("{torque_limits: {joints: hip}}"), 100);
+  EXPECT_DOUBLE_EQ(margin("{torque_limits: {}}"), -0.25);
+}
+
+// §6.1.1, all four quadrants: tau_max (1 - |v| / v_max) - |tau|, with tau_max 10 and v_max 5.
+TEST_F(Tasks, TorqueSpeedFollowsTheLinearLine) {
+  for (const double v : {-2.0, 2.0}) {
+    for (const double tau : {-7.0, 7.0}) {
+      v_[v_of("hip")] = v;
+      tau_(actuator_of("hip"), kLane) = tau;
+      EXPECT_DOUBLE_EQ(margin("{torque_speed: {joints: hip}}"), 10 * (1 - 2.0 / 5) - 7);
+    }
+  }
+}
+
+TEST_F(Tasks, RequirementsKeepMarginAndFirstViolation) {
+  const Task t = task(
+      "requirements:\n"
+      "  high: {height: {link: base, above: 1}}\n"
+      "  late: {height: {link: base, above: 2}, window: [2 s, 4 s]}\n");
+  TaskMonitor monitor(t);
+  const double heights[] = {1.5, 1.2, 2.5, 2.1, 0.5, 3.0};  // at t = 0, 1, …
+  std::vector<bool> violated;
+  for (int i = 0; i < 6; ++i) {
+    q_[6] = heights[i];
+    violated.push_back(monitor.update(input(i)));
+  }
+  EXPECT_THAT(violated, ElementsAre(false, false, false, false, true, true));
+  EXPECT_THAT(monitor.margins(kLane), ElementsAre(-0.5, -1.5));
+  EXPECT_THAT(monitor.first_violations(kLane), ElementsAre(4, 4));
+  EXPECT_EQ(monitor.violated(kLane), 0) << "the first in the list within a step";
+  EXPECT_EQ(monitor.violated(0), -1) << "other lanes know nothing of it";
+  monitor.start(kLane);
+  EXPECT_EQ(monitor.violated(kLane), -1);
+  EXPECT_THAT(monitor.margins(kLane), ElementsAre(kInfinity, kInfinity));
+  EXPECT_TRUE(std::isnan(monitor.first_violations(kLane)[0]));
+}
+
+TEST_F(Tasks, ObjectivesAreJudgedAtTheirTimes) {
+  const auto margin_of = [&](const std::string& objective) {
+    const Task t = task("objective: " + objective);
+    TaskMonitor monitor(t);
+    const double heights[] = {1.5, 3.0, 0.5, 2.0};  // at t = 0, 1, 2, 3
+    for (int i = 0; i < 4; ++i) {
+      q_[6] = heights[i];
+      monitor.update(input(i));
+    }
+    return monitor.objective_margin(kLane);
+  };
+  const std::string up = "height: {link: base, above: 1}", far = "position: {link: base, x: {above: 0.25}}";
+  EXPECT_DOUBLE_EQ(margin_of("{" + up + "}"), 1.0);
+  EXPECT_DOUBLE_EQ(margin_of("{" + up + ", at: end}"), 1.0);
+  EXPECT_DOUBLE_EQ(margin_of("{" + up + ", always: true}"), -0.5);
+  EXPECT_DOUBLE_EQ(margin_of("{" + up + ", once: true}"), 2.0);
+  EXPECT_DOUBLE_EQ(margin_of("{" + up + ", once: true, window: [2, 3]}"), 1.0);
+  EXPECT_DOUBLE_EQ(margin_of("{" + up + ", window: [0, 1]}"), 0.5);
+  EXPECT_DOUBLE_EQ(margin_of("{all: [{" + up + "}, {" + far + "}]}"), -0.25);
+  EXPECT_DOUBLE_EQ(margin_of("{any: [{" + up + "}, {" + far + "}]}"), 1.0);
+  EXPECT_DOUBLE_EQ(margin_of("{not: {" + far + "}}"), 0.25);
+  EXPECT_DOUBLE_EQ(margin_of("{done: {any: [{not: {all: [{" + up + "}]}}, {" + far + "}]}}"), -0.25);
+  EXPECT_EQ(task("objective: {done: {" + up + "}}").objective.name, "done");
+}
+
+TEST_F(Tasks, WithoutAnObjectiveTheEndIsEnough) {
+  const Task t = task("{}");
+  TaskMonitor monitor(t);
+  monitor.update(input());
+  EXPECT_TRUE(monitor.objective_met(kLane));
+}
+
+}  // namespace
+}  // namespace graze
