@@ -26,6 +26,17 @@ inline T reach_along(const BoxT<T>& box, const Vec3T<T>& n) {
   return fma(abs(local.x), box.h.x, fma(abs(local.y), box.h.y, abs(local.z) * box.h.z));
 }
 
+/// Corner that is furthest along n.
+template <class T>
+inline Vec3T<T> furthest(const BoxT<T>& box, const Vec3T<T>& n) {
+  Vec3T<T> out = box.X.p;
+  for (int k = 0; k < 3; ++k) {
+    const Vec3T<T> e = half_edge(box, k);
+    out += sign(dot(n, e)) * e;
+  }
+  return out;
+}
+
 /// Gap along n (from b to a) with the nearest points' middle.
 template <class T>
 struct ClosestT {
@@ -45,7 +56,7 @@ inline void try_corners(const BoxT<T>& first, const BoxT<T>& second, double towa
     const Vec3T<T> x = first.X * box_corner(first.h, k);
     const NearestT<T> near = nearest_on_box(transposed_times(second.X.R, x - second.X.p), second.h);
     const Vec3T<T> outward = second.X.R * near.n;
-    keep_if<T>(near.d < best.phi - T(kSameGap), near.d, T(toward) * outward, axpy(T(-0.5) * near.d, outward, x), best);
+    keep_if<T>(near.d < best.phi, near.d, T(toward) * outward, axpy(T(-0.5) * near.d, outward, x), best);
   }
 }
 
@@ -68,7 +79,7 @@ inline void edge_points(const BoxT<T>& a, const BoxT<T>& b, int i, int j, const 
 /// Overlap along the axes of faces and pairs of edges, and distances of edges.
 template <class T>
 struct AxesT {
-  ClosestT<T> overlap;  // greatest gap over the axes: the gap, if the boxes overlap; p is set for edges only
+  ClosestT<T> overlap;  // greatest gap over the axes: the gap, if the boxes overlap
   ClosestT<T> edge;     // nearest pair of edges, for boxes that are apart
 };
 
@@ -102,7 +113,8 @@ inline AxesT<T> try_axes(const BoxT<T>& a, const BoxT<T>& b) {
     const Vec3T<T> axis = k < 3 ? a.X.R.column(k) : b.X.R.column(k - 3);
     const Vec3T<T> n = sign(dot(axis, from)) * axis;
     const T gap = dot(n, from) - reach_along(a, n) - reach_along(b, n);
-    keep_if<T>(gap > axes.overlap.phi + T(kSameGap), gap, n, from, axes.overlap);
+    const Vec3T<T> p = k < 3 ? axpy(T(0.5) * gap, n, furthest(b, n)) : axpy(T(-0.5) * gap, n, furthest(a, -n));
+    keep_if<T>(gap > axes.overlap.phi + T(kSameGap), gap, n, p, axes.overlap);
   }
   try_edges(a, b, axes);
   return axes;
@@ -116,8 +128,10 @@ inline ClosestT<T> closest(const BoxT<T>& a, const BoxT<T>& b) {
   best.phi = T(1e300);
   try_corners(a, b, 1.0, best);
   try_corners(b, a, -1.0, best);
-  keep_if<T>(axes.edge.phi < best.phi - T(kSameGap), axes.edge.phi, axes.edge.n, axes.edge.p, best);
-  const mask_of<T> overlapping = axes.overlap.phi <= T(kNoDirection);
+  keep_if<T>(axes.edge.phi < best.phi, axes.edge.phi, axes.edge.n, axes.edge.p, best);
+  // Nearly touching points give a poor direction; an axis that parts the boxes as far is a good one.
+  best.n = select(axes.overlap.phi > best.phi - T(kSameGap), axes.overlap.n, best.n);
+  const mask_of<T> overlapping = axes.overlap.phi <= T(0.0);
   keep_if<T>(overlapping, axes.overlap.phi, axes.overlap.n, axes.overlap.p, best);
   return best;
 }
@@ -218,18 +232,21 @@ inline void clip_faces(const FaceT<T>& reference, const FaceT<T>& incident, cons
   }
 }
 
-/// Puts the exact point into the deepest slot unless that is as deep already.
+/// Gives the deepest slot the exact gap and normal, and the exact point if the slot did not have it. An overlap along a
+/// face's normal (`by_face`) has its point from the clipping, if that found one.
 template <class T>
-inline void add_exact(const ClosestT<T>& exact, const T& margin, ManifoldT<T>& out) {
-  T deepest(1e300), slot(0.0);
+inline void put_exact(const ClosestT<T>& exact, const mask_of<T>& by_face, const T& margin, ManifoldT<T>& out) {
+  const T none(1e300);
+  T deepest = none, slot(0.0);
   for (int k = 0; k < 8; ++k) {
     const mask_of<T> deeper = out.point[k].valid & (out.point[k].phi < deepest);
     deepest = select(deeper, out.point[k].phi, deepest);
     slot = select(deeper, T(k), slot);
   }
-  const mask_of<T> missing = (exact.phi < margin) & (exact.phi < deepest - T(kSameGap));
+  const mask_of<T> wanted = exact.phi < margin, found = deepest < none;
+  const mask_of<T> other = (exact.phi < deepest - T(kSamePoint)) & !(by_face & found);
   for (int k = 0; k < 8; ++k) {
-    put_where<T>(out, k, missing & (slot == T(k)), exact.phi, exact.p, exact.n);
+    put_where<T>(out, k, wanted & (slot == T(k)), exact.phi, select(other, exact.p, out.point[k].p), exact.n);
   }
 }
 
@@ -246,7 +263,8 @@ inline void box_box(const ShapeT<T>& sa, const PoseT<T>& Xa, const ShapeT<T>& sb
   const FaceT<T> incident = select_face(on_a, face_toward(b, -reference.normal), face_toward(a, -reference.normal));
   const mask_of<T> flat = (reference.cosine > T(kFaceCosine)) & (exact.phi < margin);
   clip_faces(reference, incident, flat, select(on_a, T(-1.0), T(1.0)), margin, out);
-  add_exact(exact, margin, out);
+  const mask_of<T> by_face = (exact.phi <= T(0.0)) & (max(face_a.cosine, face_b.cosine) > T(1.0 - 1e-12));
+  put_exact<T>(exact, by_face, margin, out);
 }
 
 }  // namespace GRAZE_ISA_NAMESPACE

@@ -11,16 +11,28 @@ inline namespace GRAZE_ISA_NAMESPACE {
 /// sin^2 of the angle (3 degrees) below which capsules count as side by side.
 inline constexpr double kParallelSine2 = 2.7e-3;
 
-/// Where both slots are less deep than the exact nearest point, that point takes the place of the deeper one.
+/// Gives the deeper slot the gap and normal of the nearest point, and the point itself if the slot did not have it. An
+/// overlap along a face's normal (`by_face`) has its point from the clipping, if that found one.
 template <class T>
-inline void put_exact(ManifoldT<T>& out, const T& phi, const Vec3T<T>& p, const Vec3T<T>& n, const T& margin) {
+inline void put_exact(ManifoldT<T>& out, const T& phi, const Vec3T<T>& p, const Vec3T<T>& n, const mask_of<T>& wanted,
+                      const mask_of<T>& by_face) {
   const T far(1e300);
   const T first = select(out.point[0].valid, out.point[0].phi, far);
   const T second = select(out.point[1].valid, out.point[1].phi, far);
-  const auto missing = (phi < margin) & (phi < min(first, second) - T(kSameGap));
-  const auto on_first = first <= second;
-  put_where<T>(out, 0, missing & on_first, phi, p, n);
-  put_where<T>(out, 1, missing & !on_first, phi, p, n);
+  const T deepest = min(first, second);
+  const mask_of<T> on_first = first <= second, found = deepest < far;
+  const mask_of<T> other = (phi < deepest - T(kSamePoint)) & !(by_face & found);
+  for (int k = 0; k < 2; ++k) {
+    const mask_of<T> here = k == 0 ? on_first : mask_of<T>(!on_first);
+    put_where<T>(out, k, wanted & here, phi, select(other, p, out.point[k].p), n);
+  }
+}
+/// As put_exact, but not where the slots have a lesser gap: for nearest points that are ill-conditioned (side by side).
+template <class T>
+inline void put_nearest(ManifoldT<T>& out, const T& phi, const Vec3T<T>& p, const Vec3T<T>& n, const T& margin) {
+  mask_of<T> wanted = phi < margin;
+  for (int k = 0; k < 2; ++k) wanted = wanted & !(out.point[k].valid & (out.point[k].phi < phi - T(kSamePoint)));
+  put_exact<T>(out, phi, p, n, wanted, mask_from_bits<T>(0u));
 }
 
 template <class T>
@@ -65,7 +77,7 @@ inline void capsule_capsule(const ShapeT<T>& a, const PoseT<T>& Xa, const ShapeT
   T phi;
   Vec3T<T> p, n;
   ball(nearest.s, nearest.t, phi, p, n);
-  put_exact(out, phi, p, n, margin);
+  put_nearest(out, phi, p, n, margin);
 }
 
 /// The part of c + t u, t in [-1, 1], with |x| <= h along one axis, cut from [low, high].
@@ -182,9 +194,11 @@ inline void capsule_box(const ShapeT<T>& a, const PoseT<T>& Xa, const ShapeT<T>&
     const NearestT<T> over{dot(face, x) - height, face};
     put_ball<T>(out, k, Xb * x, a.size.x, to_world(Xb, over), margin, k == 0 ? lies : mask_of<T>(lies & spread));
   }
+  const T steepest = max(max(abs(exact.n.x), abs(exact.n.y)), abs(exact.n.z));
+  const mask_of<T> by_face = deep & (steepest > T(1.0 - 1e-12));
   const T phi = exact.d - a.size.x;
   const Vec3T<T> n = Xb.R * exact.n;
-  put_exact(out, phi, axpy(-fma(T(0.5), phi, a.size.x), n, Xb * segment.at(t)), n, margin);
+  put_exact<T>(out, phi, axpy(-fma(T(0.5), phi, a.size.x), n, Xb * segment.at(t)), n, phi < margin, by_face);
 }
 
 /// t in [-1, 1] of the segment's point that is deepest in a cylinder (in its frame): the distance of a point from a
@@ -230,7 +244,7 @@ inline void capsule_cylinder(const ShapeT<T>& a, const PoseT<T>& Xa, const Shape
   }
   const T phi = exact.d - a.size.x;
   const Vec3T<T> n = Xb.R * exact.n;
-  put_exact(out, phi, axpy(-fma(T(0.5), phi, a.size.x), n, Xb * axpy(t, u, c)), n, margin);
+  put_nearest(out, phi, axpy(-fma(T(0.5), phi, a.size.x), n, Xb * axpy(t, u, c)), n, margin);
 }
 
 }  // namespace GRAZE_ISA_NAMESPACE

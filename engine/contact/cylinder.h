@@ -10,11 +10,12 @@ inline namespace GRAZE_ISA_NAMESPACE {
 /// Unit vector across the axis that points furthest along `down`; a fixed one where all are alike.
 template <class T>
 inline Vec3T<T> lowest_across(const RotT<T>& R, const Vec3T<T>& down) {
-  const Vec3T<T> axis = R.column(2);
-  const Vec3T<T> slope = axpy(-dot(axis, down), axis, down);
-  const T length = sqrt(norm2(slope));
+  // From the components across, not by taking the axial part away: that would leave an axial rest for small slopes.
+  const T x = dot(R.column(0), down), y = dot(R.column(1), down);
+  const T length = sqrt(fma(x, x, y * y));
   const auto known = length > T(1e-9);
-  return select(known, recip(select(known, length, T(1.0))) * slope, R.column(0));
+  const T scale = recip(select(known, length, T(1.0)));
+  return axpy(select(known, scale * x, T(1.0)), R.column(0), select(known, scale * y, T(0.0)) * R.column(1));
 }
 
 /// Rim point k of 8: four per cap, quarter turns from the lowest.

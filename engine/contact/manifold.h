@@ -57,8 +57,10 @@ struct ManifoldT {
 inline constexpr double kNoDirection = 1e-12;
 /// Cosine up to which a normal counts as a face's: then the manifold has the points that span the face contact.
 inline constexpr double kFaceCosine = 0.999;
-/// Two gaps that differ by less (m) are the same gap.
+/// Two ways out of an overlap that differ by less (m) are the same: the first in a fixed order is taken.
 inline constexpr double kSameGap = 1e-9;
+/// Two gaps that differ by less (m) are those of the same point.
+inline constexpr double kSamePoint = 1e-12;
 
 template <class T>
 inline T clamp(const T& x, const T& low, const T& high) {
