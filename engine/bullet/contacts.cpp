@@ -15,6 +15,8 @@ constexpr double kRecoveryPerStep = 0.2;
 constexpr double kOutOfReach = 1e40;
 /// Slower approach than gravity makes in two steps is rest, not an impact.
 constexpr double kRestSteps = 2;
+/// A gap may close this much faster than at the beginning of the step, m/s (500 m/s^2 for 1 ms).
+constexpr double kSpeedUp = 0.5;
 /// A contact slips when it is faster than this, m/s …
 constexpr double kSlipSpeed = 1e-3;
 /// … or when this share of its friction is used up and it is faster than what the solver may leave of a stick.
@@ -62,8 +64,9 @@ void ContactSet::set_target(Point& point, const Forest& forest, double h) {
   const double approach = -point.contact.n_W.dot(relative_velocity(point, forest));
   const bool bounces = point.pair->restitution > 0 && approach > kRestSteps * h * model_.gravity.norm();
   if (gap > 0) {
-    // A bounce must not be braked by the gap term before it happens.
-    if (bounces) cp.setDistance(kOutOfReach);
+    // A bounce must not be braked by the gap term before it happens, and a row that cannot act costs as much as any.
+    const bool reachable = gap < h * (2 * std::max(approach, 0.0) + kSpeedUp);
+    if (bounces || !reachable) cp.setDistance(kOutOfReach);
     return;
   }
   const double recovery = std::min(-gap * kRecoveryPerStep / h, kRecovery);

@@ -14,7 +14,7 @@ namespace graze::bullet {
 /// What acted on the bodies in a step.
 struct StepInput {
   double h = 0;                // s
-  double work = 0;             // J, of joint forces: h tau (v- + v+) / 2
+  double work = 0;             // J, the most that joint forces can have done: sum of h max(tau v-, tau v+)
   double contact_impulse = 0;  // N s, sum of normal impulses
   double limit_impulse = 0;    // N m s or N s, sum over joint limits
 };
@@ -41,6 +41,9 @@ class EnergyWatch {
   const Model& model_;
   std::vector<BodyMotion> motion_;  // per body, at the last measure
   Sums last_;
+  double mass_ = 0;          // kg, of all bodies
+  double created_ = 0;       // J, sum of what each step gained beyond its bound
+  double peak_kinetic_ = 0;  // J, at the beginning of any step so far
 };
 
 }  // namespace graze::bullet

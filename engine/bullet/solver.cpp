@@ -11,7 +11,7 @@ namespace {
 
 /// Iterations of the iterative solvers at most; sequential impulse ends earlier when the largest change of a row's
 /// velocity in a sweep is below kResidual.
-constexpr int kIterations = 60;
+constexpr int kIterations = 30;
 constexpr double kResidual = 1e-7;  // m/s or rad/s
 /// Compliance that keeps redundant contacts (a box on four corners) solvable by pivoting: velocity per impulse, s/kg
 /// after Bullet divides by h. At 10 N s it moves a contact by 1e-5 m/s.

@@ -1,5 +1,6 @@
 #include "engine/bullet/tree.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <cassert>
 
@@ -51,12 +52,11 @@ void Forest::place_bodies() {
     int tree = body.parent >= 0 ? place_[body.parent].tree : fixed_tree;
     if (floats(body) || tree < 0) {
       tree = static_cast<int>(trees_.size());
-      trees_.push_back({nullptr, floats(body) ? i : -1, {}});
+      trees_.push_back({nullptr, floats(body) ? i : -1, {}, {}});
       if (!floats(body)) fixed_tree = tree;
     }
     if (!floats(body)) trees_[tree].links.push_back(i);
     place_.push_back({tree, floats(body) ? -1 : static_cast<int>(trees_[tree].links.size()) - 1});
-    if (!floats(body) && body.damping > 0) damped_.push_back(i);
   }
 }
 
@@ -69,6 +69,10 @@ void Forest::build(Tree& tree) {
   btMultiBody& multibody = *tree.body;
   for (int link = 0; link < n; ++link) setup_link(multibody, link, tree.links[link]);
   multibody.finalizeMultiDof();
+  for (int link = 0; link < n; ++link) {
+    const double damping = model_.bodies[tree.links[link]].damping;
+    if (damping > 0) tree.damped.push_back({6 + multibody.getLink(link).m_dofOffset, damping});
+  }
   multibody.setLinearDamping(0);
   multibody.setAngularDamping(0);
   multibody.setUseGyroTerm(true);
@@ -190,16 +194,25 @@ void Forest::accelerate(double h) {
 }
 
 void Forest::damp(double h) {
-  for (int i : damped_) {
-    btMultiBody& multibody = *this->multibody(i);
-    const int row = 6 + multibody.getLink(link(i)).m_dofOffset, n = 6 + multibody.getNumDofs();
-    unit_.resize(n);
-    response_.resize(n);
-    for (int k = 0; k < n; ++k) unit_[k] = k == row ? 1 : 0;
-    multibody.calcAccelerationDeltasMultiDof(&unit_[0], &response_[0], scratch_r_, scratch_v_);
-    const double dh = model_.bodies[i].damping * h;
-    const double impulse = -dh * multibody.getJointVel(link(i)) / (1 + dh * response_[row]);
-    multibody.applyDeltaVeeMultiDof(&response_[0], impulse);
+  for (const Tree& tree : trees_) {
+    const int n = static_cast<int>(tree.damped.size());
+    if (n == 0) continue;
+    btMultiBody& multibody = *tree.body;
+    const int dofs = 6 + multibody.getNumDofs();
+    unit_impulse_.setZero(dofs);
+    response_.resize(dofs, n);
+    Eigen::MatrixXd system(n, n);
+    Eigen::VectorXd speed(n);
+    for (int k = 0; k < n; ++k) {
+      unit_impulse_[tree.damped[k].row] = 1;
+      multibody.calcAccelerationDeltasMultiDof(unit_impulse_.data(), response_.col(k).data(), scratch_r_, scratch_v_);
+      unit_impulse_[tree.damped[k].row] = 0;
+      speed[k] = multibody.getVelocityVector()[tree.damped[k].row];
+    }
+    for (int k = 0; k < n; ++k) system.row(k) = response_.row(tree.damped[k].row);
+    for (int k = 0; k < n; ++k) system(k, k) += 1 / (h * tree.damped[k].damping);
+    const Eigen::VectorXd change = response_ * system.llt().solve(-speed);
+    multibody.applyDeltaVeeMultiDof(change.data(), 1);
   }
 }
 

@@ -20,9 +20,14 @@ struct Twist {
 
 /// One tree: a floating body with all that hangs on it, or everything that hangs on the world.
 struct Tree {
+  struct Damper {
+    int row;         // in Bullet's velocity vector
+    double damping;  // N m s/rad or N s/m
+  };
   std::unique_ptr<btMultiBody> body;
   int base = -1;           // Model body that floats; -1: fixed to the world
   std::vector<int> links;  // Model body of each Bullet link
+  std::vector<Damper> damped;
 };
 
 /// All trees of a model with one state.
@@ -51,8 +56,8 @@ class Forest {
   void set_forces(const Eigen::VectorXd& joint_force);
   /// Velocities change by h times the acceleration of the unconstrained, undamped motion.
   void accelerate(double h);
-  /// Viscous joint damping, implicit in each joint's own velocity: with A = (M^-1)_jj the impulse
-  /// -d h v / (1 + d h A) solves v+ = v - A d h v+, so that no stiffness of d can make it overshoot.
+  /// Viscous joint damping, implicit in all joint velocities of a tree together: with A = the damped joints' block of
+  /// M^-1, the impulses p = -h D v+ solve (A + 1/(h D)) p = -v, so that no stiffness of D can make it overshoot.
   void damp(double h);
   /// Takes over what the solver added to the velocities.
   void apply_impulses();
@@ -78,13 +83,13 @@ class Forest {
   std::vector<Vec3> principal_inertia_;       // per body, along the axes of C, kg m^2
   std::vector<Pose> X_WB_;                    // per body
   std::vector<Twist> twist_;                  // per body
-  std::vector<int> damped_;                   // bodies whose joint is damped
   Eigen::VectorXd q_, v_;                     // nq, nv
   btAlignedObjectArray<btScalar> scratch_r_;  // Bullet's own scratch memory
   btAlignedObjectArray<btVector3> scratch_v_;
   btAlignedObjectArray<btMatrix3x3> scratch_m_;
   btAlignedObjectArray<btQuaternion> scratch_q_;
-  btAlignedObjectArray<btScalar> unit_, response_;  // generalised impulse and its velocity response
+  Eigen::VectorXd unit_impulse_;  // generalised impulse of one joint
+  Eigen::MatrixXd response_;      // velocity change per unit impulse of each damped joint
 };
 
 }  // namespace graze::bullet

@@ -56,7 +56,9 @@ void World::step(double h, const Eigen::VectorXd& tau) {
   forest_.refresh();
   place_solids(solids_, forest_);
   contact_set_.place(contacts_);
-  StepInput input{h, 0.5 * h * joint_force_.dot(v_before_ + forest_.v())};
+  StepInput input;
+  input.h = h;
+  input.work = h * joint_force_.cwiseProduct(v_before_).cwiseMax(joint_force_.cwiseProduct(forest_.v())).sum();
   for (const Contact& contact : contacts_) input.contact_impulse += contact.normal_impulse();
   for (const auto& rows : joint_rows_) input.limit_impulse += rows->limit_impulse();
   fault_ = energy_.check(forest_, input);

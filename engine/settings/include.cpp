@@ -16,7 +16,8 @@ std::string beside(const SettingsNode& node, const std::string& file) {
   return (std::filesystem::path(*node.place.file).parent_path() / path).lexically_normal().string();
 }
 
-/// `over` wins; maps on both sides are merged. Keys keep the order of `under`, new ones follow.
+/// `over` wins; maps on both sides are merged; nothing (`key: ~`) takes a key out. Keys keep the order of `under`, new
+/// ones follow.
 NodePtr merged(const NodePtr& under, const NodePtr& over) {
   using Kind = SettingsNode::Kind;
   if (over->kind != Kind::map || under->kind != Kind::map || over->replace) return over;
@@ -27,6 +28,8 @@ NodePtr merged(const NodePtr& under, const NodePtr& over) {
         std::find_if(out->map.begin(), out->map.end(), [&](const auto& other) { return other.key == entry.key; });
     if (same == out->map.end()) {
       out->map.push_back(entry);
+    } else if (entry.value->kind == Kind::null) {
+      out->map.erase(same);
     } else {
       *same = {entry.key, entry.key_place, merged(same->value, entry.value)};
     }
@@ -169,6 +172,8 @@ NodePtr with_value(const NodePtr& node, const std::string& path, const NodePtr& 
     if (path.find('.') != std::string::npos && !keyed_by_paths(*node)) no_parent(*node, path, where);
     placed->key_place = value->place;
     out->map.push_back({path, value->place, placed});
+  } else if (best->key.size() == path.size() && value->kind == SettingsNode::Kind::null) {
+    out->map.erase(out->map.begin() + (best - out->map.data()));
   } else if (best->key.size() == path.size()) {
     placed->key_place = value->place;
     best->key_place = value->place;

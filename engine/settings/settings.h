@@ -61,8 +61,8 @@ class Settings {
  public:
   /// Reads a YAML file. A key `include: other.yaml` (or a list) anywhere in a map merges that file's map under it, keys
   /// of the including map winning (maps on both sides are merged in turn, unless the including one is tagged
-  /// `!replace`); paths are relative to the including file. Overrides are applied last; one whose path has no parent in
-  /// the file is an error. Throws InputError, and nothing else, for any bytes.
+  /// `!replace`; `key: ~` takes a key out); paths are relative to the including file. Overrides are applied last; one
+  /// whose path has no parent in the file is an error. Throws InputError, and nothing else, for any bytes.
   static Settings load(const std::string& file, const std::vector<Override>& overrides = {});
   /// The same from text; `name` stands for the file in messages.
   static Settings parse(const std::string& text, const std::string& name);

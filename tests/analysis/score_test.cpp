@@ -115,14 +115,14 @@ TEST(Score, Table) {
   s.campaign = "Curb";
   s.requirements = {"upright", "clears-curb"};
   s.policies = {{"step/1cm", 100, 0, 97, 3, 0, {1, 96}, 0.0, {0, 0.0362}},
-                {"step/4cm", 99, 95, 4, 0, 1, {4, 0}, 95.0 / 99, {0.8999, 0.9889}}};
-  s.pairs = {{"step/1cm", "step/4cm", 99, 0, 0, 95, 4, 95.0 / 99, {0.8798, 0.9837}, 5.05e-29}};
+                {"step/4cm", 99, 95, 4, 0, 1, {4, 0}, 95.0 / 99, {0.8998, 0.9889}}};
+  s.pairs = {{"step/1cm", "step/4cm", 99, 0, 0, 95, 4, 95.0 / 99, {0.8898, 0.9842}, 5.05e-29}};
   EXPECT_EQ(format_score(s),
             "Curb\n"
             "\n"
             "policy      N   S   K  U  invalid    rate     95 % interval\n"
             "step/1cm  100   0  97  3        0  0.0000  0.0000 .. 0.0362\n"
-            "step/4cm   99  95   4  0        1  0.9596  0.8999 .. 0.9889\n"
+            "step/4cm   99  95   4  0        1  0.9596  0.8998 .. 0.9889\n"
             "\n"
             "Known failures by the requirement that was violated first\n"
             "policy    upright  clears-curb\n"
@@ -131,7 +131,7 @@ TEST(Score, Table) {
             "\n"
             "The same particles under two policies\n"
             "a         b         pairs  both  only a  only b  neither  rate b - a       95 % interval  McNemar p\n"
-            "step/1cm  step/4cm     99     0       0      95        4     +0.9596  +0.8798 .. +0.9837   5.05e-29\n");
+            "step/1cm  step/4cm     99     0       0      95        4     +0.9596  +0.8898 .. +0.9842   5.05e-29\n");
 }
 
 /// A Python that has h5py and pandas; empty if there is none.

@@ -141,7 +141,7 @@ class FileSizeLimit {
 // particles some 100 kB.)
 TEST(Output, EveryFailingWriteIsOneError) {
   const Folder folder;
-  for (std::size_t limit = 1000; limit < 400'000; limit += 6007) {
+  for (std::size_t limit = 1000; limit < 400'000; limit += 12007) {
     SCOPED_TRACE(limit);
     const fs::path path = folder / "a.graze";
     bool begun = false, failed = false;
@@ -173,7 +173,7 @@ TEST(Output, EveryFailingWriteOfPackIsOneError) {
     pack(folder / "a.graze", folder / "whole.h5", true);
     return fs::file_size(folder / "whole.h5");
   }();
-  for (std::size_t limit = 1; limit < whole; limit += 1 + whole / 97) {
+  for (std::size_t limit = 1; limit < whole; limit += 1 + whole / 41) {
     SCOPED_TRACE(limit);
     const FileSizeLimit limited(limit);
     EXPECT_THAT(message_of<MachineError>([&] { pack(folder / "a.graze", folder / "a.h5", false); }),

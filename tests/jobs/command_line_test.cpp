@@ -14,7 +14,7 @@ using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 
 /// Exit code `code`, and one message that says all of `parts`.
-void expect_refused(const Run& run, int code, const std::vector<std::string>& parts) {
+void expect_refused(const Result& run, int code, const std::vector<std::string>& parts) {
   EXPECT_EQ(run.code, code) << run.err;
   for (const std::string& part : parts) EXPECT_THAT(run.err, HasSubstr(part));
   EXPECT_LE(std::count(run.err.begin(), run.err.end(), '\n'), 2) << "more than one message: " << run.err;
@@ -24,11 +24,11 @@ class CommandLine : public ::testing::Test {
  protected:
   TemporaryFolder folder;
   void SetUp() override { write_ball(folder); }
-  Run run(const std::string& arguments) { return graze(folder.path(), arguments); }
+  Result run(const std::string& arguments) { return graze(folder.path(), arguments); }
 };
 
 TEST_F(CommandLine, HelpNamesEveryVerbAndEachHelpHasExamples) {
-  const Run help = run("--help");
+  const Result help = run("--help");
   EXPECT_EQ(help.code, 0);
   for (const std::string verb : {"check", "sample", "run", "score", "pack"}) {
     EXPECT_THAT(help.out, HasSubstr(verb));
@@ -58,7 +58,7 @@ TEST_F(CommandLine, MissingFilesAreNamed) {
 }
 
 TEST_F(CommandLine, CheckPrintsTheParametersAndJson) {
-  const Run text = run("check ball.yaml");
+  const Result text = run("check ball.yaml");
   EXPECT_EQ(text.code, 0) << text.err;
   EXPECT_THAT(text.out, HasSubstr("robot.link.ball.density"));
   const auto json = nlohmann::json::parse(run("check ball.yaml --json").out);
@@ -67,7 +67,7 @@ TEST_F(CommandLine, CheckPrintsTheParametersAndJson) {
 }
 
 TEST_F(CommandLine, SampleWritesTheParticlesAndIsRepeatable) {
-  const Run a = run("sample ball.yaml -n 3 --seed 5");
+  const Result a = run("sample ball.yaml -n 3 --seed 5");
   EXPECT_EQ(a.code, 0) << a.err;
   EXPECT_THAT(a.out, ::testing::StartsWith("particle,"));
   EXPECT_EQ(std::count(a.out.begin(), a.out.end(), '\n'), 4);
@@ -78,7 +78,7 @@ TEST_F(CommandLine, SampleWritesTheParticlesAndIsRepeatable) {
 }
 
 TEST_F(CommandLine, RunScoreAndPackAgree) {
-  const Run first = run("run ball.yaml -n 20 --threads 2 --json");
+  const Result first = run("run ball.yaml -n 20 --threads 2 --json");
   ASSERT_EQ(first.code, 0) << first.err;
   const auto table = nlohmann::json::parse(first.out);
   EXPECT_EQ(nlohmann::json::parse(run("score ball.graze --json").out), table);
@@ -125,9 +125,9 @@ TEST_F(CommandLine, AFullDiskLosesNothingThatWasWritten) {
   const fs::path disk = folder / "disk";
   fs::create_directory(disk);
   if (mount("none", disk.c_str(), "tmpfs", 0, "size=256k") != 0) GTEST_SKIP() << "cannot mount a small disk here";
-  const Run small = graze(disk, "run ../ball.yaml -n 4 -o small.graze");
+  const Result small = graze(disk, "run ../ball.yaml -n 4 -o small.graze");
   const std::string score = graze(folder.path(), "score disk/small.graze --json").out;
-  const Run large = graze(folder.path(), "run ball.yaml -n 20000 -o disk/large.graze --quiet");
+  const Result large = graze(folder.path(), "run ball.yaml -n 20000 -o disk/large.graze --quiet");
   const std::string after = graze(folder.path(), "score disk/small.graze --json").out;
   umount(disk.c_str());
   EXPECT_EQ(small.code, 0) << small.err;
@@ -146,10 +146,10 @@ TEST_F(CommandLine, GatesAnswerWithTheExitCode) {
 }
 
 TEST_F(CommandLine, AStoppedRunKeepsWhatWasFinishedAndSaysSo) {
-  const Run stopped = shell(folder.path(), std::string("timeout -s INT 1 '") + GRAZE_PROGRAM +
-                                               "' run ball.yaml -n 4000000 --threads 1 --quiet; exit $?");
+  const Result stopped = shell(folder.path(), std::string("timeout -s INT 1 '") + GRAZE_PROGRAM +
+                                                  "' run ball.yaml -n 4000000 --threads 1 --quiet; exit $?");
   EXPECT_THAT(stopped.err, HasSubstr("stopped before the campaign was complete"));
-  const Run score = run("score ball.graze --json");
+  const Result score = run("score ball.graze --json");
   EXPECT_EQ(score.code, 3);
   const auto table = nlohmann::json::parse(score.out);
   EXPECT_FALSE(table["complete"]);
@@ -158,8 +158,8 @@ TEST_F(CommandLine, AStoppedRunKeepsWhatWasFinishedAndSaysSo) {
 
 TEST_F(CommandLine, MemoryDoesNotGrowWithTheNumberOfParticles) {
   // Peak memory of children only ever grows: the small campaign goes first.
-  const Run few = run("run ball.yaml -n 200 --quiet -o few.graze --set time.end='5 ms'");
-  const Run many = run("run ball.yaml -n 10000 --quiet -o many.graze --set time.end='5 ms'");
+  const Result few = run("run ball.yaml -n 200 --quiet -o few.graze --set time.end='5 ms'");
+  const Result many = run("run ball.yaml -n 10000 --quiet -o many.graze --set time.end='5 ms'");
   ASSERT_EQ(few.code, 0) << few.err;
   ASSERT_EQ(many.code, 0) << many.err;
   // What may grow is the table of traces that the score reads: 10,000 rows of about 200 bytes.

@@ -37,14 +37,14 @@ inline std::string read_file(const fs::path& file) {
 
 inline void write_file(const fs::path& file, const std::string& text) { std::ofstream(file) << text; }
 
-struct Run {
+struct Result {
   int code;  // exit code; 128 + signal if it was killed
   std::string out, err;
   long peak_kb;  // largest resident set of any child so far
 };
 
 /// Runs a shell command line in a folder; "graze" in its first place is the program under test.
-inline Run shell(const fs::path& folder, const std::string& command) {
+inline Result shell(const fs::path& folder, const std::string& command) {
   const fs::path out = folder / ".out", err = folder / ".err";
   const std::string line =
       "cd '" + folder.string() + "' && ( " + command + " ) >'" + out.string() + "' 2>'" + err.string() + "'";
@@ -55,7 +55,7 @@ inline Run shell(const fs::path& folder, const std::string& command) {
   return {code, read_file(out), read_file(err), usage.ru_maxrss};
 }
 
-inline Run graze(const fs::path& folder, const std::string& arguments) {
+inline Result graze(const fs::path& folder, const std::string& arguments) {
   return shell(folder, std::string("'") + GRAZE_PROGRAM + "' " + arguments);
 }
 

@@ -199,6 +199,65 @@ TEST_P(ContactMotion, ShapesRestOnAPlane) {
   }
 }
 
+/// A cube of edge 1 as a mesh, with a point inside that is no corner of its hull.
+std::shared_ptr<const Mesh> cube() {
+  auto mesh = std::make_shared<Mesh>();
+  for (int i = 0; i < 8; ++i) {
+    mesh->vertices.emplace_back(i & 1 ? 0.5 : -0.5, i & 2 ? 0.5 : -0.5, i & 4 ? 0.5 : -0.5);
+  }
+  mesh->vertices.emplace_back(0.1, 0.2, 0.1);
+  return mesh;
+}
+
+// A mesh rests on a plane and on a box as the box that it is, scaled.
+TEST_P(ContactMotion, MeshRestsLikeTheBoxThatItIs) {
+  Shape mesh = box(0.1, 0.2, 0.3);
+  mesh.kind = ShapeKind::mesh;
+  mesh.mesh = cube();
+  for (bool on_box : {false, true}) {
+    World world = free_body(box(0.1, 0.2, 0.3), 0.5);
+    world.robot.links[0].collisions[0].shape = mesh;
+    world.objects.push_back(on_box ? fixed("table", box(1, 1, 0.2), at(0, 0, -0.1)) : fixed("ground", plane()));
+    world.initial.position = {0, 0, 0.15};
+    Bench run = bench(world);
+    run.run(1.0, 1e-3);
+    // GJK gathers its points over some steps, within which the mesh settles by no more than its depth tolerance.
+    EXPECT_LT((run.position(0) - Vec3(0, 0, 0.15)).norm(), on_box ? 1e-3 : 1e-6) << on_box;
+    EXPECT_LT(run.v().norm(), on_box ? 1e-2 : 1e-5);
+    EXPECT_EQ(run.fault(), "");
+  }
+}
+
+// Terrain is where its grid says: row along y, column along x, centred on its origin, heights times the factor. A ball
+// in the corner of a tilted plane rests on the plane z = slope x when friction holds it.
+TEST_P(ContactMotion, HeightfieldLiesWhereItsGridSays) {
+  auto grid = std::make_shared<HeightGrid>();
+  grid->nx = 5;
+  grid->ny = 3;
+  for (int iy = 0; iy < 3; ++iy) {
+    for (int ix = 0; ix < 5; ++ix) grid->height.push_back(0.5 + 1.0 * iy + 0.1 * ix);
+  }
+  // Extent 4 m by 1 m, factor 0.2: z = 0.2 (0.5 + (2 y + 1) + 0.1 (x + 2)).
+  Shape terrain = box(4, 1, 0.2);
+  terrain.kind = ShapeKind::heightfield;
+  terrain.grid = grid;
+  const double r = 0.05;
+  const Vec3 normal = Vec3(-0.02, -0.4, 1).normalized();
+  for (const Vec3& p : {Vec3(0.3, 0.1, 0), Vec3(-1.2, -0.3, 0), Vec3(1.4, 0.2, 0)}) {
+    World world = free_body(sphere(r), 0.2);
+    world.gravity = -kGravity * normal;  // straight into the slope, so the ball stays where it is put
+    world.objects.push_back(fixed("terrain", terrain));
+    const Vec3 ground(p.x(), p.y(), 0.2 * (0.5 + 2 * p.y() + 1 + 0.1 * (p.x() + 2)));
+    world.initial.position = ground + (r + 0.01) * normal;
+    Bench run = bench(world);
+    run.run(1.0, 1e-3);
+    EXPECT_LT((run.position(0) - (ground + r * normal)).norm(), 1e-4) << p.transpose();
+    ASSERT_FALSE(run.contacts().empty());
+    EXPECT_LT((run.contacts()[0].n_W - normal).norm(), 1e-3);
+    EXPECT_EQ(run.fault(), "");
+  }
+}
+
 // Movable objects stack: three boxes, one on the other, under a robot that stands on top.
 TEST_P(ContactMotion, MovableObjectsStack) {
   World world = on_plane(box(0.1, 0.1, 0.1), 0.5, 0.35, 0.8);

@@ -94,6 +94,22 @@ TEST_P(Faults, TumblingChainsAreNotAccused) {
   }
 }
 
+// What small steps create adds up: a body that creeps up by 1 mm a step is caught once it has risen by more than 1 cm.
+TEST(EnergyWatch, AddsUpWhatIsCreated) {
+  const World body = free_body(box(0.1, 0.1, 0.1), 1.0);
+  const Model model = compile(body);
+  State state = particle_of(body).initial;
+  bullet::EnergyWatch watch(model, bullet::Forest(model, state));
+  int steps = 0;
+  while (steps < 100) {
+    ++steps;
+    state.q[6] += 1e-3;
+    if (watch.check(bullet::Forest(model, state), {1e-3, 0, 0, 0})) break;
+  }
+  EXPECT_GE(steps, 10);
+  EXPECT_LE(steps, 12);
+}
+
 /// The energy check of Bullet's worlds on two states that follow each other, h apart.
 std::optional<std::string> judge(const World& world, const State& before, const State& after,
                                  const bullet::StepInput& input) {
@@ -111,18 +127,21 @@ TEST(EnergyWatch, SeesEnergyOutOfNothing) {
   moved.v[3] = 1;
   EXPECT_TRUE(judge(body, start.initial, moved, {1e-3, 0, 0, 0}));
   State raised = start.initial;
-  raised.q[6] += 1e-3;
+  raised.q[6] += 0.011;
   EXPECT_TRUE(judge(body, start.initial, raised, {1e-3, 0, 0, 0}));
+  State nudged = start.initial;
+  nudged.q[6] += 0.009;
+  EXPECT_FALSE(judge(body, start.initial, nudged, {1e-3, 0, 0, 0})) << "less than a lift of 1 cm is tolerated";
   EXPECT_FALSE(judge(body, start.initial, start.initial, {1e-3, 0, 0, 0}));
   EXPECT_FALSE(judge(body, moved, start.initial, {1e-3, 0, 0, 0})) << "losing energy is no fault";
 
   const World rotor = wheel();
   const Particle still = particle_of(rotor);
   State turning = still.initial;
-  turning.v[0] = 2;
-  const double energy = 0.5 * still.model.bodies[0].inertia(2, 2) * 4;
+  turning.v[0] = 200;
+  const double energy = 0.5 * still.model.bodies[0].inertia(2, 2) * 200 * 200;
   EXPECT_FALSE(judge(rotor, still.initial, turning, {1e-3, energy, 0, 0}));
-  EXPECT_TRUE(judge(rotor, still.initial, turning, {1e-3, 0.9 * energy, 0, 0}));
+  EXPECT_TRUE(judge(rotor, still.initial, turning, {1e-3, 0.3 * energy, 0, 0}));
 }
 
 }  // namespace

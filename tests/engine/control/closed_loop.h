@@ -10,7 +10,6 @@ class ClosedLoop {
   /// Control and physics both step by `step`, s.
   ClosedLoop(const Scene& scene, const std::string& policy_yaml, double step = 1e-3)
       : step_(step),
-        scene_(scene),
         physics_(make_physics("bullet", scene.model)),
         sensors_(scene.model, channel_names(scene.world.robot), SensorNoise{}),
         actuators_(scene.model, false),
@@ -48,7 +47,6 @@ class ClosedLoop {
 
  private:
   double step_;
-  const Scene& scene_;
   std::unique_ptr<BlockPhysics> physics_;
   Sensors sensors_;
   Actuators actuators_;

@@ -133,6 +133,7 @@ TEST(Overrides, FollowTheLongestKey) {
                                       {"uncertain.robot.joint.*.zero", "0"},
                                       {"list.1", "7"},
                                       {"name", "x"}});
+  EXPECT_FALSE(base.overridden({{"time.end", "~"}}).at("time").has("end")) << "nothing takes a key out";
   EXPECT_DOUBLE_EQ(s.at("time").at("end").number(Quantity::time), 2);
   EXPECT_DOUBLE_EQ(s.at("time").at("step").number(Quantity::time), 0.001);
   EXPECT_TRUE(s.at("uncertain").at("robot.link.*_S.length").has("normal"));
@@ -201,9 +202,10 @@ class Includes : public ::testing::Test {
 };
 
 TEST_F(Includes, MergeUnderTheIncludingMap) {
-  write("parts/base.yaml", "time: {end: 3, step: 1 ms}\nrobot: {urdf: r.urdf}\nlist: [1, 2]\nd: {normal: {std: 1}}\n");
-  const Settings s = Settings::load(
-      write("main.yaml", "include: parts/base.yaml\ntime: {end: 2}\nlist: [5]\nd: !replace {uniform: [1, 2]}\n"));
+  write("parts/base.yaml",
+        "time: {end: 3, step: 1 ms}\nrobot: {urdf: r.urdf}\nlist: [1, 2]\nd: {normal: {std: 1}}\ngone: 1\n");
+  const Settings s = Settings::load(write(
+      "main.yaml", "include: parts/base.yaml\ntime: {end: 2}\nlist: [5]\nd: !replace {uniform: [1, 2]}\ngone: ~\n"));
   EXPECT_DOUBLE_EQ(s.at("time").at("end").number(), 2);
   EXPECT_DOUBLE_EQ(s.at("time").at("step").number(Quantity::time), 0.001);
   EXPECT_EQ(s.at("list").items().size(), 1u);
@@ -211,6 +213,7 @@ TEST_F(Includes, MergeUnderTheIncludingMap) {
   // A file name in an included file is relative to that file, and so is every place.
   EXPECT_EQ(s.at("robot").at("urdf").resolve_file("r.urdf"), (folder_ / "parts/r.urdf").string());
   EXPECT_EQ(s.at("time").at("step").place(), (folder_ / "parts/base.yaml").string() + ":1:22");
+  EXPECT_FALSE(s.has("gone"));
   EXPECT_FALSE(s.has("include"));
 }
 
