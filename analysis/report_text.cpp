@@ -6,37 +6,13 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/score.h"
+#include "analysis/text_table.h"
 
 namespace graze {
 namespace {
 
 using Json = nlohmann::ordered_json;
 using Rows = std::vector<std::vector<std::string>>;
-
-/// Characters rather than bytes of UTF-8 text.
-std::size_t width_of(const std::string& text) {
-  return static_cast<std::size_t>(
-      std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
-}
-
-/// Columns set apart by two blanks; the first `left` flush left, the others flush right. First row: the head.
-std::string aligned(const Rows& rows, std::size_t left) {
-  std::vector<std::size_t> width(rows.front().size());
-  for (const auto& row : rows) {
-    for (std::size_t i = 0; i < row.size(); ++i) width[i] = std::max(width[i], width_of(row[i]));
-  }
-  std::string out;
-  for (const auto& row : rows) {
-    std::string line;
-    for (std::size_t i = 0; i < row.size(); ++i) {
-      const std::string blanks(width[i] - width_of(row[i]), ' ');
-      line.append(i < left ? row[i] : blanks).append(i < left ? blanks : row[i]).append("  ");
-    }
-    line.erase(line.find_last_not_of(' ') + 1);
-    out.append(line).append("\n");
-  }
-  return out;
-}
 
 std::string decimal(double x) { return std::isnan(x) ? "-" : fmt::format("{:.4f}", x); }
 std::string interval_text(const Interval& interval) {
@@ -46,13 +22,18 @@ std::string signed_interval_text(const Interval& interval) {
   return fmt::format("{:+.4f} .. {:+.4f}", interval.low, interval.high);
 }
 
+/// The column "objective" is there only where it says more than S: where traces went on after a violation.
 std::string policy_table(const std::vector<PolicyScore>& policies) {
+  const bool met_after_violation =
+      std::any_of(policies.begin(), policies.end(), [](const PolicyScore& p) { return p.objective_met > p.success; });
   Rows rows = {{"policy", "N", "S", "K", "U", "invalid", "rate", "95 % interval"}};
+  if (met_after_violation) rows[0].push_back("objective met");
   for (const PolicyScore& p : policies) {
     rows.push_back({p.policy, std::to_string(p.n), std::to_string(p.success), std::to_string(p.known),
                     std::to_string(p.unknown), std::to_string(p.invalid), decimal(p.rate), interval_text(p.interval)});
+    if (met_after_violation) rows.back().push_back(std::to_string(p.objective_met));
   }
-  return aligned(rows, 1);
+  return text_table(rows, 1);
 }
 
 std::string requirement_table(const Score& score) {
@@ -62,7 +43,7 @@ std::string requirement_table(const Score& score) {
     rows.push_back({p.policy});
     for (const std::uint64_t count : p.by_requirement) rows.back().push_back(std::to_string(count));
   }
-  return aligned(rows, 1);
+  return text_table(rows, 1);
 }
 
 std::string pair_table(const std::vector<PairedComparison>& pairs) {
@@ -73,7 +54,7 @@ std::string pair_table(const std::vector<PairedComparison>& pairs) {
                     std::isnan(p.difference) ? "-" : fmt::format("{:+.4f}", p.difference),
                     signed_interval_text(p.interval), fmt::format("{:.3g}", p.p_value)});
   }
-  return aligned(rows, 2);
+  return text_table(rows, 2);
 }
 
 Json json_of(const Interval& interval) { return Json::array({interval.low, interval.high}); }
@@ -90,6 +71,7 @@ Json json_of(const PolicyScore& p, const std::vector<std::string>& requirements)
           {"known_failure", p.known},
           {"by_requirement", by_requirement},
           {"unknown_failure", p.unknown},
+          {"objective_met", p.objective_met},
           {"invalid", p.invalid},
           {"rate", json_of(p.rate)},
           {"interval", json_of(p.interval)}};

@@ -14,6 +14,7 @@ PolicyScore score_policy(const TraceTable& table, std::size_t requirements) {
   out.policy = table.policy;
   out.by_requirement.assign(requirements, 0);
   for (std::size_t i = 0; i < table.size(); ++i) {
+    if (table.outcome[i] != Outcome::invalid && table.objective_margin[i] >= 0) ++out.objective_met;
     switch (table.outcome[i]) {
       case Outcome::success:
         ++out.success;

@@ -6,6 +6,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "analysis/text_table.h"
 #include "jobs/commands.h"
 
 namespace graze {
@@ -73,14 +74,14 @@ std::string overview(const Scenario& s) {
 }
 
 std::string parameter_table(const ParameterSpace& space) {
-  std::vector<std::vector<std::string>> rows = {{"parameter", "unit", "nominal", "distribution", "jitter"}};
+  std::vector<std::vector<std::string>> rows = {{"parameter", "unit", "distribution", "jitter", "nominal"}};
   for (const UncertainParameter& p : space.parameters) {
     const std::string nominal =
         p.labels.empty() ? fmt::format("{:.6g}", p.nominal) : p.labels.at(static_cast<int>(p.nominal));
     const std::string persistent = p.distribution_text.empty() ? p.persistent.describe() : p.distribution_text;
-    rows.push_back({p.name, p.unit, nominal, persistent, p.jitter ? p.jitter->describe() : "-"});
+    rows.push_back({p.name, p.unit, persistent, p.jitter ? p.jitter->describe() : "-", nominal});
   }
-  return text_table(rows, {false, false, true, false, false});
+  return text_table(rows, 4);
 }
 
 nlohmann::json as_json(const Scenario& s) {

@@ -37,8 +37,4 @@ struct ScenarioArguments {
 /// A verb with its description and, below its options, examples.
 CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& description, const std::string& examples);
 
-/// Aligned columns; the first row is the head. Numbers are the caller's to format; columns in `right` are set flush
-/// right.
-std::string text_table(const std::vector<std::vector<std::string>>& rows, const std::vector<bool>& right);
-
 }  // namespace graze

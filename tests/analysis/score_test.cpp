@@ -108,14 +108,23 @@ TEST(Score, IncompleteSaysSo) {
   EXPECT_EQ(json["policies"][2]["interval"], nlohmann::json({0.0, 1.0}));
 }
 
+// Claim: where traces went on after a violation, the table also counts those that met their objective in spite of it.
+TEST(Score, ObjectiveMetAfterAViolationHasAColumn) {
+  Score s;
+  s.policies = {{"p", 10, 3, 6, 1, 0, {6}, 8, 0.3, {0.1, 0.6}}};
+  EXPECT_THAT(format_score(s), ::testing::HasSubstr("objective met"));
+  s.policies[0].objective_met = 3;
+  EXPECT_THAT(format_score(s), ::testing::Not(::testing::HasSubstr("objective met")));
+}
+
 // Claim: the table has one aligned line per policy, requirement counts and pairs, in the shape shown in
 // docs/statistics.md.
 TEST(Score, Table) {
   Score s;
   s.campaign = "Curb";
   s.requirements = {"upright", "clears-curb"};
-  s.policies = {{"step/1cm", 100, 0, 97, 3, 0, {1, 96}, 0.0, {0, 0.0362}},
-                {"step/4cm", 99, 95, 4, 0, 1, {4, 0}, 95.0 / 99, {0.8998, 0.9889}}};
+  s.policies = {{"step/1cm", 100, 0, 97, 3, 0, {1, 96}, 0, 0.0, {0, 0.0362}},
+                {"step/4cm", 99, 95, 4, 0, 1, {4, 0}, 95, 95.0 / 99, {0.8998, 0.9889}}};
   s.pairs = {{"step/1cm", "step/4cm", 99, 0, 0, 95, 4, 95.0 / 99, {0.8898, 0.9842}, 5.05e-29}};
   EXPECT_EQ(format_score(s),
             "Curb\n"
