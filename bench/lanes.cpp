@@ -56,6 +56,7 @@ class Trot {
         tau_(nominal_.na() * lanes_),
         engine_(nominal_, kernel, {q_.data(), v_.data(), a_.data(), X_.data()}) {
     for (int lane = 0; lane < lanes_; ++lane) start(lane);
+    add_servos();
   }
 
   void step() {
@@ -103,19 +104,33 @@ class Trot {
     engine_.start(lane, model, state);
   }
 
+  /// What a joint's servo does: hold the initial angle, and swing.
+  struct Servo {
+    int row;                   // in q
+    double rest, swing, lift;  // rad
+    bool first;                // of the diagonal pairs of legs
+  };
+
+  void add_servos() {
+    for (int index : nominal_.actuated) {
+      const Body& body = nominal_.bodies[index];
+      const double rest = initial_.q[body.q];
+      servos_.push_back({body.q, rest, body.joint.ends_with("Y_2") ? 0.1 : 0,
+                         body.joint.ends_with("Y_3") ? std::copysign(0.25, rest) : 0,
+                         body.joint.starts_with("LF") || body.joint.starts_with("RH")});
+    }
+  }
+
   /// Diagonal legs swing together, twice a second: the foot is lifted by the knee while the hip brings it forward.
   void servo() {
-    for (int k = 0; k < nominal_.na(); ++k) {
-      const Body& body = nominal_.bodies[nominal_.actuated[k]];
-      const bool first = body.joint.starts_with("LF") || body.joint.starts_with("RH");
-      const double phase = 2 * std::numbers::pi * 2 * time_ + (first ? 0 : std::numbers::pi);
-      const double sign = initial_.q[body.q] > 0 ? 1 : -1;
-      double target = initial_.q[body.q];
-      if (body.joint.ends_with("Y_2")) target += 0.1 * std::cos(phase);
-      if (body.joint.ends_with("Y_3")) target += sign * 0.25 * std::max(0.0, std::sin(phase));
-      for (int lane = 0; lane < lanes_; ++lane) {
-        tau_[k * lanes_ + lane] = std::clamp(8 * (target - q_[body.q * lanes_ + lane]), -7.3, 7.3);
-      }
+    const double phase = 2 * std::numbers::pi * 2 * time_, s = std::sin(phase), c = std::cos(phase);
+    for (std::size_t k = 0; k < servos_.size(); ++k) {
+      const Servo& servo = servos_[k];
+      const double sign = servo.first ? 1 : -1;
+      const double target = servo.rest + servo.swing * sign * c + servo.lift * std::max(0.0, sign * s);
+      const double* q = &q_[servo.row * lanes_];
+      double* tau = &tau_[k * lanes_];
+      for (int lane = 0; lane < lanes_; ++lane) tau[lane] = std::clamp(8 * (target - q[lane]), -7.3, 7.3);
     }
   }
 
@@ -136,6 +151,7 @@ class Trot {
   int lanes_;
   Rows q_, v_, a_, X_, tau_;
   LaneEngine engine_;
+  std::vector<Servo> servos_;
   double time_ = 0, sweeps_ = 0, residual_ = 0, contacts_ = 0;
   double most_sweeps_ = 0;
   long steps_ = 0, unfinished_ = 0;

@@ -95,7 +95,41 @@ inline void jacobian_rows(const TreeT<T>& tree, int body, double side, const Con
   y[0] = to_local(c, sign * cross_add(S.w, r, S.l));
 }
 
-/// Y of a contact into c.y, from scratch space of one Vec3T per dof; A.
+/// Takes the rows of Y one by one; sums A = sum of y_k y_k^T / D_k in registers.
+template <class T>
+struct RowSinkT {
+  Vec3T<T>*y, *scaled;
+  T nn{0.0}, ss{0.0}, tt{0.0}, ns{0.0}, nt{0.0}, st{0.0};
+
+  RowSinkT(const ContactT<T>& c, int rows) : y(c.y), scaled(c.y + rows) {}
+  void put(int i, const Vec3T<T>& a, const T& inverse_D) {
+    const Vec3T<T> b = inverse_D * a;
+    y[i] = a;
+    scaled[i] = b;
+    nn = fma(a.x, b.x, nn), ss = fma(a.y, b.y, ss), tt = fma(a.z, b.z, tt);
+    ns = fma(a.x, b.y, ns), nt = fma(a.x, b.z, nt), st = fma(a.y, b.z, st);
+  }
+  void finish(ContactT<T>& c) const { c.ann = nn, c.ass = ss, c.att = tt, c.ans = ns, c.ant = nt, c.ast = st; }
+};
+
+template <class T>
+inline Vec3T<T> minus_scaled(const Vec3T<T>& a, const T& l, const Vec3T<T>& y) {
+  return {fnma(l, y.x, a.x), fnma(l, y.y, a.y), fnma(l, y.z, a.z)};
+}
+
+/// y of dof k and what it takes from its ancestors at depth `from` and deeper.
+template <class T>
+inline Vec3T<T> finish_row(const TreeT<T>& tree, int k, int from, Vec3T<T>* scratch) {
+  const TopologyView& top = tree.topology;
+  const Vec3T<T> y = scratch[k];
+  const T* row = tree.M + top.row[k];
+  const int* chain = top.chain + top.row[k];
+  for (int d = from; d < top.dof_depth[k]; ++d) scratch[chain[d]] = minus_scaled(scratch[chain[d]], row[d], y);
+  return y;
+}
+
+/// Y of a contact into c.y, from scratch space of one Vec3T per dof; A. The rows of a floating base, which every joint
+/// updates, stay in registers.
 template <class T>
 inline void factor_contact(const TreeT<T>& tree, const PathView& path, ContactT<T>& c, Vec3T<T>* scratch) {
   const TopologyView& top = tree.topology;
@@ -103,23 +137,35 @@ inline void factor_contact(const TreeT<T>& tree, const PathView& path, ContactT<
     for (int i = 0; i < path.count; ++i) scratch[path.dofs[i]] = {T(0.0), T(0.0), T(0.0)};
   }
   for (int i = 0; i < path.moving_count; ++i) jacobian_rows(tree, path.bodies[i], path.signs[i], c, scratch);
-  T nn(0.0), ss(0.0), tt(0.0), ns(0.0), nt(0.0), st(0.0);
-  for (int i = 0; i < path.count; ++i) {
-    const int k = path.dofs[i];
-    const Vec3T<T> y = scratch[k];
-    const T* row = tree.M + top.row[k];
-    const int* chain = top.chain + top.row[k];
-    for (int d = 0; d < top.dof_depth[k]; ++d) {
-      Vec3T<T>& above = scratch[chain[d]];
-      above = {fnma(row[d], y.x, above.x), fnma(row[d], y.y, above.y), fnma(row[d], y.z, above.z)};
+  RowSinkT<T> sink(c, path.count);
+  if (path.base < 0) {
+    for (int i = 0; i < path.count; ++i) {
+      const int k = path.dofs[i];
+      sink.put(i, finish_row(tree, k, 0, scratch), tree.inverse_D[k]);
     }
-    const Vec3T<T> scaled = tree.inverse_D[k] * y;
-    c.y[i] = y;
-    c.y[path.count + i] = scaled;
-    nn = fma(y.x, scaled.x, nn), ss = fma(y.y, scaled.y, ss), tt = fma(y.z, scaled.z, tt);
-    ns = fma(y.x, scaled.y, ns), nt = fma(y.x, scaled.z, nt), st = fma(y.y, scaled.z, st);
+    sink.finish(c);
+    return;
   }
-  c.ann = nn, c.ass = ss, c.att = tt, c.ans = ns, c.ant = nt, c.ast = st;
+  Vec3T<T> B[6];
+  GRAZE_UNROLL
+  for (int d = 0; d < 6; ++d) B[d] = scratch[path.base + d];
+  const int joints = path.count - 6;
+  for (int i = 0; i < joints; ++i) {
+    const int k = path.dofs[i];
+    const Vec3T<T> y = finish_row(tree, k, 6, scratch);
+    const T* row = tree.M + top.row[k];
+    GRAZE_UNROLL
+    for (int d = 0; d < 6; ++d) B[d] = minus_scaled(B[d], row[d], y);
+    sink.put(i, y, tree.inverse_D[k]);
+  }
+  const T* rows = tree.M + top.row[path.base];
+  GRAZE_UNROLL
+  for (int k = 5; k >= 0; --k) {
+    GRAZE_UNROLL
+    for (int d = 0; d < k; ++d) B[d] = minus_scaled(B[d], rows[base_entry(k, d)], B[k]);
+    sink.put(joints + 5 - k, B[k], tree.inverse_D[path.base + k]);
+  }
+  sink.finish(c);
 }
 
 /// The gap term along n (Eq. 67 and its kin): the solver makes n . u + term >= 0.

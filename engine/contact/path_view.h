@@ -12,6 +12,7 @@ struct PathView {
   const double* signs;  // +1: they carry a; -1: they carry b
   int body_a, body_b;   // or -1
   bool shared;          // some joint moves both alike
+  int base;  // dofs are joints of one floating tree and then its base's six, the first of which is this; or -1
 };
 
 }  // namespace graze

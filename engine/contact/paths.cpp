@@ -19,8 +19,12 @@ int Paths::add(int body_a, int body_b) {
     table.signs.push_back(sign);
   }
   std::sort(table.dofs.rbegin(), table.dofs.rend());
+  int base = -1;
+  const int root_a = body_a < 0 ? -1 : topology_.root[body_a], root_b = body_b < 0 ? -1 : topology_.root[body_b];
+  const bool one_tree = body_a < 0 || body_b < 0 || root_a == root_b;
+  if (one_tree && std::max(root_a, root_b) >= 0) base = topology_.v[std::max(root_a, root_b)];
   views_.push_back({static_cast<int>(table.dofs.size()), table.dofs.data(), static_cast<int>(table.bodies.size()),
-                    table.bodies.data(), table.signs.data(), body_a, body_b, table.bodies.size() < sides.size()});
+                    table.bodies.data(), table.signs.data(), body_a, body_b, table.bodies.size() < sides.size(), base});
   return place->second;
 }
 

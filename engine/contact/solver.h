@@ -37,33 +37,29 @@ struct SlipSystemT {
   }
 };
 
-/// Steps of Newton's method per visit to a sliding contact; later sweeps go on from where it stopped.
-inline constexpr int kSlipSteps = 2;
-
 /// The impulse of a sliding contact: u_n = 0 (convex: mu |u_t|), u_t = -alpha lambda_t with alpha > 0, and
 /// |lambda_t| = mu lambda_n, which leaves one equation for alpha. Newton on mu lambda_n / |lambda_t| = 1, which is
-/// nearly linear (as the radius equation of trust-region methods: Conn, Gould, Toint 2000, §7.3).
+/// nearly linear (as the radius equation of trust-region methods: Conn, Gould, Toint 2000, §7.3), one step per visit:
+/// later sweeps go on from where it stopped.
 template <class T>
 inline Vec3T<T> slip_impulse(ContactT<T>& c, const mask_of<T>& slides, const Vec3T<T>& free, const T& kappa_mu2,
                              bool some_flow) {
   const Vec3T<T> rhs = -free;
-  T alpha = c.slip_rate;
-  for (int step = 0; step < kSlipSteps; ++step) {
-    const SlipSystemT<T> system(c, alpha, kappa_mu2 * alpha, some_flow);
-    const Vec3T<T> x = system.solve(rhs);
-    const Vec3T<T> dx = -system.solve({kappa_mu2 * x.x, x.y, x.z});  // d lambda / d alpha
-    const T length2 = fma(x.y, x.y, x.z * x.z), length = sqrt(length2);
-    const T slope = c.friction * fnma(x.x, fma(x.y, dx.y, x.z * dx.z), dx.x * length2);
-    const T next = fnma(fnma(c.friction, x.x, length) * T(-1.0), length2 * recip(slope), alpha);
-    alpha = select((slope > T(0.0)) & (next < T(1e12)), max(next, T(0.0)), alpha);
-  }
-  const Vec3T<T> x = SlipSystemT<T>(c, alpha, kappa_mu2 * alpha, some_flow).solve(rhs);
-  const T length2 = fma(x.y, x.y, x.z * x.z);
-  const auto regular = (x.x > T(0.0)) & (length2 > T(0.0));
-  c.slip_rate = select(slides, alpha, c.slip_rate);
+  const T alpha = c.slip_rate;
+  const SlipSystemT<T> system(c, alpha, kappa_mu2 * alpha, some_flow);
+  const Vec3T<T> at = system.solve(rhs);
+  const Vec3T<T> rate = -system.solve({kappa_mu2 * at.x, at.y, at.z});  // d lambda / d alpha
+  const T length2 = fma(at.y, at.y, at.z * at.z), length = sqrt(length2);
+  const T slope = c.friction * fnma(at.x, fma(at.y, rate.y, at.z * rate.z), rate.x * length2);
+  const T next = fma(length - c.friction * at.x, length2 * recip(slope), alpha);
+  const T better = select((slope > T(0.0)) & (next < T(1e12)), max(next, T(0.0)), alpha);
+  c.slip_rate = select(slides, better, c.slip_rate);
+  const Vec3T<T> x = SlipSystemT<T>(c, better, kappa_mu2 * better, some_flow).solve(rhs);
+  const T tangent2 = fma(x.y, x.y, x.z * x.z);
+  const auto regular = (x.x > T(0.0)) & (tangent2 > T(0.0));
   // On the cone exactly. Where friction jams the normal (Painleve) the tangent is given up.
   const T normal = select(regular, x.x, max(T(0.0), rhs.x * c.inverse_ann));
-  const T scale = select(regular, c.friction * normal * recip(sqrt(select(regular, length2, T(1.0)))), T(0.0));
+  const T scale = select(regular, c.friction * normal * recip(sqrt(select(regular, tangent2, T(1.0)))), T(0.0));
   return {normal, scale * x.y, scale * x.z};
 }
 
@@ -71,7 +67,12 @@ inline Vec3T<T> slip_impulse(ContactT<T>& c, const mask_of<T>& slides, const Vec
 template <class T>
 inline void apply_impulse(const PathView& path, const ContactT<T>& c, const Vec3T<T>& change, T* dz) {
   const Vec3T<T>* scaled = c.y + path.count;
-  for (int i = 0; i < path.count; ++i) dz[path.dofs[i]] = dot_add(scaled[i], change, dz[path.dofs[i]]);
+  const int loose = path.base < 0 ? path.count : path.count - 6;
+  for (int i = 0; i < loose; ++i) dz[path.dofs[i]] = dot_add(scaled[i], change, dz[path.dofs[i]]);
+  if (path.base < 0) return;
+  T* base = dz + path.base;
+  GRAZE_UNROLL
+  for (int d = 0; d < 6; ++d) base[d] = dot_add(scaled[loose + 5 - d], change, base[d]);
 }
 
 /// A lambda for the contact's own A.
@@ -86,12 +87,14 @@ template <class T>
 inline Vec3T<T> contact_velocity(const PathView& path, const ContactT<T>& c, const T* dz) {
   // Two chains of sums, because a sum waits for the one before it.
   Vec3T<T> even = c.b, odd{c.compliance * c.lambda.x, T(0.0), T(0.0)};
-  int i = 0;
-  for (; i + 1 < path.count; i += 2) {
-    even = axpy(dz[path.dofs[i]], c.y[i], even);
-    odd = axpy(dz[path.dofs[i + 1]], c.y[i + 1], odd);
+  const int loose = path.base < 0 ? path.count : path.count - 6;
+  for (int i = 0; i < loose; ++i) even = axpy(dz[path.dofs[i]], c.y[i], even);
+  if (path.base >= 0) {
+    const T* base = dz + path.base;
+    const Vec3T<T>* y = c.y + loose;
+    odd = axpy(base[5], y[0], odd), odd = axpy(base[4], y[1], odd), odd = axpy(base[3], y[2], odd);
+    odd = axpy(base[2], y[3], odd), odd = axpy(base[1], y[4], odd), even = axpy(base[0], y[5], even);
   }
-  if (i < path.count) even = axpy(dz[path.dofs[i]], c.y[i], even);
   return even + odd;
 }
 

@@ -25,6 +25,13 @@ Topology::Topology(const Model& model) {
     q_.push_back(body.q);
     v_.push_back(body.v);
     root_.push_back(floating ? static_cast<int>(i) : body.parent < 0 ? -1 : root_[body.parent]);
+    end_.push_back(static_cast<int>(i) + 1);
+    last_child_.push_back(-1);
+    if (body.parent >= 0) last_child_[body.parent] = static_cast<int>(i);
+    if (root_[i] >= 0) {
+      assert(end_[root_[i]] + 1 >= end_[i]);  // a tree's bodies are consecutive
+      end_[root_[i]] = end_[i];
+    }
     int above = -1;
     if (body.parent >= 0) above = v_[body.parent] + (kind_[body.parent] == kFloating ? 5 : 0);
     for (int k = 0; k < (floating ? 6 : 1); ++k) {
@@ -52,6 +59,8 @@ TopologyView Topology::view() const {
   view.kind = kind_.data();
   view.q = q_.data();
   view.v = v_.data();
+  view.end = end_.data();
+  view.last_child = last_child_.data();
   view.root = root_.data();
   view.dof_parent = dof_parent_.data();
   view.dof_depth = dof_depth_.data();

@@ -8,11 +8,13 @@ enum BodyKind : int { kFloating, kRevolute, kPrismatic };
 struct TopologyView {
   int bodies, nq, nv;
   // Per body; parents come before children.
-  const int* parent;  // body, or -1
-  const int* kind;    // BodyKind
-  const int* q;       // first index in q
-  const int* v;       // first index in v
-  const int* root;    // floating body at the base of its tree, or -1: the tree stands on the world, O is its origin
+  const int* parent;      // body, or -1
+  const int* kind;        // BodyKind
+  const int* q;           // first index in q
+  const int* v;           // first index in v
+  const int* end;         // one beyond the last body of the tree, for a floating body; their dofs are consecutive
+  const int* last_child;  // highest index of a child, or -1
+  const int* root;        // floating body at the base of its tree, or -1: the tree stands on the world, O is its origin
   // Per degree of freedom, a floating body's six in a chain (Featherstone's expanded tree).
   const int* dof_parent;  // or -1
   const int* dof_depth;   // number of ancestors

@@ -1,8 +1,8 @@
 #pragma once
 // Kinematics, mass matrix and bias forces of a block of trees. World axes, about O (see topology.h). Spatial vectors
 // are (angular, linear); the motion subspace of joint i at p_i with axis a_i is S_i = (a_i, p_i x a_i) if revolute, (0,
-// a_i) if prismatic. Bodies are used in canonical frames, whose z axis is the joint's: then a joint's rotation mixes
-// two columns, and its axis in the world is the third.
+// a_i) if prismatic. A joint turns about the z axis of its canonical frame, so that its rotation mixes two columns and
+// its axis in the world is the third.
 
 #include "engine/dynamics/topology_view.h"
 #include "engine/lanes/trig.h"
@@ -29,26 +29,25 @@ struct InertiaT {
 /// Numbers of one body, which differ from lane to lane but not in time.
 template <class T>
 struct BodyT {
-  RotT<T> R_PC;                    // canonical frame in the parent's canonical frame, q = 0
+  RotT<T> R_PC;                    // canonical frame in the parent's body frame, q = 0
   Vec3T<T> p_PC;                   // m
-  RotT<T> R_CB;                    // the Model's body frame in the canonical frame
+  RotT<T> R_CB;                    // body frame in the canonical frame
   T mass;                          // kg
-  Vec3T<T> com;                    // canonical frame, m
-  T ixx, iyy, izz, ixy, ixz, iyz;  // about com, canonical axes, kg m^2
+  Vec3T<T> com;                    // body frame, m
+  T ixx, iyy, izz, ixy, ixz, iyz;  // about com, body axes, kg m^2
   T damping;                       // N m s/rad
 };
 
 /// What a step computes about one body.
 template <class T>
 struct MotionT {
-  RotT<T> R;      // canonical frame, world axes
-  Vec3T<T> p;     // its origin from O, world axes, m
+  Vec3T<T> p;     // origin of the body frame from O, world axes, m
   SpatialT<T> S;  // motion subspace; not for floating bodies
   SpatialT<T> V;  // spatial velocity about O
   SpatialT<T> A;  // spatial acceleration with v' = 0, gravity as upward acceleration
   SpatialT<T> F;  // force that the subtree needs
   InertiaT<T> I;  // of the body
-  InertiaT<T> C;  // of the subtree: the composite rigid body
+  InertiaT<T> C;  // of the subtree: the composite rigid body; not set for joints' bodies without children
 };
 
 /// A block of trees: tables, numbers and working memory (owned by the caller).
@@ -58,6 +57,7 @@ struct TreeT {
   const BodyT<T>* body;
   const T* gravity;  // 3, m/s^2
   MotionT<T>* motion;
+  PoseT<T>* pose;    // world poses of the body frames
   Vec3T<T>* origin;  // O in the world, per body that is a root; unused otherwise
   T* M;              // row[nv] entries; becomes L and D
   T* inverse_D;      // nv
@@ -95,7 +95,7 @@ inline SpatialT<T> cross_force_add(const SpatialT<T>& V, const SpatialT<T>& F, c
 /// Inertia of a body about O in world axes: R I_com R^T + m (c.c 1 - c c^T).
 template <class T>
 inline InertiaT<T> inertia_about_origin(const BodyT<T>& body, const RotT<T>& R, const Vec3T<T>& p) {
-  const Vec3T<T> c = PoseT<T>{R, p} * body.com;
+  const Vec3T<T> c = p + R * body.com;
   InertiaT<T> I;
   I.m = body.mass;
   I.h = body.mass * c;
@@ -115,10 +115,8 @@ inline InertiaT<T> inertia_about_origin(const BodyT<T>& body, const RotT<T>& R, 
 }
 
 template <class T>
-inline void add(InertiaT<T>& a, const InertiaT<T>& b) {
-  a.m += b.m;
-  a.h += b.h;
-  a.xx += b.xx, a.yy += b.yy, a.zz += b.zz, a.xy += b.xy, a.xz += b.xz, a.yz += b.yz;
+inline InertiaT<T> operator+(const InertiaT<T>& a, const InertiaT<T>& b) {
+  return {a.m + b.m, a.h + b.h, a.xx + b.xx, a.yy + b.yy, a.zz + b.zz, a.xy + b.xy, a.xz + b.xz, a.yz + b.yz};
 }
 
 /// Rotation of a unit quaternion w, x, y, z.
@@ -150,45 +148,59 @@ inline void turn(RotT<T>& R, const T& angle) {
   }
 }
 
-/// Poses and motion subspaces of all bodies for q.
+/// Rotation of a joint's body, its origin from O, and its motion subspace.
+template <class T>
+inline RotT<T> place_body(const TreeT<T>& tree, int i, const T& q) {
+  const TopologyView& t = tree.topology;
+  const BodyT<T>& body = tree.body[i];
+  MotionT<T>& motion = tree.motion[i];
+  RotT<T> R = body.R_PC;
+  Vec3T<T> p = body.p_PC;
+  if (t.parent[i] >= 0) {
+    const RotT<T>& above = tree.pose[t.parent[i]].R;
+    R = above * R;
+    p = tree.motion[t.parent[i]].p + above * p;
+  }
+  const Vec3T<T> axis = R.column(2);
+  if (t.kind[i] == kRevolute) {
+    turn(R, q);
+    motion.S = {axis, cross(p, axis)};
+  } else {
+    p = axpy(q, axis, p);
+    motion.S = {{T(0.0), T(0.0), T(0.0)}, axis};
+  }
+  motion.p = p;
+  return R * body.R_CB;
+}
+
+/// Poses, motion subspaces and own inertias of all bodies for q. One pass, because the numbers of a block do not fit
+/// the nearest cache.
 template <class T>
 inline void update_poses(const TreeT<T>& tree, const T* q) {
   const TopologyView& t = tree.topology;
   for (int i = 0; i < t.bodies; ++i) {
-    const BodyT<T>& body = tree.body[i];
     MotionT<T>& motion = tree.motion[i];
     const T* qi = q + t.q[i];
+    RotT<T> R;
     if (t.kind[i] == kFloating) {
-      motion.R = rotation(qi[0], qi[1], qi[2], qi[3]);
+      R = rotation(qi[0], qi[1], qi[2], qi[3]);
       motion.p = {T(0.0), T(0.0), T(0.0)};
       tree.origin[i] = {qi[4], qi[5], qi[6]};
-      continue;
-    }
-    if (t.parent[i] < 0) {
-      motion.R = body.R_PC;
-      motion.p = body.p_PC;
     } else {
-      const MotionT<T>& above = tree.motion[t.parent[i]];
-      motion.R = above.R * body.R_PC;
-      motion.p = PoseT<T>{above.R, above.p} * body.p_PC;
+      R = place_body(tree, i, *qi);
     }
-    const Vec3T<T> axis = motion.R.column(2);
-    if (t.kind[i] == kRevolute) {
-      turn(motion.R, *qi);
-      motion.S = {axis, cross(motion.p, axis)};
-    } else {
-      motion.p = axpy(*qi, axis, motion.p);
-      motion.S = {{T(0.0), T(0.0), T(0.0)}, axis};
-    }
+    const Vec3T<T> p = motion.p;
+    motion.I = inertia_about_origin(tree.body[i], R, p);
+    tree.pose[i] = {R, t.root[i] < 0 ? p : p + tree.origin[t.root[i]]};
   }
 }
 
 /// Rows of M of a joint: S_j . (I S_i) up the ancestors.
 template <class T>
-inline void mass_row(const TreeT<T>& tree, int i) {
+inline void mass_row(const TreeT<T>& tree, int i, const InertiaT<T>& C) {
   const TopologyView& t = tree.topology;
   const MotionT<T>& motion = tree.motion[i];
-  const SpatialT<T> force = motion.C * motion.S;
+  const SpatialT<T> force = C * motion.S;
   const int dof = t.v[i];
   T* row = tree.M + t.row[dof];
   row[t.dof_depth[dof]] = dot(motion.S, force);
@@ -218,22 +230,26 @@ inline void mass_rows_of_base(const TreeT<T>& tree, int i) {
   M[15] = I.h.y, M[16] = -I.h.x, M[17] = zero, M[18] = zero, M[19] = zero, M[20] = I.m;
 }
 
-/// Inertias of the bodies, from the leaves to the bases those of the subtrees, and M. After update_poses.
+/// From the leaves to the bases the inertias of the subtrees, and M. After update_poses.
 template <class T>
 inline void update_mass(const TreeT<T>& tree) {
   const TopologyView& t = tree.topology;
-  for (int i = 0; i < t.bodies; ++i) {
-    MotionT<T>& motion = tree.motion[i];
-    motion.I = inertia_about_origin(tree.body[i], motion.R, motion.p);
-    motion.C = motion.I;
-  }
   for (int i = t.bodies - 1; i >= 0; --i) {
+    MotionT<T>& motion = tree.motion[i];
     if (t.kind[i] == kFloating) {
+      if (t.last_child[i] < 0) motion.C = motion.I;
       mass_rows_of_base(tree, i);
-    } else {
-      mass_row(tree, i);
+      continue;
     }
-    if (t.parent[i] >= 0) add(tree.motion[t.parent[i]].C, tree.motion[i].C);
+    const InertiaT<T> C = t.last_child[i] < 0 ? motion.I : motion.C;
+    mass_row(tree, i, C);
+    const int parent = t.parent[i];
+    if (parent < 0) {
+      motion.C = C;
+      continue;
+    }
+    MotionT<T>& above = tree.motion[parent];
+    above.C = (t.last_child[parent] == i ? above.I : above.C) + C;
   }
 }
 

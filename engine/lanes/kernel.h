@@ -17,6 +17,7 @@ inline constexpr int kSphereKind = 1, kPlaneKind = 5;
 struct ColliderView {
   int kind;                   // ShapeKind
   int body;                   // or -1: the world
+  bool used;                  // in some pair
   const HeightView* terrain;  // heightfields only
 };
 
@@ -34,7 +35,7 @@ struct SolverSettings {
 
 /// Numbers of a collider, each a row of W lanes.
 enum ColliderRow : int {
-  kPose = 0,     // 12, in the body's canonical frame, or the world
+  kPose = 0,     // 12, in the body frame, or the world
   kSize = 12,    // 3, Shape::size
   kExtent = 15,  // 3, half edges of a box about the frame's origin that holds the shape, m
   kRadius = 18,  // of a sphere about the frame's origin that holds it, m
@@ -90,7 +91,7 @@ struct LaneBlock {
   double* joint_rows;     // 2 (depth + 1) per watched joint
   double* joint_impulse;  // 3 per body: lower, upper, dry; warm start
   double* slot_impulse;   // kKept kSlots per pair, warm start
-  int* slot_used;         // per pair: some slot_impulse is not zero
+  int* slot_used;         // per pair: bit k: slot k's may be other than zero
   double* gap;            // per pair: distance when last measured, m, least of the lanes (not per lane)
   double* gap_travel;     // per pair: `travel` at that time
   double travel;          // m, how far any point can have moved since the beginning, a bound over the lanes

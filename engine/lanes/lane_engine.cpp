@@ -9,6 +9,8 @@
 
 #include "engine/contact/collide.h"
 #include "engine/contact/constraint.h"
+#include "engine/lanes/block.h"
+#include "engine/lanes/culling.h"
 
 namespace graze {
 
@@ -117,10 +119,12 @@ void LaneMemory::grow(std::size_t doubles) {
   std::fill_n(data_.get(), size_, 0.0);
 }
 
-LaneEngine::LaneEngine(const Model& nominal, const LaneKernel& kernel, StateRows state)
-    : kernel_(kernel), topology_(nominal), paths_(topology_.view()) {
+LaneEngine::LaneEngine(const Model& nominal, const LaneKernel& kernel, StateRows state,
+                       std::unique_ptr<ExternalContacts> external)
+    : kernel_(kernel), topology_(nominal), paths_(topology_.view()), external_(std::move(external)) {
   for (int body : nominal.actuated) actuated_dof_.push_back(nominal.bodies[body].v);
   number_contacts(nominal);
+  assert(external_ || std::none_of(pairs_.begin(), pairs_.end(), [](const PairView& pair) { return pair.external; }));
   memory_.grow(lay_out(nullptr));
   lay_out(memory_.data());
   block_.topology = topology_.view();
@@ -144,11 +148,12 @@ void LaneEngine::number_contacts(const Model& nominal) {
       grids_.push_back(shape.grid);
       terrain = &terrain_.emplace_back(HeightView{shape.grid->nx, shape.grid->ny, shape.grid->height.data()});
     }
-    colliders_.push_back({static_cast<int>(shape.kind), collider.body, terrain});
+    colliders_.push_back({static_cast<int>(shape.kind), collider.body, false, terrain});
   }
   for (const ColliderPair& pair : nominal.pairs) {
     const int a = nominal.colliders[pair.a].body, b = nominal.colliders[pair.b].body;
     const ShapeKind kind_a = nominal.colliders[pair.a].shape.kind, kind_b = nominal.colliders[pair.b].shape.kind;
+    colliders_[pair.a].used = colliders_[pair.b].used = true;
     pairs_.push_back({pair.a, pair.b, paths_.add(a, b), !has_kernel(kind_a, kind_b)});
   }
   near_.resize(pairs_.size());
@@ -211,14 +216,13 @@ void LaneEngine::load_bodies(int lane, const Model& model) {
   for (std::size_t i = 0; i < model.bodies.size(); ++i) {
     const Body& body = model.bodies[i];
     const Mat3 R_BC = canonical(body);
-    const Mat3 R_CP = body.parent < 0 ? Mat3::Identity() : Mat3(canonical(model.bodies[body.parent]).transpose());
-    const Mat3 inertia = R_BC.transpose() * body.inertia * R_BC;
+    const Mat3& inertia = body.inertia;
     BodyT<double> numbers;
-    numbers.R_PC = to_kernel(Mat3(R_CP * body.X_PB.linear() * R_BC));
-    numbers.p_PC = to_kernel(Vec3(R_CP * body.X_PB.translation()));
+    numbers.R_PC = to_kernel(Mat3(body.X_PB.linear() * R_BC));
+    numbers.p_PC = to_kernel(Vec3(body.X_PB.translation()));
     numbers.R_CB = to_kernel(Mat3(R_BC.transpose()));
     numbers.mass = body.mass;
-    numbers.com = to_kernel(Vec3(R_BC.transpose() * body.com));
+    numbers.com = to_kernel(body.com);
     numbers.ixx = inertia(0, 0), numbers.iyy = inertia(1, 1), numbers.izz = inertia(2, 2);
     numbers.ixy = inertia(0, 1), numbers.ixz = inertia(0, 2), numbers.iyz = inertia(1, 2);
     numbers.damping = body.damping;
@@ -235,10 +239,8 @@ void LaneEngine::load_colliders(int lane, const Model& model) {
   const int W = kernel_.lanes;
   for (std::size_t i = 0; i < model.colliders.size(); ++i) {
     const Collider& collider = model.colliders[i];
-    const Mat3 R_CB = collider.body < 0 ? Mat3::Identity() : Mat3(canonical(model.bodies[collider.body]).transpose());
     double* rows = block_.collider + i * kColliderRows * W;
-    const PoseT<double> X{to_kernel(Mat3(R_CB * collider.X_BG.linear())),
-                          to_kernel(Vec3(R_CB * collider.X_BG.translation()))};
+    const PoseT<double> X{to_kernel(Mat3(collider.X_BG.linear())), to_kernel(Vec3(collider.X_BG.translation()))};
     scatter(X, rows + kPose * W, W, lane);
     scatter(to_kernel(collider.shape.size), rows + kSize * W, W, lane);
     scatter(to_kernel(extent_of(collider.shape)), rows + kExtent * W, W, lane);
@@ -285,6 +287,7 @@ void LaneEngine::start(int lane, const Model& model, const State& initial) {
   load_bodies(lane, model);
   load_colliders(lane, model);
   load_law(lane, model);
+  if (external_) external_->start(lane, model);
   forget_contacts(lane);
   watch_joints();
   for (int i = 0; i < initial.q.size(); ++i) block_.q[i * W + lane] = initial.q[i];
@@ -319,9 +322,25 @@ void LaneEngine::make_room_for_contacts() {
   block_.report_lanes = report_lanes_.data();
 }
 
+void LaneEngine::find_external_contacts(double h, unsigned active) {
+  const int W = kernel_.lanes;
+  double* rows = manifolds_.data();
+  double margin[kLanes];
+  for (int i = 0; i < block_.near_count; ++i) {
+    const PairView& pair = pairs_[near_[i]];
+    if (!pair.external) continue;
+    for (int lane = 0; lane < W; ++lane) {
+      margin[lane] = std::fma(h, block_.speed[pair.a * W + lane] + block_.speed[pair.b * W + lane], reserve(h));
+    }
+    external_->collide(near_[i], W, active, block_.pose + 12 * pair.a * W, block_.pose + 12 * pair.b * W, margin, rows);
+    rows += kSlots * kManifoldRows * W;
+  }
+}
+
 void LaneEngine::step(double h, unsigned active, const double* tau) {
   kernel_.begin(block_, h, active, tau);
   make_room_for_contacts();
+  if (external_) find_external_contacts(h, active);
   kernel_.finish(block_, h, active, tau);
 }
 

@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "engine/contact/external.h"
 #include "engine/contact/manifold.h"
 #include "engine/contact/paths.h"
 #include "engine/dynamics/topology.h"
@@ -35,8 +36,10 @@ class LaneMemory {
 
 class LaneEngine {
  public:
-  /// All lanes hold `nominal` at q = 0 until they are started. `state` outlives this.
-  LaneEngine(const Model& nominal, const LaneKernel& kernel, StateRows state);
+  /// All lanes hold `nominal` at q = 0 until they are started. `state` outlives this. `external` finds the contacts of
+  /// pairs that have no kernel; it may be null if there are none.
+  LaneEngine(const Model& nominal, const LaneKernel& kernel, StateRows state,
+             std::unique_ptr<ExternalContacts> external = nullptr);
   LaneEngine(const LaneEngine&) = delete;
 
   void start(int lane, const Model& model, const State& initial);
@@ -62,10 +65,12 @@ class LaneEngine {
   void forget_contacts(int lane);
   void watch_joints();
   void make_room_for_contacts();
+  void find_external_contacts(double h, unsigned active);
 
   const LaneKernel& kernel_;
   Topology topology_;
   Paths paths_;
+  std::unique_ptr<ExternalContacts> external_;
   std::vector<int> actuated_dof_, watched_, near_, slot_used_, report_pair_;
   std::vector<unsigned> report_lanes_;
   std::vector<double> gap_, gap_travel_;

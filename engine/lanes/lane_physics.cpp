@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "engine/bullet/convex_pairs.h"
 #include "engine/lanes/isa.h"
 
 namespace graze {
@@ -35,7 +36,8 @@ const std::vector<std::string>& lane_contact_models() {
 }
 
 LanePhysics::LanePhysics(const Model& nominal)
-    : engine_(nominal, kernel_of(chosen_isa(), kLanes), prepare(state_, nominal)) {}
+    : engine_(nominal, kernel_of(chosen_isa(), kLanes), prepare(state_, nominal),
+              std::make_unique<bullet::ConvexPairs>(nominal, kLanes)) {}
 
 void LanePhysics::start(int lane, const Particle& particle) {
   engine_.start(lane, particle.model, particle.initial);

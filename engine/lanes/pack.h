@@ -12,6 +12,13 @@
 #include <immintrin.h>
 #endif
 
+// Before a loop of few turns that must become straight code, so that its arrays live in registers.
+#if defined(__clang__)
+#define GRAZE_UNROLL _Pragma("clang loop unroll(full)")
+#else
+#define GRAZE_UNROLL _Pragma("GCC unroll 8")
+#endif
+
 namespace graze {
 inline namespace GRAZE_ISA_NAMESPACE {
 

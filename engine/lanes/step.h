@@ -24,25 +24,12 @@ inline TreeT<T> tree_of(const LaneBlock& block) {
   tree.body = reinterpret_cast<const BodyT<T>*>(block.body);
   tree.gravity = rows<T>(block.gravity);
   tree.motion = reinterpret_cast<MotionT<T>*>(block.motion);
+  tree.pose = reinterpret_cast<PoseT<T>*>(block.X);
   tree.origin = reinterpret_cast<Vec3T<T>*>(block.origin);
   tree.M = rows<T>(block.M);
   tree.inverse_D = rows<T>(block.inverse_D);
   tree.bias = rows<T>(block.bias);
   return tree;
-}
-
-/// Poses of the Model's body frames, for others.
-template <class T>
-inline void write_poses(const LaneBlock& block, const TreeT<T>& tree) {
-  T* X = rows<T>(block.X);
-  for (int i = 0; i < tree.topology.bodies; ++i, X += 12) {
-    const MotionT<T>& motion = tree.motion[i];
-    const int root = tree.topology.root[i];
-    const RotT<T> R = tree.topology.kind[i] == kFloating ? motion.R : motion.R * tree.body[i].R_CB;
-    for (int k = 0; k < 9; ++k) X[k] = R.m[k];
-    const Vec3T<T> p = root < 0 ? motion.p : motion.p + tree.origin[root];
-    X[9] = p.x, X[10] = p.y, X[11] = p.z;
-  }
 }
 
 /// Velocities, bias and energy; momentum of floating trees, where the next step starts from.
@@ -63,7 +50,6 @@ void settle(LaneBlock& block) {
   update_poses<T>(tree, rows<T>(block.q));
   update_mass<T>(tree);
   settle_velocity<T>(block, tree);
-  write_poses<T>(block, tree);
 }
 
 /// World poses of the colliders and bounds of their speeds. Returns the greatest of the active lanes.
@@ -74,6 +60,7 @@ inline double place_colliders(LaneBlock& block, const TreeT<T>& tree, unsigned a
   T fastest(0.0);
   for (int i = 0; i < block.collider_count; ++i) {
     const ColliderView& collider = block.colliders[i];
+    if (!collider.used) continue;
     const T* numbers = collider_rows<T>(block, i);
     const PoseT<T>& X_BG = *reinterpret_cast<const PoseT<T>*>(numbers + kPose);
     if (collider.body < 0) {
@@ -83,9 +70,10 @@ inline double place_colliders(LaneBlock& block, const TreeT<T>& tree, unsigned a
     }
     const MotionT<T>& motion = tree.motion[collider.body];
     const int root = tree.topology.root[collider.body];
-    const Vec3T<T> r = PoseT<T>{motion.R, motion.p} * X_BG.p;  // from O
+    const RotT<T>& R = tree.pose[collider.body].R;
+    const Vec3T<T> r = motion.p + R * X_BG.p;  // from O
     pose[i].p = root < 0 ? r : r + tree.origin[root];
-    pose[i].R = collider.kind == kSphereKind ? motion.R : motion.R * X_BG.R;
+    pose[i].R = collider.kind == kSphereKind ? R : R * X_BG.R;
     const Vec3T<T> u = cross_add(motion.V.w, r, motion.V.l);
     const T spin = abs(motion.V.w.x) + abs(motion.V.w.y) + abs(motion.V.w.z);
     speed[i] = fma(spin, numbers[kRadius], abs(u.x) + abs(u.y) + abs(u.z));
@@ -144,7 +132,7 @@ inline void add_contacts(LaneBlock& block, int pair_index, const ManifoldT<T>& m
     make_tangents(c);
     c.lambda = zero;
     c.slip_rate = T(0.0);
-    if (block.slot_used[pair_index]) {
+    if (block.slot_used[pair_index] >> k & 1) {
       const T* kept = warm + kKept * k;
       c.lambda = to_local(c, select(valid, Vec3T<T>{kept[0], kept[1], kept[2]}, zero));
       c.slip_rate = select(valid, kept[3], T(0.0));
@@ -232,8 +220,8 @@ inline void warm_start(const LaneBlock& block, const ConstraintsT<T>& set, T* dz
     apply_row<T>(block.topology, row, row.dry + row.lower - row.upper, dz);
   }
   for (int i = 0; i < set.contact_count; ++i) {
-    if (!block.slot_used[set.contacts[i].pair]) continue;
-    apply_impulse<T>(set.paths[set.contacts[i].path], set.contacts[i], set.contacts[i].lambda, dz);
+    const ContactT<T>& c = set.contacts[i];
+    if (block.slot_used[c.pair] >> c.slot & 1) apply_impulse<T>(set.paths[c.path], c, c.lambda, dz);
   }
 }
 
@@ -242,16 +230,17 @@ template <class T>
 inline void keep_impulses(LaneBlock& block, const ConstraintsT<T>& set) {
   T* warm = rows<T>(block.slot_impulse);
   for (int i = 0; i < block.pair_count; ++i) {
-    if (!block.slot_used[i]) continue;
-    for (int k = 0; k < kKept * kSlots; ++k) warm[kKept * kSlots * i + k] = T(0.0);
-    block.slot_used[i] = 0;
+    for (int k = 0; block.slot_used[i] != 0; ++k, block.slot_used[i] >>= 1) {
+      if (!(block.slot_used[i] & 1)) continue;
+      for (int row = 0; row < kKept; ++row) warm[kKept * (kSlots * i + k) + row] = T(0.0);
+    }
   }
   for (int i = 0; i < set.contact_count; ++i) {
     const ContactT<T>& c = set.contacts[i];
     T* kept = warm + kKept * (kSlots * c.pair + c.slot);
     const Vec3T<T> impulse = to_world(c, c.lambda);
     kept[0] = impulse.x, kept[1] = impulse.y, kept[2] = impulse.z, kept[3] = c.slip_rate;
-    block.slot_used[c.pair] = 1;
+    block.slot_used[c.pair] |= 1 << c.slot;
   }
   for (int i = 0; i < set.joint_count; ++i) {
     T* kept = rows<T>(block.joint_impulse) + 3 * set.joints[i].body;
@@ -387,7 +376,6 @@ inline void advance(LaneBlock& block, const TreeT<T>& tree, double h, unsigned a
   for (int k = 0; k < t.nv; ++k) v[k] = v[k] + T(0.0);
   for (int k = 0; k < t.nv; ++k) a[k] = (v[k] - a[k]) * rate;
   settle_velocity<T>(block, tree);
-  write_poses<T>(block, tree);
 }
 
 template <class T>
