@@ -56,7 +56,7 @@ Vec3 corner_along(const std::vector<Vec3>& corners, const Vec3& n) {
 /// of their size from it. Steps along two tangents, halved when neither helps.
 Vec3 climb(const Convex& a, const Convex& b, Vec3 n) {
   double best = separation(a, b, n);
-  for (double step = 0.02; step > 1e-9;) {
+  for (double step = 1e-3; step > 1e-8;) {
     const Vec3 t1 = n.unitOrthogonal(), t2 = n.cross(t1);
     bool better = false;
     for (const Vec3& way : {t1, t2, Vec3(-t1), Vec3(-t2)}) {
@@ -102,34 +102,32 @@ struct Simplex {
   Vec3 nearest() const { return sum(&Difference::a) - sum(&Difference::b); }
 };
 
-/// The affine hull's point nearest to zero; false where it is not between the points, or they are dependent.
+/// Weights of the affine hull's point nearest to zero; false where it is not between the points, or they are dependent.
+/// With edges e_i from the first point o: sum_j (e_i . e_j) x_j = -e_i . o.
 bool weigh(Simplex& simplex) {
-  using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 3, 3>;
-  using Column = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3, 1>;
-  const int m = simplex.count - 1;
-  const Vec3 origin = simplex.point[0].w();
-  Small gram(m, m);
-  Column right(m);
-  for (int i = 0; i < m; ++i) {
-    const Vec3 edge = simplex.point[i + 1].w() - origin;
-    right[i] = -edge.dot(origin);
-    for (int j = 0; j < m; ++j) gram(i, j) = edge.dot(simplex.point[j + 1].w() - origin);
+  const Vec3 o = simplex.point[0].w();
+  Mat3 gram = Mat3::Identity();
+  Vec3 right = Vec3::Zero();
+  for (int i = 1; i < simplex.count; ++i) {
+    const Vec3 edge = simplex.point[i].w() - o;
+    right[i - 1] = -edge.dot(o);
+    for (int j = 1; j < simplex.count; ++j) gram(i - 1, j - 1) = edge.dot(simplex.point[j].w() - o);
   }
-  const Column weights = m > 0 ? Column(gram.ldlt().solve(right)) : Column(0);
-  simplex.weight[0] = 1 - weights.sum();
-  for (int i = 0; i < m; ++i) simplex.weight[i + 1] = weights[i];
-  for (int i = 0; i <= m; ++i) {
+  const Vec3 x = gram.ldlt().solve(right);
+  simplex.weight = {1 - x.sum(), x[0], x[1], x[2]};
+  for (int i = 0; i < simplex.count; ++i) {
     if (!(simplex.weight[i] >= 0 && std::isfinite(simplex.weight[i]))) return false;
   }
   return true;
 }
 
-/// The face (corner, edge, triangle or all) of the simplex that holds the point nearest to zero: all are tried, which
-/// has no case to get wrong.
+/// The face (corner, edge, triangle or all) of the simplex that holds the point nearest to zero. All that contain the
+/// last point are tried, which has no case to get wrong.
 Simplex nearest_face(const Simplex& simplex) {
   Simplex best;
   double least = std::numeric_limits<double>::infinity();
-  for (unsigned members = 1; members < 1u << simplex.count; ++members) {
+  const unsigned last = 1u << (simplex.count - 1);
+  for (unsigned members = last; members < 2 * last; ++members) {
     Simplex face;
     for (int i = 0; i < simplex.count; ++i) {
       if (members >> i & 1u) face.point[face.count++] = simplex.point[i];
@@ -178,9 +176,9 @@ bool nearest_cores(const Convex& a, const Convex& b, Vec3& on_a, Vec3& on_b) {
 Gap step_out(const Convex& a, const Convex& b, Vec3 n) {
   constexpr double kAside = 1e-3;  // m
   Gap best{-1e300, n, centre(a), centre(b)};
-  for (int i = 0; i < 20; ++i) {
+  for (int i = 0; i < 10; ++i) {
     const double phi = separation(a, b, n);
-    if (phi <= best.phi + 1e-12 && i > 0) break;
+    if (phi <= best.phi + 1e-10 && i > 0) break;
     best.phi = phi;
     best.n = n;
     Convex moved = a;
