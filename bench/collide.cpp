@@ -63,7 +63,7 @@ void report(benchmark::State& state, long points) {
 
 using CollideBlocks = long (*)(ShapeKind, ShapeKind, const HeightView*, const double*, int);
 
-CollideBlocks blocks_of(Isa isa) {
+CollideBlocks blocks_of([[maybe_unused]] Isa isa) {
 #ifdef GRAZE_X86_KERNELS
   if (isa == Isa::avx512) return collide_blocks_avx512;
   if (isa == Isa::avx2) return collide_blocks_avx2;
