@@ -3,6 +3,7 @@
 #include <cassert>
 
 #include "engine/bullet/bullet_physics.h"
+#include "engine/lanes/lane_physics.h"
 
 namespace graze {
 
@@ -22,17 +23,16 @@ Pose BlockState::pose(int body, int lane) const {
   return out;
 }
 
-std::vector<std::string> physics_names() { return {"bullet"}; }
+std::vector<std::string> physics_names() { return {"bullet", "lanes"}; }
 
 std::vector<std::string> contact_models_of(const std::string& physics) {
-  assert(physics == "bullet");
-  (void)physics;
-  return bullet::contact_model_names();
+  assert(physics == "bullet" || physics == "lanes");
+  return physics == "lanes" ? lane_contact_models() : bullet::contact_model_names();
 }
 
 std::unique_ptr<BlockPhysics> make_physics(const std::string& name, const Model& nominal) {
-  assert(name == "bullet");
-  (void)name;
+  assert(name == "bullet" || name == "lanes");
+  if (name == "lanes") return std::make_unique<LanePhysics>(nominal);
   return std::make_unique<bullet::BulletPhysics>(nominal);
 }
 

@@ -1,0 +1,253 @@
+#include "engine/bullet/convex_gap.h"
+
+#include <BulletCollision/CollisionShapes/btConvexInternalShape.h>
+#include <BulletCollision/NarrowPhaseCollision/btGjkEpa2.h>
+
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+#include "engine/bullet/convert.h"
+
+namespace graze::bullet {
+namespace {
+
+/// Nearer than this (m) two points have no direction.
+constexpr double kApart = 1e-9;
+
+/// A core as Bullet's EPA sees it: its support function.
+class CoreShape final : public btConvexInternalShape {
+ public:
+  explicit CoreShape(const Convex& convex) : convex_(convex) {
+    m_shapeType = CUSTOM_CONVEX_SHAPE_TYPE;
+    m_collisionMargin = 0;
+  }
+  btVector3 localGetSupportingVertexWithoutMargin(const btVector3& n) const override {
+    return to_bt(convex_.core_support(from_bt(n)));
+  }
+  btVector3 localGetSupportingVertex(const btVector3& n) const override {
+    return localGetSupportingVertexWithoutMargin(n);
+  }
+  void batchedUnitVectorGetSupportingVertexWithoutMargin(const btVector3* n, btVector3* out, int count) const override {
+    for (int i = 0; i < count; ++i) out[i] = localGetSupportingVertexWithoutMargin(n[i]);
+  }
+  void calculateLocalInertia(btScalar, btVector3&) const override { assert(false && "not a body"); }
+  const char* getName() const override { return "core"; }
+
+ private:
+  const Convex& convex_;
+};
+
+Vec3 corner_along(const std::vector<Vec3>& corners, const Vec3& n) {
+  const Vec3* best = &corners.front();
+  double most = best->dot(n);
+  for (const Vec3& corner : corners) {
+    const double along = corner.dot(n);
+    if (along > most) {
+      most = along;
+      best = &corner;
+    }
+  }
+  return *best;
+}
+
+/// Climbs to the direction of greatest separation near n: EPA ends on a polytope, which leaves round shapes some 1e-4
+/// of their size from it. Steps along two tangents, halved when neither helps.
+Vec3 climb(const Convex& a, const Convex& b, Vec3 n) {
+  double best = separation(a, b, n);
+  for (double step = 1e-3; step > 1e-8;) {
+    const Vec3 t1 = n.unitOrthogonal(), t2 = n.cross(t1);
+    bool better = false;
+    for (const Vec3& way : {t1, t2, Vec3(-t1), Vec3(-t2)}) {
+      const Vec3 next = (n + step * way).normalized();
+      const double value = separation(a, b, next);
+      if (value > best) {
+        best = value;
+        n = next;
+        better = true;
+        break;
+      }
+    }
+    if (!better) step *= 0.5;
+  }
+  return n;
+}
+
+bool is_round(const Convex& shape) { return shape.kind != ShapeKind::box && shape.kind != ShapeKind::mesh; }
+
+Vec3 centre(const Convex& shape) { return shape.X.translation(); }
+
+Gap from_cores(const Convex& a, const Convex& b, double d, const Vec3& n, const Vec3& core_a, const Vec3& core_b) {
+  return {d - a.rounding() - b.rounding(), n, core_a - a.rounding() * n, core_b + b.rounding() * n};
+}
+
+/// A point of the difference of both cores, with the points it comes from.
+struct Difference {
+  Vec3 a = Vec3::Zero(), b = Vec3::Zero();
+  Vec3 w() const { return a - b; }
+};
+
+/// Up to four of them, and the weights of their hull's point that is nearest to zero.
+struct Simplex {
+  int count = 0;
+  std::array<Difference, 4> point;
+  std::array<double, 4> weight{};
+
+  Vec3 sum(Vec3 Difference::*side) const {
+    Vec3 out = Vec3::Zero();
+    for (int i = 0; i < count; ++i) out += weight[i] * (point[i].*side);
+    return out;
+  }
+  Vec3 nearest() const { return sum(&Difference::a) - sum(&Difference::b); }
+};
+
+/// Weights of the affine hull's point nearest to zero; false where it is not between the points, or they are dependent.
+/// With edges e_i from the first point o: sum_j (e_i . e_j) x_j = -e_i . o.
+bool weigh(Simplex& simplex) {
+  const Vec3 o = simplex.point[0].w();
+  Mat3 gram = Mat3::Identity();
+  Vec3 right = Vec3::Zero();
+  for (int i = 1; i < simplex.count; ++i) {
+    const Vec3 edge = simplex.point[i].w() - o;
+    right[i - 1] = -edge.dot(o);
+    for (int j = 1; j < simplex.count; ++j) gram(i - 1, j - 1) = edge.dot(simplex.point[j].w() - o);
+  }
+  const Vec3 x = gram.ldlt().solve(right);
+  simplex.weight = {1 - x.sum(), x[0], x[1], x[2]};
+  for (int i = 0; i < simplex.count; ++i) {
+    if (!(simplex.weight[i] >= 0 && std::isfinite(simplex.weight[i]))) return false;
+  }
+  return true;
+}
+
+/// The face (corner, edge, triangle or all) of the simplex that holds the point nearest to zero. All that contain the
+/// last point are tried, which has no case to get wrong.
+Simplex nearest_face(const Simplex& simplex) {
+  Simplex best;
+  double least = std::numeric_limits<double>::infinity();
+  const unsigned last = 1u << (simplex.count - 1);
+  for (unsigned members = last; members < 2 * last; ++members) {
+    Simplex face;
+    for (int i = 0; i < simplex.count; ++i) {
+      if (members >> i & 1u) face.point[face.count++] = simplex.point[i];
+    }
+    if (!weigh(face)) continue;
+    const double distance = face.nearest().squaredNorm();
+    if (distance < least) {
+      least = distance;
+      best = face;
+    }
+  }
+  return best;
+}
+
+Difference support_of_difference(const Convex& a, const Convex& b, const Vec3& n) {
+  return {a.X * a.core_support(a.X.linear().transpose() * -n), b.X * b.core_support(b.X.linear().transpose() * n)};
+}
+
+/// Nearest points of the cores, if they are apart (Gilbert, Johnson and Keerthi, IEEE J. Robotics and Automation 4
+/// (1988)). Ends when the direction proves the distance to 1e-13 of it.
+bool nearest_cores(const Convex& a, const Convex& b, Vec3& on_a, Vec3& on_b) {
+  const Vec3 from = centre(a) - centre(b);
+  Simplex simplex;
+  simplex.count = 1;
+  simplex.point[0] = support_of_difference(a, b, from.norm() > kApart ? from : Vec3::UnitZ());
+  simplex.weight[0] = 1;
+  for (int i = 0; i < 200; ++i) {
+    const Vec3 v = simplex.nearest();
+    if (v.norm() < kApart) return false;
+    const Difference next = support_of_difference(a, b, v);
+    if (v.squaredNorm() - v.dot(next.w()) <= 1e-13 * v.squaredNorm()) break;
+    Simplex larger = simplex;
+    larger.point[larger.count++] = next;
+    larger = nearest_face(larger);
+    if (!(larger.nearest().squaredNorm() < v.squaredNorm())) break;
+    simplex = larger;
+    if (simplex.count == 4) return false;  // zero lies inside
+  }
+  on_a = simplex.sum(&Difference::a);
+  on_b = simplex.sum(&Difference::b);
+  return true;
+}
+
+/// Moves a out of b along n, and looks from there which way is nearest: a direction that parts the shapes by less, as
+/// long as there is one. This also finds the normal of shapes that just touch, where EPA sees none.
+Gap step_out(const Convex& a, const Convex& b, Vec3 n) {
+  constexpr double kAside = 1e-3;  // m
+  Gap best{-1e300, n, centre(a), centre(b)};
+  for (int i = 0; i < 10; ++i) {
+    const double phi = separation(a, b, n);
+    if (phi <= best.phi + 1e-10 && i > 0) break;
+    best.phi = phi;
+    best.n = n;
+    Convex moved = a;
+    const Vec3 way = (kAside - phi) * n;
+    moved.X.translation() += way;
+    Vec3 on_a, on_b;
+    if (!nearest_cores(moved, b, on_a, on_b)) break;
+    best.p_a = on_a - way;
+    best.p_b = on_b;
+    n = (on_a - on_b).normalized();
+  }
+  return best;
+}
+
+/// Cores that overlap, or touch so closely that GJK sees no direction.
+Gap overlap(const Convex& a, const Convex& b) {
+  const CoreShape core_a(a), core_b(b);
+  const Vec3 from = centre(a) - centre(b);
+  const Vec3 outward = from.norm() > kApart ? from.normalized() : Vec3::UnitZ();
+  Gap best = step_out(a, b, outward);
+  btGjkEpaSolver2::sResults result;
+  const btVector3 guess = to_bt(Vec3(a.X.linear().transpose() * -outward));
+  if (btGjkEpaSolver2::Penetration(&core_a, to_bt(a.X), &core_b, to_bt(b.X), guess, result, false)) {
+    const Vec3 way = from_bt(result.witnesses[1]) - from_bt(result.witnesses[0]);
+    if (way.norm() > kApart) {
+      const Gap other = step_out(a, b, way.normalized());
+      if (other.phi > best.phi) best = other;
+    }
+  }
+  if (is_round(a) || is_round(b)) best.n = climb(a, b, best.n);
+  best.phi = separation(a, b, best.n);
+  // The ends as they touch, phi apart along n.
+  const Vec3 middle = 0.5 * (best.p_a + best.p_b) + 0.5 * (b.rounding() - a.rounding()) * best.n;
+  return {best.phi, best.n, middle + 0.5 * best.phi * best.n, middle - 0.5 * best.phi * best.n};
+}
+
+}  // namespace
+
+Vec3 Convex::core_support(const Vec3& n) const {
+  const Vec3 s(n.x() < 0 ? -1 : 1, n.y() < 0 ? -1 : 1, n.z() < 0 ? -1 : 1);
+  switch (kind) {
+    case ShapeKind::sphere:
+      return Vec3::Zero();
+    case ShapeKind::capsule:
+      return {0, 0, 0.5 * size.y() * s.z()};
+    case ShapeKind::cylinder: {
+      const double across = std::hypot(n.x(), n.y());
+      const double scale = across > 1e-150 ? size.x() / across : 0;
+      return {scale * n.x(), scale * n.y(), 0.5 * size.y() * s.z()};
+    }
+    case ShapeKind::box:
+      return 0.5 * size.cwiseProduct(s);
+    case ShapeKind::mesh:
+      return corner_along(*corners, n);
+    default:
+      assert(false && "not convex");
+      return Vec3::Zero();
+  }
+}
+
+double Convex::reach(const Vec3& n) const { return n.dot(X * core_support(X.linear().transpose() * n)) + rounding(); }
+
+double separation(const Convex& a, const Convex& b, const Vec3& n) { return -a.reach(-n) - b.reach(n); }
+
+Gap gap_between(const Convex& a, const Convex& b) {
+  Vec3 on_a, on_b;
+  if (!nearest_cores(a, b, on_a, on_b)) return overlap(a, b);
+  const double distance = (on_a - on_b).norm();
+  return from_cores(a, b, distance, (on_a - on_b) / distance, on_a, on_b);
+}
+
+}  // namespace graze::bullet

@@ -1,0 +1,27 @@
+#pragma once
+// Manifolds of convex shapes without a kernel: up to eight points, so that a hull or a cylinder can stand on anything.
+// The gap is that of convex_gap.h; where faces, sides or edges lie on each other, one is clipped to the other and the
+// points that reach furthest in eight directions stay. The eight directions belong to a, so that slots stay.
+
+#include <array>
+
+#include "engine/bullet/convex_gap.h"
+#include "engine/contact/manifold.h"
+
+namespace graze::bullet {
+
+struct ManifoldPoint {
+  bool valid = false;
+  double phi = 0;
+  Vec3 p = Vec3::Zero(), n = Vec3::UnitZ();  // as ContactPointT
+};
+using ConvexManifold = std::array<ManifoldPoint, 8>;
+
+ConvexManifold touch_convex(const Convex& a, const Convex& b, double margin);
+/// `hull` is a mesh; exact for each corner. The plane is z = 0 of X.
+ConvexManifold touch_plane(const Convex& hull, const Pose& X, double margin);
+/// `hull` is a mesh; its corners against the terrain.
+ConvexManifold touch_terrain(const Convex& hull, const HeightView& grid, const Vec3& size, const Pose& X,
+                             double margin);
+
+}  // namespace graze::bullet

@@ -1,0 +1,95 @@
+#include "engine/bullet/convex_pairs.h"
+
+#include <algorithm>
+#include <cassert>
+
+#include "engine/contact/collide.h"
+#include "engine/model/convex_hull.h"
+#include "engine/physics.h"
+
+namespace graze::bullet {
+namespace {
+
+Pose pose_of(const double* rows, int lanes, int lane) {
+  Pose X = Pose::Identity();
+  for (int i = 0; i < 9; ++i) X.linear()(i / 3, i % 3) = rows[i * lanes + lane];
+  for (int i = 0; i < 3; ++i) X.translation()[i] = rows[(9 + i) * lanes + lane];
+  return X;
+}
+
+void write(const ManifoldPoint& point, const Shape& a, const Pose& X_a, const Shape& b, const Pose& X_b, int lanes,
+           double* slot) {
+  const auto row = [&](int i) -> double& { return slot[i * lanes]; };
+  row(kRowPhi) = point.phi;
+  for (int i = 0; i < 3; ++i) {
+    row(kRowPoint + i) = point.p[i];
+    row(kRowNormal + i) = point.n[i];
+  }
+  row(kRowValid) = point.valid ? 1 : 0;
+  row(kRowFeatureA) = row(kRowFeatureB) = features::surface;
+  if (!point.valid) return;
+  const Vec3 half = 0.5 * point.phi * point.n;
+  row(kRowFeatureA) = static_cast<double>(feature_of(a, X_a.inverse() * (point.p + half)));
+  row(kRowFeatureB) = static_cast<double>(feature_of(b, X_b.inverse() * (point.p - half)));
+}
+
+ConvexManifold reversed(ConvexManifold manifold) {
+  for (ManifoldPoint& point : manifold) point.n = -point.n;
+  return manifold;
+}
+
+bool is_ground(ShapeKind kind) { return kind == ShapeKind::plane || kind == ShapeKind::heightfield; }
+
+}  // namespace
+
+ConvexPairs::ConvexPairs(const Model& nominal, int lanes) : pairs_(nominal.pairs), bodies_(lanes) {
+  for (const Collider& collider : nominal.colliders) {
+    const bool mesh = collider.shape.kind == ShapeKind::mesh;
+    hulls_.push_back(mesh ? convex_hull(*collider.shape.mesh) : nullptr);
+    // A flat mesh has no hull with volume; its vertices do as well for contact.
+    if (mesh && !hulls_.back()) hulls_.back() = collider.shape.mesh;
+  }
+  for (int lane = 0; lane < lanes; ++lane) start(lane, nominal);
+}
+
+void ConvexPairs::start(int lane, const Model& model) {
+  assert(model.colliders.size() == hulls_.size());
+  std::vector<Body>& bodies = bodies_[lane];
+  bodies.resize(hulls_.size());
+  for (std::size_t i = 0; i < hulls_.size(); ++i) {
+    bodies[i].shape = model.colliders[i].shape;
+    bodies[i].corners.clear();
+    if (!hulls_[i]) continue;
+    for (const Vec3& vertex : hulls_[i]->vertices) {
+      bodies[i].corners.push_back(vertex.cwiseProduct(bodies[i].shape.size));
+    }
+  }
+}
+
+ConvexManifold ConvexPairs::touch(const Body& a, const Pose& X_a, const Body& b, const Pose& X_b, double margin) const {
+  if (is_ground(a.shape.kind)) return reversed(touch(b, X_b, a, X_a, margin));
+  const Convex first{a.shape.kind, a.shape.size, X_a, &a.corners};
+  if (b.shape.kind == ShapeKind::plane) return touch_plane(first, X_b, margin);
+  if (b.shape.kind == ShapeKind::heightfield) {
+    const HeightGrid& grid = *b.shape.grid;
+    return touch_terrain(first, {grid.nx, grid.ny, grid.height.data()}, b.shape.size, X_b, margin);
+  }
+  return touch_convex(first, {b.shape.kind, b.shape.size, X_b, &b.corners}, margin);
+}
+
+void ConvexPairs::collide(int pair, int lanes, unsigned mask, const double* X_a, const double* X_b,
+                          const double* margin, double* rows) {
+  constexpr int kSlots = ManifoldT<double>::kMax;
+  std::fill_n(rows, kSlots * kManifoldRows * lanes, 0.0);
+  for (int lane = 0; lane < lanes; ++lane) {
+    if (!(mask >> lane & 1u)) continue;
+    const Body &a = body(lane, pairs_[pair].a), &b = body(lane, pairs_[pair].b);
+    const Pose pose_a = pose_of(X_a, lanes, lane), pose_b = pose_of(X_b, lanes, lane);
+    const ConvexManifold manifold = touch(a, pose_a, b, pose_b, margin[lane]);
+    for (int k = 0; k < kSlots; ++k) {
+      write(manifold[k], a.shape, pose_a, b.shape, pose_b, lanes, rows + k * kManifoldRows * lanes + lane);
+    }
+  }
+}
+
+}  // namespace graze::bullet

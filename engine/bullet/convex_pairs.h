@@ -1,0 +1,32 @@
+#pragma once
+// Pairs without a kernel for the lane engine: takes the poses of each lane, asks convex_manifold.h, writes rows back.
+
+#include "engine/bullet/convex_manifold.h"
+#include "engine/contact/external.h"
+
+namespace graze::bullet {
+
+class ConvexPairs final : public ExternalContacts {
+ public:
+  /// All particles share the meshes and pairs of `nominal`.
+  ConvexPairs(const Model& nominal, int lanes);
+
+  void start(int lane, const Model& model) override;
+  void collide(int pair, int lanes, unsigned mask, const double* X_a, const double* X_b, const double* margin,
+               double* rows) override;
+
+ private:
+  /// Numbers of one collider in one lane.
+  struct Body {
+    Shape shape;
+    std::vector<Vec3> corners;  // meshes: of the scaled hull
+  };
+  const Body& body(int lane, int collider) const { return bodies_[lane][collider]; }
+  ConvexManifold touch(const Body& a, const Pose& X_a, const Body& b, const Pose& X_b, double margin) const;
+
+  std::vector<ColliderPair> pairs_;
+  std::vector<std::shared_ptr<const Mesh>> hulls_;  // per collider
+  std::vector<std::vector<Body>> bodies_;           // [lane][collider]
+};
+
+}  // namespace graze::bullet

@@ -1,0 +1,210 @@
+#pragma once
+// Contact points as the solver sees them, in factored coordinates: with M = L^T D L and Y = L^-T J^T, contact
+// velocities are u = J v = Y^T (L v), an impulse lambda changes L v by D^-1 Y lambda, and Delassus' matrix is A = Y^T
+// D^-1 Y. Y has the sparsity of the path to the base, so the cost of a sweep is linear in the number of contacts. Each
+// contact has its own axes: normal n (from b to a) and tangents s, t; impulses on a, velocities of a relative to b.
+
+#include "engine/contact/path_view.h"
+#include "engine/dynamics/factor.h"
+
+namespace graze {
+inline namespace GRAZE_ISA_NAMESPACE {
+
+/// How contact behaves, per lane.
+template <class T>
+struct ContactLawT {
+  T convex;      // 1: complementarity_free, 0: the others
+  T compliance;  // 1: compliant, 0: rigid
+  T stiffness;   // N/m, compliant
+  T damping;     // N s/m, compliant
+  T correction;  // fraction of a penetration that a step takes back, rigid
+  T recovery;    // m/s, fastest recovery from penetration, rigid
+};
+
+/// A contact point over one step, all lanes. Vec3T with (x, y, z) standing for (n, s, t) is called local.
+template <class T>
+struct ContactT {
+  // Set by whoever finds contacts.
+  Vec3T<T> n, s, t;         // axes, world
+  Vec3T<T> p;               // world, m
+  T phi;                    // gap, m
+  T friction, restitution;  // coefficients of Coulomb and Newton
+  T feature_a, feature_b;   // Feature as numbers
+  Vec3T<T> lambda;          // impulse, local, N s; in: warm start
+  T slip_rate;              // alpha of solver.h, 1/kg; in: warm start
+  // Set by set_up_contact.
+  Vec3T<T> b;  // J v at the beginning, plus the gap term along n, m/s: u = b + Y^T dz + R lambda_n n
+  T ann, ass, att, ans, ant, ast;  // A of this contact, 1/kg
+  T inverse_ann;                   // kg
+  T compliance;                    // R, 1/kg; contained in ann
+  T slips;                         // 1 where the impulse lies on the cone
+  unsigned lanes;                  // where the point is valid
+  int pair, slot;                  // index into the pairs; slot of the manifold
+  int path;                        // index into the paths
+  Vec3T<T>* y;                     // Y, local rows in the order of the path's dofs; then D^-1 Y
+};
+
+/// Tangents to a unit normal without branches (Duff et al., Building an Orthonormal Basis, Revisited, JCGT 2017).
+template <class T>
+inline void make_tangents(ContactT<T>& c) {
+  const T sign = select(c.n.z < T(0.0), T(-1.0), T(1.0));
+  const T a = -recip(sign + c.n.z);
+  const T b = c.n.x * c.n.y * a;
+  c.s = {fma(sign * c.n.x, c.n.x * a, T(1.0)), sign * b, -(sign * c.n.x)};
+  c.t = {b, fma(c.n.y, c.n.y * a, sign), -c.n.y};
+}
+
+template <class T>
+inline Vec3T<T> to_local(const ContactT<T>& c, const Vec3T<T>& a) {
+  return {dot(c.n, a), dot(c.s, a), dot(c.t, a)};
+}
+template <class T>
+inline Vec3T<T> to_world(const ContactT<T>& c, const Vec3T<T>& a) {
+  return axpy(a.x, c.n, axpy(a.y, c.s, a.z * c.t));
+}
+
+/// From the origin O of a body's tree to the point p (world).
+template <class T>
+inline Vec3T<T> from_origin(const TreeT<T>& tree, int body, const Vec3T<T>& p) {
+  const int root = tree.topology.root[body];
+  return root < 0 ? p : p - tree.origin[root];
+}
+
+/// Velocity of the point of `body` that is now at p (world), world axes.
+template <class T>
+inline Vec3T<T> point_velocity(const TreeT<T>& tree, int body, const Vec3T<T>& p) {
+  const SpatialT<T>& V = tree.motion[body].V;
+  return cross_add(V.w, from_origin(tree, body, p), V.l);
+}
+
+/// Rows of +-J^T for one body into y (by dof), local.
+template <class T>
+inline void jacobian_rows(const TreeT<T>& tree, int body, double side, const ContactT<T>& c, Vec3T<T>* y) {
+  const TopologyView& top = tree.topology;
+  const T sign(side);
+  const Vec3T<T> r = from_origin(tree, body, c.p);
+  y += top.v[body];
+  if (top.kind[body] == kFloating) {
+    const Vec3T<T> n = sign * c.n, s = sign * c.s, t = sign * c.t;
+    const Vec3T<T> rn = cross(r, n), rs = cross(r, s), rt = cross(r, t);  // d . (e_k x r) = e_k . (r x d)
+    y[0] = {rn.x, rs.x, rt.x}, y[1] = {rn.y, rs.y, rt.y}, y[2] = {rn.z, rs.z, rt.z};
+    y[3] = {n.x, s.x, t.x}, y[4] = {n.y, s.y, t.y}, y[5] = {n.z, s.z, t.z};
+    return;
+  }
+  const SpatialT<T>& S = tree.motion[body].S;
+  y[0] = to_local(c, sign * cross_add(S.w, r, S.l));
+}
+
+/// Takes the rows of Y one by one; sums A = sum of y_k y_k^T / D_k in registers.
+template <class T>
+struct RowSinkT {
+  Vec3T<T>*y, *scaled;
+  T nn{0.0}, ss{0.0}, tt{0.0}, ns{0.0}, nt{0.0}, st{0.0};
+
+  RowSinkT(const ContactT<T>& c, int rows) : y(c.y), scaled(c.y + rows) {}
+  void put(int i, const Vec3T<T>& a, const T& inverse_D) {
+    const Vec3T<T> b = inverse_D * a;
+    y[i] = a;
+    scaled[i] = b;
+    nn = fma(a.x, b.x, nn), ss = fma(a.y, b.y, ss), tt = fma(a.z, b.z, tt);
+    ns = fma(a.x, b.y, ns), nt = fma(a.x, b.z, nt), st = fma(a.y, b.z, st);
+  }
+  void finish(ContactT<T>& c) const { c.ann = nn, c.ass = ss, c.att = tt, c.ans = ns, c.ant = nt, c.ast = st; }
+};
+
+template <class T>
+inline Vec3T<T> minus_scaled(const Vec3T<T>& a, const T& l, const Vec3T<T>& y) {
+  return {fnma(l, y.x, a.x), fnma(l, y.y, a.y), fnma(l, y.z, a.z)};
+}
+
+/// y of dof k and what it takes from its ancestors at depth `from` and deeper.
+template <class T>
+inline Vec3T<T> finish_row(const TreeT<T>& tree, int k, int from, Vec3T<T>* scratch) {
+  const TopologyView& top = tree.topology;
+  const Vec3T<T> y = scratch[k];
+  const T* row = tree.M + top.row[k];
+  const int* chain = top.chain + top.row[k];
+  for (int d = from; d < top.dof_depth[k]; ++d) scratch[chain[d]] = minus_scaled(scratch[chain[d]], row[d], y);
+  return y;
+}
+
+/// Y of a contact into c.y, from scratch space of one Vec3T per dof; A. The rows of a floating base, which every joint
+/// updates, stay in registers.
+template <class T>
+inline void factor_contact(const TreeT<T>& tree, const PathView& path, ContactT<T>& c, Vec3T<T>* scratch) {
+  const TopologyView& top = tree.topology;
+  if (path.shared) {
+    for (int i = 0; i < path.count; ++i) scratch[path.dofs[i]] = {T(0.0), T(0.0), T(0.0)};
+  }
+  for (int i = 0; i < path.moving_count; ++i) jacobian_rows(tree, path.bodies[i], path.signs[i], c, scratch);
+  RowSinkT<T> sink(c, path.count);
+  if (path.base < 0) {
+    for (int i = 0; i < path.count; ++i) {
+      const int k = path.dofs[i];
+      sink.put(i, finish_row(tree, k, 0, scratch), tree.inverse_D[k]);
+    }
+    sink.finish(c);
+    return;
+  }
+  Vec3T<T> B[6];
+  GRAZE_UNROLL
+  for (int d = 0; d < 6; ++d) B[d] = scratch[path.base + d];
+  const int joints = path.count - 6;
+  for (int i = 0; i < joints; ++i) {
+    const int k = path.dofs[i];
+    const Vec3T<T> y = finish_row(tree, k, 6, scratch);
+    const T* row = tree.M + top.row[k];
+    GRAZE_UNROLL
+    for (int d = 0; d < 6; ++d) B[d] = minus_scaled(B[d], row[d], y);
+    sink.put(i, y, tree.inverse_D[k]);
+  }
+  const T* rows = tree.M + top.row[path.base];
+  GRAZE_UNROLL
+  for (int k = 5; k >= 0; --k) {
+    GRAZE_UNROLL
+    for (int d = 0; d < k; ++d) B[d] = minus_scaled(B[d], rows[base_entry(k, d)], B[k]);
+    sink.put(joints + 5 - k, B[k], tree.inverse_D[path.base + k]);
+  }
+  sink.finish(c);
+}
+
+/// The gap term along n (Eq. 67 and its kin): the solver makes n . u + term >= 0.
+///   rigid, apart:        N v+ >= -phi/h, contact may close the gap and no more
+///   rigid, overlapping:  a fraction of phi is taken back, at bounded speed
+///   restitution:         N v+ >= -e N v-, when the gap would close within the step (Newton's law)
+///   compliant:           lambda = -h (k (phi + h u) + d u) >= 0, which is u + k phi / (h k + d) + R lambda = 0 with
+///                        R = 1 / (h (h k + d)): a spring and damper, integrated implicitly
+template <class T>
+inline T gap_term(const ContactLawT<T>& law, const ContactT<T>& c, const T& h, const T& before, const T& free) {
+  const T rate = c.phi * recip(h);
+  T rigid = select(rate < T(0.0), max(law.correction * rate, -law.recovery), rate);
+  const auto bounces = (c.restitution > T(0.0)) & (before < T(0.0)) & (fma(h, free, c.phi) < T(0.0));
+  rigid = select(bounces, min(rigid, c.restitution * before), rigid);
+  const T compliant = law.stiffness * c.phi * recip(fma(h, law.stiffness, law.damping));
+  return select(law.compliance > T(0.0), compliant, rigid);
+}
+
+/// Everything about a contact that holds during the step. `dz`: change of L v by all but constraints (nv).
+template <class T>
+inline void set_up_contact(const TreeT<T>& tree, const PathView& path, const ContactLawT<T>& law, const T& h,
+                           const T* dz, ContactT<T>& c, Vec3T<T>* scratch) {
+  factor_contact(tree, path, c, scratch);
+  Vec3T<T> u{T(0.0), T(0.0), T(0.0)};
+  if (path.body_a >= 0) u = point_velocity(tree, path.body_a, c.p);
+  if (path.body_b >= 0) u -= point_velocity(tree, path.body_b, c.p);
+  c.b = to_local(c, u);
+  T free = c.b.x;
+  for (int i = 0; i < path.count; ++i) free = fma(dz[path.dofs[i]], c.y[i].x, free);
+  c.b.x += gap_term(law, c, h, c.b.x, free);
+  c.compliance = select(law.compliance > T(0.0), recip(h * fma(h, law.stiffness, law.damping)), T(0.0));
+  // Fewer than three directions may be able to move (a sphere on a slider); 1e-12 of the trace keeps A regular.
+  const T guard = T(1e-12) * (c.ann + c.ass + c.att);
+  c.ann += guard + c.compliance;
+  c.ass += guard;
+  c.att += guard;
+  c.inverse_ann = recip(c.ann);
+  c.slips = T(0.0);
+}
+
+}  // namespace GRAZE_ISA_NAMESPACE
+}  // namespace graze

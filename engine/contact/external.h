@@ -1,0 +1,23 @@
+#pragma once
+// Contact of pairs that have no kernel (has_kernel in collide.h): convex hulls, and cylinders against cylinders and
+// boxes. Whoever steps a block asks for their manifolds between culling and solving. The implementation stands in
+// engine/bullet/convex_pairs.h; this interface keeps the lane engine from knowing it.
+
+#include "engine/model/model.h"
+
+namespace graze {
+
+class ExternalContacts {
+ public:
+  virtual ~ExternalContacts() = default;
+
+  /// Takes over the sizes of a lane's shapes.
+  virtual void start(int lane, const Model& model) = 0;
+  /// Points of pair `pair` of the Model that are nearer than `margin` [lane], for the lanes of the mask (bit l: lane
+  /// l). X_a and X_b: world poses of the colliders, [12][lanes], R row by row, then p. Fills all of `rows`,
+  /// [ManifoldT::kMax][kManifoldRows][lanes] (see read_manifold).
+  virtual void collide(int pair, int lanes, unsigned mask, const double* X_a, const double* X_b, const double* margin,
+                       double* rows) = 0;
+};
+
+}  // namespace graze

@@ -1,0 +1,228 @@
+#pragma once
+// Contact impulses by block Gauss-Seidel: one 3 x 3 problem per contact, exactly on Coulomb's cone (no pyramid), swept
+// until every lane's largest change of a contact velocity is below a tolerance. A lane that has got there is frozen by
+// mask, so that its bits do not depend on how long its neighbours need.
+//
+// Fixed points of a sweep are the solutions of the model:
+//   complementarity (Stewart & Trinkle 1996, Anitescu & Potra 1997):
+//     0 <= lambda_n  _|_  u_n + gap term >= 0,   lambda_t = argmax of dissipation in the disc |lambda_t| <= mu lambda_n
+//   complementarity_free (Anitescu 2006; Drumwright & Shell 2010): the convex programme
+//     min 1/2 lambda^T A lambda + lambda^T b  over the cone  |lambda_t| <= mu lambda_n
+//   compliant: the first with a regularised normal row (see gap_term).
+
+#include "engine/contact/constraint.h"
+
+namespace graze {
+inline namespace GRAZE_ISA_NAMESPACE {
+
+/// lambda(alpha) = (A + alpha K)^-1 rhs with K = diag(kappa mu^2, 1, 1), kappa = 1 for the convex model and 0 for the
+/// others, by elimination of the normal. `flow`: kappa mu^2 alpha.
+template <class T>
+struct SlipSystemT {
+  T inverse_nn, ks, kt, Sss, Sst, Stt, inverse_det;
+
+  SlipSystemT(const ContactT<T>& c, const T& alpha, const T& flow, bool some_flow) {
+    inverse_nn = some_flow ? recip(c.ann + flow) : c.inverse_ann;
+    ks = c.ans * inverse_nn, kt = c.ant * inverse_nn;
+    Sss = fnma(c.ans, ks, c.ass + alpha);
+    Sst = fnma(c.ans, kt, c.ast);
+    Stt = fnma(c.ant, kt, c.att + alpha);
+    inverse_det = recip(fnma(Sst, Sst, Sss * Stt));
+  }
+
+  Vec3T<T> solve(const Vec3T<T>& rhs) const {
+    const T cs = fnma(ks, rhs.x, rhs.y), ct = fnma(kt, rhs.x, rhs.z);
+    const T s = fnma(Sst, ct, Stt * cs) * inverse_det, t = fnma(Sst, cs, Sss * ct) * inverse_det;
+    return {fnma(kt, t, fnma(ks, s, inverse_nn * rhs.x)), s, t};
+  }
+};
+
+/// The impulse of a sliding contact: u_n = 0 (convex: mu |u_t|), u_t = -alpha lambda_t with alpha > 0, and
+/// |lambda_t| = mu lambda_n, which leaves one equation for alpha. Newton on mu lambda_n / |lambda_t| = 1, which is
+/// nearly linear (as the radius equation of trust-region methods: Conn, Gould, Toint 2000, §7.3), one step per visit:
+/// later sweeps go on from where it stopped.
+template <class T>
+inline Vec3T<T> slip_impulse(ContactT<T>& c, const mask_of<T>& slides, const Vec3T<T>& free, const T& kappa_mu2,
+                             bool some_flow) {
+  const Vec3T<T> rhs = -free;
+  const T alpha = c.slip_rate;
+  const SlipSystemT<T> system(c, alpha, kappa_mu2 * alpha, some_flow);
+  const Vec3T<T> at = system.solve(rhs);
+  const Vec3T<T> rate = -system.solve({kappa_mu2 * at.x, at.y, at.z});  // d lambda / d alpha
+  const T length2 = fma(at.y, at.y, at.z * at.z), length = sqrt(length2);
+  const T slope = c.friction * fnma(at.x, fma(at.y, rate.y, at.z * rate.z), rate.x * length2);
+  const T next = fma(length - c.friction * at.x, length2 * recip(slope), alpha);
+  const T better = select((slope > T(0.0)) & (next < T(1e12)), max(next, T(0.0)), alpha);
+  c.slip_rate = select(slides, better, c.slip_rate);
+  const Vec3T<T> x = SlipSystemT<T>(c, better, kappa_mu2 * better, some_flow).solve(rhs);
+  const T tangent2 = fma(x.y, x.y, x.z * x.z);
+  const auto regular = (x.x > T(0.0)) & (tangent2 > T(0.0));
+  // On the cone exactly. Where friction jams the normal (Painleve) the tangent is given up.
+  const T normal = select(regular, x.x, max(T(0.0), rhs.x * c.inverse_ann));
+  const T scale = select(regular, c.friction * normal * recip(sqrt(select(regular, tangent2, T(1.0)))), T(0.0));
+  return {normal, scale * x.y, scale * x.z};
+}
+
+/// Adds what impulse `change` (local) at the contact does to dz.
+template <class T>
+inline void apply_impulse(const PathView& path, const ContactT<T>& c, const Vec3T<T>& change, T* dz) {
+  const Vec3T<T>* scaled = c.y + path.count;
+  const int loose = path.base < 0 ? path.count : path.count - 6;
+  for (int i = 0; i < loose; ++i) dz[path.dofs[i]] = dot_add(scaled[i], change, dz[path.dofs[i]]);
+  if (path.base < 0) return;
+  T* base = dz + path.base;
+  GRAZE_UNROLL
+  for (int d = 0; d < 6; ++d) base[d] = dot_add(scaled[loose + 5 - d], change, base[d]);
+}
+
+/// A lambda for the contact's own A.
+template <class T>
+inline Vec3T<T> times_A(const ContactT<T>& c, const Vec3T<T>& v) {
+  return {fma(c.ant, v.z, fma(c.ans, v.y, c.ann * v.x)), fma(c.ast, v.z, fma(c.ass, v.y, c.ans * v.x)),
+          fma(c.att, v.z, fma(c.ast, v.y, c.ant * v.x))};
+}
+
+/// Velocity of the contact, local, without and with its own impulse's compliance.
+template <class T>
+inline Vec3T<T> contact_velocity(const PathView& path, const ContactT<T>& c, const T* dz) {
+  // Two chains of sums, because a sum waits for the one before it.
+  Vec3T<T> even = c.b, odd{c.compliance * c.lambda.x, T(0.0), T(0.0)};
+  const int loose = path.base < 0 ? path.count : path.count - 6;
+  for (int i = 0; i < loose; ++i) even = axpy(dz[path.dofs[i]], c.y[i], even);
+  if (path.base >= 0) {
+    const T* base = dz + path.base;
+    const Vec3T<T>* y = c.y + loose;
+    odd = axpy(base[5], y[0], odd), odd = axpy(base[4], y[1], odd), odd = axpy(base[3], y[2], odd);
+    odd = axpy(base[2], y[3], odd), odd = axpy(base[1], y[4], odd), even = axpy(base[0], y[5], even);
+  }
+  return even + odd;
+}
+
+/// One contact's turn: the impulse that solves its own problem, given all others'. Returns how much its velocity
+/// changed, m/s.
+template <class T>
+inline T relax_contact(const ContactLawT<T>& law, const PathView& path, bool some_convex, const mask_of<T>& moving,
+                       ContactT<T>& c, T* dz) {
+  const Vec3T<T> zero{T(0.0), T(0.0), T(0.0)};
+  const Vec3T<T> free = contact_velocity(path, c, dz) - times_A(c, c.lambda);
+  const Vec3T<T> still = SlipSystemT<T>(c, T(0.0), T(0.0), false).solve(-free);
+  const T radius = c.friction * still.x;
+  const auto sticks = (still.x >= T(0.0)) & (fma(still.y, still.y, still.z * still.z) <= radius * radius);
+  auto parts = free.x >= T(0.0);
+  T kappa_mu2(0.0);
+  if (some_convex) {
+    const auto convex = law.convex > T(0.0);
+    const T opening = c.friction * sqrt(fma(free.y, free.y, free.z * free.z));
+    parts = free.x >= select(convex, opening, T(0.0));  // the dual cone
+    kappa_mu2 = select(convex, c.friction * c.friction, T(0.0));
+  }
+  const auto turn = moving & mask_from_bits<T>(c.lanes);
+  const auto slides = !(sticks | parts);
+  Vec3T<T> next = select(sticks, still, zero);
+  if (any(turn & slides)) next = select(slides, slip_impulse(c, turn & slides, free, kappa_mu2, some_convex), next);
+  next = select(turn, next, c.lambda);
+  const Vec3T<T> change = next - c.lambda;
+  c.lambda = next;
+  c.slips = select(turn, select(slides, T(1.0), T(0.0)), c.slips);
+  apply_impulse(path, c, change, dz);
+  return max(max(abs(change.x) * c.ann, abs(change.y) * c.ass), abs(change.z) * c.att);
+}
+
+/// A joint that is near a limit or has dry friction, all lanes.
+template <class T>
+struct JointRowT {
+  int body;  // whose joint it is
+  int dof;
+  unsigned lanes;          // where it is in force
+  T b;                     // joint speed at the beginning, rad/s or m/s; relax_joint adds Y^T dz
+  T inverse_a;             // 1 / A, kg m^2 or kg
+  T lower_gap, upper_gap;  // gap terms: u + lower_gap >= 0, -u + upper_gap >= 0
+  T friction;              // h times the dry friction, N m s
+  T lower, upper, dry;     // impulses; in: warm start
+  T* y;                    // Y along the chain of dof, then D^-1 Y
+};
+
+/// Adds what impulse `change` on the joint does to dz.
+template <class T>
+inline void apply_row(const TopologyView& t, const JointRowT<T>& row, const T& change, T* dz) {
+  const int count = t.dof_depth[row.dof] + 1;
+  const int* chain = t.chain + t.row[row.dof];
+  for (int d = 0; d < count; ++d) dz[chain[d]] = fma(row.y[count + d], change, dz[chain[d]]);
+}
+
+/// Y and A of a joint's row.
+template <class T>
+inline void set_up_joint(const TreeT<T>& tree, const T* v, JointRowT<T>& row) {
+  const TopologyView& t = tree.topology;
+  const int count = t.dof_depth[row.dof] + 1;
+  const int* chain = t.chain + t.row[row.dof];
+  for (int d = 0; d < count; ++d) row.y[d] = T(0.0);
+  row.y[count - 1] = T(1.0);
+  T a(0.0);
+  for (int d = count - 1; d >= 0; --d) {
+    const T y = row.y[d];
+    const T* L = tree.M + t.row[chain[d]];
+    for (int e = 0; e < d; ++e) row.y[e] = fnma(L[e], y, row.y[e]);
+    row.y[count + d] = y * tree.inverse_D[chain[d]];
+    a = fma(y, row.y[count + d], a);
+  }
+  row.b = v[row.dof];
+  row.inverse_a = recip(a);
+}
+
+/// One joint's turn: dry friction, then the limits. Returns how much its speed changed.
+template <class T>
+inline T relax_joint(const TopologyView& t, const mask_of<T>& moving, JointRowT<T>& row, T* dz) {
+  const int count = t.dof_depth[row.dof] + 1;
+  const int* chain = t.chain + t.row[row.dof];
+  T u = row.b;
+  for (int d = 0; d < count; ++d) u = fma(row.y[d], dz[chain[d]], u);
+  const auto turn = moving & mask_from_bits<T>(row.lanes);
+  // Each of the three is eliminated exactly given the others; a limit and friction together converge over sweeps.
+  const T dry = min(max(fnma(u, row.inverse_a, row.dry), -row.friction), row.friction);
+  const T a = recip(row.inverse_a);
+  u = fma(a, dry - row.dry, u);
+  const T lower = max(T(0.0), fnma(u + row.lower_gap, row.inverse_a, row.lower));
+  u = fma(a, lower - row.lower, u);
+  const T upper = max(T(0.0), fma(u - row.upper_gap, row.inverse_a, row.upper));
+  const T change = select(turn, (dry - row.dry) + (lower - row.lower) - (upper - row.upper), T(0.0));
+  row.dry = select(turn, dry, row.dry);
+  row.lower = select(turn, lower, row.lower);
+  row.upper = select(turn, upper, row.upper);
+  apply_row(t, row, change, dz);
+  return abs(change) * a;
+}
+
+/// The constraints of a block in one step.
+template <class T>
+struct ConstraintsT {
+  ContactT<T>* contacts;
+  int contact_count;
+  JointRowT<T>* joints;
+  int joint_count;
+  const PathView* paths;
+};
+
+/// Sweeps until all lanes of `lanes` are done. `sweeps` and `residual` (m/s) are per lane.
+template <class T>
+inline void solve_constraints(const TopologyView& t, const ContactLawT<T>& law, int most_sweeps, double tolerance,
+                              unsigned lanes, ConstraintsT<T>& set, T* dz, T& sweeps, T& residual) {
+  auto moving = mask_from_bits<T>(lanes);
+  const bool some_convex = any(law.convex > T(0.0));
+  sweeps = T(0.0);
+  residual = T(0.0);
+  for (int sweep = 0; sweep < most_sweeps && any(moving); ++sweep) {
+    T worst(0.0);
+    for (int i = 0; i < set.joint_count; ++i) worst = max(worst, relax_joint<T>(t, moving, set.joints[i], dz));
+    for (int i = 0; i < set.contact_count; ++i) {
+      ContactT<T>& c = set.contacts[i];
+      worst = max(worst, relax_contact<T>(law, set.paths[c.path], some_convex, moving, c, dz));
+    }
+    residual = select(moving, worst, residual);
+    sweeps = select(moving, T(sweep + 1.0), sweeps);
+    moving = moving & (worst > T(tolerance));
+  }
+}
+
+}  // namespace GRAZE_ISA_NAMESPACE
+}  // namespace graze

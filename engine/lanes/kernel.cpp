@@ -1,0 +1,35 @@
+// The kernels of one instruction set; compiled once for each (see CMakeLists.txt).
+
+#include "engine/lanes/step.h"
+
+namespace graze {
+
+namespace {
+
+template <class T>
+constexpr LaneKernel make_kernel() {
+  constexpr int row = sizeof(T);
+  return {kWidth<T>,
+          static_cast<int>(sizeof(BodyT<T>)) / row,
+          static_cast<int>(sizeof(MotionT<T>)) / row,
+          static_cast<int>(sizeof(ContactLawT<T>)) / row,
+          static_cast<int>(sizeof(ContactT<T>) / sizeof(double)),
+          static_cast<int>(sizeof(JointRowT<T>) / sizeof(double)),
+          &settle<T>,
+          &begin<T>,
+          &finish<T>};
+}
+
+}  // namespace
+
+const LaneKernel* GRAZE_FIND_KERNEL(int lanes) {
+  static constexpr LaneKernel eight = make_kernel<Pack<8>>(), one = make_kernel<double>();
+  if (lanes == 1) return &one;
+#if defined(GRAZE_ISA_AVX2)
+  static constexpr LaneKernel four = make_kernel<Pack<4>>();
+  if (lanes == 4) return &four;
+#endif
+  return lanes == 8 ? &eight : nullptr;
+}
+
+}  // namespace graze

@@ -1,0 +1,131 @@
+#pragma once
+// The seam between the back end (lane_physics.cpp, compiled once) and the kernels (step.h, compiled once per
+// instruction set): tables of integers and pointers to doubles. Every array is [quantity][lane]; W is the kernel's
+// number of lanes.
+
+#include "engine/contact/path_view.h"
+#include "engine/dynamics/topology_view.h"
+
+namespace graze {
+
+struct HeightView;  // engine/contact/manifold.h
+
+/// ShapeKind's numbers (world.h itself may not be included by kernels); lane_engine.cpp checks them.
+inline constexpr int kSphereKind = 1, kPlaneKind = 5;
+
+/// A collision shape, as all particles share it.
+struct ColliderView {
+  int kind;                   // ShapeKind
+  int body;                   // or -1: the world
+  bool used;                  // in some pair
+  const HeightView* terrain;  // heightfields only
+};
+
+struct PairView {
+  int a, b;       // colliders
+  int path;       // index into the paths
+  bool external;  // no kernel: its manifolds come in `manifolds`
+};
+
+/// Parameters of the solver, the same for all particles.
+struct SolverSettings {
+  int most_sweeps = 60;
+  double tolerance = 1e-6;  // m/s (rad/s): a lane ends when a sweep changes no velocity of a constraint by more
+};
+
+/// Numbers of a collider, each a row of W lanes.
+enum ColliderRow : int {
+  kPose = 0,     // 12, in the body frame, or the world
+  kSize = 12,    // 3, Shape::size
+  kExtent = 15,  // 3, half edges of a box about the frame's origin that holds the shape, m
+  kRadius = 18,  // of a sphere about the frame's origin that holds it, m
+  kColliderRows = 19
+};
+
+/// Manifold slots per pair, and what is kept of each from step to step: impulse (world) and slip rate.
+inline constexpr int kSlots = 8, kKept = 4;
+
+/// Numbers of a contact for whoever reports it, each a row of W lanes.
+enum ContactRow : int {
+  kPoint = 0,      // 3, world, m
+  kNormal = 3,     // 3
+  kGap = 6,        // m, at the beginning of the step
+  kImpulse = 7,    // 3, on a, N s
+  kSlips = 10,     // 1: the impulse lies on the friction cone
+  kFeatureA = 11,  // Feature
+  kFeatureB = 12,
+  kContactRows = 13
+};
+
+struct LaneBlock {
+  TopologyView topology;
+  int na;
+  const int* actuated_dof;  // na
+  int watched_count;        // joints that have limits or dry friction in some lane
+  const int* watched_body;
+  int collider_count;
+  const ColliderView* colliders;
+  int pair_count;
+  const PairView* pairs;
+  const PathView* paths;
+  SolverSettings settings;
+
+  // Numbers of the particles.
+  double* body;      // BodyT per body
+  double* gravity;   // 3
+  double* law;       // ContactLawT
+  double* collider;  // kColliderRows per collider
+  double* pair;      // 2 per pair: friction, restitution
+  double* limit;     // 3 per body: lower, upper, dry friction
+
+  // State.
+  double *q, *v, *a, *X;
+  double* energy;  // 1: kinetic and potential, J
+  double* worth;   // 3 of the last step: sweeps, residual (m/s), work of the joint torques (J)
+
+  // Working memory.
+  double *motion, *origin, *momentum, *M, *inverse_D, *bias, *dz, *scratch;
+  double* pose;           // 12 per collider
+  double* speed;          // 1 per collider, bound of the speed of its points, m/s
+  double* joints;         // JointRowT per watched joint
+  double* joint_rows;     // 2 (depth + 1) per watched joint
+  double* joint_impulse;  // 3 per body: lower, upper, dry; warm start
+  double* slot_impulse;   // kKept kSlots per pair, warm start
+  int* slot_used;         // per pair: bit k: slot k's may be other than zero
+  double* gap;            // per pair: distance when last measured, m, least of the lanes (not per lane)
+  double* gap_travel;     // per pair: `travel` at that time
+  double travel;          // m, how far any point can have moved since the beginning, a bound over the lanes
+  double last_h;          // s, of the step before; 0: none
+  int near_count;
+  int* near;  // pairs that may touch within this step
+
+  const double* manifolds;  // kManifoldRows kSlots per near pair that is external, in order; see contact/collide.h
+
+  // Contacts of the step; room for kSlots per near pair is made between begin and finish.
+  double* contacts;        // ContactT
+  double* contact_rows;    // Y and D^-1 Y
+  double* report;          // kContactRows per contact
+  int* report_pair;        // per contact
+  unsigned* report_lanes;  // per contact: where it is valid
+  int contact_count;
+};
+
+/// The functions of one instruction set and width.
+struct LaneKernel {
+  int lanes;
+  int body_rows, motion_rows, law_rows, contact_doubles, joint_doubles;  // sizes in rows (doubles: all lanes)
+  /// Everything that follows from q and v: poses, M, bias.
+  void (*settle)(LaneBlock& block);
+  /// First half of a step: free motion, and which pairs are near.
+  void (*begin)(LaneBlock& block, double h, unsigned active, const double* tau);
+  /// Second half: contacts, impulses, new state. Lanes that are not active keep q and v.
+  void (*finish)(LaneBlock& block, double h, unsigned active, const double* tau);
+};
+
+/// The kernel of a width, or null: 1 and 8 lanes exist everywhere, 4 in the AVX2 build. Builds for x86 exist if the
+/// program has GRAZE_X86_KERNELS.
+const LaneKernel* find_kernel_portable(int lanes);
+const LaneKernel* find_kernel_avx2(int lanes);
+const LaneKernel* find_kernel_avx512(int lanes);
+
+}  // namespace graze

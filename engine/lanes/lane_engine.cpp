@@ -1,0 +1,347 @@
+#include "engine/lanes/lane_engine.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <new>
+
+#include "engine/contact/collide.h"
+#include "engine/contact/constraint.h"
+#include "engine/lanes/block.h"
+#include "engine/lanes/culling.h"
+
+namespace graze {
+
+namespace {
+
+static_assert(static_cast<int>(ShapeKind::sphere) == kSphereKind && static_cast<int>(ShapeKind::plane) == kPlaneKind);
+
+constexpr double kFar = 1e9;  // m, extent of what has none
+
+/// Rotation whose third column is `axis`, from the coordinate axis that is least along it.
+Mat3 frame_of_axis(const Vec3& axis) {
+  int least = 0;
+  axis.cwiseAbs().minCoeff(&least);
+  Mat3 R;
+  R.col(2) = axis.normalized();
+  R.col(0) = Vec3::Unit(least).cross(R.col(2)).normalized();
+  R.col(1) = R.col(2).cross(R.col(0));
+  return R;
+}
+
+/// Canonical frame (z along the joint's axis) in the body frame.
+Mat3 canonical(const Body& body) {
+  return body.type == JointType::floating ? Mat3::Identity() : frame_of_axis(body.axis);
+}
+
+Vec3T<double> to_kernel(const Vec3& a) { return {a.x(), a.y(), a.z()}; }
+
+RotT<double> to_kernel(const Mat3& R) {
+  RotT<double> out;
+  for (int i = 0; i < 9; ++i) out.m[i] = R(i / 3, i % 3);
+  return out;
+}
+
+/// Writes the doubles of a kernel struct into one lane of rows.
+template <class S>
+void scatter(const S& numbers, double* rows, int lanes, int lane) {
+  double flat[sizeof(S) / sizeof(double)];
+  std::memcpy(flat, &numbers, sizeof(S));
+  for (std::size_t i = 0; i < std::size(flat); ++i) rows[i * lanes + lane] = flat[i];
+}
+
+/// Half edges of a box about the frame's origin that holds the shape.
+Vec3 extent_of(const Shape& shape) {
+  const Vec3& s = shape.size;
+  switch (shape.kind) {
+    case ShapeKind::box:
+      return 0.5 * s;
+    case ShapeKind::sphere:
+      return Vec3::Constant(s.x());
+    case ShapeKind::cylinder:
+      return {s.x(), s.x(), 0.5 * s.y()};
+    case ShapeKind::capsule:
+      return {s.x(), s.x(), 0.5 * s.y() + s.x()};
+    case ShapeKind::mesh: {
+      Vec3 extent = Vec3::Zero();
+      for (const Vec3& vertex : shape.mesh->vertices) extent = extent.cwiseMax(vertex.cwiseProduct(s).cwiseAbs());
+      return extent;
+    }
+    case ShapeKind::heightfield: {
+      double highest = 0;
+      for (double height : shape.grid->height) highest = std::max(highest, std::abs(height * s.z()));
+      return {0.5 * s.x(), 0.5 * s.y(), highest + 1};  // 1 m: what has sunk deeper is not pushed out again
+    }
+    case ShapeKind::plane:
+      break;
+  }
+  return Vec3::Constant(kFar);
+}
+
+double radius_of(const Shape& shape) {
+  switch (shape.kind) {
+    case ShapeKind::sphere:
+      return shape.size.x();
+    case ShapeKind::cylinder:
+      return std::hypot(shape.size.x(), 0.5 * shape.size.y());
+    case ShapeKind::capsule:
+      return shape.size.x() + 0.5 * shape.size.y();
+    default:
+      return extent_of(shape).norm();
+  }
+}
+
+/// Law of a contact model by its name; models that this engine does not know behave as its first.
+ContactLawT<double> law_of(const Model& model) {
+  double mass = 0;  // of the robot, or of what there is
+  for (const Body& body : model.bodies) mass += body.mass;
+  ContactLawT<double> law{};
+  law.convex = model.contact_model == "complementarity_free" ? 1 : 0;
+  law.compliance = model.contact_model == "compliant" ? 1 : 0;
+  // Everything standing on one point sinks in by half a millimetre, and is critically damped.
+  law.stiffness = mass * 9.81 / 0.5e-3;
+  law.damping = 2 * std::sqrt(law.stiffness * mass);
+  law.correction = 0.2;
+  law.recovery = 0.1;
+  return law;
+}
+
+}  // namespace
+
+void LaneMemory::Free::operator()(double* p) const { ::operator delete[](p, std::align_val_t(64)); }
+
+void LaneMemory::grow(std::size_t doubles) {
+  if (doubles <= size_) return;
+  size_ = doubles + doubles / 2;
+  data_.reset(static_cast<double*>(::operator new[](size_ * sizeof(double), std::align_val_t(64))));
+  std::fill_n(data_.get(), size_, 0.0);
+}
+
+LaneEngine::LaneEngine(const Model& nominal, const LaneKernel& kernel, StateRows state,
+                       std::unique_ptr<ExternalContacts> external)
+    : kernel_(kernel), topology_(nominal), paths_(topology_.view()), external_(std::move(external)) {
+  for (int body : nominal.actuated) actuated_dof_.push_back(nominal.bodies[body].v);
+  number_contacts(nominal);
+  assert(external_ || std::none_of(pairs_.begin(), pairs_.end(), [](const PairView& pair) { return pair.external; }));
+  memory_.grow(lay_out(nullptr));
+  lay_out(memory_.data());
+  block_.topology = topology_.view();
+  block_.q = state.q;
+  block_.v = state.v;
+  block_.a = state.a;
+  block_.X = state.X;
+  State rest{Eigen::VectorXd::Zero(nominal.nq), Eigen::VectorXd::Zero(nominal.nv)};
+  for (const Body& body : nominal.bodies) {
+    if (body.type == JointType::floating) rest.q[body.q] = 1;
+  }
+  for (int lane = 0; lane < kernel_.lanes; ++lane) start(lane, nominal, rest);
+}
+
+void LaneEngine::number_contacts(const Model& nominal) {
+  terrain_.reserve(nominal.colliders.size());
+  for (const Collider& collider : nominal.colliders) {
+    const Shape& shape = collider.shape;
+    const HeightView* terrain = nullptr;
+    if (shape.kind == ShapeKind::heightfield) {
+      grids_.push_back(shape.grid);
+      terrain = &terrain_.emplace_back(HeightView{shape.grid->nx, shape.grid->ny, shape.grid->height.data()});
+    }
+    colliders_.push_back({static_cast<int>(shape.kind), collider.body, false, terrain});
+  }
+  for (const ColliderPair& pair : nominal.pairs) {
+    const int a = nominal.colliders[pair.a].body, b = nominal.colliders[pair.b].body;
+    const ShapeKind kind_a = nominal.colliders[pair.a].shape.kind, kind_b = nominal.colliders[pair.b].shape.kind;
+    colliders_[pair.a].used = colliders_[pair.b].used = true;
+    pairs_.push_back({pair.a, pair.b, paths_.add(a, b), !has_kernel(kind_a, kind_b)});
+  }
+  near_.resize(pairs_.size());
+  slot_used_.resize(pairs_.size());
+  gap_.resize(pairs_.size());
+  gap_travel_.resize(pairs_.size());
+}
+
+std::size_t LaneEngine::lay_out(double* base) {
+  const TopologyView t = topology_.view();
+  std::size_t used = 0;
+  const auto rows = [&](int count) {
+    double* place = base + used;
+    used += (static_cast<std::size_t>(count) * kernel_.lanes + 7) / 8 * 8;
+    return base ? place : nullptr;
+  };
+  LaneBlock& b = block_;
+  const int nb = t.bodies, nc = static_cast<int>(colliders_.size()), np = static_cast<int>(pairs_.size());
+  int chains = 0;
+  for (int i = 0; i < nb; ++i) chains += 2 * (t.dof_depth[t.v[i]] + 1);
+  b.body = rows(nb * kernel_.body_rows);
+  b.gravity = rows(3);
+  b.law = rows(kernel_.law_rows);
+  b.limit = rows(3 * nb);
+  b.energy = rows(1);
+  b.worth = rows(3);
+  b.motion = rows(nb * kernel_.motion_rows);
+  b.origin = rows(3 * nb);
+  b.momentum = rows(6 * nb);
+  b.M = rows(t.row[t.nv]);
+  b.inverse_D = rows(t.nv);
+  b.bias = rows(t.nv);
+  b.dz = rows(t.nv);
+  b.scratch = rows(3 * std::max(t.nv, nb));
+  b.joint_impulse = rows(3 * nb);
+  b.joint_rows = rows(chains);
+  b.joints = base ? base + used : nullptr;
+  used += static_cast<std::size_t>(nb) * kernel_.joint_doubles;
+  b.collider = rows(nc * kColliderRows);
+  b.pose = rows(12 * nc);
+  b.speed = rows(nc);
+  b.pair = rows(2 * np);
+  b.slot_impulse = rows(kKept * kSlots * np);
+  b.na = static_cast<int>(actuated_dof_.size());
+  b.actuated_dof = actuated_dof_.data();
+  b.collider_count = nc;
+  b.colliders = colliders_.data();
+  b.pair_count = np;
+  b.pairs = pairs_.data();
+  b.paths = paths_.views().data();
+  b.slot_used = slot_used_.data();
+  b.gap = gap_.data();
+  b.gap_travel = gap_travel_.data();
+  b.near = near_.data();
+  return used;
+}
+
+void LaneEngine::load_bodies(int lane, const Model& model) {
+  const int W = kernel_.lanes;
+  for (std::size_t i = 0; i < model.bodies.size(); ++i) {
+    const Body& body = model.bodies[i];
+    const Mat3 R_BC = canonical(body);
+    const Mat3& inertia = body.inertia;
+    BodyT<double> numbers;
+    numbers.R_PC = to_kernel(Mat3(body.X_PB.linear() * R_BC));
+    numbers.p_PC = to_kernel(Vec3(body.X_PB.translation()));
+    numbers.R_CB = to_kernel(Mat3(R_BC.transpose()));
+    numbers.mass = body.mass;
+    numbers.com = to_kernel(body.com);
+    numbers.ixx = inertia(0, 0), numbers.iyy = inertia(1, 1), numbers.izz = inertia(2, 2);
+    numbers.ixy = inertia(0, 1), numbers.ixz = inertia(0, 2), numbers.iyz = inertia(1, 2);
+    numbers.damping = body.damping;
+    scatter(numbers, block_.body + i * kernel_.body_rows * W, W, lane);
+    double* limit = block_.limit + 3 * i * W;
+    limit[lane] = body.lower;
+    limit[W + lane] = body.upper;
+    limit[2 * W + lane] = body.friction;
+  }
+  for (int k = 0; k < 3; ++k) block_.gravity[k * W + lane] = model.gravity[k];
+}
+
+void LaneEngine::load_colliders(int lane, const Model& model) {
+  const int W = kernel_.lanes;
+  for (std::size_t i = 0; i < model.colliders.size(); ++i) {
+    const Collider& collider = model.colliders[i];
+    double* rows = block_.collider + i * kColliderRows * W;
+    const PoseT<double> X{to_kernel(Mat3(collider.X_BG.linear())), to_kernel(Vec3(collider.X_BG.translation()))};
+    scatter(X, rows + kPose * W, W, lane);
+    scatter(to_kernel(collider.shape.size), rows + kSize * W, W, lane);
+    scatter(to_kernel(extent_of(collider.shape)), rows + kExtent * W, W, lane);
+    rows[kRadius * W + lane] = radius_of(collider.shape);
+  }
+  for (std::size_t i = 0; i < model.pairs.size(); ++i) {
+    block_.pair[2 * i * W + lane] = model.pairs[i].friction;
+    block_.pair[(2 * i + 1) * W + lane] = model.pairs[i].restitution;
+  }
+}
+
+void LaneEngine::load_law(int lane, const Model& model) { scatter(law_of(model), block_.law, kernel_.lanes, lane); }
+
+void LaneEngine::forget_contacts(int lane) {
+  const int W = kernel_.lanes;
+  const auto clear = [&](double* rows, std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i) rows[i * W + lane] = 0;
+  };
+  clear(block_.slot_impulse, kKept * kSlots * pairs_.size());
+  clear(block_.joint_impulse, 3 * block_.topology.bodies);
+  clear(block_.worth, 3);
+  std::fill(gap_.begin(), gap_.end(), -std::numeric_limits<double>::infinity());
+}
+
+void LaneEngine::watch_joints() {
+  const int W = kernel_.lanes;
+  std::vector<int> watched;
+  for (int i = 0; i < block_.topology.bodies; ++i) {
+    bool some = false;
+    for (int lane = 0; lane < W; ++lane) {
+      const double* limit = block_.limit + 3 * i * W + lane;
+      some = some || std::isfinite(limit[0]) || std::isfinite(limit[W]) || limit[2 * W] > 0;
+    }
+    if (some) watched.push_back(i);
+  }
+  watched_ = std::move(watched);
+  block_.watched_count = static_cast<int>(watched_.size());
+  block_.watched_body = watched_.data();
+}
+
+void LaneEngine::start(int lane, const Model& model, const State& initial) {
+  const int W = kernel_.lanes;
+  assert(lane < W && initial.q.size() == block_.topology.nq && initial.v.size() == block_.topology.nv);
+  load_bodies(lane, model);
+  load_colliders(lane, model);
+  load_law(lane, model);
+  if (external_) external_->start(lane, model);
+  forget_contacts(lane);
+  watch_joints();
+  for (int i = 0; i < initial.q.size(); ++i) block_.q[i * W + lane] = initial.q[i];
+  for (int i = 0; i < initial.v.size(); ++i) block_.v[i * W + lane] = initial.v[i], block_.a[i * W + lane] = 0;
+  for (const Body& body : model.bodies) {
+    if (body.type != JointType::floating) continue;
+    const double length = initial.q.segment<4>(body.q).norm();
+    for (int k = 0; k < 4; ++k) block_.q[(body.q + k) * W + lane] /= length;
+  }
+  kernel_.settle(block_);
+}
+
+void LaneEngine::make_room_for_contacts() {
+  std::size_t rows = 0;
+  for (int i = 0; i < block_.near_count; ++i) rows += kSlots * 6 * paths_.views()[pairs_[near_[i]].path].count;
+  const std::size_t count = static_cast<std::size_t>(kSlots) * block_.near_count;
+  contacts_.grow(count * kernel_.contact_doubles);
+  contact_rows_.grow(rows * kernel_.lanes);
+  report_.grow(count * kContactRows * kernel_.lanes);
+  if (report_pair_.size() < count) {
+    report_pair_.resize(count);
+    report_lanes_.resize(count);
+  }
+  std::size_t external = 0;
+  for (int i = 0; i < block_.near_count; ++i) external += pairs_[near_[i]].external;
+  manifolds_.grow(external * kSlots * kManifoldRows * kernel_.lanes);
+  block_.manifolds = manifolds_.data();
+  block_.contacts = contacts_.data();
+  block_.contact_rows = contact_rows_.data();
+  block_.report = report_.data();
+  block_.report_pair = report_pair_.data();
+  block_.report_lanes = report_lanes_.data();
+}
+
+void LaneEngine::find_external_contacts(double h, unsigned active) {
+  const int W = kernel_.lanes;
+  double* rows = manifolds_.data();
+  double margin[kLanes];
+  for (int i = 0; i < block_.near_count; ++i) {
+    const PairView& pair = pairs_[near_[i]];
+    if (!pair.external) continue;
+    for (int lane = 0; lane < W; ++lane) {
+      margin[lane] = std::fma(h, block_.speed[pair.a * W + lane] + block_.speed[pair.b * W + lane], reserve(h));
+    }
+    external_->collide(near_[i], W, active, block_.pose + 12 * pair.a * W, block_.pose + 12 * pair.b * W, margin, rows);
+    rows += kSlots * kManifoldRows * W;
+  }
+}
+
+void LaneEngine::step(double h, unsigned active, const double* tau) {
+  kernel_.begin(block_, h, active, tau);
+  make_room_for_contacts();
+  if (external_) find_external_contacts(h, active);
+  kernel_.finish(block_, h, active, tau);
+}
+
+}  // namespace graze

@@ -1,0 +1,85 @@
+#pragma once
+// The lane engine without its dress as a back end: one block of W particles, its tables and its memory. LanePhysics
+// (lane_physics.h) runs it with W = 8; benchmarks and tests compare widths and instruction sets.
+
+#include <memory>
+#include <vector>
+
+#include "engine/contact/external.h"
+#include "engine/contact/manifold.h"
+#include "engine/contact/paths.h"
+#include "engine/dynamics/topology.h"
+#include "engine/lanes/kernel.h"
+#include "engine/model/fabrication.h"
+
+namespace graze {
+
+/// Where the state of a block lives; arrays [quantity][lane], as in BlockState.
+struct StateRows {
+  double *q, *v, *a, *X;
+};
+
+/// Zero-filled memory on cache lines.
+class LaneMemory {
+ public:
+  void grow(std::size_t doubles);  // contents are lost
+  double* data() const { return data_.get(); }
+  std::size_t size() const { return size_; }
+
+ private:
+  struct Free {
+    void operator()(double* p) const;
+  };
+  std::unique_ptr<double, Free> data_;
+  std::size_t size_ = 0;
+};
+
+class LaneEngine {
+ public:
+  /// All lanes hold `nominal` at q = 0 until they are started. `state` outlives this. `external` finds the contacts of
+  /// pairs that have no kernel; it may be null if there are none.
+  LaneEngine(const Model& nominal, const LaneKernel& kernel, StateRows state,
+             std::unique_ptr<ExternalContacts> external = nullptr);
+  LaneEngine(const LaneEngine&) = delete;
+
+  void start(int lane, const Model& model, const State& initial);
+  /// tau: [na][lane]. `active`: bit l is lane l.
+  void step(double h, unsigned active, const double* tau);
+
+  const LaneBlock& block() const { return block_; }
+  LaneBlock& block() { return block_; }
+  int lanes() const { return kernel_.lanes; }
+  /// Sweeps, residual (m/s) and joint work (J) of the last step; energy (J) after it.
+  double sweeps(int lane) const { return block_.worth[lane]; }
+  double residual(int lane) const { return block_.worth[kernel_.lanes + lane]; }
+  double work(int lane) const { return block_.worth[2 * kernel_.lanes + lane]; }
+  double energy(int lane) const { return block_.energy[lane]; }
+
+ private:
+  void number_contacts(const Model& nominal);
+  /// Places all arrays behind `base`; returns how many doubles they take.
+  std::size_t lay_out(double* base);
+  void load_bodies(int lane, const Model& model);
+  void load_colliders(int lane, const Model& model);
+  void load_law(int lane, const Model& model);
+  void forget_contacts(int lane);
+  void watch_joints();
+  void make_room_for_contacts();
+  void find_external_contacts(double h, unsigned active);
+
+  const LaneKernel& kernel_;
+  Topology topology_;
+  Paths paths_;
+  std::unique_ptr<ExternalContacts> external_;
+  std::vector<int> actuated_dof_, watched_, near_, slot_used_, report_pair_;
+  std::vector<unsigned> report_lanes_;
+  std::vector<double> gap_, gap_travel_;
+  std::vector<std::shared_ptr<const HeightGrid>> grids_;  // keeps alive what terrain_ points to
+  std::vector<HeightView> terrain_;
+  std::vector<ColliderView> colliders_;
+  std::vector<PairView> pairs_;
+  LaneMemory memory_, contacts_, contact_rows_, report_, manifolds_;
+  LaneBlock block_{};
+};
+
+}  // namespace graze

@@ -1,0 +1,38 @@
+#pragma once
+// The back end "lanes": a block of kLanes particles in one LaneEngine.
+
+#include "engine/lanes/lane_engine.h"
+#include "engine/physics.h"
+
+namespace graze {
+
+/// complementarity (Coulomb's cone, Stewart-Trinkle / Anitescu-Potra), complementarity_free (convex), compliant.
+const std::vector<std::string>& lane_contact_models();
+
+class LanePhysics : public BlockPhysics {
+ public:
+  explicit LanePhysics(const Model& nominal);
+
+  void start(int lane, const Particle& particle) override;
+  void step(double h, LaneMask active, const BlockArray& tau) override;
+
+  /// Effort and result of the contact solver in the last step: sweeps, and the largest change of a contact's velocity
+  /// in the last of them, m/s.
+  double sweeps(int lane) const { return engine_.sweeps(lane); }
+  double residual(int lane) const { return engine_.residual(lane); }
+  /// Kinetic and potential energy, J.
+  double energy(int lane) const { return engine_.energy(lane); }
+
+ private:
+  /// What a lane's energy may be.
+  struct Budget {
+    double start = 0, work = 0, turnover = 0, reserve = 0;  // J
+  };
+  void report_contacts();
+  void audit(int lane);
+
+  LaneEngine engine_;
+  std::array<Budget, kLanes> budget_{};
+};
+
+}  // namespace graze

@@ -1,0 +1,219 @@
+// Claims: the gap from GJK and EPA is the exact signed distance and agrees with the lane kernels, which do not know it;
+// manifolds carry a standing hull or cylinder; rows for the lane engine say the same.
+
+#include <gtest/gtest.h>
+
+#include "engine/bullet/convex_pairs.h"
+#include "engine/contact/collide.h"
+#include "tests/engine/contact/support.h"
+
+namespace graze::bullet {
+namespace {
+
+using testing::BodyD;
+using testing::Random;
+using enum ShapeKind;
+
+Vec3 eigen(const Vec3T<double>& v) { return {v.x, v.y, v.z}; }
+Pose eigen(const PoseT<double>& X) {
+  Pose out = Pose::Identity();
+  for (int i = 0; i < 9; ++i) out.linear()(i / 3, i % 3) = X.R.m[i];
+  out.translation() = eigen(X.p);
+  return out;
+}
+
+std::vector<Vec3> random_hull(Random& random) {
+  std::vector<Vec3> out;
+  for (int i = 0; i < 20; ++i) out.push_back(eigen(random.direction()) * random.uniform(0.05, 0.1));
+  return out;
+}
+
+/// A pair near contact; meshes get random corners, held by `corners`.
+std::pair<Convex, Convex> random_convex(Random& random, ShapeKind a, ShapeKind b, std::vector<Vec3>* corners) {
+  Convex out[2];
+  for (int i = 0; i < 2; ++i) {
+    const ShapeKind kind = i == 0 ? a : b;
+    out[i].kind = kind;
+    if (kind == mesh) {
+      corners[i] = random_hull(random);
+      out[i].corners = &corners[i];
+    } else {
+      out[i].size = eigen(random.shape(kind).size);
+    }
+    out[i].X = eigen(PoseT<double>{random.below(2) ? random.rotation() : random.aligned_rotation(),
+                                   {random.normal(), random.normal(), random.normal()}});
+  }
+  const Vec3 way = random.below(2) ? eigen(random.direction()) : Vec3(out[1].X.linear().col(random.below(3)));
+  out[0].X.translation() = out[1].X.translation();
+  out[0].X.translation() += way * (random.uniform(-0.04, 0.04) - separation(out[0], out[1], way));
+  return {out[0], out[1]};
+}
+
+constexpr std::pair<ShapeKind, ShapeKind> kPairs[] = {{cylinder, cylinder}, {cylinder, box},  {mesh, mesh},
+                                                      {mesh, box},          {mesh, cylinder}, {mesh, sphere},
+                                                      {mesh, capsule},      {box, box},       {capsule, cylinder}};
+
+// The normal parts the shapes by phi (gap at least phi); the points lie on the shapes' supports, phi apart (a positive
+// gap is at most phi). GJK ends at a relative 1e-12 of the squared distance; round shapes make it stop on the step
+// size: 1e-6 m.
+TEST(ConvexGap, is_proved_by_its_normal_and_points) {
+  Random random(21);
+  for (const auto& [kind_a, kind_b] : kPairs) {
+    for (int trial = 0; trial < 800; ++trial) {
+      std::vector<Vec3> corners[2];
+      const auto [a, b] = random_convex(random, kind_a, kind_b, corners);
+      const Gap gap = gap_between(a, b);
+      ASSERT_NEAR(gap.n.norm(), 1, 1e-9);
+      ASSERT_NEAR(separation(a, b, gap.n), gap.phi, 1e-6) << int(kind_a) << int(kind_b) << " " << trial;
+      ASSERT_LT((gap.p_a - gap.p_b - gap.phi * gap.n).norm(), 1e-6) << int(kind_a) << int(kind_b) << " " << trial;
+    }
+  }
+}
+
+// Overlaps: of 3000 random directions none parts the shapes by less than the gap says.
+TEST(ConvexGap, overlap_is_least) {
+  Random random(22);
+  for (const auto& [kind_a, kind_b] : kPairs) {
+    int overlapping = 0;
+    for (int trial = 0; trial < 150; ++trial) {
+      std::vector<Vec3> corners[2];
+      const auto [a, b] = random_convex(random, kind_a, kind_b, corners);
+      const Gap gap = gap_between(a, b);
+      if (gap.phi >= 0) continue;
+      ++overlapping;
+      for (int i = 0; i < 3000; ++i) {
+        const Vec3 n = i % 2 ? eigen(random.direction())
+                             : Vec3((gap.n + 0.1 * random.uniform(0, 1) * eigen(random.direction())).normalized());
+        ASSERT_LT(separation(a, b, n), gap.phi + 1e-6) << int(kind_a) << int(kind_b) << " " << trial;
+      }
+    }
+    EXPECT_GT(overlapping, 20);
+  }
+}
+
+// Two algorithms that share no line agree on every pair that both know.
+TEST(ConvexGap, agrees_with_lane_kernels) {
+  Random random(23);
+  for (const auto& [kind_a, kind_b] : testing::kernel_pairs()) {
+    if (kind_b == plane) continue;
+    for (int trial = 0; trial < 500; ++trial) {
+      const auto [a, b] = testing::random_pair(random, kind_a, kind_b, trial % 2 == 0);
+      const auto manifold = testing::touch(a, b, 0.5);
+      const auto* point = testing::deepest(manifold);
+      ASSERT_TRUE(point);
+      // Deep capsules in cylinders: the kernel's gap is a bound (capsule.h).
+      if (kind_a == capsule && kind_b == cylinder && point->phi <= -a.shape.size.x) continue;
+      const Gap gap = gap_between({kind_a, eigen(a.shape.size), eigen(a.X)}, {kind_b, eigen(b.shape.size), eigen(b.X)});
+      ASSERT_NEAR(gap.phi, point->phi, 1e-6) << testing::name_of({kind_a, kind_b}) << " " << trial;
+    }
+  }
+}
+
+int valid_count(const ConvexManifold& manifold) {
+  return static_cast<int>(std::count_if(manifold.begin(), manifold.end(), [](const auto& p) { return p.valid; }));
+}
+
+/// Whether the vertical through `p` meets the polygon spanned by the points: no half plane through it holds them all.
+bool carries(const ConvexManifold& manifold, const Vec3& p) {
+  for (int k = 0; k < 360; ++k) {
+    const Vec3 way(std::cos(k * 0.0174533), std::sin(k * 0.0174533), 0);
+    double most = -1;
+    for (const ManifoldPoint& point : manifold) {
+      if (point.valid) most = std::max(most, way.dot(point.p - p));
+    }
+    if (most <= 0) return false;
+  }
+  return true;
+}
+
+Pose at(const Vec3& p, double tilt = 0) {
+  Pose X = Pose::Identity();
+  X.linear() = Mat3(Eigen::AngleAxisd(tilt, Vec3::UnitX()));
+  X.translation() = p;
+  return X;
+}
+
+TEST(ConvexManifold, hulls_and_cylinders_stand) {
+  std::vector<Vec3> cube;
+  for (int k = 0; k < 8; ++k) cube.emplace_back(k & 1 ? 0.1 : -0.1, k & 2 ? 0.1 : -0.1, k & 4 ? 0.1 : -0.1);
+  const Convex table{box, {1, 1, 0.2}, at({0, 0, -0.1})};
+  for (double tilt : {0.0, 1e-9, 1e-4}) {
+    const Convex die{mesh, {}, at({0.05, 0.02, 0.1}, tilt), &cube}, can{cylinder, {0.1, 0.2, 0}, at({0, 0, 0.1}, tilt)};
+    const Convex stool{cylinder, {0.3, 0.2, 0}, at({0, 0, -0.1})};
+    EXPECT_EQ(valid_count(touch_plane(die, Pose::Identity(), 0.01)), 4);
+    EXPECT_EQ(valid_count(touch_convex(die, table, 0.01)), 4) << tilt;
+    for (const ConvexManifold& manifold :
+         {touch_plane(die, Pose::Identity(), 0.01), touch_convex(die, table, 0.01), touch_convex(die, stool, 0.01)}) {
+      EXPECT_TRUE(carries(manifold, die.X.translation())) << tilt;
+    }
+    EXPECT_TRUE(carries(touch_convex(can, table, 0.01), can.X.translation())) << tilt;
+    EXPECT_TRUE(carries(touch_convex(can, stool, 0.01), can.X.translation())) << tilt;
+  }
+  // Lying: two points at the ends of the side.
+  const Convex log{cylinder, {0.1, 0.4, 0}, at({0, 0, 0.1}, 1.5707963267948966)};
+  const ConvexManifold lying = touch_convex(log, table, 0.01);
+  EXPECT_EQ(valid_count(lying), 2);
+}
+
+// A manifold's least gap is the pair's gap.
+TEST(ConvexManifold, deepest_point_has_the_gap) {
+  Random random(24);
+  for (const auto& [kind_a, kind_b] : kPairs) {
+    for (int trial = 0; trial < 400; ++trial) {
+      std::vector<Vec3> corners[2];
+      const auto [a, b] = random_convex(random, kind_a, kind_b, corners);
+      const Gap gap = gap_between(a, b);
+      double least = 1e300;
+      for (const ManifoldPoint& point : touch_convex(a, b, 1)) {
+        if (point.valid) least = std::min(least, point.phi);
+      }
+      // Clipping one of two faces that are parallel but for 3 degrees can reach below the gap of overlapping shapes.
+      ASSERT_LE(least, gap.phi + 1e-12);
+      if (gap.phi > 0) {
+        ASSERT_GT(least, gap.phi - 2e-3) << int(kind_a) << int(kind_b) << " " << trial;
+      }
+    }
+  }
+}
+
+// Rows for the lane engine: each lane's manifold is that of its own sizes and poses, whoever its neighbours are.
+TEST(ConvexPairs, rows_are_the_lanes_manifolds) {
+  Random random(25);
+  Model model;
+  model.colliders.resize(2);
+  for (Collider& collider : model.colliders) collider.shape.kind = cylinder;
+  model.pairs = {{0, 1, 1, 0}};
+  constexpr int kWide = 8;
+  ConvexPairs pairs(model, kWide);
+  std::vector<double> X[2] = {std::vector<double>(12 * kWide), std::vector<double>(12 * kWide)}, margin(kWide, 0.01);
+  std::vector<std::pair<Convex, Convex>> expected;
+  for (int lane = 0; lane < kWide; ++lane) {
+    expected.push_back(random_convex(random, cylinder, cylinder, nullptr));
+    const Convex* bodies[] = {&expected.back().first, &expected.back().second};
+    for (int i = 0; i < 2; ++i) {
+      model.colliders[i].shape.size = bodies[i]->size;
+      for (int k = 0; k < 9; ++k) X[i][k * kWide + lane] = bodies[i]->X.linear()(k / 3, k % 3);
+      for (int k = 0; k < 3; ++k) X[i][(9 + k) * kWide + lane] = bodies[i]->X.translation()[k];
+    }
+    pairs.start(lane, model);
+  }
+  std::vector<double> rows(8 * kManifoldRows * kWide);
+  pairs.collide(0, kWide, 0x7f, X[0].data(), X[1].data(), margin.data(), rows.data());
+  ManifoldT<Pack<8>> read;
+  read_manifold(rows.data(), 8, read);
+  for (int lane = 0; lane < kWide; ++lane) {
+    const ConvexManifold alone = touch_convex(expected[lane].first, expected[lane].second, 0.01);
+    for (int k = 0; k < 8; ++k) {
+      const bool valid = bits(read.point[k].valid) >> lane & 1u;
+      ASSERT_EQ(valid, lane < 7 && alone[k].valid);
+      if (!valid) continue;
+      EXPECT_EQ(lane_of(read.point[k].phi, lane), alone[k].phi);
+      EXPECT_EQ(eigen(lane_of(read.point[k].p, lane)), alone[k].p);
+      EXPECT_EQ(eigen(lane_of(read.point[k].n, lane)), alone[k].n);
+      EXPECT_NE(lane_of(read.point[k].feature_a, lane), features::surface);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace graze::bullet

@@ -1,0 +1,126 @@
+// Claim: the mass matrix and bias forces of the lane kernels are those of the model, for any tree (checked against sums
+// over bodies with Jacobians from other code), and the factorisation solves with them.
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "engine/dynamics/factor.h"
+#include "reference.h"
+
+namespace graze {
+namespace {
+
+using testing::ScalarEngine;
+
+/// A tree with everything: floating and fixed base, revolute and prismatic joints, branches, skew axes and offsets.
+Model mixed_tree(bool floating) {
+  World world;
+  Robot& robot = world.robot;
+  robot.floating_base = floating;
+  const int parents[] = {-1, 0, 1, 1, 3, 0, 5, 6};
+  std::srand(7);
+  for (int i = 0; i < 8; ++i) {
+    Link link;
+    link.name = "link" + std::to_string(i);
+    const Mat3 A = Mat3::Random();
+    link.inertia.mass = 1.0 + i;
+    link.inertia.first = link.inertia.mass * 0.2 * Vec3::Random();
+    link.inertia.second = A * A.transpose() * 0.3 + Mat3::Identity() * 0.1 +
+                          link.inertia.first * link.inertia.first.transpose() / link.inertia.mass;
+    robot.links.push_back(link);
+    if (i == 0) continue;
+    Joint joint;
+    joint.name = "joint" + std::to_string(i);
+    joint.parent = "link" + std::to_string(parents[i]);
+    joint.child = link.name;
+    joint.type = i % 3 == 2 ? JointType::prismatic : JointType::revolute;
+    joint.X_PJ.linear() = rotation_from_rpy(Vec3::Random());
+    joint.X_PJ.translation() = 0.5 * Vec3::Random();
+    joint.axis = i == 4 ? Vec3(0, 0, -1) : Vec3(Vec3::Random().normalized());
+    robot.joints.push_back(joint);
+  }
+  world.gravity = {1.0, -2.0, -9.0};
+  return compile(world);
+}
+
+void expect_equation_of_motion(const Model& model, unsigned seed) {
+  const State state = testing::random_state(model, seed);
+  ScalarEngine engine(model);
+  engine.start(state);
+  const Eigen::MatrixXd M = testing::reference_mass_matrix(model, state.q);
+  EXPECT_LT((engine.mass_matrix() - M).cwiseAbs().maxCoeff(), 1e-12 * M.cwiseAbs().maxCoeff());
+  const Eigen::VectorXd bias = testing::reference_bias(model, state.q, state.v);
+  EXPECT_LT((engine.bias() - bias).cwiseAbs().maxCoeff(), 1e-8 * (1 + bias.cwiseAbs().maxCoeff()));
+}
+
+TEST(EquationOfMotion, OfAFloatingTree) {
+  for (unsigned seed = 1; seed < 6; ++seed) expect_equation_of_motion(mixed_tree(true), seed);
+}
+
+TEST(EquationOfMotion, OfAFixedTree) {
+  for (unsigned seed = 1; seed < 6; ++seed) expect_equation_of_motion(mixed_tree(false), seed);
+}
+
+TEST(EquationOfMotion, OfLinks) {
+  World world;
+  world.robot = load_urdf(std::string(GRAZE_SOURCE_DIR) + "/data/robots/links.urdf");
+  for (unsigned seed = 1; seed < 4; ++seed) expect_equation_of_motion(compile(world), seed);
+}
+
+/// Robots of others, by the environment or beside the sources.
+std::filesystem::path robots_folder() {
+  const char* given = std::getenv("GRAZE_TEST_ROBOTS");
+  return given ? given : std::filesystem::path(GRAZE_SOURCE_DIR).parent_path() / "shared" / "robots";
+}
+
+TEST(EquationOfMotion, OfOtherPeoplesRobots) {
+  if (!std::filesystem::is_directory(robots_folder())) GTEST_SKIP() << "no robots at " << robots_folder();
+  int read = 0;
+  for (const auto& file : std::filesystem::recursive_directory_iterator(robots_folder())) {
+    if (file.path().extension() != ".urdf") continue;
+    World world;
+    UrdfOptions options;
+    options.ignore_missing_meshes = true;
+    try {
+      world.robot = load_urdf(file.path().string(), options);
+      // Links may lack mass; that is the reader's and the compiler's to refuse.
+      const Model model = compile(world);
+      SCOPED_TRACE(file.path().string());
+      expect_equation_of_motion(model, 3);
+      ++read;
+    } catch (const InputError&) {
+    }
+  }
+  EXPECT_GT(read, 0);
+}
+
+TEST(Factorization, SolvesWithTheMassMatrix) {
+  const Model model = mixed_tree(true);
+  ScalarEngine engine(model);
+  engine.start(testing::random_state(model, 11));
+  const Eigen::MatrixXd M = engine.mass_matrix();
+  LaneBlock& block = engine.engine.block();
+  TreeT<double> tree{};
+  tree.topology = block.topology;
+  tree.M = block.M;
+  tree.inverse_D = block.inverse_D;
+  factor(tree);
+  Eigen::VectorXd x = Eigen::VectorXd::Random(model.nv);
+  const Eigen::VectorXd want = M.ldlt().solve(x);
+  solve_M(tree, x.data());
+  EXPECT_LT((x - want).norm(), 1e-12 * want.norm() * M.norm());
+  // M = L^T D L, entry by entry.
+  Eigen::MatrixXd L = Eigen::MatrixXd::Identity(model.nv, model.nv);
+  Eigen::VectorXd D(model.nv);
+  for (int i = 0; i < model.nv; ++i) {
+    D[i] = 1 / block.inverse_D[i];
+    for (int d = 0; d < block.topology.dof_depth[i]; ++d) {
+      L(i, block.topology.chain[block.topology.row[i] + d]) = block.M[block.topology.row[i] + d];
+    }
+  }
+  EXPECT_LT((L.transpose() * D.asDiagonal() * L - M).norm(), 1e-13 * M.norm());
+}
+
+}  // namespace
+}  // namespace graze

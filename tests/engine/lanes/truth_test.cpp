@@ -1,0 +1,264 @@
+// Claim: the lane engine moves bodies as mechanics says, against closed forms. Tolerances are the first-order error of
+// semi-implicit Euler at the step used, or rounding where the scheme is exact.
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "tests/engine/lanes/worlds.h"
+
+namespace graze::test {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+World on_plane(const Shape& shape, double mass, double slope = 0) {
+  World world = free_body(shape, mass);
+  world.objects.push_back(fixed("ground", plane()));
+  world.gravity = {kGravity * std::sin(slope), 0, -kGravity * std::cos(slope)};
+  world.contact.model = "complementarity";
+  return world;
+}
+
+/// Sum over bodies of linear and angular momentum about the world's origin.
+Eigen::Matrix<double, 6, 1> momentum(const Bench& run) {
+  Eigen::Matrix<double, 6, 1> P = Eigen::Matrix<double, 6, 1>::Zero();
+  const Eigen::VectorXd v = run.v();
+  std::vector<Pose> X;
+  forward_kinematics(run.model(), run.q(), X);
+  for (std::size_t i = 0; i < run.model().bodies.size(); ++i) {
+    const Body& body = run.model().bodies[i];
+    const Vec3 com = X[i] * body.com;
+    const Eigen::Matrix3Xd J = point_jacobian(run.model(), X, static_cast<int>(i), com);
+    const Vec3 linear = J * v;
+    Vec3 spin;  // w from the velocities of points beside the centre of mass
+    const Vec3 vx = point_jacobian(run.model(), X, static_cast<int>(i), com + Vec3::UnitX()) * v - linear;
+    const Vec3 vy = point_jacobian(run.model(), X, static_cast<int>(i), com + Vec3::UnitY()) * v - linear;
+    spin << vy.z(), -vx.z(), vx.y();
+    P.head<3>() += body.mass * linear;
+    P.tail<3>() += body.mass * com.cross(linear) + X[i].linear() * body.inertia * X[i].linear().transpose() * spin;
+  }
+  return P;
+}
+
+// A robot that tumbles freely with swinging legs keeps linear and angular momentum to rounding.
+TEST(FreeFlight, KeepsMomentum) {
+  World world = busy_world();
+  world.objects.clear();
+  world.contact.ignore = {{"*", "*"}};
+  world.gravity = Vec3::Zero();
+  world.initial.angular_velocity = {3, -2, 5};
+  for (const Joint& joint : world.robot.joints) world.initial.joint_velocity[joint.name] = 4;
+  Bench run("lanes", world);
+  const Eigen::Matrix<double, 6, 1> before = momentum(run);
+  const Eigen::VectorXd q0 = run.q();
+  run.run(1.0, 1e-3);
+  EXPECT_GT((run.q() - q0).norm(), 1.0) << "it moved";
+  // 1000 steps of rounding at 1e-16 of some 0.1 kg m^2/s.
+  EXPECT_LT((momentum(run) - before).norm(), 1e-13);
+}
+
+// Energy of the same flight drifts with the first order of the step: half the step, half the drift.
+TEST(FreeFlight, ChangesEnergyWithTheFirstOrderOfTheStep) {
+  World world = busy_world();
+  world.objects.clear();
+  world.contact.ignore = {{"*", "*"}};
+  world.gravity = Vec3::Zero();
+  world.initial.angular_velocity = {3, -2, 5};
+  for (const Joint& joint : world.robot.joints) world.initial.joint_velocity[joint.name] = 4;
+  double drift[3], start = 0;
+  for (int k = 0; k < 3; ++k) {
+    Bench run("lanes", world);
+    auto& physics = dynamic_cast<LanePhysics&>(run.physics());
+    start = physics.energy(0);
+    run.run(0.1, 1e-3 / (1 << k));
+    drift[k] = std::abs(physics.energy(0) - start);
+  }
+  EXPECT_LT(drift[0], 0.05 * start);
+  EXPECT_NEAR(drift[0] / drift[1], 2, 0.3);
+  EXPECT_NEAR(drift[1] / drift[2], 2, 0.3);
+}
+
+// A point pendulum of length l swings by small angles with period 2 pi sqrt(l / g).
+TEST(Pendulum, HasItsPeriod) {
+  World world;
+  world.robot.floating_base = false;
+  world.robot.links.push_back(link("base", sphere(0.01), 1, Pose::Identity(), false));
+  const double l = 0.7, r = 0.01;
+  world.robot.links.push_back(link("bob", sphere(r), 1, at(0, 0, -l), false));
+  world.robot.joints.push_back(joint("hinge", "base", "bob", JointType::revolute, Pose::Identity(), Vec3(0, 1, 0)));
+  world.initial.joint_position["hinge"] = 0.01;
+  Bench run("lanes", world);
+  const double h = 1e-4, length = l + 0.4 * r * r / l;  // I / (m l)
+  double crossed = 0, last = run.q(0);
+  int crossings = 0, steps = 0;
+  run.run(5, h, [&] {
+    ++steps;
+    if (last > 0 && run.q(0) <= 0) {
+      crossed = h * (steps - run.q(0) / (run.q(0) - last));
+      ++crossings;
+    }
+    last = run.q(0);
+  });
+  ASSERT_GT(crossings, 2);
+  // The first downward crossing is after a quarter period. Amplitude 0.01 rad lengthens it by 6e-6.
+  EXPECT_NEAR(crossed / (crossings - 0.75), 2 * kPi * std::sqrt(length / kGravity), 1e-4);
+}
+
+// A block that slides with v stops after v^2 / (2 mu g) (exactly v (v + mu g h) / (2 mu g) for this scheme, to a step).
+TEST(Friction, StopsASlidingBlock) {
+  World world = on_plane(box(0.2, 0.2, 0.05), 2);
+  world.contact.friction = 0.4;
+  world.initial.position = {0, 0, 0.025};
+  world.initial.linear_velocity = {1.2, 0.5, 0};
+  Bench run("lanes", world);
+  run.run(1.0, 1e-3);
+  const double v = std::hypot(1.2, 0.5), way = v * v / (2 * 0.4 * kGravity);
+  EXPECT_NEAR(std::hypot(run.position(0).x(), run.position(0).y()), way, v * 1e-3);
+  EXPECT_NEAR(run.position(0).y() / run.position(0).x(), 0.5 / 1.2, 1e-3) << "no direction is preferred";
+  EXPECT_LT(run.v().norm(), 1e-6);
+}
+
+// A block on a slope stays below atan(mu) and accelerates with g (sin - mu cos) above.
+TEST(Friction, HoldsBelowTheAngleOfFriction) {
+  for (const char* model : {"complementarity", "complementarity_free"}) {
+    for (double excess : {-0.01, 0.02}) {
+      const double mu = 0.5, slope = std::atan(mu) + excess;
+      World world = on_plane(box(0.2, 0.2, 0.05), 2, slope);
+      world.contact.model = model;
+      world.contact.friction = mu;
+      world.initial.position = {0, 0, 0.025};
+      Bench run("lanes", world);
+      run.run(0.5, 1e-3);
+      const double a = kGravity * (std::sin(slope) - mu * std::cos(slope));
+      // The convex model lifts a sliding contact by mu |u_t| h per step until it is apart: its known artefact.
+      const double tolerance = std::string(model) == "complementarity" ? 1e-5 : 0.03 * std::abs(a);
+      EXPECT_NEAR(run.v(3), excess < 0 ? 0 : 0.5 * a, tolerance) << model << " " << excess;
+    }
+  }
+}
+
+// A ball that is set down sliding ends rolling with 5/7 of its speed.
+TEST(Friction, TurnsSlidingIntoRolling) {
+  World world = on_plane(sphere(0.1), 1);
+  world.contact.friction = 0.3;
+  world.initial.position = {0, 0, 0.1};
+  world.initial.linear_velocity = {2, 0, 0};
+  Bench run("lanes", world);
+  run.run(1.0, 1e-3);
+  EXPECT_NEAR(run.v(3), 2 * 5 / 7.0, 1e-6);
+  EXPECT_NEAR(run.v(1), run.v(3) / 0.1, 1e-5);
+}
+
+// A ball bounces with speeds e^n: heights e^(2n).
+TEST(Restitution, GivesBackItsShareAtEachBounce) {
+  const double e = 0.8, height = 1.0;
+  World world = on_plane(sphere(0.1), 1);
+  world.contact.restitution = e;
+  world.robot.links[0].restitution = e;
+  world.initial.position = {0, 0, 0.1 + height};
+  Bench run("lanes", world);
+  const double h = 1e-4;
+  double last = 0, expected = std::sqrt(2 * kGravity * height);
+  int bounces = 0;
+  run.run(3.0, h, [&] {
+    const double v = run.v(5);
+    if (last < 0 && v > 0 && bounces < 5) {
+      expected *= e;
+      ++bounces;
+      EXPECT_NEAR(v, expected, 4 * bounces * kGravity * h) << bounces;
+    }
+    last = v;
+  });
+  EXPECT_EQ(bounces, 5);
+}
+
+// A fast ball does not pass through the ground: 10 cm per step against a gap of 3 cm.
+TEST(Gap, IsNeverSteppedOver) {
+  World world = on_plane(sphere(0.05), 1);
+  world.initial.position = {0, 0, 0.08};
+  world.initial.linear_velocity = {0, 0, -100};
+  Bench run("lanes", world);
+  run.run(0.01, 1e-3, [&] { EXPECT_GT(run.position(0).z(), 0.05 - 1e-6); });
+  EXPECT_NEAR(run.position(0).z(), 0.05, 1e-6);
+}
+
+// Five boxes stand on each other; the bottom carries all.
+TEST(Stack, Stands) {
+  World world = on_plane(box(0.2, 0.2, 0.1), 1);
+  world.initial.position = {0, 0, 0.05};
+  for (int i = 1; i < 5; ++i) {
+    world.objects.push_back(movable("box" + std::to_string(i), box(0.2, 0.2, 0.1), 1, at(0.01 * i, 0, 0.05 + 0.1 * i)));
+  }
+  Bench run("lanes", world);
+  run.run(1.0, 1e-3);
+  for (int i = 0; i < 5; ++i) {
+    EXPECT_NEAR(run.position(i).z(), 0.05 + 0.1 * i, 1e-3) << i;
+    EXPECT_NEAR(run.position(i).x(), 0.01 * i, 1e-3) << i;
+  }
+  double carried = 0;
+  for (const Contact& contact : run.contacts()) {
+    const bool ground =
+        run.model().colliders[contact.b].name == "ground" || run.model().colliders[contact.a].name == "ground";
+    if (ground) carried += std::abs(contact.impulse_W.z());
+  }
+  EXPECT_NEAR(carried, 5 * kGravity * 1e-3, 0.02 * 5 * kGravity * 1e-3);
+}
+
+// A compliant contact sinks in by weight over stiffness: half a millimetre by construction, and comes to rest.
+TEST(Compliance, CarriesTheWeightHalfAMillimetreDeep) {
+  World world = on_plane(sphere(0.1), 3);
+  world.contact.model = "compliant";
+  world.initial.position = {0, 0, 0.1};
+  Bench run("lanes", world);
+  run.run(1.0, 1e-3);
+  EXPECT_NEAR(run.position(0).z(), 0.1 - 0.5e-3, 1e-6);
+  EXPECT_LT(run.v().norm(), 1e-6);
+}
+
+// A joint stops at its limit and dry friction holds a load below its threshold.
+TEST(Joint, KeepsItsLimitAndItsDryFriction) {
+  World world;
+  world.robot.floating_base = false;
+  world.robot.links.push_back(link("base", sphere(0.01), 1, Pose::Identity(), false));
+  world.robot.links.push_back(link("arm", box(0.4, 0.02, 0.02), 1, at(0.2, 0, 0), false));
+  world.robot.joints.push_back(joint("hinge", "base", "arm", JointType::revolute, Pose::Identity(), Vec3(0, 1, 0)));
+  world.robot.joints[0].upper = 0.3;
+  world.robot.joints[0].lower = -1;
+  Bench falls("lanes", world);
+  falls.run(2.0, 1e-3, [&] { EXPECT_LT(falls.q(0), 0.3 + 1e-6); });
+  EXPECT_NEAR(falls.q(0), 0.3, 1e-6);
+  world.robot.joints[0].friction = 1.001 * kGravity * 0.2;  // the load's torque at q = 0
+  Bench holds("lanes", world);
+  holds.run(0.5, 1e-3);
+  EXPECT_NEAR(holds.q(0), 0, 1e-9);
+  world.robot.joints[0].friction = 0.5 * kGravity * 0.2;
+  Bench slips("lanes", world);
+  slips.run(0.01, 1e-3);
+  // a = (load - friction) / I with I = m l^2 / 3 (a slender box).
+  const double inertia = 1 * (0.4 * 0.4 + 0.02 * 0.02) / 12 + 0.04;
+  EXPECT_NEAR(slips.v(0), 0.01 * 0.5 * kGravity * 0.2 / inertia, 1e-4);
+}
+
+// A state that is not finite is contained in its lane and named.
+TEST(Fault, IsNamedAndStaysInItsLane) {
+  const Particle good = busy_particle(1);
+  Particle bad = busy_particle(2);
+  bad.initial.v[0] = std::numeric_limits<double>::quiet_NaN();
+  LanePhysics physics(good.model), quiet(good.model);
+  physics.start(0, good);
+  physics.start(1, bad);
+  quiet.start(0, good);
+  const BlockArray tau(good.model.na());
+  for (int k = 0; k < 50; ++k) {
+    physics.step(1e-3, LaneMask::first(2), tau);
+    quiet.step(1e-3, LaneMask::first(1), tau);
+  }
+  EXPECT_FALSE(physics.fault(0));
+  ASSERT_TRUE(physics.fault(1));
+  EXPECT_NE(physics.fault(1)->find("finite"), std::string::npos);
+  for (int i = 0; i < good.model.nq; ++i) EXPECT_EQ(physics.state().q(i, 0), quiet.state().q(i, 0));
+}
+
+}  // namespace
+}  // namespace graze::test
