@@ -104,7 +104,7 @@ ContactLawT<double> law_of(const Model& model) {
   law.stiffness = mass * 9.81 / 0.5e-3;
   law.damping = 2 * std::sqrt(law.stiffness * mass);
   law.correction = 0.2;
-  law.recovery = 0.5;
+  law.recovery = 0.1;
   return law;
 }
 
