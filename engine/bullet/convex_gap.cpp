@@ -84,7 +84,7 @@ Gap from_cores(const Convex& a, const Convex& b, double d, const Vec3& n, const 
 
 /// A point of the difference of both cores, with the points it comes from.
 struct Difference {
-  Vec3 a, b;
+  Vec3 a = Vec3::Zero(), b = Vec3::Zero();
   Vec3 w() const { return a - b; }
 };
 
