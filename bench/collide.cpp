@@ -9,7 +9,7 @@
 
 #include "bench/collide/kernel.h"
 #include "engine/bullet/convex_pairs.h"
-#include "engine/lanes/isa.h"
+#include "engine/lane_physics/isa.h"
 
 namespace graze {
 namespace {

@@ -3,7 +3,7 @@
 #include <cassert>
 
 #include "engine/bullet/bullet_physics.h"
-#include "engine/lanes/lane_physics.h"
+#include "engine/lane_physics/lane_physics.h"
 
 namespace graze {
 

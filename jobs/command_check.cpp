@@ -74,14 +74,14 @@ std::string overview(const Scenario& s) {
 }
 
 std::string parameter_table(const ParameterSpace& space) {
-  std::vector<std::vector<std::string>> rows = {{"parameter", "unit", "distribution", "jitter", "nominal"}};
+  std::vector<std::vector<std::string>> rows = {{"parameter", "unit", "nominal", "distribution", "jitter"}};
   for (const UncertainParameter& p : space.parameters) {
     const std::string nominal =
         p.labels.empty() ? fmt::format("{:.6g}", p.nominal) : p.labels.at(static_cast<int>(p.nominal));
     const std::string persistent = p.distribution_text.empty() ? p.persistent.describe() : p.distribution_text;
-    rows.push_back({p.name, p.unit, persistent, p.jitter ? p.jitter->describe() : "-", nominal});
+    rows.push_back({p.name, p.unit, nominal, persistent, p.jitter ? p.jitter->describe() : "-"});
   }
-  return text_table(rows, 4);
+  return text_table(rows, rows[0].size());
 }
 
 nlohmann::json as_json(const Scenario& s) {

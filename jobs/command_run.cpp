@@ -18,8 +18,7 @@ namespace {
 
 struct Arguments {
   ScenarioArguments scenario;
-  std::uint64_t particles = 0;
-  std::optional<std::uint64_t> seed;
+  DrawArguments draw;
   int threads = 0;
   std::vector<std::string> policies;
   std::string output;
@@ -83,10 +82,11 @@ bool simulate(const Scenario& scenario, const CampaignOptions& options, Campaign
 
 int run(const Arguments& arguments) {
   Scenario scenario = arguments.scenario.load();
+  arguments.draw.apply_to(scenario);
   choose_policies(scenario, arguments.policies);
   CampaignOptions options;
-  options.particles = arguments.particles > 0 ? arguments.particles : scenario.particles;
-  options.seed = scenario.seed = arguments.seed.value_or(scenario.seed);
+  options.particles = scenario.particles;
+  options.seed = scenario.seed;
   options.threads = arguments.threads;
   options.stop = &stop_requested;
   const Destination out = destination(arguments, scenario);
@@ -120,9 +120,7 @@ void add_run(CLI::App& app, Action& action, const std::string& command_line) {
                             "  graze run my.yaml -n 1000 --threads 8 --seed 7 -o out/first.graze\n"
                             "  graze run my.yaml --policy 'step/4cm' --set time.end='2 s' -o one.h5\n");
   arguments->scenario.add_to(*verb);
-  verb->add_option("-n,--particles", arguments->particles, "How many particles (default: the scenario's)")
-      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 32));
-  verb->add_option("--seed", arguments->seed, "Root seed (default: the scenario's)");
+  arguments->draw.add_to(*verb);
   verb->add_option("--threads", arguments->threads, "Threads; 0: all of this machine's")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();

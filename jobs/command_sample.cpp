@@ -13,8 +13,7 @@ namespace {
 
 struct Arguments {
   ScenarioArguments scenario;
-  std::uint64_t particles = 0;
-  std::optional<std::uint64_t> seed;
+  DrawArguments draw;
   std::string output = "-";
 };
 
@@ -41,14 +40,14 @@ class Output {
 };
 
 int sample(const Arguments& arguments) {
-  const Scenario scenario = arguments.scenario.load();
-  const std::uint64_t n = arguments.particles > 0 ? arguments.particles : scenario.particles;
-  const Sampler sampler(scenario.space, scenario.design, arguments.seed.value_or(scenario.seed), n);
+  Scenario scenario = arguments.scenario.load();
+  arguments.draw.apply_to(scenario);
+  const Sampler sampler(scenario.space, scenario.design, scenario.seed, scenario.particles);
   Output out(arguments.output);
   std::string line = "particle";
   for (const UncertainParameter& parameter : scenario.space.parameters) line += "," + parameter.name;
   out.write(line + "\n");
-  for (std::uint64_t i = 0; i < n; ++i) {
+  for (std::uint64_t i = 0; i < scenario.particles; ++i) {
     const std::vector<double> values = sampler.draw(static_cast<std::uint32_t>(i));
     line = std::to_string(i);
     for (int k = 0; k < scenario.space.size(); ++k) {
@@ -69,9 +68,7 @@ void add_sample(CLI::App& app, Action& action) {
                             "  graze sample data/scenarios/quadruped_curb.yaml -n 1000 -o particles.csv\n"
                             "  graze sample my.yaml -n 5 --seed 7 --set sampling.design=sobol\n");
   arguments->scenario.add_to(*verb);
-  verb->add_option("-n,--particles", arguments->particles, "How many particles (default: the scenario's)")
-      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 32));
-  verb->add_option("--seed", arguments->seed, "Root seed (default: the scenario's)");
+  arguments->draw.add_to(*verb);
   verb->add_option("-o,--output", arguments->output, "CSV file; - for standard output")->capture_default_str();
   verb->callback([arguments, &action] { action = [arguments] { return sample(*arguments); }; });
 }

@@ -29,6 +29,17 @@ Scenario ScenarioArguments::load() const {
   return scenario;
 }
 
+void DrawArguments::add_to(CLI::App& verb) {
+  verb.add_option("-n,--particles", particles, "How many particles (default: the scenario's)")
+      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 32));
+  verb.add_option("--seed", seed, "Root seed (default: the scenario's)");
+}
+
+void DrawArguments::apply_to(Scenario& scenario) const {
+  if (particles > 0) scenario.particles = particles;
+  if (seed) scenario.seed = *seed;
+}
+
 CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& description,
                    const std::string& examples) {
   CLI::App* verb = app.add_subcommand(name, description);

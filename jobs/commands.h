@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,16 @@ struct ScenarioArguments {
   void add_to(CLI::App& verb);
   /// Reads the scenario; prints its warnings on stderr.
   Scenario load() const;
+};
+
+/// Options of the verbs that draw particles.
+struct DrawArguments {
+  std::uint64_t particles = 0;  // 0: as many as the scenario says
+  std::optional<std::uint64_t> seed;
+
+  void add_to(CLI::App& verb);
+  /// Puts what was given in place of the scenario's own number and seed.
+  void apply_to(Scenario& scenario) const;
 };
 
 /// A verb with its description and, below its options, examples.

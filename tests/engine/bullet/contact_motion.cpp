@@ -14,7 +14,7 @@ struct Choice {
 };
 std::vector<Choice> choices() {
   std::vector<Choice> out;
-  for (const std::string& physics : physics_names()) {
+  for (const std::string& physics : validated_physics()) {
     for (const std::string& contact : contact_models_of(physics)) out.push_back({physics, contact});
   }
   return out;

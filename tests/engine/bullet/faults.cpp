@@ -13,7 +13,7 @@ namespace graze::test {
 namespace {
 
 class Faults : public testing::TestWithParam<std::string> {};
-INSTANTIATE_TEST_SUITE_P(Physics, Faults, testing::ValuesIn(physics_names()));
+INSTANTIATE_TEST_SUITE_P(Physics, Faults, testing::ValuesIn(validated_physics()));
 
 World wheel() {
   World world;

@@ -11,7 +11,7 @@ namespace graze::test {
 namespace {
 
 class FreeMotion : public testing::TestWithParam<std::string> {};
-INSTANTIATE_TEST_SUITE_P(Physics, FreeMotion, testing::ValuesIn(physics_names()));
+INSTANTIATE_TEST_SUITE_P(Physics, FreeMotion, testing::ValuesIn(validated_physics()));
 
 /// A rod of length `length` that hangs from a hinge about y at the origin, on a fixed base.
 World pendulum(double length, double mass) {

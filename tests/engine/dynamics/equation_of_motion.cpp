@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "engine/dynamics/factor.h"
-#include "reference.h"
+#include "tests/engine/dynamics/reference.h"
 
 namespace graze {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/lanes/kernel.h"
+#include "engine/lane_physics/kernel.h"
 
 namespace graze {
 

@@ -1,4 +1,4 @@
-#include "engine/lanes/isa.h"
+#include "engine/lane_physics/isa.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -1,7 +1,7 @@
 #pragma once
 // The back end "lanes": a block of kLanes particles in one LaneEngine.
 
-#include "engine/lanes/lane_engine.h"
+#include "engine/lane_physics/lane_engine.h"
 #include "engine/physics.h"
 
 namespace graze {

@@ -7,7 +7,7 @@
 
 #include "engine/contact/collide.h"
 #include "engine/contact/solver.h"
-#include "engine/lanes/culling.h"
+#include "engine/lane_physics/culling.h"
 
 namespace graze {
 inline namespace GRAZE_ISA_NAMESPACE {

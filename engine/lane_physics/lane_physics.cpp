@@ -1,11 +1,11 @@
-#include "engine/lanes/lane_physics.h"
+#include "engine/lane_physics/lane_physics.h"
 
 #include <fmt/format.h>
 
 #include <cmath>
 
 #include "engine/bullet/convex_pairs.h"
-#include "engine/lanes/isa.h"
+#include "engine/lane_physics/isa.h"
 
 namespace graze {
 

@@ -9,7 +9,7 @@
 #include "engine/contact/manifold.h"
 #include "engine/contact/paths.h"
 #include "engine/dynamics/topology.h"
-#include "engine/lanes/kernel.h"
+#include "engine/lane_physics/kernel.h"
 #include "engine/model/fabrication.h"
 
 namespace graze {

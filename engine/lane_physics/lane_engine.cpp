@@ -1,4 +1,4 @@
-#include "engine/lanes/lane_engine.h"
+#include "engine/lane_physics/lane_engine.h"
 
 #include <algorithm>
 #include <cassert>
@@ -9,8 +9,8 @@
 
 #include "engine/contact/collide.h"
 #include "engine/contact/constraint.h"
+#include "engine/lane_physics/culling.h"
 #include "engine/lanes/block.h"
-#include "engine/lanes/culling.h"
 
 namespace graze {
 

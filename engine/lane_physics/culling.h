@@ -3,7 +3,7 @@
 // the choice, which looks at all lanes together, changes no lane's bits. The distance of a pair is measured again only
 // when its colliders may have come near since (they cannot have moved further than the fastest point of the block).
 
-#include "engine/lanes/kernel.h"
+#include "engine/lane_physics/kernel.h"
 #include "engine/lanes/vec.h"
 
 namespace graze {

@@ -1,6 +1,6 @@
 // The kernels of one instruction set; compiled once for each (see CMakeLists.txt).
 
-#include "engine/lanes/step.h"
+#include "engine/lane_physics/step.h"
 
 namespace graze {
 
