@@ -98,11 +98,11 @@ inline Vec3T<T> contact_velocity(const PathView& path, const ContactT<T>& c, con
   return even + odd;
 }
 
-/// One contact's turn: the impulse that solves its own problem, given all others'. Returns how much its velocity
-/// changed, m/s.
+/// One contact's turn: the impulse that solves its own problem, given all others', or a share of the
+/// way there. Returns how much its velocity changed, m/s.
 template <class T>
 inline T relax_contact(const ContactLawT<T>& law, const PathView& path, bool some_convex, const mask_of<T>& moving,
-                       ContactT<T>& c, T* dz) {
+                       double share, ContactT<T>& c, T* dz) {
   const Vec3T<T> zero{T(0.0), T(0.0), T(0.0)};
   const Vec3T<T> free = contact_velocity(path, c, dz) - times_A(c, c.lambda);
   const Vec3T<T> still = SlipSystemT<T>(c, T(0.0), T(0.0), false).solve(-free);
@@ -121,11 +121,12 @@ inline T relax_contact(const ContactLawT<T>& law, const PathView& path, bool som
   Vec3T<T> next = select(sticks, still, zero);
   if (any(turn & slides)) next = select(slides, slip_impulse(c, turn & slides, free, kappa_mu2, some_convex), next);
   next = select(turn, next, c.lambda);
-  const Vec3T<T> change = next - c.lambda;
-  c.lambda = next;
+  const Vec3T<T> change = T(share) * (next - c.lambda);
+  c.lambda += change;
   c.slips = select(turn, select(slides, T(1.0), T(0.0)), c.slips);
   apply_impulse(path, c, change, dz);
-  return max(max(abs(change.x) * c.ann, abs(change.y) * c.ass), abs(change.z) * c.att);
+  const T most = max(max(abs(change.x) * c.ann, abs(change.y) * c.ass), abs(change.z) * c.att);
+  return T(1.0 / share) * most;
 }
 
 /// A joint that is near a limit or has dry friction, all lanes.
@@ -203,6 +204,10 @@ struct ConstraintsT {
   const PathView* paths;
 };
 
+/// Sweeps after which impulses go half the way only: a foot wedged between two surfaces can make full steps cycle, and
+/// a cone is convex, so that half steps stay on it.
+inline constexpr int kFullSweeps = 10;
+
 /// Sweeps until all lanes of `lanes` are done. `sweeps` and `residual` (m/s) are per lane.
 template <class T>
 inline void solve_constraints(const TopologyView& t, const ContactLawT<T>& law, int most_sweeps, double tolerance,
@@ -212,11 +217,12 @@ inline void solve_constraints(const TopologyView& t, const ContactLawT<T>& law, 
   sweeps = T(0.0);
   residual = T(0.0);
   for (int sweep = 0; sweep < most_sweeps && any(moving); ++sweep) {
+    const double share = sweep < kFullSweeps ? 1.0 : 0.5;
     T worst(0.0);
     for (int i = 0; i < set.joint_count; ++i) worst = max(worst, relax_joint<T>(t, moving, set.joints[i], dz));
     for (int i = 0; i < set.contact_count; ++i) {
       ContactT<T>& c = set.contacts[i];
-      worst = max(worst, relax_contact<T>(law, set.paths[c.path], some_convex, moving, c, dz));
+      worst = max(worst, relax_contact<T>(law, set.paths[c.path], some_convex, moving, share, c, dz));
     }
     residual = select(moving, worst, residual);
     sweeps = select(moving, T(sweep + 1.0), sweeps);
