@@ -12,10 +12,14 @@ namespace {
 struct Choice {
   std::string physics, contact;
 };
+/// The convex model lifts what slides and the compliant one sinks and does not bounce, by their nature: what holds for
+/// them is in tests/engine/lanes.
 std::vector<Choice> choices() {
   std::vector<Choice> out;
-  for (const std::string& physics : validated_physics()) {
-    for (const std::string& contact : contact_models_of(physics)) out.push_back({physics, contact});
+  for (const std::string& physics : physics_names()) {
+    for (const std::string& contact : contact_models_of(physics)) {
+      if (contact != "complementarity_free" && contact != "compliant") out.push_back({physics, contact});
+    }
   }
   return out;
 }

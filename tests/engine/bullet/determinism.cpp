@@ -11,7 +11,7 @@ namespace graze::test {
 namespace {
 
 class Determinism : public testing::TestWithParam<std::string> {};
-INSTANTIATE_TEST_SUITE_P(Physics, Determinism, testing::ValuesIn(validated_physics()));
+INSTANTIATE_TEST_SUITE_P(Physics, Determinism, testing::ValuesIn(physics_names()));
 
 /// A jointed robot that falls on a plane beside a curb and a loose box, thrown with a spin of its own.
 Particle faller(double spin, const std::string& contact) {

@@ -12,7 +12,7 @@ namespace graze::test {
 namespace {
 
 class Dynamics : public testing::TestWithParam<std::string> {};
-INSTANTIATE_TEST_SUITE_P(Physics, Dynamics, testing::ValuesIn(validated_physics()));
+INSTANTIATE_TEST_SUITE_P(Physics, Dynamics, testing::ValuesIn(physics_names()));
 
 /// A random branched robot: six links of odd shapes and frames, five revolute joints or sliders.
 World random_robot(std::mt19937& draw, bool floating) {

@@ -25,7 +25,7 @@ std::string robot_file(const std::string& name) {
 
 class Robots : public testing::TestWithParam<std::tuple<std::string, std::string>> {};
 INSTANTIATE_TEST_SUITE_P(All, Robots,
-                         testing::Combine(testing::ValuesIn(validated_physics()),
+                         testing::Combine(testing::ValuesIn(physics_names()),
                                           testing::Values("a1.urdf", "laikago.urdf", "iiwa.urdf", "links.urdf")),
                          [](const auto& info) {
                            const std::string file = std::get<1>(info.param);

@@ -11,10 +11,6 @@
 
 namespace graze::test {
 
-/// The back ends that the truth tests of this folder hold to account. "lanes" joins once it meets them all; until then
-/// it has its own in tests/engine/lanes, and docs/physics.md says what is missing.
-inline std::vector<std::string> validated_physics() { return {"bullet"}; }
-
 inline constexpr double kGravity = 9.81;  // m/s^2
 
 inline Shape box(double x, double y, double z) { return {ShapeKind::box, {x, y, z}, nullptr, nullptr}; }
