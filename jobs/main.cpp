@@ -8,6 +8,7 @@
 #include <new>
 
 #include "archive/archive.h"
+#include "engine/lane_physics/isa.h"
 #include "graze_version.h"
 #include "jobs/commands.h"
 
@@ -33,8 +34,8 @@ void check_verb(const CLI::App& app, int argc, char** argv) {
 
 int parse_and_run(int argc, char** argv) {
   CLI::App app("Graze finds out in simulation how a robot fails before the robot does.", "graze");
-  app.set_version_flag("--version", fmt::format("graze {} ({}), physics: {}", GRAZE_VERSION, GRAZE_REVISION,
-                                                fmt::join(physics_names(), ", ")));
+  app.set_version_flag("--version", fmt::format("graze {} ({}), physics: {}\n{}", GRAZE_VERSION, GRAZE_REVISION,
+                                                fmt::join(physics_names(), ", "), isa_report()));
   app.require_subcommand(1);
   app.footer("\ngraze VERB --help tells more, with examples. Documentation: docs/ beside the source.");
   Action action;
