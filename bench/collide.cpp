@@ -9,7 +9,7 @@
 
 #include "bench/collide/kernel.h"
 #include "engine/bullet/convex_pairs.h"
-#include "engine/lane_physics/isa.h"
+#include "engine/lanes/isa.h"
 
 namespace graze {
 namespace {

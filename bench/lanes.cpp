@@ -10,8 +10,8 @@
 #include <cstdlib>
 #include <numbers>
 
-#include "engine/lane_physics/isa.h"
 #include "engine/lane_physics/lane_engine.h"
+#include "engine/lanes/isa.h"
 #include "engine/model/urdf.h"
 #include "sampling/stream.h"
 

@@ -23,6 +23,61 @@ Pose BlockState::pose(int body, int lane) const {
   return out;
 }
 
+Contact ContactPoint::contact(int lane) const {
+  const auto vec3 = [&](int row) {
+    return Vec3(rows[row * kLanes + lane], rows[(row + 1) * kLanes + lane], rows[(row + 2) * kLanes + lane]);
+  };
+  const auto number = [&](ContactRow row) { return static_cast<int>((*this)(row, lane)); };
+  Contact out;
+  out.a = a;
+  out.b = b;
+  out.feature_a = static_cast<Feature>(number(kFeatureA));
+  out.feature_b = static_cast<Feature>(number(kFeatureB));
+  out.p_W = vec3(kPoint);
+  out.n_W = vec3(kNormal);
+  out.phi = (*this)(kGap, lane);
+  out.impulse_W = vec3(kImpulse);
+  out.mode = static_cast<ContactMode>(number(kMode));
+  return out;
+}
+
+std::vector<Contact> BlockPhysics::contacts(int lane) const {
+  std::vector<Contact> out;
+  for (const ContactPoint& point : points_) {
+    if (point.lanes[lane]) out.push_back(point.contact(lane));
+  }
+  return out;
+}
+
+std::vector<ContactPoint> ContactLists::gather() {
+  std::size_t count = 0;
+  for (const auto& list : lists_) count += list.size();
+  if (static_cast<std::size_t>(rows_.rows()) < count * kContactRows) {
+    rows_ = BlockArray(static_cast<int>(2 * count) * kContactRows);
+  }
+  std::vector<ContactPoint> points;
+  int first = 0;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    for (const Contact& contact : lists_[lane]) {
+      LaneMask lanes;
+      lanes.set(lane);
+      points.push_back({contact.a, contact.b, lanes, rows_.row(first)});
+      for (int i = 0; i < 3; ++i) {
+        rows_(first + kPoint + i, lane) = contact.p_W[i];
+        rows_(first + kNormal + i, lane) = contact.n_W[i];
+        rows_(first + kImpulse + i, lane) = contact.impulse_W[i];
+      }
+      rows_(first + kGap, lane) = contact.phi;
+      rows_(first + kNormalImpulse, lane) = contact.normal_impulse();
+      rows_(first + kMode, lane) = static_cast<double>(contact.mode);
+      rows_(first + kFeatureA, lane) = static_cast<double>(contact.feature_a);
+      rows_(first + kFeatureB, lane) = static_cast<double>(contact.feature_b);
+      first += kContactRows;
+    }
+  }
+  return points;
+}
+
 std::vector<std::string> physics_names() { return {"bullet", "lanes"}; }
 
 std::vector<std::string> contact_models_of(const std::string& physics) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/lanes/block.h"
+#include "engine/lanes/contact_rows.h"
 #include "engine/model/fabrication.h"
 
 namespace graze {
@@ -36,6 +37,17 @@ struct Contact {
   bool touching() const { return phi <= 0 || normal_impulse() > 0; }
 };
 
+/// One contact point of a block after a step, in the lanes where it is.
+struct ContactPoint {
+  int a = 0, b = 0;              // colliders, a < b
+  LaneMask lanes;                // where `rows` is valid
+  const double* rows = nullptr;  // [ContactRow][kLanes], until the next step or start
+
+  double operator()(ContactRow row, int lane) const { return rows[row * kLanes + lane]; }
+  const double* row(int i) const { return rows + i * kLanes; }
+  Contact contact(int lane) const;
+};
+
 /// State of a block after a step, all lanes.
 struct BlockState {
   BlockArray q;  // nq rows, see Model
@@ -60,15 +72,30 @@ class BlockPhysics {
   virtual void step(double h, LaneMask active, const BlockArray& tau) = 0;
 
   const BlockState& state() const { return state_; }
-  /// Contacts and near points of the last step, in an order that depends on the particle alone.
-  const std::vector<Contact>& contacts(int lane) const { return contacts_[lane]; }
+  /// Contacts and near points of the last step, all lanes. Those of one lane stand in an order that depends on its
+  /// particle alone.
+  const std::vector<ContactPoint>& contact_points() const { return points_; }
+  /// Those of one lane (slow: copies).
+  std::vector<Contact> contacts(int lane) const;
   /// Why the lane's state is no longer physical (non-finite, energy out of nothing), or nothing.
   const std::optional<std::string>& fault(int lane) const { return fault_[lane]; }
 
  protected:
   BlockState state_;
-  std::array<std::vector<Contact>, kLanes> contacts_;
+  std::vector<ContactPoint> points_;
   std::array<std::optional<std::string>, kLanes> fault_;
+};
+
+/// Contact points from lists per lane, for back ends that have no lanes.
+class ContactLists {
+ public:
+  std::vector<Contact>& operator[](int lane) { return lists_[lane]; }
+  /// The points, which are valid until the lists are gathered again.
+  std::vector<ContactPoint> gather();
+
+ private:
+  std::array<std::vector<Contact>, kLanes> lists_;
+  BlockArray rows_;
 };
 
 /// Back ends by name ("bullet").

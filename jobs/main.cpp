@@ -8,7 +8,7 @@
 #include <new>
 
 #include "archive/archive.h"
-#include "engine/lane_physics/isa.h"
+#include "engine/lanes/isa.h"
 #include "graze_version.h"
 #include "jobs/commands.h"
 

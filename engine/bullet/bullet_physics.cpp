@@ -15,7 +15,8 @@ void BulletPhysics::start(int lane, const Particle& particle) {
   assert(particle.model.nq == state_.q.rows() && particle.model.nv == state_.v.rows());
   worlds_[lane].reset();
   worlds_[lane] = std::make_unique<World>(particle.model, particle.initial, hulls_);
-  contacts_[lane].clear();
+  lists_[lane].clear();
+  points_ = lists_.gather();
   fault_[lane].reset();
   publish(lane);
   for (int i = 0; i < state_.a.rows(); ++i) state_.a(i, lane) = 0;
@@ -32,10 +33,11 @@ void BulletPhysics::step(double h, LaneMask active, const BlockArray& tau) {
     for (int i = 0; i < state_.a.rows(); ++i) {
       state_.a(i, lane) = (world.forest().v()[i] - state_.v(i, lane)) / h;
     }
-    contacts_[lane] = world.contacts();
+    lists_[lane] = world.contacts();
     fault_[lane] = world.fault();
     publish(lane);
   }
+  points_ = lists_.gather();
 }
 
 void BulletPhysics::publish(int lane) {

@@ -24,6 +24,7 @@ class BulletPhysics : public BlockPhysics {
 
   HullCache hulls_;
   std::array<std::unique_ptr<World>, kLanes> worlds_;
+  ContactLists lists_;
   Eigen::VectorXd tau_;  // na
 };
 

@@ -22,7 +22,7 @@ constexpr LaneKernel make_kernel() {
 
 }  // namespace
 
-const LaneKernel* GRAZE_FIND_KERNEL(int lanes) {
+const LaneKernel* GRAZE_OF_ISA(find_lane_kernel)(int lanes) {
   static constexpr LaneKernel eight = make_kernel<Pack<8>>(), one = make_kernel<double>();
   if (lanes == 1) return &one;
 #if defined(GRAZE_ISA_AVX2)

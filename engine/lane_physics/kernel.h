@@ -5,6 +5,7 @@
 
 #include "engine/contact/path_view.h"
 #include "engine/dynamics/topology_view.h"
+#include "engine/lanes/contact_rows.h"
 
 namespace graze {
 
@@ -44,18 +45,6 @@ enum ColliderRow : int {
 
 /// Manifold slots per pair, and what is kept of each from step to step: impulse (world) and slip rate.
 inline constexpr int kSlots = 8, kKept = 4;
-
-/// Numbers of a contact for whoever reports it, each a row of W lanes.
-enum ContactRow : int {
-  kPoint = 0,      // 3, world, m
-  kNormal = 3,     // 3
-  kGap = 6,        // m, at the beginning of the step
-  kImpulse = 7,    // 3, on a, N s
-  kSlips = 10,     // 1: the impulse lies on the friction cone
-  kFeatureA = 11,  // Feature
-  kFeatureB = 12,
-  kContactRows = 13
-};
 
 struct LaneBlock {
   TopologyView topology;
@@ -124,8 +113,8 @@ struct LaneKernel {
 
 /// The kernel of a width, or null: 1 and 8 lanes exist everywhere, 4 in the AVX2 build. Builds for x86 exist if the
 /// program has GRAZE_X86_KERNELS.
-const LaneKernel* find_kernel_portable(int lanes);
-const LaneKernel* find_kernel_avx2(int lanes);
-const LaneKernel* find_kernel_avx512(int lanes);
+const LaneKernel* find_lane_kernel_portable(int lanes);
+const LaneKernel* find_lane_kernel_avx2(int lanes);
+const LaneKernel* find_lane_kernel_avx512(int lanes);
 
 }  // namespace graze

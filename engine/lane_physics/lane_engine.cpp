@@ -110,6 +110,12 @@ ContactLawT<double> law_of(const Model& model) {
 
 }  // namespace
 
+const LaneKernel& kernel_of(Isa isa, int lanes) {
+  const LaneKernel* kernel = GRAZE_KERNEL(isa, find_lane_kernel, lanes);
+  assert(kernel != nullptr);
+  return *kernel;
+}
+
 void LaneMemory::Free::operator()(double* p) const { ::operator delete[](p, std::align_val_t(64)); }
 
 void LaneMemory::grow(std::size_t doubles) {

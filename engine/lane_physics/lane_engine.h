@@ -10,6 +10,7 @@
 #include "engine/contact/paths.h"
 #include "engine/dynamics/topology.h"
 #include "engine/lane_physics/kernel.h"
+#include "engine/lanes/isa.h"
 #include "engine/model/fabrication.h"
 
 namespace graze {
@@ -33,6 +34,9 @@ class LaneMemory {
   std::unique_ptr<double, Free> data_;
   std::size_t size_ = 0;
 };
+
+/// The kernel of an available instruction set. `lanes`: 8; for comparison also 1, and 4 with avx2.
+const LaneKernel& kernel_of(Isa isa, int lanes = 8);
 
 class LaneEngine {
  public:

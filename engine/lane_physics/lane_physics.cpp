@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "engine/bullet/convex_pairs.h"
-#include "engine/lane_physics/isa.h"
+#include "engine/lanes/isa.h"
 
 namespace graze {
 
@@ -41,7 +41,7 @@ LanePhysics::LanePhysics(const Model& nominal)
 
 void LanePhysics::start(int lane, const Particle& particle) {
   engine_.start(lane, particle.model, particle.initial);
-  contacts_[lane].clear();
+  for (ContactPoint& point : points_) point.lanes.set(lane, false);
   fault_[lane].reset();
   Budget& budget = budget_[lane];
   budget = {};
@@ -62,24 +62,10 @@ void LanePhysics::step(double h, LaneMask active, const BlockArray& tau) {
 
 void LanePhysics::report_contacts() {
   const LaneBlock& block = engine_.block();
-  for (auto& list : contacts_) list.clear();
+  points_.clear();
   for (int i = 0; i < block.contact_count; ++i) {
     const PairView& pair = block.pairs[block.report_pair[i]];
-    const double* rows = block.report + i * kContactRows * kLanes;
-    for (int lane = 0; lane < kLanes; ++lane) {
-      if (!(block.report_lanes[i] >> lane & 1u)) continue;
-      const auto number = [&](int row) { return rows[row * kLanes + lane]; };
-      Contact& contact = contacts_[lane].emplace_back();
-      contact.a = pair.a;
-      contact.b = pair.b;
-      contact.feature_a = static_cast<Feature>(static_cast<int>(number(kFeatureA)));
-      contact.feature_b = static_cast<Feature>(static_cast<int>(number(kFeatureB)));
-      contact.p_W = {number(kPoint), number(kPoint + 1), number(kPoint + 2)};
-      contact.n_W = {number(kNormal), number(kNormal + 1), number(kNormal + 2)};
-      contact.phi = number(kGap);
-      contact.impulse_W = {number(kImpulse), number(kImpulse + 1), number(kImpulse + 2)};
-      contact.mode = number(kSlips) > 0.5 ? ContactMode::slip : ContactMode::stick;
-    }
+    points_.push_back({pair.a, pair.b, LaneMask(block.report_lanes[i]), block.report + i * kContactRows * kLanes});
   }
 }
 

@@ -112,7 +112,7 @@ class Bench {
   Eigen::VectorXd v() const { return physics_->state().v.column(lane_); }
   Vec3 position(int body) const { return physics_->state().position(body, lane_); }
   Mat3 rotation(int body) const { return physics_->state().rotation(body, lane_); }
-  const std::vector<Contact>& contacts() const { return physics_->contacts(lane_); }
+  std::vector<Contact> contacts() const { return physics_->contacts(lane_); }
   std::string fault() const { return physics_->fault(lane_).value_or(""); }
   Vec3 contact_impulse() const {  // on the first collider of each pair
     Vec3 sum = Vec3::Zero();

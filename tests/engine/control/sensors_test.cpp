@@ -144,7 +144,7 @@ TEST_F(SensorsAndActuators, LinkForceSumsContacts) {
   contact.a = std::min(foot, ground);
   contact.b = std::max(foot, ground);
   contact.impulse_W = {1e-3, 0, 2e-3};
-  physics.mutable_contacts(0) = {contact, contact};
+  physics.set_contacts(0, {contact, contact});
   const Observation out = sense(sensors, 0, LaneMask::first(1));
   for (int f = 0; f < out.link_force.rows(); ++f) {
     EXPECT_DOUBLE_EQ(out.link_force(f, 0), scene.model.frames[f].name == "LF_FOOT" ? 4.0 : 0.0);

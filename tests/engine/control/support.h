@@ -82,7 +82,13 @@ class FakePhysics : public BlockPhysics {
   }
   void step(double, LaneMask, const BlockArray&) override {}
   BlockState& mutable_state() { return state_; }
-  std::vector<Contact>& mutable_contacts(int lane) { return contacts_[lane]; }
+  void set_contacts(int lane, const std::vector<Contact>& contacts) {
+    lists_[lane] = contacts;
+    points_ = lists_.gather();
+  }
+
+ private:
+  ContactLists lists_;
 };
 
 }  // namespace graze

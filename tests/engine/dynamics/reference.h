@@ -4,8 +4,8 @@
 
 #include <Eigen/Dense>
 
-#include "engine/lane_physics/isa.h"
 #include "engine/lane_physics/lane_engine.h"
+#include "engine/lanes/isa.h"
 #include "engine/model/kinematics.h"
 #include "engine/model/urdf.h"
 

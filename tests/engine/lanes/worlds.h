@@ -1,9 +1,9 @@
 #pragma once
 // A busy world for tests of bits: LINKS is dropped on the ground beside a curb, with a movable box on its way.
 
-#include "engine/lane_physics/isa.h"
 #include "engine/lane_physics/lane_engine.h"
 #include "engine/lane_physics/lane_physics.h"
+#include "engine/lanes/isa.h"
 #include "engine/model/kinematics.h"
 #include "engine/model/urdf.h"
 #include "sampling/stream.h"

@@ -5,8 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "engine/lane_physics/kernel.h"
-
 namespace graze {
 
 enum class Isa { portable, avx2, avx512 };
@@ -23,7 +21,15 @@ Isa chosen_isa();
 /// One line for `graze --version`: "lanes: 8 x double, avx512 (available: portable, avx2, avx512)".
 std::string isa_report();
 
-/// The kernel of an available instruction set. `lanes`: 8; for comparison also 1, and 4 with avx2.
-const LaneKernel& kernel_of(Isa isa, int lanes = 8);
+/// The build of `find` for an instruction set: GRAZE_KERNEL(chosen_isa(), find_lane_kernel, 8) calls
+/// find_lane_kernel_avx512(8). All builds must be declared.
+#if defined(GRAZE_X86_KERNELS)
+#define GRAZE_KERNEL(isa, find, ...)                          \
+  ((isa) == ::graze::Isa::avx512 ? find##_avx512(__VA_ARGS__) \
+   : (isa) == ::graze::Isa::avx2 ? find##_avx2(__VA_ARGS__)   \
+                                 : find##_portable(__VA_ARGS__))
+#else
+#define GRAZE_KERNEL(isa, find, ...) find##_portable(__VA_ARGS__)
+#endif
 
 }  // namespace graze

@@ -1,12 +1,12 @@
-#include "engine/lane_physics/isa.h"
+#include "engine/lanes/isa.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cassert>
 #include <cstdlib>
 
+#include "engine/lanes/block.h"
 #include "engine/settings/settings.h"
 
 namespace graze {
@@ -58,19 +58,8 @@ Isa chosen_isa() {
 }
 
 std::string isa_report() {
-  return fmt::format("lanes: {} x double, {} (available: {})", kernel_of(chosen_isa()).lanes, isa_name(chosen_isa()),
+  return fmt::format("lanes: {} x double, {} (available: {})", kLanes, isa_name(chosen_isa()),
                      fmt::join(names_of(available_isas()), ", "));
-}
-
-const LaneKernel& kernel_of(Isa isa, int lanes) {
-  const LaneKernel* kernel = nullptr;
-#if defined(GRAZE_X86_KERNELS)
-  if (isa == Isa::avx512) kernel = find_kernel_avx512(lanes);
-  if (isa == Isa::avx2) kernel = find_kernel_avx2(lanes);
-#endif
-  if (isa == Isa::portable) kernel = find_kernel_portable(lanes);
-  assert(kernel != nullptr);
-  return *kernel;
 }
 
 }  // namespace graze

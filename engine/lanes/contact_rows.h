@@ -1,0 +1,19 @@
+#pragma once
+// How the numbers of a contact point lie in memory, for kernels and everybody else.
+
+namespace graze {
+
+/// Numbers of a contact point, each a row of W lanes.
+enum ContactRow : int {
+  kPoint = 0,           // 3, world, m
+  kNormal = 3,          // 3, unit, from b to a
+  kGap = 6,             // m, at the beginning of the step
+  kImpulse = 7,         // 3, on a, N s
+  kNormalImpulse = 10,  // N s, >= 0
+  kMode = 11,           // ContactMode
+  kFeatureA = 12,       // Feature
+  kFeatureB = 13,
+  kContactRows = 14
+};
+
+}  // namespace graze
