@@ -53,9 +53,9 @@ struct BlockRun::Impl {
   const int total_steps, per_control;
   State initial;
   std::unique_ptr<BlockPhysics> physics;
-  Sensors sensors;
-  Actuators actuators;
   Controller controller;
+  Sensors sensors;  // senses what the controller reads
+  Actuators actuators;
   TaskMonitor monitor;
   LagJitter jitter;
   Observation observation;
@@ -71,9 +71,9 @@ struct BlockRun::Impl {
         per_control(s.timing.steps_per_control()),
         initial(initial_state(*s.world, s.model)),
         physics(make_physics(s.physics, s.model)),
-        sensors(s.model, channel_names(s.world->robot), sensor_noise(s, seed)),
-        actuators(s.model, s.torque_speed),
         controller(ControlContext{s.model, initial, s.timing.control}, policy.settings),
+        sensors(s.model, channel_names(s.world->robot), sensor_noise(s, seed), controller.reads()),
+        actuators(s.model, s.torque_speed),
         monitor(s.task),
         jitter(lag_jitter(s, seed)),
         command(s.model.na()),

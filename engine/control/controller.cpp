@@ -83,6 +83,8 @@ void Controller::act(const Observation& observation, const double* lag_jitter, L
   own.tracker->track(observation, own.delayed, active, command);
 }
 
+unsigned Controller::reads() const { return impl_->policy->reads() | impl_->tracker->reads(); }
+
 const Targets& Controller::targets() const { return impl_->targets; }
 
 }  // namespace graze

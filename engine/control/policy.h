@@ -40,6 +40,8 @@ class Policy {
   virtual void start(int lane) = 0;
   /// Fills the targets of the active lanes from what is sensed.
   virtual void act(const Observation& observation, LaneMask active, Targets& targets) = 0;
+  /// Groups of the observation (SensedGroup) that act reads; the others need not be sensed, and are NaN then.
+  virtual unsigned reads() const { return kAllGroups; }
   /// Frames (indices into Model::frames) that the effector targets are for; empty if it has joint targets only.
   virtual std::vector<int> effectors() const { return {}; }
 };
@@ -48,6 +50,8 @@ class Tracker {
  public:
   virtual ~Tracker() = default;
   virtual TargetKind kind() const = 0;
+  /// Groups of the observation that track reads, as Policy::reads.
+  virtual unsigned reads() const { return kAllGroups; }
   virtual void track(const Observation& observation, const Targets& targets, LaneMask active,
                      ActuatorCommand& command) = 0;
 };
@@ -80,6 +84,8 @@ class Controller {
   void start(int lane, double lag);
   /// One control step. `lag_jitter`: added to the lag of each lane at this step; the sum is cut at 0.
   void act(const Observation& observation, const double* lag_jitter, LaneMask active, ActuatorCommand& command);
+  /// Groups of the observation that policy or tracker read (SensedGroup).
+  unsigned reads() const;
   /// Targets before the lag, of the last act (for telemetry).
   const Targets& targets() const;
 

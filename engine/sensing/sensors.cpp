@@ -1,5 +1,7 @@
 #include "engine/sensing/sensors.h"
 
+#include <algorithm>
+#include <limits>
 #include <map>
 #include <string>
 
@@ -22,18 +24,18 @@ class ChannelIndex {
   std::map<std::string, int> index_;
 };
 
-void resize(Observation& out, int na, int frames) {
-  if (out.joint_position.rows() == na && out.link_force.rows() == frames && out.base_rpy.rows() == 3) return;
-  out.joint_position = out.joint_velocity = out.joint_acceleration = out.joint_torque = BlockArray(na);
-  out.base_position = out.base_rpy = out.base_velocity = out.base_rate = BlockArray(3);
-  out.imu_linear = out.imu_angular = BlockArray(3);
-  out.link_force = BlockArray(frames);
+/// Sizes a group; one that nobody reads is filled with NaN, so that a forgotten declaration cannot pass for a reading.
+void resize_group(BlockArray& group, int rows, bool read) {
+  if (group.rows() == rows) return;
+  group = BlockArray(rows);
+  if (read) return;
+  for (int i = 0; i < rows; ++i) std::fill_n(group.row(i), kLanes, std::numeric_limits<double>::quiet_NaN());
 }
 
 }  // namespace
 
-Sensors::Sensors(const Model& nominal, const std::vector<std::string>& names, SensorNoise noise)
-    : nominal_(nominal), noise_(std::move(noise)) {
+Sensors::Sensors(const Model& nominal, const std::vector<std::string>& names, SensorNoise noise, unsigned reads)
+    : nominal_(nominal), noise_(std::move(noise)), reads_(reads) {
   const ChannelIndex channel(names);
   for (const int body : nominal_.actuated) {
     const std::string& joint = nominal_.bodies[body].joint;
@@ -60,6 +62,49 @@ Sensors::Sensors(const Model& nominal, const std::vector<std::string>& names, Se
   for (const Collider& collider : nominal_.colliders) {
     frame_of_collider_.push_back(collider.is_object ? -1 : nominal_.frame(collider.link));
   }
+  for (const int c : needed_channels()) {
+    if (noise_.jitter[c]) drawn_.push_back(c);
+  }
+}
+
+std::vector<int> Sensors::needed_channels() const {
+  // The actuators use these whatever the policy reads.
+  std::vector<int> needed = layout_.position;
+  const auto add = [&](const std::vector<int>& channels) {
+    needed.insert(needed.end(), channels.begin(), channels.end());
+  };
+  add(layout_.velocity);
+  add(layout_.actuator);
+  if (reads(kJointAcceleration)) add(layout_.acceleration);
+  if (reads(kJointTorque)) add(layout_.torque);
+  if (nominal_.floating_base) {
+    if (reads(kBasePosition)) add({layout_.gps, layout_.gps + 1, layout_.z});
+    const std::pair<SensedGroup, int> triples[] = {{kBaseRpy, layout_.magnetometer},
+                                                   {kBaseVelocity, layout_.estimate_velocity},
+                                                   {kBaseRate, layout_.estimate_rate},
+                                                   {kImuLinear, layout_.imu_linear},
+                                                   {kImuAngular, layout_.imu_angular}};
+    for (const auto& [group, first] : triples) {
+      if (reads(group)) add({first, first + 1, first + 2});
+    }
+  }
+  std::sort(needed.begin(), needed.end());
+  return needed;
+}
+
+void Sensors::resize(Observation& out) const {
+  const int na = nominal_.na();
+  resize_group(out.joint_position, na, reads(kJointPosition));
+  resize_group(out.joint_velocity, na, reads(kJointVelocity));
+  resize_group(out.joint_acceleration, na, reads(kJointAcceleration));
+  resize_group(out.joint_torque, na, reads(kJointTorque));
+  resize_group(out.base_position, 3, reads(kBasePosition));
+  resize_group(out.base_rpy, 3, reads(kBaseRpy));
+  resize_group(out.base_velocity, 3, reads(kBaseVelocity));
+  resize_group(out.base_rate, 3, reads(kBaseRate));
+  resize_group(out.imu_linear, 3, reads(kImuLinear));
+  resize_group(out.imu_angular, 3, reads(kImuAngular));
+  resize_group(out.link_force, static_cast<int>(nominal_.frames.size()), reads(kLinkForce));
 }
 
 void Sensors::start(int lane, const Particle& particle) {
@@ -77,8 +122,7 @@ void Sensors::start(int lane, const Particle& particle) {
 }
 
 void Sensors::draw_errors(const std::array<std::uint32_t, kLanes>& step, LaneMask active) {
-  for (int c = 0; c < error_.rows(); ++c) {
-    if (!noise_.jitter[c]) continue;
+  for (const int c : drawn_) {
     for (int lane = 0; lane < kLanes; ++lane) {
       if (!active[lane]) continue;
       const double u = uniform(noise_.seed, particle_[lane], hash_[c], step[lane]);
@@ -90,7 +134,7 @@ void Sensors::draw_errors(const std::array<std::uint32_t, kLanes>& step, LaneMas
 void Sensors::sense(const BlockPhysics& physics, const BlockArray& tau, double h,
                     const std::array<std::uint32_t, kLanes>& step, const std::array<double, kLanes>& time,
                     LaneMask active, Observation& out) {
-  resize(out, nominal_.na(), static_cast<int>(nominal_.frames.size()));
+  resize(out);
   draw_errors(step, active);
   for (int lane = 0; lane < kLanes; ++lane) {
     if (!active[lane]) continue;
@@ -103,7 +147,7 @@ void Sensors::sense(const BlockPhysics& physics, const BlockArray& tau, double h
   }
   read_joints(physics.state(), tau, active, out);
   if (nominal_.floating_base) read_base(physics.state(), active, out);
-  read_contacts(physics, h, active, out);
+  if (reads(kLinkForce)) read_contacts(physics, h, active, out);
 }
 
 void Sensors::read_joints(const BlockState& state, const BlockArray& tau, LaneMask active, Observation& out) const {
@@ -111,10 +155,11 @@ void Sensors::read_joints(const BlockState& state, const BlockArray& tau, LaneMa
     const Body& body = nominal_.bodies[nominal_.actuated[k]];
     for (int lane = 0; lane < kLanes; ++lane) {
       if (!active[lane]) continue;
-      out.joint_position(k, lane) = state.q(body.q, lane) + encoder_error_(k, lane);
-      out.joint_velocity(k, lane) = state.v(body.v, lane) + encoder_velocity_error_(k, lane);
-      out.joint_acceleration(k, lane) = state.a(body.v, lane) + error_(layout_.acceleration[k], lane);
-      out.joint_torque(k, lane) = tau(k, lane) + error_(layout_.torque[k], lane);
+      if (reads(kJointPosition)) out.joint_position(k, lane) = state.q(body.q, lane) + encoder_error_(k, lane);
+      if (reads(kJointVelocity)) out.joint_velocity(k, lane) = state.v(body.v, lane) + encoder_velocity_error_(k, lane);
+      if (reads(kJointAcceleration))
+        out.joint_acceleration(k, lane) = state.a(body.v, lane) + error_(layout_.acceleration[k], lane);
+      if (reads(kJointTorque)) out.joint_torque(k, lane) = tau(k, lane) + error_(layout_.torque[k], lane);
     }
   }
 }
@@ -125,15 +170,20 @@ void Sensors::read_base(const BlockState& state, LaneMask active, Observation& o
     if (!active[lane]) continue;
     const Quat quaternion(state.q(base.q, lane), state.q(base.q + 1, lane), state.q(base.q + 2, lane),
                           state.q(base.q + 3, lane));
-    const Vec3 rpy = rpy_from_rotation(quaternion.toRotationMatrix());
+    const Vec3 rpy = !reads(kBaseRpy) ? Vec3(0, 0, 0) : rpy_from_rotation(quaternion.toRotationMatrix());
     for (int i = 0; i < 3; ++i) {
       const int position_channel = i < 2 ? layout_.gps + i : layout_.z;
-      out.base_position(i, lane) = state.q(base.q + 4 + i, lane) + error_(position_channel, lane);
-      out.base_rpy(i, lane) = rpy[i] + error_(layout_.magnetometer + i, lane);
-      out.base_velocity(i, lane) = state.v(base.v + 3 + i, lane) + error_(layout_.estimate_velocity + i, lane);
-      out.base_rate(i, lane) = state.v(base.v + i, lane) + error_(layout_.estimate_rate + i, lane);
-      out.imu_linear(i, lane) = state.a(base.v + 3 + i, lane) + error_(layout_.imu_linear + i, lane);
-      out.imu_angular(i, lane) = state.a(base.v + i, lane) + error_(layout_.imu_angular + i, lane);
+      if (reads(kBasePosition))
+        out.base_position(i, lane) = state.q(base.q + 4 + i, lane) + error_(position_channel, lane);
+      if (reads(kBaseRpy)) out.base_rpy(i, lane) = rpy[i] + error_(layout_.magnetometer + i, lane);
+      if (reads(kBaseVelocity))
+        out.base_velocity(i, lane) = state.v(base.v + 3 + i, lane) + error_(layout_.estimate_velocity + i, lane);
+      if (reads(kBaseRate))
+        out.base_rate(i, lane) = state.v(base.v + i, lane) + error_(layout_.estimate_rate + i, lane);
+      if (reads(kImuLinear))
+        out.imu_linear(i, lane) = state.a(base.v + 3 + i, lane) + error_(layout_.imu_linear + i, lane);
+      if (reads(kImuAngular))
+        out.imu_angular(i, lane) = state.a(base.v + i, lane) + error_(layout_.imu_angular + i, lane);
     }
   }
 }

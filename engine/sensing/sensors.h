@@ -12,7 +12,24 @@
 
 namespace graze {
 
-/// What is sensed at a control step, all lanes. Rows in the order of Model::actuated (na), SI units, world axes.
+/// The groups of an Observation, as bit flags: which of them somebody reads.
+enum SensedGroup : unsigned {
+  kJointPosition = 1u << 0,
+  kJointVelocity = 1u << 1,
+  kJointAcceleration = 1u << 2,
+  kJointTorque = 1u << 3,
+  kBasePosition = 1u << 4,
+  kBaseRpy = 1u << 5,
+  kBaseVelocity = 1u << 6,
+  kBaseRate = 1u << 7,
+  kImuLinear = 1u << 8,
+  kImuAngular = 1u << 9,
+  kLinkForce = 1u << 10,
+  kAllGroups = (1u << 11) - 1u
+};
+
+/// What is sensed at a control step, all lanes. Rows in the order of Model::actuated (na), SI units, world axes. A
+/// group that nobody reads is NaN throughout.
 struct Observation {
   std::array<double, kLanes> time{};                              // s since the start of the trace
   BlockArray joint_position, joint_velocity, joint_acceleration;  // na rows, encoder
@@ -33,8 +50,9 @@ struct SensorNoise {
 
 class Sensors {
  public:
-  /// `names`: channel_names() of the robot.
-  Sensors(const Model& nominal, const std::vector<std::string>& names, SensorNoise noise);
+  /// `names`: channel_names() of the robot. `reads`: the groups of Observation that will be read (SensedGroup); the
+  /// others are neither drawn nor computed, which changes no value of those that are.
+  Sensors(const Model& nominal, const std::vector<std::string>& names, SensorNoise noise, unsigned reads = kAllGroups);
 
   void start(int lane, const Particle& particle);
   /// Reads the active lanes. `step`: number of the control step per lane (keys the noise); `tau`: torques that were
@@ -51,6 +69,9 @@ class Sensors {
   const BlockArray& torque_error() const { return torque_error_; }
 
  private:
+  bool reads(unsigned group) const { return (reads_ & group) != 0; }
+  std::vector<int> needed_channels() const;
+  void resize(Observation& out) const;
   void draw_errors(const std::array<std::uint32_t, kLanes>& step, LaneMask active);
   void read_joints(const BlockState& state, const BlockArray& tau, LaneMask active, Observation& out) const;
   void read_base(const BlockState& state, LaneMask active, Observation& out) const;
@@ -66,9 +87,11 @@ class Sensors {
   std::vector<int> frame_of_collider_;  // Model::frames index of the link that a collider belongs to, -1: not a robot's
   std::vector<std::uint64_t> hash_;
   SensorNoise noise_;
-  BlockArray bias_;   // channels
-  BlockArray error_;  // channels: bias + jitter of this step
-  BlockArray zero_;   // na
+  unsigned reads_;
+  std::vector<int> drawn_;  // channels whose jitter is needed at each control step
+  BlockArray bias_;         // channels
+  BlockArray error_;        // channels: bias + jitter of this step
+  BlockArray zero_;         // na
   BlockArray encoder_error_, encoder_velocity_error_, torque_error_;
   std::array<std::uint32_t, kLanes> particle_{};
 };

@@ -151,6 +151,43 @@ TEST_F(SensorsAndActuators, LinkForceSumsContacts) {
   }
 }
 
+// A group that nobody reads is NaN, and leaving it out changes no bit of the others.
+TEST_F(SensorsAndActuators, UnreadGroupsChangeNoOther) {
+  for (auto& jitter : noise.jitter) jitter = Distribution::normal(0, 0.01);
+  const auto arrays = [](const Observation& o) {
+    return std::array{&o.joint_position, &o.joint_velocity, &o.joint_acceleration, &o.joint_torque,
+                      &o.base_position,  &o.base_rpy,       &o.base_velocity,      &o.base_rate,
+                      &o.imu_linear,     &o.imu_angular,    &o.link_force};
+  };
+  const Particle particle = scene.particle(5);
+  const auto sensed = [&](unsigned reads) {
+    Sensors sensors(scene.model, names, noise, reads);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      physics.start(lane, particle);
+      sensors.start(lane, particle);
+    }
+    Observation out = sense(sensors, 3);
+    out.joint_position.row(0)[0] += sensors.torque_error()(0, 0);  // the actuators' share is drawn in any case
+    return out;
+  };
+  const Observation all = sensed(kAllGroups);
+  const auto want = arrays(all);
+  for (unsigned group = 0; (1u << group) < kAllGroups; ++group) {
+    for (const unsigned reads : {1u << group, kAllGroups & ~(1u << group)}) {
+      const Observation some = sensed(reads | kJointPosition);
+      for (std::size_t g = 0; g < want.size(); ++g) {
+        const bool read = ((reads | kJointPosition) >> g & 1u) != 0;
+        for (int i = 0; i < want[g]->rows(); ++i) {
+          for (int lane = 0; lane < kLanes; ++lane) {
+            const double got = (*arrays(some)[g])(i, lane);
+            EXPECT_TRUE(read ? got == (*want[g])(i, lane) : std::isnan(got)) << "group " << g;
+          }
+        }
+      }
+    }
+  }
+}
+
 class ActuatorTest : public SensorsAndActuators {
  protected:
   /// One servo step of joint 0 at q, v; the others idle.
