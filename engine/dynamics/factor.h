@@ -13,8 +13,9 @@ inline void eliminate(const TreeT<T>& tree, int k, int from) {
   const TopologyView& t = tree.topology;
   T* row = tree.M + t.row[k];
   const int* chain = t.chain + t.row[k];
+  const T inverse = tree.inverse_D[k];
   for (int d = t.dof_depth[k] - 1; d >= from; --d) {
-    const T l = row[d] * tree.inverse_D[k];
+    const T l = row[d] * inverse;
     T* target = tree.M + t.row[chain[d]];
     for (int e = 0; e <= d; ++e) target[e] = fnma(l, row[e], target[e]);
     row[d] = l;
@@ -73,15 +74,77 @@ inline void factor(const TreeT<T>& tree) {
   }
 }
 
+/// What x_k takes from its ancestors at depth `from` and deeper.
+template <class T>
+inline T take_from_ancestors(const TopologyView& t, const T* M, int k, int from, T* x) {
+  const T* row = M + t.row[k];
+  const int* chain = t.chain + t.row[k];
+  const T xk = x[k];
+  for (int d = from; d < t.dof_depth[k]; ++d) x[chain[d]] = fnma(row[d], xk, x[chain[d]]);
+  return xk;
+}
+
+/// x := L^-T x for a tree on a floating body, whose six stay in registers: every joint waits for them.
+template <class T>
+inline void solve_LT_floating(const TopologyView& t, const T* M, int base, T* x) {
+  T B[6];
+  T* at_base = x + t.v[base];
+  GRAZE_UNROLL
+  for (int d = 0; d < 6; ++d) B[d] = at_base[d];
+  for (int body = t.end[base] - 1; body > base; --body) {
+    const int k = t.v[body];
+    const T* row = M + t.row[k];
+    const T xk = take_from_ancestors(t, M, k, 6, x);
+    GRAZE_UNROLL
+    for (int d = 0; d < 6; ++d) B[d] = fnma(row[d], xk, B[d]);
+  }
+  const T* rows = M + t.row[t.v[base]];
+  GRAZE_UNROLL
+  for (int k = 5; k >= 0; --k) {
+    GRAZE_UNROLL
+    for (int d = 0; d < k; ++d) B[d] = fnma(rows[base_entry(k, d)], B[k], B[d]);
+  }
+  GRAZE_UNROLL
+  for (int d = 0; d < 6; ++d) at_base[d] = B[d];
+}
+
 /// x := L^-T x
 template <class T>
 inline void solve_LT(const TreeT<T>& tree, T* x) {
   const TopologyView& t = tree.topology;
-  for (int k = t.nv - 1; k >= 0; --k) {
-    const T* row = tree.M + t.row[k];
+  for (int i = t.bodies - 1; i >= 0; --i) {
+    if (t.kind[i] == kFloating) {
+      solve_LT_floating(t, tree.M, i, x);
+    } else if (t.root[i] < 0) {
+      take_from_ancestors(t, tree.M, t.v[i], 0, x);
+    }
+  }
+}
+
+/// x := L^-1 x for a tree on a floating body.
+template <class T>
+inline void solve_L_floating(const TopologyView& t, const T* M, int base, T* x) {
+  T B[6];
+  T* at_base = x + t.v[base];
+  GRAZE_UNROLL
+  for (int d = 0; d < 6; ++d) B[d] = at_base[d];
+  const T* rows = M + t.row[t.v[base]];
+  GRAZE_UNROLL
+  for (int k = 1; k < 6; ++k) {
+    GRAZE_UNROLL
+    for (int d = 0; d < k; ++d) B[k] = fnma(rows[base_entry(k, d)], B[d], B[k]);
+  }
+  GRAZE_UNROLL
+  for (int d = 0; d < 6; ++d) at_base[d] = B[d];
+  for (int body = base + 1; body < t.end[base]; ++body) {
+    const int k = t.v[body];
+    const T* row = M + t.row[k];
     const int* chain = t.chain + t.row[k];
-    const T xk = x[k];
-    for (int d = 0; d < t.dof_depth[k]; ++d) x[chain[d]] = fnma(row[d], xk, x[chain[d]]);
+    // Two chains of sums, because a sum waits for the one before it.
+    T even = fnma(row[4], B[4], fnma(row[2], B[2], fnma(row[0], B[0], x[k])));
+    const T odd = fma(row[5], B[5], fma(row[3], B[3], row[1] * B[1]));
+    for (int d = 6; d < t.dof_depth[k]; ++d) even = fnma(row[d], x[chain[d]], even);
+    x[k] = even - odd;
   }
 }
 
@@ -89,12 +152,17 @@ inline void solve_LT(const TreeT<T>& tree, T* x) {
 template <class T>
 inline void solve_L(const TreeT<T>& tree, T* x) {
   const TopologyView& t = tree.topology;
-  for (int k = 0; k < t.nv; ++k) {
-    const T* row = tree.M + t.row[k];
-    const int* chain = t.chain + t.row[k];
-    T sum = x[k];
-    for (int d = 0; d < t.dof_depth[k]; ++d) sum = fnma(row[d], x[chain[d]], sum);
-    x[k] = sum;
+  for (int i = 0; i < t.bodies; ++i) {
+    if (t.kind[i] == kFloating) {
+      solve_L_floating(t, tree.M, i, x);
+    } else if (t.root[i] < 0) {
+      const int k = t.v[i];
+      const T* row = tree.M + t.row[k];
+      const int* chain = t.chain + t.row[k];
+      T sum = x[k];
+      for (int d = 0; d < t.dof_depth[k]; ++d) sum = fnma(row[d], x[chain[d]], sum);
+      x[k] = sum;
+    }
   }
 }
 
