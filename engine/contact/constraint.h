@@ -36,6 +36,7 @@ struct ContactT {
   Vec3T<T> b;  // J v at the beginning, plus the gap term along n, m/s: u = b + Y^T dz + R lambda_n n
   T ann, ass, att, ans, ant, ast;  // A of this contact, 1/kg
   T inverse_ann;                   // kg
+  T bnn, bss, btt, bns, bnt, bst;  // A^-1 of this contact, kg
   T compliance;                    // R, 1/kg; contained in ann
   T slips;                         // 1 where the impulse lies on the cone
   unsigned lanes;                  // where the point is valid
@@ -184,6 +185,19 @@ inline T gap_term(const ContactLawT<T>& law, const ContactT<T>& c, const T& h, c
   return select(law.compliance > T(0.0), compliant, rigid);
 }
 
+/// A^-1 by elimination of the normal, which is the best conditioned way: A is nearly singular where fewer than three
+/// directions can move.
+template <class T>
+inline void invert_A(ContactT<T>& c) {
+  const T ks = c.ans * c.inverse_ann, kt = c.ant * c.inverse_ann;
+  const T ss = fnma(c.ans, ks, c.ass), st = fnma(c.ans, kt, c.ast), tt = fnma(c.ant, kt, c.att);
+  const T inverse = recip(fnma(st, st, ss * tt));
+  c.bss = tt * inverse, c.bst = -(st * inverse), c.btt = ss * inverse;
+  c.bns = -fma(c.bst, kt, c.bss * ks);
+  c.bnt = -fma(c.btt, kt, c.bst * ks);
+  c.bnn = fnma(c.bnt, kt, fnma(c.bns, ks, c.inverse_ann));
+}
+
 /// Everything about a contact that holds during the step. `dz`: change of L v by all but constraints (nv).
 template <class T>
 inline void set_up_contact(const TreeT<T>& tree, const PathView& path, const ContactLawT<T>& law, const T& h,
@@ -203,6 +217,7 @@ inline void set_up_contact(const TreeT<T>& tree, const PathView& path, const Con
   c.ass += guard;
   c.att += guard;
   c.inverse_ann = recip(c.ann);
+  invert_A(c);
   c.slips = T(0.0);
 }
 

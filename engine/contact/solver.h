@@ -83,6 +83,12 @@ inline Vec3T<T> times_A(const ContactT<T>& c, const Vec3T<T>& v) {
           fma(c.att, v.z, fma(c.ast, v.y, c.ant * v.x))};
 }
 
+template <class T>
+inline Vec3T<T> times_inverse_A(const ContactT<T>& c, const Vec3T<T>& v) {
+  return {fma(c.bnt, v.z, fma(c.bns, v.y, c.bnn * v.x)), fma(c.bst, v.z, fma(c.bss, v.y, c.bns * v.x)),
+          fma(c.btt, v.z, fma(c.bst, v.y, c.bnt * v.x))};
+}
+
 /// Velocity of the contact, local, without and with its own impulse's compliance.
 template <class T>
 inline Vec3T<T> contact_velocity(const PathView& path, const ContactT<T>& c, const T* dz) {
@@ -105,8 +111,8 @@ template <class T>
 inline T relax_contact(const ContactLawT<T>& law, const PathView& path, bool some_convex, const mask_of<T>& moving,
                        double share, ContactT<T>& c, T* dz) {
   const Vec3T<T> zero{T(0.0), T(0.0), T(0.0)};
-  const Vec3T<T> free = contact_velocity(path, c, dz) - times_A(c, c.lambda);
-  const Vec3T<T> still = SlipSystemT<T>(c, T(0.0), T(0.0), false).solve(-free);
+  const Vec3T<T> u = contact_velocity(path, c, dz), free = u - times_A(c, c.lambda);
+  const Vec3T<T> still = c.lambda - times_inverse_A(c, u);
   const T radius = c.friction * still.x;
   const auto sticks = (still.x >= T(0.0)) & (fma(still.y, still.y, still.z * still.z) <= radius * radius);
   auto parts = free.x >= T(0.0);

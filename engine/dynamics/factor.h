@@ -22,6 +22,22 @@ inline void eliminate(const TreeT<T>& tree, int k, int from) {
   }
 }
 
+/// Eliminates joint k from the rows of the joints between it and its floating base.
+template <class T>
+inline void eliminate_joints(const TreeT<T>& tree, int k, const T& inverse) {
+  const TopologyView& t = tree.topology;
+  T* row = tree.M + t.row[k];
+  const int* chain = t.chain + t.row[k];
+  for (int d = t.dof_depth[k] - 1; d >= 6; --d) {
+    const T l = row[d] * inverse;
+    T* target = tree.M + t.row[chain[d]];
+    GRAZE_UNROLL
+    for (int e = 0; e < 6; ++e) target[e] = fnma(l, row[e], target[e]);
+    for (int e = 6; e <= d; ++e) target[e] = fnma(l, row[e], target[e]);
+    row[d] = l;
+  }
+}
+
 /// Position of M's entry (d, e) in the six rows of a floating body.
 constexpr int base_entry(int d, int e) { return d * (d + 1) / 2 + e; }
 
@@ -31,12 +47,16 @@ inline void factor_floating(const TreeT<T>& tree, int base) {
   const TopologyView& t = tree.topology;
   T* rows = tree.M + t.row[t.v[base]];
   T B[21];
-  for (int i = 0; i < 21; ++i) B[i] = rows[i];
+  GRAZE_UNROLL
+  for (int k = 0; k < 6; ++k) {
+    GRAZE_UNROLL
+    for (int d = 0; d <= k; ++d) B[base_entry(k, d)] = rows[base_entry(k, d)];
+  }
   for (int body = t.end[base] - 1; body > base; --body) {
     const int k = t.v[body];
     T* row = tree.M + t.row[k];
     const T inverse = tree.inverse_D[k] = recip(row[t.dof_depth[k]]);
-    eliminate(tree, k, 6);
+    eliminate_joints(tree, k, inverse);
     GRAZE_UNROLL
     for (int d = 5; d >= 0; --d) {
       const T l = row[d] * inverse;
@@ -56,7 +76,11 @@ inline void factor_floating(const TreeT<T>& tree, int base) {
       B[base_entry(k, d)] = l;
     }
   }
-  for (int i = 0; i < 21; ++i) rows[i] = B[i];
+  GRAZE_UNROLL
+  for (int k = 0; k < 6; ++k) {
+    GRAZE_UNROLL
+    for (int d = 0; d <= k; ++d) rows[base_entry(k, d)] = B[base_entry(k, d)];
+  }
 }
 
 /// Factors tree.M in place: below the diagonal L, on it D; inverse_D is filled.
