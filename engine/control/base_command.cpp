@@ -27,6 +27,7 @@ class ConstantVelocity : public Steering {
  public:
   explicit ConstantVelocity(const BaseCommand& command) : command_(command) {}
   void start(int) override {}
+  unsigned reads() const override { return 0; }
   BaseCommand command(const Observation&, int) override { return command_; }
 
  private:
@@ -58,6 +59,7 @@ class Waypoints : public Steering {
   }
 
   void start(int lane) override { next_[lane] = 0; }
+  unsigned reads() const override { return kBasePosition | kBaseRpy; }
 
   BaseCommand command(const Observation& observation, int lane) override {
     std::size_t& next = next_[lane];

@@ -26,6 +26,7 @@ class Steering {
  public:
   virtual ~Steering() = default;
   virtual void start(int lane) = 0;
+  virtual unsigned reads() const = 0;  // as Policy::reads
   virtual BaseCommand command(const Observation& observation, int lane) = 0;
 };
 

@@ -41,6 +41,11 @@ class Gait : public Policy {
     steering_->start(lane);
   }
 
+  unsigned reads() const override {
+    const GaitParameters& p = planner_.parameters();
+    return kJointPosition | (p.global_up ? kBaseRpy : 0u) | (p.recovery ? kLinkForce : 0u) | steering_->reads();
+  }
+
   void act(const Observation& observation, LaneMask active, Targets& targets) override {
     for (int lane = 0; lane < kLanes; ++lane) {
       if (active[lane]) act_lane(observation, lane, targets);
@@ -65,10 +70,12 @@ class Gait : public Policy {
         q[j] = observation.joint_position(chain.joints()[j].actuator, lane);
       }
       input.x[i] = chain.position(q);
+      if (!planner_.parameters().recovery) continue;
       for (const int frame : legs_[i].body_frames) input.force[i] += observation.link_force(frame, lane);
     }
-    const Mat3 R_WB = rotation_from_rpy(observation.base_rpy.vec3(0, lane));
-    input.up_B = R_WB.row(2).transpose();
+    if (planner_.parameters().global_up) {
+      input.up_B = rotation_from_rpy(observation.base_rpy.vec3(0, lane)).row(2).transpose();
+    }
     return input;
   }
 

@@ -12,6 +12,7 @@ class Hold : public Policy {
   explicit Hold(const ControlContext& context) : q_(actuated_positions(context.nominal, context.initial)) {}
 
   void start(int) override {}
+  unsigned reads() const override { return 0; }
 
   void act(const Observation&, LaneMask active, Targets& targets) override {
     for (int k = 0; k < static_cast<int>(q_.size()); ++k) {

@@ -18,6 +18,7 @@ class JointPd : public Tracker {
   }
 
   TargetKind kind() const override { return TargetKind::joint; }
+  unsigned reads() const override { return 0; }
 
   void track(const Observation&, const Targets& targets, LaneMask active, ActuatorCommand& command) override {
     for (int k = 0; k < static_cast<int>(kp_.size()); ++k) {

@@ -77,6 +77,7 @@ class JointTrajectory : public Policy {
   explicit JointTrajectory(std::unique_ptr<Motion> motion) : motion_(std::move(motion)) {}
 
   void start(int) override {}
+  unsigned reads() const override { return 0; }
 
   void act(const Observation& observation, LaneMask active, Targets& targets) override {
     for (int k = 0; k < targets.q.rows(); ++k) {

@@ -26,6 +26,7 @@ class OperationalPd : public Tracker {
   }
 
   TargetKind kind() const override { return TargetKind::effector; }
+  unsigned reads() const override { return kJointPosition | kJointVelocity; }
 
   void track(const Observation& observation, const Targets& targets, LaneMask active,
              ActuatorCommand& command) override {

@@ -9,6 +9,7 @@ namespace {
 class TorqueTracker : public Tracker {
  public:
   TargetKind kind() const override { return TargetKind::joint; }
+  unsigned reads() const override { return 0; }
 
   void track(const Observation&, const Targets& targets, LaneMask active, ActuatorCommand& command) override {
     for (int k = 0; k < targets.tau.rows(); ++k) {
