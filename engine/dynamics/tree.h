@@ -44,10 +44,10 @@ struct MotionT {
   Vec3T<T> p;     // origin of the body frame from O, world axes, m
   SpatialT<T> S;  // motion subspace; not for floating bodies
   SpatialT<T> V;  // spatial velocity about O
-  SpatialT<T> A;  // spatial acceleration with v' = 0, gravity as upward acceleration
+  SpatialT<T> A;  // spatial acceleration with v' = 0, gravity as upward acceleration; of bodies with a second child
   SpatialT<T> F;  // force that the subtree needs
   InertiaT<T> I;  // of the body
-  InertiaT<T> C;  // of the subtree: the composite rigid body; not set for joints' bodies without children
+  InertiaT<T> C;  // of the subtree: the composite rigid body; of bodies without parent, and on the way of some others
 };
 
 /// A block of trees: tables, numbers and working memory (owned by the caller).
@@ -199,11 +199,10 @@ inline void update_poses(const TreeT<T>& tree, const T* q) {
 template <class T>
 inline void mass_row(const TreeT<T>& tree, int i, const InertiaT<T>& C) {
   const TopologyView& t = tree.topology;
-  const MotionT<T>& motion = tree.motion[i];
-  const SpatialT<T> force = C * motion.S;
+  const SpatialT<T> S = tree.motion[i].S, force = C * S;
   const int dof = t.v[i];
   T* row = tree.M + t.row[dof];
-  row[t.dof_depth[dof]] = dot(motion.S, force);
+  row[t.dof_depth[dof]] = dot(S, force);
   for (int j = t.parent[i]; j >= 0; j = t.parent[j]) {
     T* at = row + t.dof_depth[t.v[j]];
     if (t.kind[j] == kFloating) {
@@ -213,6 +212,11 @@ inline void mass_row(const TreeT<T>& tree, int i, const InertiaT<T>& C) {
       at[0] = dot(tree.motion[j].S, force);
     }
   }
+}
+
+/// Whether body i is the only child of the body before it: then what it passes on need not go through memory.
+inline bool continues_limb(const TopologyView& t, int i) {
+  return i > 0 && t.parent[i] == i - 1 && t.last_child[i - 1] == i;
 }
 
 /// The six rows of a floating body: its subtree's inertia as a 6 x 6 matrix.
@@ -235,17 +239,20 @@ template <class T>
 inline void update_mass(const TreeT<T>& tree) {
   const TopologyView& t = tree.topology;
   for (int i = t.bodies - 1; i >= 0; --i) {
-    MotionT<T>& motion = tree.motion[i];
     if (t.kind[i] == kFloating) {
-      if (t.last_child[i] < 0) motion.C = motion.I;
+      if (t.last_child[i] < 0) tree.motion[i].C = tree.motion[i].I;
       mass_rows_of_base(tree, i);
       continue;
     }
-    const InertiaT<T> C = t.last_child[i] < 0 ? motion.I : motion.C;
+    InertiaT<T> C = t.last_child[i] < 0 ? tree.motion[i].I : tree.motion[i].C;
     mass_row(tree, i, C);
+    for (; continues_limb(t, i); mass_row(tree, i, C)) {
+      if (t.kind[i - 1] == kFloating) break;
+      C = tree.motion[--i].I + C;
+    }
     const int parent = t.parent[i];
     if (parent < 0) {
-      motion.C = C;
+      tree.motion[i].C = C;
       continue;
     }
     MotionT<T>& above = tree.motion[parent];
@@ -301,6 +308,32 @@ inline SpatialT<T> velocity_for_momentum(const InertiaT<T>& C, const SpatialT<T>
   return {w, cross_add(c, w, inverse_m * P.l)};
 }
 
+/// What a body passes on to its children in update_bias: spatial velocity and acceleration.
+template <class T>
+struct TwistT {
+  SpatialT<T> V, A;
+};
+
+/// Velocity and acceleration of body i with v' = 0. `before`: those of body i - 1.
+template <class T>
+inline TwistT<T> twist_of(const TreeT<T>& tree, int i, const T* v, const Vec3T<T>& up, const TwistT<T>& before) {
+  const TopologyView& t = tree.topology;
+  const T* vi = v + t.v[i];
+  const Vec3T<T> zero{T(0.0), T(0.0), T(0.0)};
+  if (t.kind[i] == kFloating) {
+    const Vec3T<T> w{vi[0], vi[1], vi[2]}, l{vi[3], vi[4], vi[5]};
+    // The state's linear acceleration is the classical one of the moving point O; the spatial one is less by w x v.
+    return {{w, l}, {zero, cross_add(l, w, up)}};
+  }
+  const SpatialT<T>& S = tree.motion[i].S;
+  const SpatialT<T> rate{*vi * S.w, *vi * S.l};
+  const int parent = t.parent[i];
+  if (parent < 0) return {rate, {zero, up}};
+  if (parent == i - 1) return {before.V + rate, before.A + cross_motion(before.V, rate)};
+  const MotionT<T>& above = tree.motion[parent];
+  return {above.V + rate, above.A + cross_motion(above.V, rate)};
+}
+
 /// Velocities, accelerations with v' = 0, forces and from them the bias (M v' + bias = tau). Returns the kinetic
 /// energy. After update_poses and update_mass.
 template <class T>
@@ -308,38 +341,32 @@ inline T update_bias(const TreeT<T>& tree, const T* v) {
   const TopologyView& t = tree.topology;
   const Vec3T<T> up{-tree.gravity[0], -tree.gravity[1], -tree.gravity[2]};
   T energy(0.0);
+  TwistT<T> twist{};
   for (int i = 0; i < t.bodies; ++i) {
     MotionT<T>& motion = tree.motion[i];
-    const T* vi = v + t.v[i];
-    if (t.kind[i] == kFloating) {
-      motion.V = {{vi[0], vi[1], vi[2]}, {vi[3], vi[4], vi[5]}};
-      // The state's linear acceleration is the classical one of the moving point O; the spatial one is less by w x v.
-      motion.A = {{T(0.0), T(0.0), T(0.0)}, cross_add(motion.V.l, motion.V.w, up)};
-    } else {
-      const SpatialT<T> rate{*vi * motion.S.w, *vi * motion.S.l};
-      if (t.parent[i] < 0) {
-        motion.V = rate;
-        motion.A = {{T(0.0), T(0.0), T(0.0)}, up};
-      } else {
-        const MotionT<T>& above = tree.motion[t.parent[i]];
-        motion.V = above.V + rate;
-        motion.A = above.A + cross_motion(above.V, rate);
-      }
-    }
-    const SpatialT<T> momentum = motion.I * motion.V;
-    energy = fma(T(0.5), dot(motion.V, momentum), energy);
-    motion.F = cross_force_add(motion.V, momentum, motion.I * motion.A);
+    twist = twist_of(tree, i, v, up, twist);
+    const InertiaT<T> I = motion.I;
+    const SpatialT<T> momentum = I * twist.V;
+    energy = fma(T(0.5), dot(twist.V, momentum), energy);
+    motion.F = cross_force_add(twist.V, momentum, I * twist.A);
+    motion.V = twist.V;
+    if (t.last_child[i] > i + 1) motion.A = twist.A;
   }
   for (int i = t.bodies - 1; i >= 0; --i) {
-    const MotionT<T>& motion = tree.motion[i];
+    SpatialT<T> F = tree.motion[i].F;
     T* bias = tree.bias + t.v[i];
     if (t.kind[i] == kFloating) {
-      bias[0] = motion.F.w.x, bias[1] = motion.F.w.y, bias[2] = motion.F.w.z;
-      bias[3] = motion.F.l.x, bias[4] = motion.F.l.y, bias[5] = motion.F.l.z;
-    } else {
-      bias[0] = dot(motion.S, motion.F);
+      bias[0] = F.w.x, bias[1] = F.w.y, bias[2] = F.w.z;
+      bias[3] = F.l.x, bias[4] = F.l.y, bias[5] = F.l.z;
+      continue;
     }
-    if (t.parent[i] >= 0) tree.motion[t.parent[i]].F = tree.motion[t.parent[i]].F + motion.F;
+    bias[0] = dot(tree.motion[i].S, F);
+    while (continues_limb(t, i) && t.kind[i - 1] != kFloating) {
+      --i;
+      F = tree.motion[i].F + F;
+      tree.bias[t.v[i]] = dot(tree.motion[i].S, F);
+    }
+    if (t.parent[i] >= 0) tree.motion[t.parent[i]].F = tree.motion[t.parent[i]].F + F;
   }
   return energy;
 }
