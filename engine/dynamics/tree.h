@@ -148,29 +148,36 @@ inline void turn(RotT<T>& R, const T& angle) {
   }
 }
 
-/// Rotation of a joint's body, its origin from O, and its motion subspace.
+/// Pose of a body with its position from O instead of the world's origin.
 template <class T>
-inline RotT<T> place_body(const TreeT<T>& tree, int i, const T& q) {
+using FromOriginT = PoseT<T>;
+
+/// Body frame of joint i; fills its motion subspace. `before`: body i - 1.
+template <class T>
+inline FromOriginT<T> place_body(const TreeT<T>& tree, int i, const T& q, const FromOriginT<T>& before) {
   const TopologyView& t = tree.topology;
   const BodyT<T>& body = tree.body[i];
-  MotionT<T>& motion = tree.motion[i];
+  SpatialT<T>& S = tree.motion[i].S;
+  const int parent = t.parent[i];
   RotT<T> R = body.R_PC;
   Vec3T<T> p = body.p_PC;
-  if (t.parent[i] >= 0) {
-    const RotT<T>& above = tree.pose[t.parent[i]].R;
+  if (parent >= 0 && parent == i - 1) {
+    p = before * p;
+    R = before.R * R;
+  } else if (parent >= 0) {
+    const RotT<T>& above = tree.pose[parent].R;
+    p = tree.motion[parent].p + above * p;
     R = above * R;
-    p = tree.motion[t.parent[i]].p + above * p;
   }
   const Vec3T<T> axis = R.column(2);
   if (t.kind[i] == kRevolute) {
+    S = {axis, cross(p, axis)};
     turn(R, q);
-    motion.S = {axis, cross(p, axis)};
   } else {
     p = axpy(q, axis, p);
-    motion.S = {{T(0.0), T(0.0), T(0.0)}, axis};
+    S = {{T(0.0), T(0.0), T(0.0)}, axis};
   }
-  motion.p = p;
-  return R * body.R_CB;
+  return {R * body.R_CB, p};
 }
 
 /// Poses, motion subspaces and own inertias of all bodies for q. One pass, because the numbers of a block do not fit
@@ -178,20 +185,20 @@ inline RotT<T> place_body(const TreeT<T>& tree, int i, const T& q) {
 template <class T>
 inline void update_poses(const TreeT<T>& tree, const T* q) {
   const TopologyView& t = tree.topology;
+  FromOriginT<T> X;
   for (int i = 0; i < t.bodies; ++i) {
     MotionT<T>& motion = tree.motion[i];
     const T* qi = q + t.q[i];
-    RotT<T> R;
     if (t.kind[i] == kFloating) {
-      R = rotation(qi[0], qi[1], qi[2], qi[3]);
-      motion.p = {T(0.0), T(0.0), T(0.0)};
+      X = {rotation(qi[0], qi[1], qi[2], qi[3]), {T(0.0), T(0.0), T(0.0)}};
       tree.origin[i] = {qi[4], qi[5], qi[6]};
     } else {
-      R = place_body(tree, i, *qi);
+      X = place_body(tree, i, *qi, X);
     }
-    const Vec3T<T> p = motion.p;
-    motion.I = inertia_about_origin(tree.body[i], R, p);
-    tree.pose[i] = {R, t.root[i] < 0 ? p : p + tree.origin[t.root[i]]};
+    motion.p = X.p;
+    tree.pose[i].R = X.R;
+    tree.pose[i].p = t.root[i] < 0 ? X.p : X.p + tree.origin[t.root[i]];
+    motion.I = inertia_about_origin(tree.body[i], X.R, X.p);
   }
 }
 
@@ -238,25 +245,30 @@ inline void mass_rows_of_base(const TreeT<T>& tree, int i) {
 template <class T>
 inline void update_mass(const TreeT<T>& tree) {
   const TopologyView& t = tree.topology;
+  InertiaT<T> C;
+  bool carried = false;  // C is that of body i's only child
   for (int i = t.bodies - 1; i >= 0; --i) {
     if (t.kind[i] == kFloating) {
       if (t.last_child[i] < 0) tree.motion[i].C = tree.motion[i].I;
       mass_rows_of_base(tree, i);
       continue;
     }
-    InertiaT<T> C = t.last_child[i] < 0 ? tree.motion[i].I : tree.motion[i].C;
-    mass_row(tree, i, C);
-    for (; continues_limb(t, i); mass_row(tree, i, C)) {
-      if (t.kind[i - 1] == kFloating) break;
-      C = tree.motion[--i].I + C;
+    if (carried) {
+      C = tree.motion[i].I + C;
+    } else {
+      const InertiaT<T>* own = t.last_child[i] < 0 ? &tree.motion[i].I : &tree.motion[i].C;
+      C = *own;
     }
+    mass_row(tree, i, C);
     const int parent = t.parent[i];
+    carried = continues_limb(t, i) && t.kind[parent] != kFloating;
     if (parent < 0) {
       tree.motion[i].C = C;
-      continue;
+    } else if (!carried) {
+      MotionT<T>& above = tree.motion[parent];
+      const InertiaT<T>* sum = t.last_child[parent] == i ? &above.I : &above.C;
+      above.C = *sum + C;
     }
-    MotionT<T>& above = tree.motion[parent];
-    above.C = (t.last_child[parent] == i ? above.I : above.C) + C;
   }
 }
 
