@@ -64,16 +64,54 @@ inline Vec3T<T> slip_impulse(ContactT<T>& c, const mask_of<T>& slides, const Vec
   return {normal, scale * x.y, scale * x.z};
 }
 
+/// Change of L v during a sweep. The six numbers of the floating tree that was asked for last stay in registers: every
+/// contact on it waits for them.
+template <class T>
+class ChangeT {
+ public:
+  explicit ChangeT(T* dz) : dz_(dz) {
+    for (int d = 0; d < 6; ++d) base_[d] = T(0.0);
+  }
+
+  /// All numbers in memory, until the next turn_to().
+  T* in_memory() {
+    leave();
+    return dz_;
+  }
+  /// Puts the base of the path in place; -1: its dofs are all in memory.
+  void turn_to(const PathView& path) {
+    if (path.base == at_) return;
+    leave();
+    at_ = path.base;
+    if (at_ < 0) return;
+    GRAZE_UNROLL
+    for (int d = 0; d < 6; ++d) base_[d] = dz_[at_ + d];
+  }
+  T& base(int d) { return base_[d]; }
+  T& operator[](int dof) { return dz_[dof]; }
+
+ private:
+  void leave() {
+    if (at_ < 0) return;
+    GRAZE_UNROLL
+    for (int d = 0; d < 6; ++d) dz_[at_ + d] = base_[d];
+    at_ = -1;
+  }
+
+  T* dz_;
+  int at_ = -1;
+  T base_[6];
+};
+
 /// Adds what impulse `change` (local) at the contact does to dz.
 template <class T>
-inline void apply_impulse(const PathView& path, const ContactT<T>& c, const Vec3T<T>& change, T* dz) {
+inline void apply_impulse(const PathView& path, const ContactT<T>& c, const Vec3T<T>& change, ChangeT<T>& dz) {
   const Vec3T<T>* scaled = c.y + path.count;
   const int loose = path.base < 0 ? path.count : path.count - 6;
   for (int i = 0; i < loose; ++i) dz[path.dofs[i]] = dot_add(scaled[i], change, dz[path.dofs[i]]);
   if (path.base < 0) return;
-  T* base = dz + path.base;
   GRAZE_UNROLL
-  for (int d = 0; d < 6; ++d) base[d] = dot_add(scaled[loose + 5 - d], change, base[d]);
+  for (int d = 0; d < 6; ++d) dz.base(d) = dot_add(scaled[loose + 5 - d], change, dz.base(d));
 }
 
 /// A lambda for the contact's own A.
@@ -91,16 +129,15 @@ inline Vec3T<T> times_inverse_A(const ContactT<T>& c, const Vec3T<T>& v) {
 
 /// Velocity of the contact, local, without and with its own impulse's compliance.
 template <class T>
-inline Vec3T<T> contact_velocity(const PathView& path, const ContactT<T>& c, const T* dz) {
+inline Vec3T<T> contact_velocity(const PathView& path, const ContactT<T>& c, ChangeT<T>& dz) {
   // Two chains of sums, because a sum waits for the one before it.
   Vec3T<T> even = c.b, odd{c.compliance * c.lambda.x, T(0.0), T(0.0)};
   const int loose = path.base < 0 ? path.count : path.count - 6;
   for (int i = 0; i < loose; ++i) even = axpy(dz[path.dofs[i]], c.y[i], even);
   if (path.base >= 0) {
-    const T* base = dz + path.base;
     const Vec3T<T>* y = c.y + loose;
-    odd = axpy(base[5], y[0], odd), odd = axpy(base[4], y[1], odd), odd = axpy(base[3], y[2], odd);
-    odd = axpy(base[2], y[3], odd), odd = axpy(base[1], y[4], odd), even = axpy(base[0], y[5], even);
+    odd = axpy(dz.base(5), y[0], odd), odd = axpy(dz.base(4), y[1], odd), odd = axpy(dz.base(3), y[2], odd);
+    odd = axpy(dz.base(2), y[3], odd), odd = axpy(dz.base(1), y[4], odd), even = axpy(dz.base(0), y[5], even);
   }
   return even + odd;
 }
@@ -109,7 +146,7 @@ inline Vec3T<T> contact_velocity(const PathView& path, const ContactT<T>& c, con
 /// way there. Returns how much its velocity changed, m/s.
 template <class T>
 inline T relax_contact(const ContactLawT<T>& law, const PathView& path, bool some_convex, const mask_of<T>& moving,
-                       double share, ContactT<T>& c, T* dz) {
+                       double share, ContactT<T>& c, ChangeT<T>& dz) {
   const Vec3T<T> zero{T(0.0), T(0.0), T(0.0)};
   const Vec3T<T> u = contact_velocity(path, c, dz), free = u - times_A(c, c.lambda);
   const Vec3T<T> still = c.lambda - times_inverse_A(c, u);
@@ -158,18 +195,22 @@ inline void solve_constraints(const TopologyView& t, const ContactLawT<T>& law, 
   const bool some_convex = any(law.convex > T(0.0));
   sweeps = T(0.0);
   residual = T(0.0);
+  ChangeT<T> change(dz);
   for (int sweep = 0; sweep < most_sweeps && any(moving); ++sweep) {
     const double share = sweep < kFullSweeps ? 1.0 : 0.5;
     T worst(0.0);
-    for (int i = 0; i < set.joint_count; ++i) worst = max(worst, relax_joint<T>(t, moving, set.joints[i], dz));
+    for (int i = 0; i < set.joint_count; ++i)
+      worst = max(worst, relax_joint<T>(t, moving, set.joints[i], change.in_memory()));
     for (int i = 0; i < set.contact_count; ++i) {
       ContactT<T>& c = set.contacts[i];
-      worst = max(worst, relax_contact<T>(law, set.paths[c.path], some_convex, moving, share, c, dz));
+      change.turn_to(set.paths[c.path]);
+      worst = max(worst, relax_contact<T>(law, set.paths[c.path], some_convex, moving, share, c, change));
     }
     residual = select(moving, worst, residual);
     sweeps = select(moving, T(sweep + 1.0), sweeps);
     moving = moving & (worst > T(tolerance));
   }
+  change.in_memory();
 }
 
 }  // namespace GRAZE_ISA_NAMESPACE

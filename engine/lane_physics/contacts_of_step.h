@@ -85,10 +85,14 @@ inline void warm_start(const LaneBlock& block, const ConstraintsT<T>& set, T* dz
     const JointRowT<T>& row = set.joints[i];
     apply_row<T>(block.topology, row, row.dry + row.lower - row.upper, dz);
   }
+  ChangeT<T> change(dz);
   for (int i = 0; i < set.contact_count; ++i) {
     const ContactT<T>& c = set.contacts[i];
-    if (block.slot_used[c.pair] >> c.slot & 1) apply_impulse<T>(set.paths[c.path], c, c.lambda, dz);
+    if (!(block.slot_used[c.pair] >> c.slot & 1)) continue;
+    change.turn_to(set.paths[c.path]);
+    apply_impulse<T>(set.paths[c.path], c, c.lambda, change);
   }
+  change.in_memory();
 }
 
 /// Keeps the impulses for the next step.
