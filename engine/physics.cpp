@@ -23,6 +23,15 @@ Pose BlockState::pose(int body, int lane) const {
   return out;
 }
 
+LaneMask ContactPoint::touching() const {
+  const double *gap = row(kGap), *impulse = row(kNormalImpulse);
+  unsigned out = 0;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    out |= (static_cast<unsigned>(gap[lane] <= 0) | static_cast<unsigned>(impulse[lane] > 0)) << lane;
+  }
+  return LaneMask(out & lanes.bits());
+}
+
 Contact ContactPoint::contact(int lane) const {
   const auto vec3 = [&](int row) {
     return Vec3(rows[row * kLanes + lane], rows[(row + 1) * kLanes + lane], rows[(row + 2) * kLanes + lane]);

@@ -45,6 +45,8 @@ struct ContactPoint {
 
   double operator()(ContactRow row, int lane) const { return rows[row * kLanes + lane]; }
   const double* row(int i) const { return rows + i * kLanes; }
+  /// Lanes in which the point touches, as Contact::touching().
+  LaneMask touching() const;
   Contact contact(int lane) const;
 };
 

@@ -45,8 +45,6 @@ struct BlockRun::Impl {
     const Particle* particle = nullptr;
     TraceRecord* record = nullptr;
     std::uint32_t step = 0;  // physics steps done
-    EventTracker events;
-    explicit Lane(const Model& model) : events(model) {}
   };
 
   const Scenario& scenario;
@@ -57,11 +55,12 @@ struct BlockRun::Impl {
   Sensors sensors;  // senses what the controller reads
   Actuators actuators;
   TaskMonitor monitor;
+  EventTracker events;
   LagJitter jitter;
   Observation observation;
   ActuatorCommand command;
   BlockArray tau;
-  std::vector<Lane> lanes;
+  std::array<Lane, kLanes> lanes;
   LaneMask active;
   std::uint64_t steps_done = 0;
 
@@ -75,10 +74,10 @@ struct BlockRun::Impl {
         sensors(s.model, channel_names(s.world->robot), sensor_noise(s, seed), controller.reads()),
         actuators(s.model, s.torque_speed),
         monitor(s.task),
+        events(s.model),
         jitter(lag_jitter(s, seed)),
         command(s.model.na()),
-        tau(s.model.na()),
-        lanes(kLanes, Lane(s.model)) {}
+        tau(s.model.na()) {}
 
   double time(int lane) const { return lanes[lane].step * scenario.timing.step; }
 
@@ -87,7 +86,7 @@ struct BlockRun::Impl {
     l.particle = &particle;
     l.record = &record;
     l.step = 0;
-    l.events.start();
+    events.start(lane, particle.model);
     physics->start(lane, particle);
     sensors.start(lane, particle);
     actuators.start(lane, particle);
@@ -125,6 +124,7 @@ struct BlockRun::Impl {
     record.first_violations = monitor.first_violations(lane);
     record.q = to_vector(physics->state().q, lane);
     record.v = to_vector(physics->state().v, lane);
+    record.events = events.take(lane);
     record.sequence = contact_sequence(scenario.model, record.events);
     record.objective_margin = monitor.objective_margin(lane);
     if (physics->fault(lane)) {
@@ -164,6 +164,12 @@ struct BlockRun::Impl {
     control();
     actuators.apply(command, physics->state(), sensors, scenario.timing.step, active, tau);
     physics->step(scenario.timing.step, active, tau);
+    std::array<double, kLanes> now{};
+    for (int lane = 0; lane < kLanes; ++lane) {
+      if (active[lane]) ++lanes[lane].step;
+      now[lane] = time(lane);
+    }
+    events.update(now, physics->contact_points(), physics->state(), active);
     for (int lane = 0; lane < kLanes; ++lane) {
       if (active[lane]) account(lane);
     }
@@ -171,14 +177,12 @@ struct BlockRun::Impl {
 
   void account(int lane) {
     Lane& l = lanes[lane];
-    ++l.step;
     ++steps_done;
     const BlockState& state = physics->state();
     std::uint64_t& digest = l.record->digest;
     for (int i = 0; i < state.q.rows(); ++i) fold(digest, state.q(i, lane));
     for (int i = 0; i < state.v.rows(); ++i) fold(digest, state.v(i, lane));
     for (int i = 0; i < tau.rows(); ++i) fold(digest, tau(i, lane));
-    l.events.update(time(lane), physics->contacts(lane), state, lane, l.record->events);
     const bool ended = observe(lane);
     const bool frame_due = l.step % static_cast<std::uint32_t>(scenario.recording.every) == 0;
     if (keep_telemetry() && (ended || frame_due)) add_frame(lane);

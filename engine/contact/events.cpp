@@ -11,22 +11,6 @@ namespace {
 /// a joint to rounding only, which must not chatter.
 constexpr double kAtLimit = 1e-5, kOffLimit = 1e-4;
 
-/// The most loaded touching point of each pair, by pair.
-std::vector<const Contact*> most_loaded(const std::vector<Contact>& contacts) {
-  std::vector<const Contact*> out;
-  for (const Contact& contact : contacts) {
-    if (contact.touching()) out.push_back(&contact);
-  }
-  const auto pair_of = [](const Contact* c) { return std::pair(c->a, c->b); };
-  std::stable_sort(out.begin(), out.end(), [&](const Contact* x, const Contact* y) {
-    if (pair_of(x) != pair_of(y)) return pair_of(x) < pair_of(y);
-    return x->normal_impulse() > y->normal_impulse();
-  });
-  const auto same = [&](const Contact* x, const Contact* y) { return pair_of(x) == pair_of(y); };
-  out.erase(std::unique(out.begin(), out.end(), same), out.end());
-  return out;
-}
-
 bool named_features(ShapeKind kind) { return kind == ShapeKind::box || kind == ShapeKind::cylinder; }
 
 std::string part(const Model& model, int collider, Feature feature) {
@@ -35,25 +19,30 @@ std::string part(const Model& model, int collider, Feature feature) {
   return c.name + "." + std::string(feature_name(feature));
 }
 
-Event event_at(double time, EventKind kind, const Contact& contact) {
-  return {time,       kind, contact.a, contact.b, contact.feature_a, contact.feature_b, contact.normal_impulse(),
+Event event_at(double time, EventKind kind, const ContactPoint& point, int lane) {
+  const Contact contact = point.contact(lane);
+  return {time,       kind, contact.a, contact.b, contact.feature_a, contact.feature_b, point(kNormalImpulse, lane),
           contact.p_W};
 }
 
-/// Which side of its limits a joint is on: -1 at the lower, +1 at the upper, 0 between.
-int side_of(double q, double lower, double upper, int side) {
-  if (q - lower < (side < 0 ? kOffLimit : kAtLimit)) return -1;
-  if (upper - q < (side > 0 ? kOffLimit : kAtLimit)) return 1;
-  return 0;
-}
-
-Event limit_event(double time, EventKind kind, int body, int side) {
+/// An event of which only the two parts are known.
+Event plain_event(double time, EventKind kind, int a, int b) {
   Event event;
   event.time = time;
   event.kind = kind;
-  event.a = body;
-  event.b = side;
+  event.a = a;
+  event.b = b;
   return event;
+}
+
+/// Which side of its limits a joint is on: -1 at the lower, +1 at the upper, 0 between.
+double side_of(double q, double lower, double upper, double side) {
+  const double upper_side = upper - q < (side > 0 ? kOffLimit : kAtLimit) ? 1.0 : 0.0;
+  return q - lower < (side < 0 ? kOffLimit : kAtLimit) ? -1.0 : upper_side;
+}
+
+ContactMode mode_of(const ContactPoint& point, int lane) {
+  return static_cast<ContactMode>(static_cast<int>(point(kMode, lane)));
 }
 
 }  // namespace
@@ -68,53 +57,118 @@ EventTracker::EventTracker(const Model& nominal) {
   for (int i = 0; i < static_cast<int>(nominal.bodies.size()); ++i) {
     const Body& body = nominal.bodies[i];
     if (body.type == JointType::floating) continue;
-    if (std::isfinite(body.lower) || std::isfinite(body.upper)) {
-      limits_.push_back({i, body.q, body.lower, body.upper, 0});
-    }
+    if (std::isfinite(body.lower) || std::isfinite(body.upper)) limits_.push_back({i, body.q, {}, {}, {}, {}});
   }
+  for (int lane = 0; lane < kLanes; ++lane) start(lane, nominal);
 }
 
-void EventTracker::start() {
-  pairs_.clear();
-  for (Limit& limit : limits_) limit.side = 0;
-}
-
-void EventTracker::update(double time, const std::vector<Contact>& contacts, const BlockState& state, int lane,
-                          std::vector<Event>& events) {
-  const std::vector<const Contact*> touching = most_loaded(contacts);
-  end_contacts(time, touching, events);
-  for (const Contact* contact : touching) {
-    Pair& pair = pairs_[{contact->a, contact->b}];
-    if (!pair.touching) {
-      events.push_back(event_at(time, EventKind::contact_begin, *contact));
-    } else if (pair.mode != contact->mode) {
-      const bool slips = contact->mode == ContactMode::slip;
-      events.push_back(event_at(time, slips ? EventKind::stick_to_slip : EventKind::slip_to_stick, *contact));
-    }
-    pair = {true, contact->mode};
-  }
+void EventTracker::start(int lane, const Model& model) {
+  events_[lane].clear();
+  for (Pair& pair : pairs_) pair.before &= ~(1u << lane);
   for (Limit& limit : limits_) {
-    const int side = side_of(state.q(limit.q, lane), limit.lower, limit.upper, limit.side);
-    if (side == limit.side) continue;
-    if (limit.side != 0) events.push_back(limit_event(time, EventKind::limit_end, limit.body, limit.side));
-    if (side != 0) events.push_back(limit_event(time, EventKind::limit_begin, limit.body, side));
-    limit.side = side;
+    limit.lower[lane] = model.bodies[limit.body].lower;
+    limit.upper[lane] = model.bodies[limit.body].upper;
+    limit.side[lane] = 0;
   }
 }
 
-void EventTracker::end_contacts(double time, const std::vector<const Contact*>& touching, std::vector<Event>& events) {
-  auto next = touching.begin();
-  for (auto& [key, pair] : pairs_) {
-    while (next != touching.end() && std::pair((*next)->a, (*next)->b) < key) ++next;
-    const bool still = next != touching.end() && std::pair((*next)->a, (*next)->b) == key;
-    if (!pair.touching || still) continue;
-    pair.touching = false;
-    Event event;
-    event.time = time;
-    event.kind = EventKind::contact_end;
-    event.a = key.first;
-    event.b = key.second;
-    events.push_back(event);
+void EventTracker::update(const std::array<double, kLanes>& time, const std::vector<ContactPoint>& points,
+                          const BlockState& state, LaneMask active) {
+  find_touching(points, active.bits());
+  const unsigned contacts = changed_contacts(active.bits()), limits = changed_limits(state, active.bits());
+  if ((contacts | limits) != 0) {
+    for (int lane = 0; lane < kLanes; ++lane) {
+      if (contacts >> lane & 1u) add_contact_events(lane, time[lane]);
+      if (limits >> lane & 1u) add_limit_events(lane, time[lane]);
+    }
+  }
+  for (Pair& pair : pairs_) pair.before = (pair.before & ~active.bits()) | pair.now;
+  std::erase_if(pairs_, [](const Pair& pair) { return pair.before == 0; });
+}
+
+EventTracker::Pair& EventTracker::pair_of(const ContactPoint& point) {
+  const auto place = std::lower_bound(pairs_.begin(), pairs_.end(), point, [](const Pair& x, const ContactPoint& y) {
+    return x.a != y.a ? x.a < y.a : x.b < y.b;
+  });
+  if (place != pairs_.end() && place->a == point.a && place->b == point.b) return *place;
+  Pair fresh;
+  fresh.a = point.a;
+  fresh.b = point.b;
+  return *pairs_.insert(place, fresh);
+}
+
+void EventTracker::find_touching(const std::vector<ContactPoint>& points, unsigned active) {
+  for (Pair& pair : pairs_) pair.now = 0;
+  for (const ContactPoint& point : points) {
+    const unsigned touching = point.touching().bits() & active;
+    if (touching == 0) continue;
+    Pair& pair = pair_of(point);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      if (!(touching >> lane & 1u)) continue;
+      const bool loaded = pair.now >> lane & 1u;
+      if (loaded && (*pair.point[lane])(kNormalImpulse, lane) >= point(kNormalImpulse, lane)) continue;
+      pair.point[lane] = &point;
+      pair.now |= 1u << lane;
+    }
+  }
+}
+
+/// Lanes in which some pair begins, ends or changes its mode.
+unsigned EventTracker::changed_contacts(unsigned active) const {
+  unsigned changed = 0;
+  for (const Pair& pair : pairs_) {
+    changed |= (pair.before ^ pair.now) & active;
+    for (int lane = 0; lane < kLanes; ++lane) {
+      if ((pair.before & pair.now) >> lane & 1u) {
+        changed |= static_cast<unsigned>(mode_of(*pair.point[lane], lane) != pair.mode[lane]) << lane;
+      }
+    }
+  }
+  return changed;
+}
+
+/// Lanes in which some joint reaches or leaves a limit; fills Limit::now.
+unsigned EventTracker::changed_limits(const BlockState& state, unsigned active) {
+  unsigned changed = 0;
+  for (Limit& limit : limits_) {
+    const double* q = state.q.row(limit.q);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      limit.now[lane] = side_of(q[lane], limit.lower[lane], limit.upper[lane], limit.side[lane]);
+    }
+    for (int lane = 0; lane < kLanes; ++lane) {
+      changed |= static_cast<unsigned>(limit.now[lane] != limit.side[lane]) << lane;
+    }
+  }
+  return changed & active;
+}
+
+void EventTracker::add_contact_events(int lane, double time) {
+  const unsigned bit = 1u << lane;
+  for (const Pair& pair : pairs_) {
+    if ((pair.before & ~pair.now & bit) == 0) continue;
+    events_[lane].push_back(plain_event(time, EventKind::contact_end, pair.a, pair.b));
+  }
+  for (Pair& pair : pairs_) {
+    if ((pair.now & bit) == 0) continue;
+    const ContactPoint& point = *pair.point[lane];
+    const ContactMode mode = mode_of(point, lane);
+    if ((pair.before & bit) == 0) {
+      events_[lane].push_back(event_at(time, EventKind::contact_begin, point, lane));
+    } else if (mode != pair.mode[lane]) {
+      const bool slips = mode == ContactMode::slip;
+      events_[lane].push_back(event_at(time, slips ? EventKind::stick_to_slip : EventKind::slip_to_stick, point, lane));
+    }
+    pair.mode[lane] = mode;
+  }
+}
+
+void EventTracker::add_limit_events(int lane, double time) {
+  for (Limit& limit : limits_) {
+    const int before = static_cast<int>(limit.side[lane]), now = static_cast<int>(limit.now[lane]);
+    if (before == now) continue;
+    if (before != 0) events_[lane].push_back(plain_event(time, EventKind::limit_end, limit.body, before));
+    if (now != 0) events_[lane].push_back(plain_event(time, EventKind::limit_begin, limit.body, now));
+    limit.side[lane] = limit.now[lane];
   }
 }
 

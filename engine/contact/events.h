@@ -1,9 +1,10 @@
 #pragma once
 // Events: mode switches of a trace (Eq. 2's index sets change). Contact sequences come from them.
 
+#include <array>
 #include <cstdint>
-#include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/physics.h"
@@ -29,32 +30,48 @@ struct Event {
   Vec3 p_W = Vec3::Zero();
 };
 
-/// Follows one trace. A pair of colliders is in contact while any of its points touches; its mode is that of its most
-/// loaded point. Contact has no hysteresis: it begins in the step in which touching() turns true and ends in the one
-/// in which it turns false, so a bouncing foot gives as many events as it has bounces. A joint limit begins within
-/// 1e-5 rad (or m) of it and ends beyond 1e-4.
+/// Follows the traces of a block. A pair of colliders is in contact while any of its points touches; its mode is that
+/// of its most loaded point. Contact has no hysteresis: it begins in the step in which touching() turns true and ends
+/// in the one in which it turns false, so a bouncing foot gives as many events as it has bounces. A joint limit begins
+/// within 1e-5 rad (or m) of it and ends beyond 1e-4.
 class EventTracker {
  public:
   explicit EventTracker(const Model& nominal);
-  void start();  // a fresh trace; forgets everything
-  /// To be called after each step; appends to `events`. Order within a step: by pair, ends before beginnings.
-  void update(double time, const std::vector<Contact>& contacts, const BlockState& state, int lane,
-              std::vector<Event>& events);
+  /// A fresh trace in a lane, of a particle with these joint limits; forgets everything that was there.
+  void start(int lane, const Model& model);
+  /// To be called after each step of the active lanes, which has led to `time` s. Order within a step and lane: by
+  /// pair, ends before beginnings, then joints.
+  void update(const std::array<double, kLanes>& time, const std::vector<ContactPoint>& points, const BlockState& state,
+              LaneMask active);
+
+  /// The events of the lane's trace so far.
+  const std::vector<Event>& events(int lane) const { return events_[lane]; }
+  /// Hands them over.
+  std::vector<Event> take(int lane) { return std::exchange(events_[lane], {}); }
 
  private:
+  /// A pair that touches in some lane, or did before this step. Masks of lanes, numbers per lane.
   struct Pair {
-    bool touching = false;
-    ContactMode mode = ContactMode::stick;
+    int a, b;
+    unsigned before = 0, now = 0;                     // where it touched after the last step, and touches after this
+    std::array<ContactMode, kLanes> mode{};           // after the last step, where `before`
+    std::array<const ContactPoint*, kLanes> point{};  // the most loaded of this step, where `now`
   };
-  void end_contacts(double time, const std::vector<const Contact*>& touching, std::vector<Event>& events);
-
-  std::map<std::pair<int, int>, Pair> pairs_;
+  /// A joint that has limits, and which of them each lane is at: -1 lower, +1 upper, 0 none.
   struct Limit {
     int body, q;
-    double lower, upper;
-    int side;
+    std::array<double, kLanes> lower, upper, side, now;
   };
+  Pair& pair_of(const ContactPoint& point);
+  void find_touching(const std::vector<ContactPoint>& points, unsigned active);
+  unsigned changed_contacts(unsigned active) const;
+  unsigned changed_limits(const BlockState& state, unsigned active);
+  void add_contact_events(int lane, double time);
+  void add_limit_events(int lane, double time);
+
+  std::vector<Pair> pairs_;  // by a, then b
   std::vector<Limit> limits_;
+  std::array<std::vector<Event>, kLanes> events_;
 };
 
 /// "LF_FOOT-ground LF_FOOT-curb.side …": beginnings of contact in order, as named parts; the feature is written when

@@ -5,6 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <random>
+
 #include "tests/engine/bullet/worlds.h"
 
 namespace graze::test {
@@ -45,26 +47,36 @@ Contact touch(int a, int b, double push, ContactMode mode = ContactMode::stick, 
 
 class Events : public testing::Test {
  protected:
+  static constexpr int kLane = 2;
+
   Events() : model(script_model()), tracker(model) { state.q = BlockArray(1); }
 
   /// Kinds and pairs of what one more step adds, as "kind a b".
   std::vector<std::string> step(const std::vector<Contact>& contacts) {
-    const std::size_t before = events.size();
-    tracker.update(time += 0.001, contacts, state, 2, events);
+    const std::size_t before = events().size();
+    lists[kLane] = contacts;
+    time[kLane] += 0.001;
+    tracker.update(time, points = lists.gather(), state, LaneMask(1u << kLane));
     std::vector<std::string> out;
-    for (std::size_t i = before; i < events.size(); ++i) {
-      EXPECT_EQ(events[i].time, time);
-      out.push_back(std::string(event_kind_name(events[i].kind)) + " " + std::to_string(events[i].a) + " " +
-                    std::to_string(events[i].b));
+    for (std::size_t i = before; i < events().size(); ++i) {
+      EXPECT_EQ(events()[i].time, time[kLane]);
+      out.push_back(text(events()[i]));
     }
     return out;
   }
 
+  static std::string text(const Event& event) {
+    return std::string(event_kind_name(event.kind)) + " " + std::to_string(event.a) + " " + std::to_string(event.b);
+  }
+
+  const std::vector<Event>& events() const { return tracker.events(kLane); }
+
   Model model;
   EventTracker tracker;
   BlockState state;
-  std::vector<Event> events;
-  double time = 0;
+  ContactLists lists;
+  std::vector<ContactPoint> points;
+  std::array<double, kLanes> time{};
 };
 
 using testing::ElementsAre;
@@ -75,7 +87,7 @@ using testing::IsEmpty;
 TEST_F(Events, ContactsBeginAndEnd) {
   EXPECT_THAT(step({touch(0, 3, 0)}), IsEmpty());
   EXPECT_THAT(step({touch(0, 3, 1), touch(0, 3, 2)}), ElementsAre("contact_begin 0 3"));
-  EXPECT_EQ(events[0].impulse, 2) << "of the most loaded point";
+  EXPECT_EQ(events()[0].impulse, 2) << "of the most loaded point";
   EXPECT_THAT(step({touch(0, 3, 1)}), IsEmpty());
   EXPECT_THAT(step({touch(0, 3, 0)}), ElementsAre("contact_end 0 3"));
   EXPECT_THAT(step({touch(0, 3, 1)}), ElementsAre("contact_begin 0 3"));
@@ -99,7 +111,7 @@ TEST_F(Events, ModeFollowsTheMostLoadedPoint) {
 // A joint limit begins at the limit and ends only well off it: rounding at the limit does not chatter.
 TEST_F(Events, LimitsBeginAndEndWithoutChatter) {
   const auto at_q = [&](double q) {
-    state.q(0, 2) = q;
+    state.q(0, kLane) = q;
     return step({});
   };
   EXPECT_THAT(at_q(0.9), IsEmpty());
@@ -114,8 +126,56 @@ TEST_F(Events, LimitsBeginAndEndWithoutChatter) {
 // start() forgets: the same contact begins again.
 TEST_F(Events, StartForgets) {
   step({touch(0, 3, 1)});
-  tracker.start();
+  tracker.start(kLane, model);
+  EXPECT_THAT(events(), IsEmpty());
   EXPECT_THAT(step({touch(0, 3, 1)}), ElementsAre("contact_begin 0 3"));
+}
+
+// A particle has its own limits.
+TEST_F(Events, LimitsAreThoseOfTheParticle) {
+  model.bodies[0].upper = 0.5;
+  tracker.start(kLane, model);
+  state.q(0, kLane) = 0.5;
+  EXPECT_THAT(step({}), ElementsAre("limit_begin 0 1"));
+}
+
+// Each lane's events are those that it would have alone: lanes that begin, end, rest and start at other times change
+// none of them.
+TEST_F(Events, LanesDoNotDisturbEachOther) {
+  std::mt19937 random(3);
+  const auto chance = [&](unsigned one_in) { return random() % one_in == 0; };
+  std::vector<EventTracker> alone(kLanes, EventTracker(model));
+  std::size_t seen = 0;
+  for (int i = 0; i < 300; ++i) {
+    LaneMask active(random() & 0xff);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      lists[lane].clear();
+      for (int a = 0; a < 2; ++a) {
+        for (int b = 2; b < 4; ++b) {
+          for (int k = 0; k < 2; ++k) {
+            const double push = chance(2) ? 0.0 : 1.0 + random() % 3;
+            if (chance(2)) lists[lane].push_back(touch(a, b, push, chance(3) ? ContactMode::slip : ContactMode::stick));
+          }
+        }
+      }
+      state.q(0, lane) = chance(3) ? 1.0 : chance(3) ? -1.0 : 0.0;
+      time[lane] += lane;
+      if (!chance(50)) continue;
+      tracker.start(lane, model);
+      alone[lane].start(lane, model);
+    }
+    points = lists.gather();
+    tracker.update(time, points, state, active);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      if (active[lane]) alone[lane].update(time, points, state, LaneMask(1u << lane));
+      std::vector<std::string> together, apart;
+      for (const Event& event : tracker.events(lane)) together.push_back(text(event));
+      for (const Event& event : alone[lane].events(lane)) apart.push_back(text(event));
+      ASSERT_EQ(together, apart) << "lane " << lane << ", step " << i;
+      seen += together.size();
+    }
+  }
+  EXPECT_GT(seen, 1000u);
 }
 
 // Sequences name the beginnings in order, with the feature where the shape has named ones.
@@ -123,7 +183,7 @@ TEST_F(Events, SequenceNamesPartsAndFeatures) {
   step({touch(0, 3, 1)});
   step({touch(0, 3, 1), touch(1, 2, 1, ContactMode::stick, Feature::side)});
   step({touch(0, 2, 1, ContactMode::slip, Feature::edge)});
-  EXPECT_EQ(contact_sequence(model, events), "LF_FOOT-ground RF_FOOT-curb.side LF_FOOT-curb.edge");
+  EXPECT_EQ(contact_sequence(model, events()), "LF_FOOT-ground RF_FOOT-curb.side LF_FOOT-curb.edge");
   EXPECT_EQ(contact_sequence(model, {}), "");
 }
 
