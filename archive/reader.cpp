@@ -114,7 +114,7 @@ bool possible(const Event& event, const CampaignInfo& info) {
   const auto within = [](int index, const std::vector<std::string>& names) {
     return index >= 0 && index < static_cast<int>(names.size());
   };
-  if (event.kind > EventKind::limit_end || event.feature_a > Feature::rim || event.feature_b > Feature::rim)
+  if (event.kind > EventKind::roll_to_slip || event.feature_a > Feature::rim || event.feature_b > Feature::rim)
     return false;
   const bool limit = event.kind == EventKind::limit_begin || event.kind == EventKind::limit_end;
   return limit ? within(event.a, info.bodies) && (event.b == -1 || event.b == 1)

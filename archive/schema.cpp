@@ -60,8 +60,8 @@ Spec offset() { return plain("offset", Type::u64); }
 Spec time() { return plain("time", Type::f64, "s"); }
 
 Spec kind() {
-  return enumeration("kind",
-                     {"contact_begin", "contact_end", "stick_to_slip", "slip_to_stick", "limit_begin", "limit_end"});
+  return enumeration("kind", {"contact_begin", "contact_end", "stick_to_slip", "slip_to_stick", "limit_begin",
+                              "limit_end", "stick_to_roll", "roll_to_stick", "slip_to_roll", "roll_to_slip"});
 }
 Spec collider(const char* name) { return plain(name, Type::i32); }
 Spec feature(const char* name) {

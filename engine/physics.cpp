@@ -47,8 +47,13 @@ Contact ContactPoint::contact(int lane) const {
   out.phi = (*this)(kGap, lane);
   out.impulse_W = vec3(kImpulse);
   out.mode = static_cast<ContactMode>(number(kMode));
+  out.age = (*this)(kAge, lane);
   return out;
 }
+
+void BlockPhysics::drive(double, LaneMask, const Drive&, DriveResult&) { assert(!"this back end takes torques"); }
+
+SolverEffort BlockPhysics::effort(int) const { return {}; }
 
 std::vector<Contact> BlockPhysics::contacts(int lane) const {
   std::vector<Contact> out;
@@ -79,6 +84,7 @@ std::vector<ContactPoint> ContactLists::gather() {
       rows_(first + kGap, lane) = contact.phi;
       rows_(first + kNormalImpulse, lane) = contact.normal_impulse();
       rows_(first + kMode, lane) = static_cast<double>(contact.mode);
+      rows_(first + kAge, lane) = contact.age;
       rows_(first + kFeatureA, lane) = static_cast<double>(contact.feature_a);
       rows_(first + kFeatureB, lane) = static_cast<double>(contact.feature_b);
       first += kContactRows;

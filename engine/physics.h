@@ -13,6 +13,9 @@
 
 namespace graze {
 
+/// Speed of a contact point over a surface from which on it rolls, m/s.
+inline constexpr double kRollSpeed = 1e-3;
+
 /// Which part of a shape touches. Boxes: face, edge, vertex; cylinders: cap, side, rim; everything else: surface.
 enum class Feature : std::uint8_t { surface, top, bottom, side, edge, vertex, cap, rim };
 std::string_view feature_name(Feature feature);  // "side"
@@ -20,7 +23,11 @@ std::string_view feature_name(Feature feature);  // "side"
 /// own +z and -z, `side` the other four; a point within `tolerance` of two faces is on an edge, of three on a vertex.
 Feature feature_of(const Shape& shape, const Vec3& p_G, double tolerance = 1e-4);
 
-enum class ContactMode : std::uint8_t { stick, slip };
+/// What a contact point does while it presses. `slip`: the impulse lies on the friction cone (and the bodies slide, as
+/// far as the back end can tell). `roll`: it sticks, but moves over a round surface (sphere, capsule, side of a
+/// cylinder) of radius r at more than kRollSpeed: r |w_t| with w_t the part of the relative angular velocity a - b that
+/// lies in the tangent plane; of two round surfaces the greater counts. `stick`: everything else.
+enum class ContactMode : std::uint8_t { stick, slip, roll };
 
 /// One contact point (or near point: phi > 0 and no impulse) after a step.
 struct Contact {
@@ -31,6 +38,7 @@ struct Contact {
   double phi = 0;                 // signed gap, m; negative: penetration
   Vec3 impulse_W = Vec3::Zero();  // on a over the last step, N s
   ContactMode mode = ContactMode::stick;
+  double age = 0;  // s from the first touch within the step to its end, 0..h (h: it touched at the beginning)
 
   double normal_impulse() const { return impulse_W.dot(n_W); }
   /// Bodies touch: they press on each other, or overlap.
@@ -62,6 +70,29 @@ struct BlockState {
   Pose pose(int body, int lane) const;  // body -1: identity
 };
 
+/// What drives the actuated joints during one physics step, na rows each. With q and v of the step's end, the torque is
+///   tau + kp (q_ref - q) + kd (v_ref - v),   held between `lower` and `upper`.
+/// Where `prescribed` is not 0 the joint moves to q_ref within the step, v = (q_ref - q_begin) / h, by whatever torque
+/// between `lower` and `upper` that takes (§8.4); beyond it the bound is applied. Errors of the encoders are contained
+/// in q and v.
+struct Drive {
+  BlockArray tau, q, v, kp, kd, lower, upper, prescribed;
+  explicit Drive(int na = 0) : tau(na), q(na), v(na), kp(na), kd(na), lower(na), upper(na), prescribed(na) {}
+};
+
+/// What came out of a Drive, na rows each: the torque of the step, and the one that was asked for without bounds.
+struct DriveResult {
+  BlockArray torque, asked;
+  explicit DriveResult(int na = 0) : torque(na), asked(na) {}
+};
+
+/// What the contact solver did in one step of a lane.
+struct SolverEffort {
+  double sweeps = 0;
+  double residual = 0;   // largest change of a constraint's velocity in the last sweep, m/s or rad/s
+  bool at_most = false;  // it ended at the bound on sweeps
+};
+
 /// A back end. One object simulates one block at a time and belongs to one thread.
 class BlockPhysics {
  public:
@@ -72,6 +103,13 @@ class BlockPhysics {
   /// Advances the active lanes by h seconds under the joint torques (or forces) tau [na][lane], constant over the step.
   /// Lanes that are not active keep their state.
   virtual void step(double h, LaneMask active, const BlockArray& tau) = 0;
+
+  /// Whether drive() may be called: servos and prescribed motion are part of the back end's solve.
+  virtual bool solves_drives() const { return false; }
+  /// As step(), under servos. Lanes that are not active keep their state and their columns of `result`.
+  virtual void drive(double h, LaneMask active, const Drive& drive, DriveResult& result);
+  /// Of the last step; zero where the back end does not tell.
+  virtual SolverEffort effort(int lane) const;
 
   const BlockState& state() const { return state_; }
   /// Contacts and near points of the last step, all lanes. Those of one lane stand in an order that depends on its

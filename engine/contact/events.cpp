@@ -41,6 +41,15 @@ double side_of(double q, double lower, double upper, double side) {
   return q - lower < (side < 0 ? kOffLimit : kAtLimit) ? -1.0 : upper_side;
 }
 
+/// The event of a change from one mode to another.
+EventKind change_of(ContactMode from, ContactMode to) {
+  static constexpr EventKind kinds[3][3] = {
+      {EventKind::stick_to_slip, EventKind::stick_to_slip, EventKind::stick_to_roll},
+      {EventKind::slip_to_stick, EventKind::slip_to_stick, EventKind::slip_to_roll},
+      {EventKind::roll_to_stick, EventKind::roll_to_slip, EventKind::roll_to_stick}};
+  return kinds[static_cast<int>(from)][static_cast<int>(to)];
+}
+
 ContactMode mode_of(const ContactPoint& point, int lane) {
   return static_cast<ContactMode>(static_cast<int>(point(kMode, lane)));
 }
@@ -48,8 +57,9 @@ ContactMode mode_of(const ContactPoint& point, int lane) {
 }  // namespace
 
 std::string_view event_kind_name(EventKind kind) {
-  static constexpr std::array<std::string_view, 6> names = {"contact_begin", "contact_end", "stick_to_slip",
-                                                            "slip_to_stick", "limit_begin", "limit_end"};
+  static constexpr std::array<std::string_view, 10> names = {
+      "contact_begin", "contact_end",   "stick_to_slip", "slip_to_stick", "limit_begin",
+      "limit_end",     "stick_to_roll", "roll_to_stick", "slip_to_roll",  "roll_to_slip"};
   return names[static_cast<std::size_t>(kind)];
 }
 
@@ -153,10 +163,9 @@ void EventTracker::add_contact_events(int lane, double time) {
     const ContactPoint& point = *pair.point[lane];
     const ContactMode mode = mode_of(point, lane);
     if ((pair.before & bit) == 0) {
-      events_[lane].push_back(event_at(time, EventKind::contact_begin, point, lane));
+      events_[lane].push_back(event_at(time - point(kAge, lane), EventKind::contact_begin, point, lane));
     } else if (mode != pair.mode[lane]) {
-      const bool slips = mode == ContactMode::slip;
-      events_[lane].push_back(event_at(time, slips ? EventKind::stick_to_slip : EventKind::slip_to_stick, point, lane));
+      events_[lane].push_back(event_at(time, change_of(pair.mode[lane], mode), point, lane));
     }
     pair.mode[lane] = mode;
   }

@@ -17,12 +17,16 @@ enum class EventKind : std::uint8_t {
   stick_to_slip,
   slip_to_stick,
   limit_begin,
-  limit_end
+  limit_end,
+  stick_to_roll,
+  roll_to_stick,
+  slip_to_roll,
+  roll_to_slip
 };
 std::string_view event_kind_name(EventKind kind);
 
 struct Event {
-  double time = 0;  // s
+  double time = 0;  // s: the end of the step; contact_begin: of the first touch within it
   EventKind kind = EventKind::contact_begin;
   int a = 0, b = 0;  // colliders, a < b; for a joint limit: a = body, b = -1 lower, +1 upper
   Feature feature_a = Feature::surface, feature_b = Feature::surface;

@@ -130,6 +130,7 @@ inline void report_contacts(LaneBlock& block, const ConstraintsT<T>& set) {
     row[kImpulse] = impulse.x, row[kImpulse + 1] = impulse.y, row[kImpulse + 2] = impulse.z;
     row[kNormalImpulse] = c.lambda.x;
     row[kMode] = c.slips;
+    row[kAge] = T(0.0);
     row[kFeatureA] = c.feature_a;
     row[kFeatureB] = c.feature_b;
     block.report_pair[i] = c.pair;

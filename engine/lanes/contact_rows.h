@@ -13,7 +13,8 @@ enum ContactRow : int {
   kMode = 11,           // ContactMode
   kFeatureA = 12,       // Feature
   kFeatureB = 13,
-  kContactRows = 14
+  kAge = 14,  // s from the first touch within the step to its end
+  kContactRows = 15
 };
 
 }  // namespace graze

@@ -80,8 +80,8 @@ inline std::vector<double> row(int policy, std::uint32_t particle, std::uint32_t
 inline Event event(int policy, std::uint32_t particle, std::uint32_t number) {
   Event event;
   event.time = 0.01 * number;
-  event.kind = static_cast<EventKind>(number % 6);
-  const bool limit = number % 6 >= 4;
+  event.kind = static_cast<EventKind>(number % 10);
+  const bool limit = event.kind == EventKind::limit_begin || event.kind == EventKind::limit_end;
   event.a = limit ? 1 : 0;
   event.b = limit ? -1 : 1 + static_cast<int>(number % 2);
   event.feature_a = Feature::surface;
