@@ -37,7 +37,9 @@ struct ContactT {
   T ann, ass, att, ans, ant, ast;  // A of this contact, 1/kg
   T inverse_ann;                   // kg
   T bnn, bss, btt, bns, bnt, bst;  // A^-1 of this contact, kg
-  T compliance;                    // R, 1/kg; contained in ann
+  T guard;                         // compliance that keeps A regular, 1/kg; contained in ann, ass and att
+  T compliance;                    // R, 1/kg, with the guard; contained in ann
+  T asked;                         // speed at which the solve parts the bodies (recovery, restitution) or 0, m/s
   T slips;                         // 1 where the impulse lies on the cone
   unsigned lanes;                  // where the point is valid
   int pair, slot;                  // index into the pairs; slot of the manifold
@@ -198,6 +200,19 @@ inline void invert_A(ContactT<T>& c) {
   c.bnn = fnma(c.bnt, kt, fnma(c.bns, ks, c.inverse_ann));
 }
 
+/// Compliance that keeps A regular. Joints may leave fewer than three directions to move in; what gap or overlap ask of
+/// the others ends in impulses without effect but for their rounding. 1e-6 of A's trace, less than a thousandth of
+/// steel's compliance, keeps these small where det A = 0; where A is regular, 1e-12 and less.
+template <class T>
+inline T guard_of(const ContactT<T>& c) {
+  const T trace = c.ann + c.ass + c.att;
+  const T nn = fnma(c.ast, c.ast, c.ass * c.att), ns = fnma(c.ant, c.ast, c.ans * c.att);
+  const T nt = fnma(c.ant, c.ass, c.ans * c.ast);
+  const T det = fma(c.ant, nt, fnma(c.ans, ns, c.ann * nn));
+  const T cube = trace * trace * trace;
+  return T(1e-14) * trace * cube * recip(fma(T(1e-8), cube, max(det, T(0.0))));
+}
+
 /// Everything about a contact that holds during the step. `dz`: change of L v by all but constraints (nv).
 template <class T>
 inline void set_up_contact(const TreeT<T>& tree, const PathView& path, const ContactLawT<T>& law, const T& h,
@@ -209,13 +224,14 @@ inline void set_up_contact(const TreeT<T>& tree, const PathView& path, const Con
   c.b = to_local(c, u);
   T free = c.b.x;
   for (int i = 0; i < path.count; ++i) free = fma(dz[path.dofs[i]], c.y[i].x, free);
-  c.b.x += gap_term(law, c, h, c.b.x, free);
-  c.compliance = select(law.compliance > T(0.0), recip(h * fma(h, law.stiffness, law.damping)), T(0.0));
-  // Fewer than three directions may be able to move (a sphere on a slider); 1e-12 of the trace keeps A regular.
-  const T guard = T(1e-12) * (c.ann + c.ass + c.att);
-  c.ann += guard + c.compliance;
-  c.ass += guard;
-  c.att += guard;
+  const T gap = gap_term(law, c, h, c.b.x, free);
+  c.b.x += gap;
+  c.asked = max(-gap, T(0.0));
+  c.guard = guard_of(c);
+  c.compliance = c.guard + select(law.compliance > T(0.0), recip(h * fma(h, law.stiffness, law.damping)), T(0.0));
+  c.ann += c.compliance;
+  c.ass += c.guard;
+  c.att += c.guard;
   c.inverse_ann = recip(c.ann);
   invert_A(c);
   c.slips = T(0.0);

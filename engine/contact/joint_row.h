@@ -60,10 +60,11 @@ inline T relax_joint(const TopologyView& t, const mask_of<T>& moving, JointRowT<
   const T dry = min(max(fnma(u, row.inverse_a, row.dry), -row.friction), row.friction);
   const T a = recip(row.inverse_a);
   u = fma(a, dry - row.dry, u);
-  const T lower = max(T(0.0), fnma(u + row.lower_gap, row.inverse_a, row.lower));
-  u = fma(a, lower - row.lower, u);
-  const T upper = max(T(0.0), fma(u - row.upper_gap, row.inverse_a, row.upper));
-  const T change = select(turn, (dry - row.dry) + (lower - row.lower) - (upper - row.upper), T(0.0));
+  // One impulse, up or down: the range between the limits is not empty.
+  const T limit = row.lower - row.upper;
+  const T lower = max(T(0.0), fnma(u + row.lower_gap, row.inverse_a, limit));
+  const T upper = max(T(0.0), select(lower > T(0.0), T(0.0), fma(u - row.upper_gap, row.inverse_a, -limit)));
+  const T change = select(turn, (dry - row.dry) + (lower - upper - limit), T(0.0));
   row.dry = select(turn, dry, row.dry);
   row.lower = select(turn, lower, row.lower);
   row.upper = select(turn, upper, row.upper);

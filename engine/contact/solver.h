@@ -131,7 +131,7 @@ inline Vec3T<T> times_inverse_A(const ContactT<T>& c, const Vec3T<T>& v) {
 template <class T>
 inline Vec3T<T> contact_velocity(const PathView& path, const ContactT<T>& c, ChangeT<T>& dz) {
   // Two chains of sums, because a sum waits for the one before it.
-  Vec3T<T> even = c.b, odd{c.compliance * c.lambda.x, T(0.0), T(0.0)};
+  Vec3T<T> even = c.b, odd{c.compliance * c.lambda.x, c.guard * c.lambda.y, c.guard * c.lambda.z};
   const int loose = path.base < 0 ? path.count : path.count - 6;
   for (int i = 0; i < loose; ++i) even = axpy(dz[path.dofs[i]], c.y[i], even);
   if (path.base >= 0) {

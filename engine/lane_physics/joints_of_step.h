@@ -7,6 +7,9 @@
 namespace graze {
 inline namespace GRAZE_ISA_NAMESPACE {
 
+/// rad/s or m/s, fastest return of a joint that is beyond its limit.
+inline constexpr double kLimitRecovery = 0.2;
+
 /// Rows of the joints that are near a limit or have dry friction.
 template <class T>
 inline int set_up_joints(LaneBlock& block, const TreeT<T>& tree, double h, unsigned active) {
@@ -34,7 +37,9 @@ inline int set_up_joints(LaneBlock& block, const TreeT<T>& tree, double h, unsig
     free_rows += 2 * (t.dof_depth[dof] + 1);
     set_up_joint<T>(tree, v, row);
     const T rate(1.0 / h);
-    const auto gap = [&](const T& x) { return select(x < T(0.0), T(0.2) * x * rate, x * rate); };
+    const auto gap = [&](const T& x) {
+      return select(x < T(0.0), max(T(0.2) * x * rate, T(-kLimitRecovery)), x * rate);
+    };
     row.lower_gap = gap(below);
     row.upper_gap = gap(above);
     row.friction = T(h) * limit[2];
