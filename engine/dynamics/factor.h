@@ -190,6 +190,19 @@ inline void solve_L(const TreeT<T>& tree, T* x) {
   }
 }
 
+/// z := L x
+template <class T>
+inline void times_L(const TreeT<T>& tree, const T* x, T* z) {
+  const TopologyView& t = tree.topology;
+  for (int k = 0; k < t.nv; ++k) {
+    const T* row = tree.M + t.row[k];
+    const int* chain = t.chain + t.row[k];
+    T sum = x[k];
+    for (int d = 0; d < t.dof_depth[k]; ++d) sum = fma(row[d], x[chain[d]], sum);
+    z[k] = sum;
+  }
+}
+
 /// x := M^-1 x
 template <class T>
 inline void solve_M(const TreeT<T>& tree, T* x) {

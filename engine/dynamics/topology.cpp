@@ -25,6 +25,7 @@ Topology::Topology(const Model& model) {
     q_.push_back(body.q);
     v_.push_back(body.v);
     root_.push_back(floating ? static_cast<int>(i) : body.parent < 0 ? -1 : root_[body.parent]);
+    top_.push_back(body.parent < 0 ? static_cast<int>(i) : top_[body.parent]);
     end_.push_back(static_cast<int>(i) + 1);
     last_child_.push_back(-1);
     if (body.parent >= 0) last_child_[body.parent] = static_cast<int>(i);
@@ -62,6 +63,7 @@ TopologyView Topology::view() const {
   view.end = end_.data();
   view.last_child = last_child_.data();
   view.root = root_.data();
+  view.top = top_.data();
   view.dof_parent = dof_parent_.data();
   view.dof_depth = dof_depth_.data();
   view.row = row_.data();

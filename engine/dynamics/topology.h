@@ -22,8 +22,8 @@ class Topology {
   TopologyView view() const;
 
  private:
-  std::vector<int> parent_, kind_, q_, v_, end_, last_child_, root_;  // per body
-  std::vector<int> dof_parent_, dof_depth_, row_, chain_;             // per degree of freedom
+  std::vector<int> parent_, kind_, q_, v_, end_, last_child_, root_, top_;  // per body
+  std::vector<int> dof_parent_, dof_depth_, row_, chain_;                   // per degree of freedom
 };
 
 }  // namespace graze

@@ -15,6 +15,7 @@ struct TopologyView {
   const int* end;         // one beyond the last body of the tree, for a floating body; their dofs are consecutive
   const int* last_child;  // highest index of a child, or -1
   const int* root;        // floating body at the base of its tree, or -1: the tree stands on the world, O is its origin
+  const int* top;         // body without parent at the base of its tree
   // Per degree of freedom, a floating body's six in a chain (Featherstone's expanded tree).
   const int* dof_parent;  // or -1
   const int* dof_depth;   // number of ancestors

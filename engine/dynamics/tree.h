@@ -47,7 +47,9 @@ struct MotionT {
   SpatialT<T> A;  // spatial acceleration with v' = 0, gravity as upward acceleration; of bodies with a second child
   SpatialT<T> F;  // force that the subtree needs
   InertiaT<T> I;  // of the body
-  InertiaT<T> C;  // of the subtree: the composite rigid body; of bodies without parent, and on the way of some others
+  // Of the subtree: the composite rigid body; of floating bodies and all of trees that stand on the world, and on the
+  // way of some others.
+  InertiaT<T> C;
 };
 
 /// A block of trees: tables, numbers and working memory (owned by the caller).
@@ -262,9 +264,8 @@ inline void update_mass(const TreeT<T>& tree) {
     mass_row(tree, i, C);
     const int parent = t.parent[i];
     carried = continues_limb(t, i) && t.kind[parent] != kFloating;
-    if (parent < 0) {
-      tree.motion[i].C = C;
-    } else if (!carried) {
+    if (t.root[i] < 0) tree.motion[i].C = C;
+    if (parent >= 0 && !carried) {
       MotionT<T>& above = tree.motion[parent];
       const InertiaT<T>* sum = t.last_child[parent] == i ? &above.I : &above.C;
       above.C = *sum + C;
@@ -301,23 +302,6 @@ inline SpatialT<T> momentum_of_tree(const TreeT<T>& tree, int base, const T* v) 
     P.l = axpy(v[dof], Vec3T<T>{row[3], row[4], row[5]}, P.l);
   }
   return P;
-}
-
-/// The velocity of the whole tree, moving as one rigid body, that adds momentum P.
-template <class T>
-inline SpatialT<T> velocity_for_momentum(const InertiaT<T>& C, const SpatialT<T>& P) {
-  const T inverse_m = recip(C.m);
-  const Vec3T<T> c = inverse_m * C.h;
-  const Vec3T<T> L = P.w - cross(c, P.l);  // about the centre of mass
-  const T hx = C.h.x * c.x, hy = C.h.y * c.y, hz = C.h.z * c.z;
-  const T xx = C.xx - (hy + hz), yy = C.yy - (hx + hz), zz = C.zz - (hx + hy);
-  const T xy = fma(C.h.x, c.y, C.xy), xz = fma(C.h.x, c.z, C.xz), yz = fma(C.h.y, c.z, C.yz);
-  const T cxx = fnma(yz, yz, yy * zz), cxy = fnma(xy, zz, xz * yz), cxz = fnma(xz, yy, xy * yz);
-  const T cyy = fnma(xz, xz, xx * zz), cyz = fnma(xx, yz, xy * xz), czz = fnma(xy, xy, xx * yy);
-  const T scale = recip(fma(xz, cxz, fma(xy, cxy, xx * cxx)));
-  const Vec3T<T> w{scale * dot(Vec3T<T>{cxx, cxy, cxz}, L), scale * dot(Vec3T<T>{cxy, cyy, cyz}, L),
-                   scale * dot(Vec3T<T>{cxz, cyz, czz}, L)};
-  return {w, cross_add(c, w, inverse_m * P.l)};
 }
 
 /// What a body passes on to its children in update_bias: spatial velocity and acceleration.

@@ -12,6 +12,7 @@ constexpr LaneKernel make_kernel() {
   return {kWidth<T>,
           static_cast<int>(sizeof(BodyT<T>)) / row,
           static_cast<int>(sizeof(MotionT<T>)) / row,
+          static_cast<int>(sizeof(BalanceT<T>)) / row,
           static_cast<int>(sizeof(ContactLawT<T>)) / row,
           static_cast<int>(sizeof(ContactT<T>) / sizeof(double)),
           static_cast<int>(sizeof(JointRowT<T>) / sizeof(double)),

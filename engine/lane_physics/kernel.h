@@ -73,7 +73,7 @@ struct LaneBlock {
   double* worth;   // 3 of the last step: sweeps, residual (m/s), work of the joint torques (J)
 
   // Working memory.
-  double *motion, *origin, *momentum, *M, *inverse_D, *bias, *dz, *scratch;
+  double *motion, *origin, *balance, *M, *inverse_D, *bias, *z, *dz, *free, *scratch;
   double* pose;           // 12 per collider
   double* speed;          // 1 per collider, bound of the speed of its points, m/s
   double* joints;         // JointRowT per watched joint
@@ -102,7 +102,8 @@ struct LaneBlock {
 /// The functions of one instruction set and width.
 struct LaneKernel {
   int lanes;
-  int body_rows, motion_rows, law_rows, contact_doubles, joint_doubles;  // sizes in rows (doubles: all lanes)
+  int body_rows, motion_rows, balance_rows, law_rows, contact_doubles,
+      joint_doubles;  // sizes in rows (doubles: all lanes)
   /// Everything that follows from q and v: poses, M, bias.
   void (*settle)(LaneBlock& block);
   /// First half of a step: free motion, and which pairs are near.

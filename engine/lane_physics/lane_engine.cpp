@@ -188,11 +188,13 @@ std::size_t LaneEngine::lay_out(double* base) {
   b.worth = rows(3);
   b.motion = rows(nb * kernel_.motion_rows);
   b.origin = rows(3 * nb);
-  b.momentum = rows(6 * nb);
+  b.balance = rows(nb * kernel_.balance_rows);
   b.M = rows(t.row[t.nv]);
   b.inverse_D = rows(t.nv);
   b.bias = rows(t.nv);
+  b.z = rows(t.nv);
   b.dz = rows(t.nv);
+  b.free = rows(t.nv);
   b.scratch = rows(3 * std::max(t.nv, nb));
   b.joint_impulse = rows(3 * nb);
   b.joint_rows = rows(chains);

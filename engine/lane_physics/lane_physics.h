@@ -22,6 +22,8 @@ class LanePhysics : public BlockPhysics {
   double residual(int lane) const { return engine_.residual(lane); }
   /// Kinetic and potential energy, J.
   double energy(int lane) const { return engine_.energy(lane); }
+  /// Work of the joint torques over the last step, J.
+  double work(int lane) const { return engine_.work(lane); }
 
  private:
   /// What a lane's energy may be.

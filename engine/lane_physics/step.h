@@ -2,9 +2,10 @@
 // One step of a block, semi-implicit Euler at velocity level with impulses (Stewart & Trinkle 1996).
 //   settle   from q, v: poses, inertias, M, bias (kept from the end of a step for the beginning of the next)
 //   begin    M + h D = L^T D L; change of L v by gravity, Coriolis and joint torques; which pairs are near
-//   finish   contact points, impulses, v+, q+ = q + h v+, settle, momentum
+//   finish   contact points, impulses, v*, q+ = q + h v*, momentum and energy restored in v+, settle
 // Reads and writes a LaneBlock (kernel.h); allocates nothing.
 
+#include "engine/contact/brake.h"
 #include "engine/lane_physics/contacts_of_step.h"
 #include "engine/lane_physics/integrate.h"
 #include "engine/lane_physics/joints_of_step.h"
@@ -18,9 +19,9 @@ inline void settle_velocity(const LaneBlock& block, const TreeT<T>& tree) {
   const T* v = rows<T>(block.v);
   const T kinetic = update_bias(tree, v);
   *rows<T>(block.energy) = kinetic + potential_energy(tree);
-  SpatialT<T>* momentum = reinterpret_cast<SpatialT<T>*>(block.momentum);
+  BalanceT<T>* balance = rows<BalanceT<T>>(block.balance);
   for (int i = 0; i < tree.topology.bodies; ++i) {
-    if (tree.topology.kind[i] == kFloating) momentum[i] = momentum_of_tree(tree, i, v);
+    if (tree.topology.kind[i] == kFloating) balance[i].momentum = momentum_of_tree(tree, i, v);
   }
 }
 
@@ -92,19 +93,19 @@ template <class T>
 inline void advance(LaneBlock& block, const TreeT<T>& tree, double h, unsigned active, const double* tau) {
   const TopologyView& t = tree.topology;
   const auto live = mask_from_bits<T>(active);
-  T *v = rows<T>(block.v), *a = rows<T>(block.a), *dz = rows<T>(block.dz);
-  Vec3T<T>* before = reinterpret_cast<Vec3T<T>*>(block.scratch);
+  T *v = rows<T>(block.v), *a = rows<T>(block.a), *dz = rows<T>(block.dz), *z = rows<T>(block.z);
+  for (int k = 0; k < t.nv; ++k) z[k] += dz[k];
   solve_L<T>(tree, dz);
   rows<T>(block.worth)[2] = work<T>(block, dz, h, tau);
   for (int k = 0; k < t.nv; ++k) {
     a[k] = v[k];
     v[k] = select(live, v[k] + dz[k], v[k]);
   }
-  for (int i = 0; i < t.bodies; ++i) before[i] = tree.origin[i];
-  integrate<T>(block, t, h, live);
+  expect_energy<T>(block, tree, v, z, a, h);
+  integrate<T>(block, tree, h, live);
   update_poses<T>(tree, rows<T>(block.q));
   update_mass<T>(tree);
-  restore_momentum<T>(block, tree, before, live);
+  restore<T>(block, tree, live);
   const T rate(1.0 / h);
   // The sum with 0 turns -0, whose sign may depend on neighbours, into +0.
   for (int k = 0; k < t.nv; ++k) v[k] = v[k] + T(0.0);
@@ -129,10 +130,14 @@ void finish(LaneBlock& block, double h, unsigned active, const double* tau) {
   }
   set.joints = reinterpret_cast<JointRowT<T>*>(block.joints);
   set.joint_count = set_up_joints<T>(block, tree, h, active);
+  T *z = rows<T>(block.z), *free = rows<T>(block.free);
+  times_L<T>(tree, rows<T>(block.v), z);
+  for (int k = 0; k < tree.topology.nv; ++k) free[k] = dz[k];
   warm_start<T>(block, set, dz);
   T* worth = rows<T>(block.worth);
   solve_constraints<T>(tree.topology, law, block.settings.most_sweeps, block.settings.tolerance, active, set, dz,
                        worth[0], worth[1]);
+  brake<T>(tree, set, z, free, dz);
   keep_impulses<T>(block, set);
   report_contacts<T>(block, set);
   expect_momentum<T>(block, tree, set, h);

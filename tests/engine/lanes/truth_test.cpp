@@ -58,25 +58,43 @@ TEST(FreeFlight, KeepsMomentum) {
   EXPECT_LT((momentum(run) - before).norm(), 1e-13);
 }
 
-// Energy of the same flight drifts with the first order of the step: half the step, half the drift.
-TEST(FreeFlight, ChangesEnergyWithTheFirstOrderOfTheStep) {
+// Without gravity and torques the same flight keeps its energy to rounding: of the momentum's part by the attitude's
+// step, of the joints' part by the factor on their motion.
+TEST(FreeFlight, KeepsEnergy) {
   World world = busy_world();
   world.objects.clear();
   world.contact.ignore = {{"*", "*"}};
   world.gravity = Vec3::Zero();
-  world.initial.angular_velocity = {3, -2, 5};
-  for (const Joint& joint : world.robot.joints) world.initial.joint_velocity[joint.name] = 4;
-  double drift[3], start = 0;
+  for (double speed : {4.0, 40.0}) {
+    world.initial.angular_velocity = speed * Vec3(0.75, -0.5, 1.25);
+    for (Joint& joint : world.robot.joints) {
+      world.initial.joint_velocity[joint.name] = speed;
+      joint.lower = -1e9, joint.upper = 1e9;
+    }
+    Bench run("lanes", world);
+    auto& physics = dynamic_cast<LanePhysics&>(run.physics());
+    const double start = physics.energy(0);
+    run.run(0.5, 1e-3, [&] { EXPECT_NEAR(physics.energy(0), start, 1e-12 * start); });
+    EXPECT_EQ(run.fault(), "");
+  }
+}
+
+// What no factor can correct, the spin of a single body: its energy is off by the second order of the step.
+TEST(FreeFlight, ChangesTheEnergyOfASpinWithTheSecondOrderOfTheStep) {
+  World world = free_body(box(0.1, 0.2, 0.4), 1.0);
+  world.gravity = Vec3::Zero();
+  world.initial.angular_velocity = {0.1, 5, 0.1};
+  double drift[3];
   for (int k = 0; k < 3; ++k) {
     Bench run("lanes", world);
     auto& physics = dynamic_cast<LanePhysics&>(run.physics());
-    start = physics.energy(0);
-    run.run(0.1, 1e-3 / (1 << k));
-    drift[k] = std::abs(physics.energy(0) - start);
+    const double start = physics.energy(0);
+    drift[k] = 0;
+    run.run(2.0, 1e-3 / (1 << k), [&] { drift[k] = std::max(drift[k], std::abs(physics.energy(0) - start) / start); });
   }
-  EXPECT_LT(drift[0], 0.05 * start);
-  EXPECT_NEAR(drift[0] / drift[1], 2, 0.3);
-  EXPECT_NEAR(drift[1] / drift[2], 2, 0.3);
+  EXPECT_LT(drift[0], 1e-5);
+  EXPECT_NEAR(drift[0] / drift[1], 4, 0.4);
+  EXPECT_NEAR(drift[1] / drift[2], 4, 0.4);
 }
 
 // A point pendulum of length l swings by small angles with period 2 pi sqrt(l / g).
@@ -191,17 +209,21 @@ TEST(Stack, Stands) {
     world.objects.push_back(movable("box" + std::to_string(i), box(0.2, 0.2, 0.1), 1, at(0.01 * i, 0, 0.05 + 0.1 * i)));
   }
   Bench run("lanes", world);
-  run.run(1.0, 1e-3);
+  run.run(0.8, 1e-3);
+  double carried = 0;
+  const int steps = 200;
+  run.run(1e-3 * steps, 1e-3, [&] {
+    for (const Contact& contact : run.contacts()) {
+      const bool ground =
+          run.model().colliders[contact.b].name == "ground" || run.model().colliders[contact.a].name == "ground";
+      if (ground) carried += std::abs(contact.impulse_W.z()) / steps;
+    }
+  });
   for (int i = 0; i < 5; ++i) {
     EXPECT_NEAR(run.position(i).z(), 0.05 + 0.1 * i, 1e-3) << i;
     EXPECT_NEAR(run.position(i).x(), 0.01 * i, 1e-3) << i;
   }
-  double carried = 0;
-  for (const Contact& contact : run.contacts()) {
-    const bool ground =
-        run.model().colliders[contact.b].name == "ground" || run.model().colliders[contact.a].name == "ground";
-    if (ground) carried += std::abs(contact.impulse_W.z());
-  }
+  // The mean, because the sweeps' bound leaves speeds of some mm/s, which each step pushes back.
   EXPECT_NEAR(carried, 5 * kGravity * 1e-3, 0.02 * 5 * kGravity * 1e-3);
 }
 

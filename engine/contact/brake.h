@@ -1,0 +1,68 @@
+#pragma once
+// Impulses of constraints take energy away; they give only what parting bodies that overlap, returning joints to their
+// limits and restitution take. A solve that has not converged, or has ended where there is no solution (friction that
+// jams), may not: then all impulses of the lane are scaled back until they do.
+
+#include "engine/contact/solver.h"
+
+namespace graze {
+inline namespace GRAZE_ISA_NAMESPACE {
+
+/// The most that the impulses may give, J: each times the velocity of its bodies at the end, as far as its constraint
+/// has asked them to part.
+template <class T>
+inline T recovery_work(const TopologyView& t, const ConstraintsT<T>& set, T* dz) {
+  T work(0.0);
+  for (int i = 0; i < set.joint_count; ++i) {
+    const JointRowT<T>& row = set.joints[i];
+    const int count = t.dof_depth[row.dof] + 1;
+    const int* chain = t.chain + t.row[row.dof];
+    T u = row.b;
+    for (int d = 0; d < count; ++d) u = fma(row.y[d], dz[chain[d]], u);
+    work = fma(row.lower, max(min(u, -row.lower_gap), T(0.0)), work);
+    work = fma(row.upper, max(min(-u, -row.upper_gap), T(0.0)), work);
+  }
+  ChangeT<T> change(dz);
+  for (int i = 0; i < set.contact_count; ++i) {
+    const ContactT<T>& c = set.contacts[i];
+    const PathView& path = set.paths[c.path];
+    change.turn_to(path);
+    // Beyond what was asked, and without the compliances: the velocity of the bodies themselves.
+    const Vec3T<T> past = contact_velocity(path, c, change);
+    const Vec3T<T> u{fnma(c.compliance, c.lambda.x, past.x + c.asked), fnma(c.guard, c.lambda.y, past.y),
+                     fnma(c.guard, c.lambda.z, past.z)};
+    work += max(min(dot(c.lambda, u), c.lambda.x * c.asked), T(0.0));
+  }
+  change.in_memory();
+  return work;
+}
+
+/// Scales the impulses of lanes in which they give more than they may. z: L v at the beginning; `free` and `dz`: its
+/// change without and with the impulses.
+template <class T>
+inline void brake(const TreeT<T>& tree, ConstraintsT<T>& set, const T* z, const T* free, T* dz) {
+  const TopologyView& t = tree.topology;
+  // Of impulses scaled by x: x linear + x^2 square.
+  T linear(0.0), square(0.0);
+  for (int k = 0; k < t.nv; ++k) {
+    const T D = tree.M[t.row[k] + t.dof_depth[k]], change = dz[k] - free[k];
+    linear = fma(D * change, z[k] + free[k], linear);
+    square = fma(D * change, change, square);
+  }
+  square *= T(0.5);
+  if (!any(linear + square > T(0.0))) return;
+  const T room = recovery_work<T>(t, set, dz) - linear;
+  const auto over = square > room;
+  if (!any(over)) return;
+  const T share = select(over, max(room * recip(select(over, square, T(1.0))), T(0.0)), T(1.0));
+  // Where nothing is scaled the bits stay, whatever the neighbours need.
+  for (int k = 0; k < t.nv; ++k) dz[k] = select(over, fma(share, dz[k] - free[k], free[k]), dz[k]);
+  for (int i = 0; i < set.joint_count; ++i) {
+    JointRowT<T>& row = set.joints[i];
+    row.lower *= share, row.upper *= share, row.dry *= share;
+  }
+  for (int i = 0; i < set.contact_count; ++i) set.contacts[i].lambda = share * set.contacts[i].lambda;
+}
+
+}  // namespace GRAZE_ISA_NAMESPACE
+}  // namespace graze
