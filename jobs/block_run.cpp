@@ -20,21 +20,15 @@ std::vector<double> to_vector(const BlockArray& array, int lane) {
   return out;
 }
 
-/// The jitter of the control lag, drawn at each control step.
-struct LagJitter {
-  std::optional<Distribution> distribution;
-  std::uint64_t seed, name = name_hash("control.lag");
-
-  double draw(std::uint32_t particle, std::uint32_t step) const {
-    return distribution ? distribution->quantile(uniform(seed, particle, name, step)) : 0.0;
-  }
-};
-
-LagJitter lag_jitter(const Scenario& scenario, std::uint64_t seed) {
+/// The jitter of the control lag, drawn at each control step: row 0.
+LaneNoise lag_noise(const Scenario& scenario, std::uint64_t seed) {
+  std::vector<LaneNoise::Channel> channels;
   for (const UncertainParameter& parameter : scenario.space.parameters) {
-    if (parameter.name == "control.lag") return {parameter.jitter, seed};
+    if (parameter.name == "control.lag" && parameter.jitter) {
+      channels.push_back({name_hash(parameter.name), 0, *parameter.jitter});
+    }
   }
-  return {std::nullopt, seed};
+  return LaneNoise(seed, channels);
 }
 
 }  // namespace
@@ -56,10 +50,12 @@ struct BlockRun::Impl {
   Actuators actuators;
   TaskMonitor monitor;
   EventTracker events;
-  LagJitter jitter;
+  LaneNoise lag_jitter;
   Observation observation;
   ActuatorCommand command;
   BlockArray tau;
+  const BlockArray no_lag{1};
+  BlockArray lag{1};  // s, jitter of this control step
   std::array<Lane, kLanes> lanes;
   LaneMask active;
   std::uint64_t steps_done = 0;
@@ -75,7 +71,7 @@ struct BlockRun::Impl {
         actuators(s.model, s.torque_speed),
         monitor(s.task),
         events(s.model),
-        jitter(lag_jitter(s, seed)),
+        lag_jitter(lag_noise(s, seed)),
         command(s.model.na()),
         tau(s.model.na()) {}
 
@@ -146,18 +142,19 @@ struct BlockRun::Impl {
   void control() {
     LaneMask due;
     std::array<std::uint32_t, kLanes> step{};
+    std::array<std::uint32_t, kLanes> particle{};
     std::array<double, kLanes> now{};
-    double lag[kLanes] = {};
     for (int lane = 0; lane < kLanes; ++lane) {
       if (!active[lane] || lanes[lane].step % per_control != 0) continue;
       due.set(lane);
       step[lane] = lanes[lane].step / per_control;
       now[lane] = time(lane);
-      lag[lane] = jitter.draw(lanes[lane].particle->id, step[lane]);
+      particle[lane] = lanes[lane].particle->id;
     }
     if (!due.any()) return;
     sensors.sense(*physics, tau, scenario.timing.step, step, now, due, observation);
-    controller.act(observation, lag, due, command);
+    lag_jitter.draw(particle, step, due, no_lag, lag);
+    controller.act(observation, lag.row(0), due, command);
   }
 
   void advance() {

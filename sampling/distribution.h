@@ -15,6 +15,25 @@ double normal_cdf(double z);
 
 class Distribution {
  public:
+  enum class Kind {
+    constant,
+    normal,
+    truncated_normal,
+    uniform,
+    log_normal,
+    log_uniform,
+    triangular,
+    choice,
+    empirical
+  };
+  /// Numbers for those who compute quantiles themselves.
+  struct Numbers {
+    double a, b, c, d;  // parameters in the order of the factory's arguments
+    // Truncated normal, unless `far`: probability below min, above max, and between.
+    double low, high, span;
+    bool far;  // truncated to a tail so far out that these probabilities do not describe it
+  };
+
   // Each throws std::invalid_argument with the violated rule ("std -0.1 is negative; a standard deviation must be >=
   // 0").
   static Distribution constant(double value);
@@ -41,22 +60,13 @@ class Distribution {
   double lowest() const;
   double highest() const;
   bool is_constant() const;
+  Kind kind() const { return kind_; }
+  Numbers numbers() const { return {a_, b_, c_, d_, low_, high_, span_, far_ != 0}; }
   bool is_choice() const { return kind_ == Kind::choice; }
   /// One line for tables and archives, e.g. "normal(mean=0.1, std=0.0025)".
   std::string describe() const;
 
  private:
-  enum class Kind {
-    constant,
-    normal,
-    truncated_normal,
-    uniform,
-    log_normal,
-    log_uniform,
-    triangular,
-    choice,
-    empirical
-  };
   double truncated_quantile(double u) const;
   double empirical_quantile(double u) const;
   std::pair<double, double> moments() const;  // mean and variance

@@ -1,11 +1,11 @@
 #include "engine/sensing/sensors.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <map>
 #include <string>
 
-#include "engine/model/kinematics.h"
 #include "sampling/stream.h"
 
 namespace graze {
@@ -32,10 +32,31 @@ void resize_group(BlockArray& group, int rows, bool read) {
   for (int i = 0; i < rows; ++i) std::fill_n(group.row(i), kLanes, std::numeric_limits<double>::quiet_NaN());
 }
 
+/// Where a reading's true value comes from; index into ReadingView::source.
+enum Source : int { kPositions, kVelocities, kAccelerations, kTorques };
+
+/// The groups whose readings are sums of a true value and an error; index into ReadingView::out.
+constexpr std::array kSums = {
+    &Observation::joint_position, &Observation::joint_velocity, &Observation::joint_acceleration,
+    &Observation::joint_torque,   &Observation::base_position,  &Observation::base_velocity,
+    &Observation::base_rate,      &Observation::imu_linear,     &Observation::imu_angular};
+enum SumGroup : int {
+  kSumJointPosition,
+  kSumJointVelocity,
+  kSumJointAcceleration,
+  kSumJointTorque,
+  kSumBasePosition,
+  kSumBaseVelocity,
+  kSumBaseRate,
+  kSumImuLinear,
+  kSumImuAngular
+};
+
 }  // namespace
 
-Sensors::Sensors(const Model& nominal, const std::vector<std::string>& names, SensorNoise noise, unsigned reads)
-    : nominal_(nominal), noise_(std::move(noise)), reads_(reads) {
+Sensors::Sensors(const Model& nominal, const std::vector<std::string>& names, SensorNoise noise, unsigned reads,
+                 Isa isa)
+    : nominal_(nominal), reads_(reads), kernel_(GRAZE_KERNEL(isa, find_sensing_kernel)) {
   const ChannelIndex channel(names);
   for (const int body : nominal_.actuated) {
     const std::string& joint = nominal_.bodies[body].joint;
@@ -54,16 +75,40 @@ Sensors::Sensors(const Model& nominal, const std::vector<std::string>& names, Se
     layout_.estimate_velocity = channel("sensor.estimate.velocity.x");
     layout_.estimate_rate = channel("sensor.estimate.rate.roll");
   }
-  for (const std::string& name : names) hash_.push_back(name_hash(name));
-  noise_.jitter.resize(names.size());
+  noise.jitter.resize(names.size());
   const int channels = static_cast<int>(names.size());
   bias_ = error_ = BlockArray(channels);
-  zero_ = encoder_error_ = encoder_velocity_error_ = torque_error_ = BlockArray(nominal_.na());
+  encoder_error_ = encoder_velocity_error_ = torque_error_ = BlockArray(nominal_.na());
   for (const Collider& collider : nominal_.colliders) {
     frame_of_collider_.push_back(collider.is_object ? -1 : nominal_.frame(collider.link));
   }
+  std::vector<LaneNoise::Channel> drawn;
   for (const int c : needed_channels()) {
-    if (noise_.jitter[c]) drawn_.push_back(c);
+    if (noise.jitter[c]) drawn.push_back({name_hash(names[c]), c, *noise.jitter[c]});
+  }
+  noise_ = LaneNoise(noise.seed, drawn, isa);
+  list_readings();
+}
+
+void Sensors::list_readings() {
+  const auto add = [&](unsigned group, Source source, int source_row, int error_row, int sum, int row) {
+    if (reads(group)) readings_.push_back({source, source_row, error_row, sum, row});
+  };
+  for (int k = 0; k < nominal_.na(); ++k) {
+    const Body& body = nominal_.bodies[nominal_.actuated[k]];
+    add(kJointPosition, kPositions, body.q, layout_.position[k], kSumJointPosition, k);
+    add(kJointVelocity, kVelocities, body.v, layout_.velocity[k], kSumJointVelocity, k);
+    add(kJointAcceleration, kAccelerations, body.v, layout_.acceleration[k], kSumJointAcceleration, k);
+    add(kJointTorque, kTorques, k, layout_.torque[k], kSumJointTorque, k);
+  }
+  if (!nominal_.floating_base) return;
+  const Body& base = nominal_.bodies[0];
+  for (int i = 0; i < 3; ++i) {
+    add(kBasePosition, kPositions, base.q + 4 + i, i < 2 ? layout_.gps + i : layout_.z, kSumBasePosition, i);
+    add(kBaseVelocity, kVelocities, base.v + 3 + i, layout_.estimate_velocity + i, kSumBaseVelocity, i);
+    add(kBaseRate, kVelocities, base.v + i, layout_.estimate_rate + i, kSumBaseRate, i);
+    add(kImuLinear, kAccelerations, base.v + 3 + i, layout_.imu_linear + i, kSumImuLinear, i);
+    add(kImuAngular, kAccelerations, base.v + i, layout_.imu_angular + i, kSumImuAngular, i);
   }
 }
 
@@ -111,22 +156,30 @@ void Sensors::start(int lane, const Particle& particle) {
   particle_[lane] = particle.id;
   for (int c = 0; c < bias_.rows(); ++c) {
     bias_(c, lane) = c < static_cast<int>(particle.sensor_bias.size()) ? particle.sensor_bias[c] : 0.0;
-    error_(c, lane) = bias_(c, lane);
   }
+  for (int k = 0; k < nominal_.na() && k < static_cast<int>(particle.joint_zero.size()); ++k) {
+    bias_(layout_.position[k], lane) -= particle.joint_zero[k];
+  }
+  for (int c = 0; c < bias_.rows(); ++c) error_(c, lane) = bias_(c, lane);
+  copy_errors();
+}
+
+/// Hands out the errors that the actuators use.
+void Sensors::copy_errors() {
   for (int k = 0; k < nominal_.na(); ++k) {
-    zero_(k, lane) = k < static_cast<int>(particle.joint_zero.size()) ? particle.joint_zero[k] : 0.0;
-    encoder_error_(k, lane) = error_(layout_.position[k], lane) - zero_(k, lane);
-    encoder_velocity_error_(k, lane) = error_(layout_.velocity[k], lane);
-    torque_error_(k, lane) = error_(layout_.actuator[k], lane);
+    std::copy_n(error_.row(layout_.position[k]), kLanes, encoder_error_.row(k));
+    std::copy_n(error_.row(layout_.velocity[k]), kLanes, encoder_velocity_error_.row(k));
+    std::copy_n(error_.row(layout_.actuator[k]), kLanes, torque_error_.row(k));
   }
 }
 
-void Sensors::draw_errors(const std::array<std::uint32_t, kLanes>& step, LaneMask active) {
-  for (const int c : drawn_) {
-    for (int lane = 0; lane < kLanes; ++lane) {
-      if (!active[lane]) continue;
-      const double u = uniform(noise_.seed, particle_[lane], hash_[c], step[lane]);
-      error_(c, lane) = bias_(c, lane) + noise_.jitter[c]->quantile(u);
+/// The shares of the contacts in the forces on links, in the order of the contacts.
+void Sensors::list_forces(const BlockPhysics& physics) {
+  forces_.clear();
+  for (const ContactPoint& point : physics.contact_points()) {
+    for (const int collider : {point.a, point.b}) {
+      const int frame = frame_of_collider_[collider];
+      if (frame >= 0) forces_.push_back({point.row(kNormalImpulse), point.lanes.bits(), frame});
     }
   }
 }
@@ -135,70 +188,37 @@ void Sensors::sense(const BlockPhysics& physics, const BlockArray& tau, double h
                     const std::array<std::uint32_t, kLanes>& step, const std::array<double, kLanes>& time,
                     LaneMask active, Observation& out) {
   resize(out);
-  draw_errors(step, active);
+  noise_.draw(particle_, step, active, bias_, error_);
+  copy_errors();
   for (int lane = 0; lane < kLanes; ++lane) {
-    if (!active[lane]) continue;
-    out.time[lane] = time[lane];
-    for (int k = 0; k < nominal_.na(); ++k) {
-      encoder_error_(k, lane) = error_(layout_.position[k], lane) - zero_(k, lane);
-      encoder_velocity_error_(k, lane) = error_(layout_.velocity[k], lane);
-      torque_error_(k, lane) = error_(layout_.actuator[k], lane);
-    }
+    if (active[lane]) out.time[lane] = time[lane];
   }
-  read_joints(physics.state(), tau, active, out);
-  if (nominal_.floating_base) read_base(physics.state(), active, out);
-  if (reads(kLinkForce)) read_contacts(physics, h, active, out);
-}
-
-void Sensors::read_joints(const BlockState& state, const BlockArray& tau, LaneMask active, Observation& out) const {
-  for (int k = 0; k < nominal_.na(); ++k) {
-    const Body& body = nominal_.bodies[nominal_.actuated[k]];
-    for (int lane = 0; lane < kLanes; ++lane) {
-      if (!active[lane]) continue;
-      if (reads(kJointPosition)) out.joint_position(k, lane) = state.q(body.q, lane) + encoder_error_(k, lane);
-      if (reads(kJointVelocity)) out.joint_velocity(k, lane) = state.v(body.v, lane) + encoder_velocity_error_(k, lane);
-      if (reads(kJointAcceleration))
-        out.joint_acceleration(k, lane) = state.a(body.v, lane) + error_(layout_.acceleration[k], lane);
-      if (reads(kJointTorque)) out.joint_torque(k, lane) = tau(k, lane) + error_(layout_.torque[k], lane);
-    }
+  const auto first_row = [](auto& array) { return array.rows() > 0 ? array.row(0) : nullptr; };
+  const BlockState& state = physics.state();
+  const std::array source = {first_row(state.q), first_row(state.v), first_row(state.a), first_row(tau)};
+  std::array<double*, kSums.size()> sums;
+  for (std::size_t i = 0; i < sums.size(); ++i) sums[i] = first_row(out.*kSums[i]);
+  ReadingView view{};
+  view.active = active.bits();
+  view.source = source.data();
+  view.error = first_row(error_);
+  view.out = sums.data();
+  view.reading_count = static_cast<int>(readings_.size());
+  view.readings = readings_.data();
+  if (nominal_.floating_base && reads(kBaseRpy)) {
+    view.quaternion = state.q.row(nominal_.bodies[0].q);
+    view.rpy_error = error_.row(layout_.magnetometer);
+    view.rpy = out.base_rpy.row(0);
   }
-}
-
-void Sensors::read_base(const BlockState& state, LaneMask active, Observation& out) const {
-  const Body& base = nominal_.bodies[0];
-  for (int lane = 0; lane < kLanes; ++lane) {
-    if (!active[lane]) continue;
-    const Quat quaternion(state.q(base.q, lane), state.q(base.q + 1, lane), state.q(base.q + 2, lane),
-                          state.q(base.q + 3, lane));
-    const Vec3 rpy = !reads(kBaseRpy) ? Vec3(0, 0, 0) : rpy_from_rotation(quaternion.toRotationMatrix());
-    for (int i = 0; i < 3; ++i) {
-      const int position_channel = i < 2 ? layout_.gps + i : layout_.z;
-      if (reads(kBasePosition))
-        out.base_position(i, lane) = state.q(base.q + 4 + i, lane) + error_(position_channel, lane);
-      if (reads(kBaseRpy)) out.base_rpy(i, lane) = rpy[i] + error_(layout_.magnetometer + i, lane);
-      if (reads(kBaseVelocity))
-        out.base_velocity(i, lane) = state.v(base.v + 3 + i, lane) + error_(layout_.estimate_velocity + i, lane);
-      if (reads(kBaseRate))
-        out.base_rate(i, lane) = state.v(base.v + i, lane) + error_(layout_.estimate_rate + i, lane);
-      if (reads(kImuLinear))
-        out.imu_linear(i, lane) = state.a(base.v + 3 + i, lane) + error_(layout_.imu_linear + i, lane);
-      if (reads(kImuAngular))
-        out.imu_angular(i, lane) = state.a(base.v + i, lane) + error_(layout_.imu_angular + i, lane);
-    }
+  if (reads(kLinkForce)) {
+    list_forces(physics);
+    view.frame_count = out.link_force.rows();
+    view.link_force = first_row(out.link_force);
+    view.force_count = static_cast<int>(forces_.size());
+    view.forces = forces_.data();
+    view.h = h;
   }
-}
-
-void Sensors::read_contacts(const BlockPhysics& physics, double h, LaneMask active, Observation& out) const {
-  for (int lane = 0; lane < kLanes; ++lane) {
-    if (!active[lane]) continue;
-    for (int f = 0; f < out.link_force.rows(); ++f) out.link_force(f, lane) = 0;
-    for (const Contact& contact : physics.contacts(lane)) {
-      const double force = contact.normal_impulse() / h;
-      for (const int collider : {contact.a, contact.b}) {
-        if (frame_of_collider_[collider] >= 0) out.link_force(frame_of_collider_[collider], lane) += force;
-      }
-    }
-  }
+  kernel_->read(view);
 }
 
 }  // namespace graze

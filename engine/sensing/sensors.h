@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/physics.h"
+#include "engine/sensing/noise.h"
 #include "sampling/distribution.h"
 
 namespace graze {
@@ -51,8 +52,10 @@ struct SensorNoise {
 class Sensors {
  public:
   /// `names`: channel_names() of the robot. `reads`: the groups of Observation that will be read (SensedGroup); the
-  /// others are neither drawn nor computed, which changes no value of those that are.
-  Sensors(const Model& nominal, const std::vector<std::string>& names, SensorNoise noise, unsigned reads = kAllGroups);
+  /// others are neither drawn nor computed, which changes no value of those that are. `isa`: whose kernels are used;
+  /// all give the same bits.
+  Sensors(const Model& nominal, const std::vector<std::string>& names, SensorNoise noise, unsigned reads = kAllGroups,
+          Isa isa = chosen_isa());
 
   void start(int lane, const Particle& particle);
   /// Reads the active lanes. `step`: number of the control step per lane (keys the noise); `tau`: torques that were
@@ -72,10 +75,9 @@ class Sensors {
   bool reads(unsigned group) const { return (reads_ & group) != 0; }
   std::vector<int> needed_channels() const;
   void resize(Observation& out) const;
-  void draw_errors(const std::array<std::uint32_t, kLanes>& step, LaneMask active);
-  void read_joints(const BlockState& state, const BlockArray& tau, LaneMask active, Observation& out) const;
-  void read_base(const BlockState& state, LaneMask active, Observation& out) const;
-  void read_contacts(const BlockPhysics& physics, double h, LaneMask active, Observation& out) const;
+  void copy_errors();
+  void list_readings();
+  void list_forces(const BlockPhysics& physics);
 
   /// First channel of each group of three (or two, gps) that belong together.
   struct Layout {
@@ -85,13 +87,13 @@ class Sensors {
   Layout layout_;
   Model nominal_;
   std::vector<int> frame_of_collider_;  // Model::frames index of the link that a collider belongs to, -1: not a robot's
-  std::vector<std::uint64_t> hash_;
-  SensorNoise noise_;
   unsigned reads_;
-  std::vector<int> drawn_;  // channels whose jitter is needed at each control step
-  BlockArray bias_;         // channels
-  BlockArray error_;        // channels: bias + jitter of this step
-  BlockArray zero_;         // na
+  const SensingKernel* kernel_;
+  LaneNoise noise_;                // of the channels that are needed at each control step
+  BlockArray bias_;                // channels; of encoder positions less the joint's zero
+  BlockArray error_;               // channels: bias + jitter of this step
+  std::vector<Reading> readings_;  // sum of a row of state or torque and a row of error_
+  std::vector<LinkForce> forces_;  // of this step
   BlockArray encoder_error_, encoder_velocity_error_, torque_error_;
   std::array<std::uint32_t, kLanes> particle_{};
 };
