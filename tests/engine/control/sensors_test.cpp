@@ -1,5 +1,7 @@
 #include "engine/sensing/sensors.h"
 
+#include <random>
+
 #include "engine/actuation/actuators.h"
 #include "engine/control/chain.h"
 #include "sampling/stream.h"
@@ -182,6 +184,78 @@ TEST_F(SensorsAndActuators, UnreadGroupsChangeNoOther) {
             const double got = (*arrays(some)[g])(i, lane);
             EXPECT_TRUE(read ? got == (*want[g])(i, lane) : std::isnan(got)) << "group " << g;
           }
+        }
+      }
+    }
+  }
+}
+
+// Roll, pitch and yaw on lanes are those of kinematics.h, all round and beside pitch = +-90 deg, where only the
+// rotation that they make up is well conditioned.
+TEST_F(SensorsAndActuators, AttitudeIsThatOfTheQuaternion) {
+  Sensors sensors(scene.model, names, noise);
+  const Particle particle = scene.particle();
+  for (int lane = 0; lane < kLanes; ++lane) {
+    physics.start(lane, particle);
+    sensors.start(lane, particle);
+  }
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<double> turn(-M_PI, M_PI), beside(-1e-9, 1e-9);
+  for (std::uint32_t trial = 0; trial < 500; ++trial) {
+    std::array<Mat3, kLanes> R;
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const double pitch = lane < 6 ? turn(random) / 2 : (lane == 6 ? 1 : -1) * M_PI / 2 + beside(random);
+      const Quat attitude(rotation_from_rpy(Vec3(turn(random), pitch, turn(random))));
+      R[lane] = attitude.toRotationMatrix();
+      physics.mutable_state().q.set_column(lane,
+                                           Eigen::Vector4d(attitude.w(), attitude.x(), attitude.y(), attitude.z()));
+    }
+    const Observation out = sense(sensors, trial);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const Vec3 rpy = out.base_rpy.vec3(0, lane);
+      EXPECT_LT((rotation_from_rpy(rpy) - R[lane]).norm(), 5e-15);
+      if (std::fabs(rpy[1]) < 1.5) {
+        EXPECT_LT((rpy - rpy_from_rotation(R[lane])).norm(), 1e-13);
+      }
+    }
+  }
+}
+
+// The readings are the same bits for every instruction set.
+TEST_F(SensorsAndActuators, ReadingsAreTheSameBitsForEveryInstructionSet) {
+  for (auto& jitter : noise.jitter) jitter = Distribution::normal(0, 0.01);
+  BlockState& state = physics.mutable_state();
+  std::mt19937_64 random(2);
+  std::normal_distribution<double> normal;
+  const auto fill = [&](BlockArray& array) {
+    for (int i = 0; i < array.rows(); ++i) {
+      for (int lane = 0; lane < kLanes; ++lane) array(i, lane) = normal(random);
+    }
+  };
+  Particle particle = scene.particle(3);
+  for (int lane = 0; lane < kLanes; ++lane) physics.start(lane, particle);
+  fill(state.v);
+  fill(state.a);
+  fill(tau);
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const Quat attitude(rotation_from_rpy(Vec3(normal(random), normal(random), normal(random))));
+    state.q.set_column(lane, Eigen::Vector4d(attitude.w(), attitude.x(), attitude.y(), attitude.z()));
+  }
+  const auto sensed = [&](Isa isa) {
+    Sensors sensors(scene.model, names, noise, kAllGroups, isa);
+    for (int lane = 0; lane < kLanes; ++lane) sensors.start(lane, particle);
+    return sense(sensors, 7);
+  };
+  const Observation want = sensed(Isa::portable);
+  for (const Isa isa : available_isas()) {
+    const Observation got = sensed(isa);
+    for (const auto group :
+         {&Observation::joint_position, &Observation::joint_velocity, &Observation::joint_acceleration,
+          &Observation::joint_torque, &Observation::base_position, &Observation::base_rpy, &Observation::base_velocity,
+          &Observation::base_rate, &Observation::imu_linear, &Observation::imu_angular}) {
+      for (int i = 0; i < (want.*group).rows(); ++i) {
+        for (int lane = 0; lane < kLanes; ++lane) {
+          EXPECT_EQ((got.*group)(i, lane), (want.*group)(i, lane)) << isa_name(isa);
         }
       }
     }
