@@ -4,34 +4,25 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/control/rows.h"
+
 namespace graze {
-
-Vec3 PlanarPose::transform(const Vec3& p) const {
-  const double c = std::cos(yaw), s = std::sin(yaw);
-  return {x + c * p.x() - s * p.y(), y + s * p.x() + c * p.y(), p.z()};
-}
-
-PlanarPose predict(const BaseCommand& command, double duration) {
-  const double yaw = command.w.z() * duration;
-  // Integral of R(w s) v over s: (sin yaw / yaw, (1 - cos yaw) / yaw) times the distance; series for small angles.
-  const bool small = std::abs(yaw) < 1e-6;
-  const double a = small ? 1 - yaw * yaw / 6 : std::sin(yaw) / yaw;
-  const double b = small ? yaw / 2 : (1 - std::cos(yaw)) / yaw;
-  const double dx = command.v.x() * duration, dy = command.v.y() * duration;
-  return {a * dx - b * dy, b * dx + a * dy, yaw};
-}
 
 namespace {
 
+constexpr int kForward = 0, kStrafe = 1, kTurn = 5;  // rows of a command
+
 class ConstantVelocity : public Steering {
  public:
-  explicit ConstantVelocity(const BaseCommand& command) : command_(command) {}
+  explicit ConstantVelocity(const std::array<double, kCommandRows>& command) : command_(command) {}
   void start(int) override {}
   unsigned reads() const override { return 0; }
-  BaseCommand command(const Observation&, int) override { return command_; }
+  void steer(const Observation&, LaneMask active, BlockArray& command) override {
+    for (int i = 0; i < kCommandRows; ++i) fill_lanes(command.row(i), command_[i], active);
+  }
 
  private:
-  BaseCommand command_;
+  std::array<double, kCommandRows> command_;
 };
 
 /// Steers as the published code does: within 45 degrees of the waypoint's direction it walks toward it and turns by the
@@ -61,29 +52,30 @@ class Waypoints : public Steering {
   void start(int lane) override { next_[lane] = 0; }
   unsigned reads() const override { return kBasePosition | kBaseRpy; }
 
-  BaseCommand command(const Observation& observation, int lane) override {
+  void steer(const Observation& observation, LaneMask active, BlockArray& command) override {
+    for (int i = 0; i < kCommandRows; ++i) fill_lanes(command.row(i), 0.0, active);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      if (active[lane]) steer_lane(observation, lane, command);
+    }
+  }
+
+ private:
+  void steer_lane(const Observation& observation, int lane, BlockArray& command) {
     std::size_t& next = next_[lane];
     const Eigen::Vector2d here(observation.base_position(0, lane), observation.base_position(1, lane));
     if (next < points_.size() && (points_[next] - here).norm() < tolerance_) {
       ++next;
       if (loop_) next %= points_.size();
     }
-    if (next >= points_.size()) return {};
+    if (next >= points_.size()) return;
     const Eigen::Vector2d way = points_[next] - here;
     const double turn = 2 * std::numbers::pi;
     double angle = std::atan2(way.y(), way.x()) - observation.base_rpy(2, lane);
     angle -= turn * std::round(angle / turn);
-    return steer(angle);
-  }
-
- private:
-  BaseCommand steer(double angle) const {
     const bool facing = std::abs(angle) < std::numbers::pi / 4;
-    BaseCommand command;
-    if (facing || holonomic_) command.v.x() = forward_ * std::cos(angle);
-    if (holonomic_) command.v.y() = strafe_ * std::sin(angle);
-    command.w.z() = facing ? std::clamp(angle, -turn_, turn_) : std::copysign(turn_, angle);
-    return command;
+    if (facing || holonomic_) command(kForward, lane) = forward_ * std::cos(angle);
+    if (holonomic_) command(kStrafe, lane) = strafe_ * std::sin(angle);
+    command(kTurn, lane) = facing ? std::clamp(angle, -turn_, turn_) : std::copysign(turn_, angle);
   }
 
   std::vector<Eigen::Vector2d> points_;         // m, world
@@ -93,15 +85,15 @@ class Waypoints : public Steering {
   std::array<std::size_t, kLanes> next_{};
 };
 
-BaseCommand read_velocity(const Settings& settings) {
+std::array<double, kCommandRows> read_velocity(const Settings& settings) {
   const std::vector<double> values = settings.numbers(-1);
-  BaseCommand command;
+  std::array<double, kCommandRows> command{};
   if (values.size() == 3) {
-    command.v = {values[0], values[1], 0};
-    command.w.z() = values[2];
-  } else if (values.size() == 6) {
-    command.v = {values[0], values[1], values[2]};
-    command.w = {values[3], values[4], values[5]};
+    command[kForward] = values[0];
+    command[kStrafe] = values[1];
+    command[kTurn] = values[2];
+  } else if (values.size() == kCommandRows) {
+    std::copy(values.begin(), values.end(), command.begin());
   } else {
     settings.fail("has " + std::to_string(values.size()) +
                   " numbers; it must be [forward, strafe, turn] or [vx, vy, vz, wx, wy, wz] in m/s and rad/s");

@@ -9,25 +9,16 @@
 
 namespace graze {
 
-/// Velocity of the base in its own level frame: linear (m/s) and angular (rad/s).
-struct BaseCommand {
-  Vec3 v = Vec3::Zero(), w = Vec3::Zero();
-  bool operator==(const BaseCommand& other) const { return v == other.v && w == other.w; }
-};
-
-/// Planar pose of a frame that moves with a constant command for `duration` s from the origin: an exact arc.
-struct PlanarPose {
-  double x = 0, y = 0, yaw = 0;
-  Vec3 transform(const Vec3& p) const;
-};
-PlanarPose predict(const BaseCommand& command, double duration);
+/// Rows of a command: velocity of the base in its own level frame, linear (m/s) and angular (rad/s).
+inline constexpr int kCommandRows = 6;
 
 class Steering {
  public:
   virtual ~Steering() = default;
   virtual void start(int lane) = 0;
   virtual unsigned reads() const = 0;  // as Policy::reads
-  virtual BaseCommand command(const Observation& observation, int lane) = 0;
+  /// Writes the active lanes of `command` (kCommandRows rows).
+  virtual void steer(const Observation& observation, LaneMask active, BlockArray& command) = 0;
 };
 
 /// Reads `velocity: [forward, strafe, turn]` or `[vx, vy, vz, wx, wy, wz]`, or `waypoints: {points, tolerance, speed:

@@ -1,8 +1,9 @@
 #include "engine/control/chain.h"
 
 #include <algorithm>
-#include <array>
 #include <stdexcept>
+
+#include "engine/control/chain_motion.h"
 
 namespace graze {
 
@@ -14,17 +15,33 @@ int actuator_of(const Model& model, int body) {
   return found == model.actuated.end() ? -1 : static_cast<int>(found - model.actuated.begin());
 }
 
-/// Walks one joint: (R, p) becomes the pose of the joint's body frame in the base; `axis` its axis in the base.
-void advance(const Chain::Joint& joint, double q, Mat3& R, Vec3& p, Vec3& axis) {
-  p += R * joint.X_PB.translation();
-  R = R * joint.X_PB.linear();
-  axis = R * joint.axis;
-  if (joint.prismatic) {
-    p += q * axis;
-  } else {
-    R = R * Eigen::AngleAxisd(q, joint.axis).toRotationMatrix();
-  }
+void put(const Vec3& from, double* to) { Vec3::Map(to) = from; }
+void put_matrix(const Mat3& from, double* to) { Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>{to} = from; }
+
+ChainJointView joint_view(const Body& body, int actuator) {
+  ChainJointView out{};
+  out.prismatic = body.type == JointType::prismatic;
+  out.actuator = actuator;
+  out.lower = body.lower;
+  out.upper = body.upper;
+  // Rodrigues: R(q) = a a^T + cos(q) (1 - a a^T) + sin(q) [a]x, behind the frame's own rotation.
+  const Mat3 R = body.X_PB.linear(), along = body.axis * body.axis.transpose();
+  Mat3 skew;
+  skew << 0, -body.axis.z(), body.axis.y(), body.axis.z(), 0, -body.axis.x(), -body.axis.y(), body.axis.x(), 0;
+  put_matrix(out.prismatic ? R : Mat3(R * along), out.fixed);
+  put_matrix(R * (Mat3::Identity() - along), out.cosine);
+  put_matrix(R * skew, out.sine);
+  put(Vec3(body.X_PB.translation()), out.offset);
+  put(R * body.axis, out.axis);
+  out.mass = body.mass;
+  put(body.com, out.com);
+  const Mat3& I = body.inertia;
+  const double inertia[6] = {I(0, 0), I(0, 1), I(0, 2), I(1, 1), I(1, 2), I(2, 2)};
+  std::copy(inertia, inertia + 6, out.inertia);
+  return out;
 }
+
+Vec3 to_eigen(const Vec3T<double>& a) { return {a.x, a.y, a.z}; }
 
 }  // namespace
 
@@ -33,82 +50,39 @@ Chain::Chain(const Model& model, int frame) {
   p_BF_ = tip.X_BF.translation();
   for (int b = tip.body; b >= 0 && model.bodies[b].type != JointType::floating; b = model.bodies[b].parent) {
     const Body& body = model.bodies[b];
-    const Joint joint{body.X_PB,   body.axis,  body.type == JointType::prismatic,
-                      body.lower,  body.upper, actuator_of(model, b),
-                      body.q,      body.mass,  body.com,
-                      body.inertia};
-    if (joint.actuator < 0) throw std::invalid_argument("joint " + body.joint + " on the way is not actuated");
-    joints_.push_back(joint);
+    joints_.push_back(joint_view(body, actuator_of(model, b)));
+    q_.push_back(body.q);
+    if (joints_.back().actuator < 0) {
+      throw std::invalid_argument("joint " + body.joint + " on the way is not actuated");
+    }
   }
   std::reverse(joints_.begin(), joints_.end());
+  std::reverse(q_.begin(), q_.end());
   if (joints_.empty()) throw std::invalid_argument(tip.name + " does not move relative to the base");
-  if (size() > kMaxJoints) {
-    throw std::invalid_argument(tip.name + " has more than " + std::to_string(kMaxJoints) + " joints to the base");
+  if (size() > kMaxChainJoints) {
+    throw std::invalid_argument(tip.name + " has more than " + std::to_string(kMaxChainJoints) + " joints to the base");
   }
 }
 
-Vec3 Chain::position(const Values& q) const {
-  Mat3 R = Mat3::Identity();
-  Vec3 p = Vec3::Zero(), axis;
-  for (int i = 0; i < size(); ++i) advance(joints_[i], q[i], R, p, axis);
-  return p + R * p_BF_;
-}
+ChainView Chain::view() const { return {size(), joints_.data(), {p_BF_.x(), p_BF_.y(), p_BF_.z()}}; }
 
-Vec3 Chain::position(const Values& q, Jacobian& J) const {
-  Mat3 R = Mat3::Identity();
-  Vec3 p = Vec3::Zero(), axis;
-  std::array<Vec3, kMaxJoints> origin;
-  J.resize(3, size());
-  for (int i = 0; i < size(); ++i) {
-    advance(joints_[i], q[i], R, p, axis);
-    origin[i] = p;
-    J.col(i) = axis;
-  }
-  const Vec3 tip = p + R * p_BF_;
-  for (int i = 0; i < size(); ++i) {
-    if (!joints_[i].prismatic) J.col(i) = Vec3(J.col(i)).cross(tip - origin[i]);
-  }
-  return tip;
-}
-
-Chain::Matrix Chain::inertia(const Values& q) const {
-  Mat3 R = Mat3::Identity();
-  Vec3 p = Vec3::Zero();
-  std::array<Vec3, kMaxJoints> origin, axis;
-  Matrix M = Matrix::Zero(size(), size());
-  for (int b = 0; b < size(); ++b) {
-    const Joint& body = joints_[b];
-    advance(body, q[b], R, p, axis[b]);
-    origin[b] = p;
-    const Vec3 com = p + R * body.com;
-    const Mat3 inertia = R * body.inertia * R.transpose();
-    // Sum over bodies of m Jc^T Jc + Jw^T I Jw, with the columns of the joints that carry the body.
-    Jacobian Jc(3, b + 1), Jw(3, b + 1);
-    for (int i = 0; i <= b; ++i) {
-      Jc.col(i) = joints_[i].prismatic ? axis[i] : Vec3(axis[i].cross(com - origin[i]));
-      Jw.col(i) = joints_[i].prismatic ? Vec3(Vec3::Zero()) : axis[i];
-    }
-    M.topLeftCorner(b + 1, b + 1) += body.mass * Jc.transpose() * Jc + Jw.transpose() * inertia * Jw;
-  }
-  return M;
-}
+Vec3 Chain::position(const Values& q) const { return to_eigen(chain_tip<double, 0>(view(), q.data())); }
 
 Chain::Skeleton Chain::skeleton(const Values& q) const {
+  ChainPose<double, 0> pose;
+  walk_chain(view(), q.data(), pose, [](int, const RotT<double>&, const Vec3T<double>&) {});
   Skeleton out;
-  Mat3 R = Mat3::Identity();
-  Vec3 p = Vec3::Zero(), axis;
   for (int i = 0; i < size(); ++i) {
-    advance(joints_[i], q[i], R, p, axis);
-    out.origin.push_back(p);
-    out.axis.push_back(axis);
+    out.origin.push_back(to_eigen(pose.origin[i]));
+    out.axis.push_back(to_eigen(pose.axis[i]));
   }
-  out.tip = p + R * p_BF_;
+  out.tip = to_eigen(pose.tip);
   return out;
 }
 
 Chain::Values Chain::select(const Eigen::VectorXd& q) const {
   Values out(size());
-  for (int i = 0; i < size(); ++i) out[i] = q[joints_[i].q];
+  for (int i = 0; i < size(); ++i) out[i] = q[q_[i]];
   return out;
 }
 

@@ -48,7 +48,7 @@ struct Controller::Impl {
   std::unique_ptr<Policy> policy;
   std::unique_ptr<Tracker> tracker;
   std::array<double, kLanes> lag{};
-  Targets targets, delayed;
+  Targets targets;
   std::optional<LagBuffer> buffer;
 };
 
@@ -59,8 +59,8 @@ Controller::Controller(const ControlContext& context, const Settings& settings) 
   impl_->policy = policy_registry().at(policy)(context, policy_settings, entry.kind);
   const std::vector<int> effectors = impl_->policy->effectors();
   impl_->tracker = entry.make(context, tracker_settings, effectors);
-  impl_->targets = impl_->delayed = initial_targets(context, effectors);
-  impl_->buffer.emplace(impl_->targets, context.period);
+  impl_->targets = initial_targets(context, effectors);
+  impl_->buffer.emplace(impl_->targets, context.period, entry.kind);
 }
 
 Controller::~Controller() = default;
@@ -75,12 +75,9 @@ void Controller::act(const Observation& observation, const double* lag_jitter, L
                      ActuatorCommand& command) {
   Impl& own = *impl_;
   own.policy->act(observation, active, own.targets);
-  for (int lane = 0; lane < kLanes; ++lane) {
-    if (!active[lane]) continue;
-    const double lag = own.lag[lane] + (lag_jitter != nullptr ? lag_jitter[lane] : 0.0);
-    own.buffer->pass(lane, observation.time[lane], lag, own.targets, own.delayed);
-  }
-  own.tracker->track(observation, own.delayed, active, command);
+  std::array<double, kLanes> lag = own.lag;
+  for (int lane = 0; lane < kLanes && lag_jitter != nullptr; ++lane) lag[lane] += lag_jitter[lane];
+  own.tracker->track(observation, own.buffer->pass(observation.time, lag, active, own.targets), active, command);
 }
 
 unsigned Controller::reads() const { return impl_->policy->reads() | impl_->tracker->reads(); }

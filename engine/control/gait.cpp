@@ -4,7 +4,8 @@
 #include "engine/control/gait_settings.h"
 #include "engine/control/ik.h"
 #include "engine/control/joint_values.h"
-#include "engine/model/kinematics.h"
+#include "engine/control/kernel.h"
+#include "engine/lanes/isa.h"
 
 namespace graze {
 
@@ -13,20 +14,25 @@ namespace {
 class Gait : public Policy {
  public:
   Gait(const ControlContext& context, GaitSetup setup, TargetKind kind)
-      : kind_(kind),
-        na_(context.nominal.na()),
+      : kernel_(GRAZE_KERNEL(chosen_isa(), find_control_kernel)),
         initial_(actuated_positions(context.nominal, context.initial)),
-        planner_(std::move(setup.parameters)),
         legs_(std::move(setup.legs)),
-        steering_(std::move(setup.steering)) {
+        steering_(std::move(setup.steering)),
+        command_(kCommandRows),
+        last_time_(1) {
     for (const Leg& leg : legs_) {
       reference_.push_back(leg.chain.select(context.initial.q));
-      ik_.emplace_back(leg.chain, reference_.back());
+      closed_.push_back(detect_hip_knee(leg.chain, reference_.back()));
     }
-    for (Lane& lane : lanes_) {
-      lane.feet.resize(legs_.size());
-      lane.guess = reference_;
+    for (std::size_t i = 0; i < legs_.size(); ++i) {
+      const Leg& leg = legs_[i];
+      views_.push_back({leg.chain.view(), closed_[i] ? &*closed_[i] : nullptr, reference_[i].data(),
+                        static_cast<int>(leg.body_frames.size()), leg.body_frames.data()});
     }
+    view_ = {setup.parameters, views_.data(), kind == TargetKind::joint, context.nominal.na(), initial_.data()};
+    const int feet = static_cast<int>(legs_.size());
+    feet_ = BlockArray((feet * kernel_.foot_doubles + kLanes - 1) / kLanes);
+    guess_ = BlockArray(feet * kMaxChainJoints);
   }
 
   std::vector<int> effectors() const override {
@@ -36,95 +42,48 @@ class Gait : public Policy {
   }
 
   void start(int lane) override {
-    lanes_[lane].running = false;
-    lanes_[lane].guess = reference_;
+    fresh_.set(lane);
     steering_->start(lane);
   }
 
   unsigned reads() const override {
-    const GaitParameters& p = planner_.parameters();
+    const GaitParameters& p = view_.p;
     return kJointPosition | (p.global_up ? kBaseRpy : 0u) | (p.recovery ? kLinkForce : 0u) | steering_->reads();
   }
 
   void act(const Observation& observation, LaneMask active, Targets& targets) override {
-    for (int lane = 0; lane < kLanes; ++lane) {
-      if (active[lane]) act_lane(observation, lane, targets);
-    }
+    steering_->steer(observation, active, command_);
+    GaitCall call{};
+    call.active = active.bits();
+    call.fresh = active.bits() & fresh_.bits();
+    call.time = observation.time.data();
+    call.joint_position = observation.joint_position.row(0);
+    if (view_.p.global_up) call.base_rpy = observation.base_rpy.row(0);
+    if (view_.p.recovery) call.link_force = observation.link_force.row(0);
+    call.command = command_.row(0);
+    call.feet = feet_.row(0);
+    call.last_time = last_time_.row(0);
+    call.guess = guess_.row(0);
+    call.q = targets.q.row(0);
+    call.v = targets.v.row(0);
+    call.tau = targets.tau.row(0);
+    call.x = targets.x.row(0);
+    call.xd = targets.xd.row(0);
+    kernel_.gait(view_, call);
+    fresh_ = LaneMask(fresh_.bits() & ~active.bits());
   }
 
  private:
-  struct Lane {
-    bool running = false;
-    double last_time = 0;  // s
-    std::vector<FootPlan> feet;
-    std::vector<Chain::Values> guess;  // joint solution of the last step, per leg
-  };
-
-  GaitInput sense(const Observation& observation, int lane) const {
-    GaitInput input;
-    input.t = observation.time[lane];
-    for (std::size_t i = 0; i < legs_.size(); ++i) {
-      const Chain& chain = legs_[i].chain;
-      Chain::Values q(chain.size());
-      for (int j = 0; j < chain.size(); ++j) {
-        q[j] = observation.joint_position(chain.joints()[j].actuator, lane);
-      }
-      input.x[i] = chain.position(q);
-      if (!planner_.parameters().recovery) continue;
-      for (const int frame : legs_[i].body_frames) input.force[i] += observation.link_force(frame, lane);
-    }
-    if (planner_.parameters().global_up) {
-      input.up_B = rotation_from_rpy(observation.base_rpy.vec3(0, lane)).row(2).transpose();
-    }
-    return input;
-  }
-
-  void act_lane(const Observation& observation, int lane, Targets& targets) {
-    Lane& own = lanes_[lane];
-    GaitInput input = sense(observation, lane);
-    input.command = steering_->command(observation, lane);
-    if (!own.running) {
-      planner_.start(input, own.feet);
-      own.running = true;
-    } else {
-      input.dt = input.t - own.last_time;
-    }
-    own.last_time = input.t;
-    planner_.plan(input, own.feet);
-    for (int k = 0; k < na_; ++k) {
-      targets.q(k, lane) = initial_[k];
-      targets.v(k, lane) = targets.tau(k, lane) = 0;
-    }
-    for (std::size_t i = 0; i < legs_.size(); ++i) write(own, i, lane, targets);
-  }
-
-  void write(Lane& own, std::size_t leg, int lane, Targets& targets) {
-    const FootPlan& plan = own.feet[leg];
-    const int row = static_cast<int>(3 * leg);
-    for (int i = 0; i < 3; ++i) {
-      targets.x(row + i, lane) = plan.x[i];
-      targets.xd(row + i, lane) = plan.xd[i];
-    }
-    if (kind_ != TargetKind::joint) return;
-    Chain::Values& q = own.guess[leg];
-    ik_[leg].solve(plan.x, q);
-    const Chain::Values v = ik_[leg].velocity(q, plan.xd);
-    for (int j = 0; j < ik_[leg].chain().size(); ++j) {
-      const int k = ik_[leg].chain().joints()[j].actuator;
-      targets.q(k, lane) = q[j];
-      targets.v(k, lane) = v[j];
-    }
-  }
-
-  TargetKind kind_;
-  int na_;
+  const ControlKernel& kernel_;
   std::vector<double> initial_;
-  GaitPlanner planner_;
   std::vector<Leg> legs_;
   std::unique_ptr<Steering> steering_;
   std::vector<Chain::Values> reference_;
-  std::vector<InverseKinematics> ik_;
-  std::array<Lane, kLanes> lanes_;
+  std::vector<std::optional<HipKneeView>> closed_;
+  std::vector<LegView> views_;
+  GaitView view_{};
+  LaneMask fresh_;  // started, and not called since
+  BlockArray command_, last_time_, feet_, guess_;
 };
 
 const PolicyRegistration registration("gait",

@@ -6,6 +6,7 @@
 #include <cctype>
 #include <cmath>
 
+#include "engine/control/gait_timing.h"
 #include "engine/model/kinematics.h"
 
 namespace graze {
@@ -112,10 +113,10 @@ GaitTiming read_timing(const Settings& settings, std::size_t feet) {
   if (settings.has("liftoff") == settings.has("touchdown")) {
     settings.fail("either `liftoff` or `touchdown` must give the timing of the feet, and not both");
   }
-  if (settings.has("touchdown")) return {read_fractions(settings.at("touchdown"), feet), duty, period};
+  if (settings.has("touchdown")) return make_timing(read_fractions(settings.at("touchdown"), feet), duty, period);
   std::vector<double> touchdown = read_fractions(settings.at("liftoff"), feet);
   for (std::size_t i = 0; i < feet; ++i) touchdown[i] -= duty[i];
-  return {touchdown, duty, period};
+  return make_timing(touchdown, duty, period);
 }
 
 /// True if the value carries a unit of length ("30 cm"), false for a plain number or a percentage.
@@ -141,7 +142,7 @@ double read_height(const std::optional<Settings>& value, const std::vector<Leg>&
 }
 
 /// Foot origins in the level frame (Table 17: stance length and width, base linear offset).
-void read_stance(const Settings& settings, const std::vector<Leg>& legs, GaitParameters& p) {
+void read_stance(const Settings& settings, const std::vector<Leg>& legs, const Mat3& R_GB, GaitParameters& p) {
   const Settings stance = settings.find("stance").value_or(settings);
   const bool given = settings.has("stance");
   if (given) stance.allow({"length", "width", "height", "offset"});
@@ -154,10 +155,11 @@ void read_stance(const Settings& settings, const std::vector<Leg>& legs, GaitPar
   }
   for (std::size_t i = 0; i < legs.size(); ++i) {
     const Vec3& hip = legs[i].hip;
-    p.origin[i] = Vec3(place(key("length"), hip.x()), place(key("width"), hip.y()), -height) - offset;
-    p.hip[i] = hip;
+    const Vec3 origin = Vec3(place(key("length"), hip.x()), place(key("width"), hip.y()), -height) - offset;
+    Vec3::Map(p.origin[i]) = origin;
+    Vec3::Map(p.hip[i]) = hip;
     p.reach[i] = legs[i].reach;
-    const double distance = (p.R_GB.transpose() * p.origin[i] - hip).norm();
+    const double distance = (R_GB.transpose() * origin - hip).norm();
     if (distance > legs[i].reach) {
       stance.fail(fmt::format(
           "foot {} would stand {:.4g} m from its hip; its reach is {:.4g} m, so lower the height or narrow the stance",
@@ -194,11 +196,13 @@ GaitSetup read_gait(const ControlContext& context, const Settings& settings) {
   p.contact_force = kCarryingShare * weight(context.nominal);
   if (settings.has("contact_force")) p.contact_force = settings.at("contact_force").non_negative(Quantity::force);
   p.gravity = context.nominal.gravity.norm();
+  Mat3 R_GB = Mat3::Identity();
   if (const auto attitude = settings.find("orientation")) {
     const std::vector<double> rpy = attitude->numbers(3, Quantity::angle);
-    p.R_GB = rotation_from_rpy({rpy[0], rpy[1], rpy[2]});
+    R_GB = rotation_from_rpy({rpy[0], rpy[1], rpy[2]});
+    Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>{p.R_GB} = R_GB;
   }
-  read_stance(settings, setup.legs, p);
+  read_stance(settings, setup.legs, R_GB, p);
   setup.steering = read_steering(settings, context.nominal.floating_base);
   return setup;
 }

@@ -1,8 +1,9 @@
 #pragma once
 // Table 17 from a `gait:` map: keys, units, relative and absolute stances, checks against the nominal robot.
 
+#include "engine/control/base_command.h"
 #include "engine/control/chain.h"
-#include "engine/control/gait_planner.h"
+#include "engine/control/gait_parameters.h"
 #include "engine/control/policy.h"
 
 namespace graze {

@@ -2,6 +2,7 @@
 // follow (refused).
 
 #include "engine/control/joint_values.h"
+#include "engine/control/rows.h"
 
 namespace graze {
 
@@ -16,11 +17,9 @@ class Hold : public Policy {
 
   void act(const Observation&, LaneMask active, Targets& targets) override {
     for (int k = 0; k < static_cast<int>(q_.size()); ++k) {
-      for (int lane = 0; lane < kLanes; ++lane) {
-        if (!active[lane]) continue;
-        targets.q(k, lane) = q_[k];
-        targets.v(k, lane) = targets.tau(k, lane) = 0;
-      }
+      fill_lanes(targets.q.row(k), q_[k], active);
+      fill_lanes(targets.v.row(k), 0.0, active);
+      fill_lanes(targets.tau.row(k), 0.0, active);
     }
   }
 

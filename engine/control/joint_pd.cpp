@@ -2,6 +2,7 @@
 // itself runs in the actuators, at every physics step and on the encoder.
 
 #include "engine/control/joint_values.h"
+#include "engine/control/rows.h"
 
 namespace graze {
 
@@ -22,15 +23,12 @@ class JointPd : public Tracker {
 
   void track(const Observation&, const Targets& targets, LaneMask active, ActuatorCommand& command) override {
     for (int k = 0; k < static_cast<int>(kp_.size()); ++k) {
-      for (int lane = 0; lane < kLanes; ++lane) {
-        if (!active[lane]) continue;
-        command.tau(k, lane) = targets.tau(k, lane);
-        command.q(k, lane) = targets.q(k, lane);
-        command.v(k, lane) = targets.v(k, lane);
-        command.kp(k, lane) = kp_[k];
-        command.kd(k, lane) = kd_[k];
-        command.ki(k, lane) = ki_[k];
-      }
+      copy_lanes(command.tau.row(k), targets.tau.row(k), active);
+      copy_lanes(command.q.row(k), targets.q.row(k), active);
+      copy_lanes(command.v.row(k), targets.v.row(k), active);
+      fill_lanes(command.kp.row(k), kp_[k], active);
+      fill_lanes(command.kd.row(k), kd_[k], active);
+      fill_lanes(command.ki.row(k), ki_[k], active);
     }
   }
 

@@ -11,24 +11,41 @@ namespace graze {
 
 class LagBuffer {
  public:
-  /// `initial`: targets that count as issued before the trace began; `period`: control step, s.
-  LagBuffer(Targets initial, double period);
+  /// `initial`: targets that count as issued before the trace began; `period`: control step, s; `kind`: what the
+  /// tracker follows. Only that and the feed-forward torques are kept.
+  LagBuffer(Targets initial, double period, TargetKind kind);
 
   /// Forgets the lane's history. `lag`: its persistent value, s; it sizes the history to three times as much (and at
   /// least 100 steps), and a momentary lag beyond that sees the oldest targets kept.
   void start(int lane, double lag);
-  /// Records the lane's column of `targets` as issued at `time` (growing from call to call), and copies the column that
-  /// was in force at time - lag to `out`.
-  void pass(int lane, double time, double lag, const Targets& targets, Targets& out);
+  /// Records the active lanes of `targets` as issued at `time` (growing from call to call), and returns targets whose
+  /// active lanes are those that were in force at time - lag. `time`, `lag`: s, one per lane. What is returned is
+  /// either `targets` or lives here until the next call.
+  const Targets& pass(const std::array<double, kLanes>& time, const std::array<double, kLanes>& lag, LaneMask active,
+                      const Targets& targets);
 
  private:
+  /// History of a lane: its newest targets stand in slot `head`, those before them in the slots before, in a circle.
   struct Lane {
-    std::size_t issued = 0;    // since start
-    std::size_t depth = 1;     // slots in use
+    std::size_t issued = 0;  // since start
+    std::size_t depth = 1;   // at most kept
+    std::size_t head = 0;
     std::vector<double> time;  // of each slot
   };
-  Targets initial_;
+  static constexpr int kInitial = -1;
+
+  /// The slot `age` issues before; age at most the number of slots.
+  std::size_t before(std::size_t slot, std::size_t age) const {
+    return slot >= age ? slot - age : slot + slots_.size() - age;
+  }
+  void grow(std::size_t slots);
+  void record(const std::array<double, kLanes>& time, LaneMask active, const Targets& targets);
+  /// How many issues ago the targets in force were issued; kInitial: before the first.
+  int age_in_force(const Lane& lane, double due) const;
+
+  Targets initial_, delayed_;
   double period_;
+  std::vector<BlockArray Targets::*> kept_;  // what is passed on
   std::vector<Targets> slots_;
   std::array<Lane, kLanes> lanes_;
 };

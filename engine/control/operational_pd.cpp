@@ -9,7 +9,9 @@
 // kd becomes (1/kd + h J M^-1 J^T)^-1, which tends to kd as h tends to 0. `implicit: false` is the published law.
 
 #include "engine/control/chain.h"
+#include "engine/control/kernel.h"
 #include "engine/control/policy.h"
+#include "engine/lanes/isa.h"
 
 namespace graze {
 
@@ -17,12 +19,17 @@ namespace {
 
 class OperationalPd : public Tracker {
  public:
-  OperationalPd(const ControlContext& context, const Settings& settings, const std::vector<int>& effectors) {
+  OperationalPd(const ControlContext& context, const Settings& settings, const std::vector<int>& effectors)
+      : kernel_(GRAZE_KERNEL(chosen_isa(), find_control_kernel)) {
     settings.allow({"kp", "kd", "implicit"});
-    kp_ = settings.at("kp").non_negative(Quantity::stiffness);
-    kd_ = settings.has("kd") ? settings.at("kd").non_negative(Quantity::damping) : 0.0;
-    if (settings.flag_or("implicit", true)) period_ = context.period;
+    view_.kp = settings.at("kp").non_negative(Quantity::stiffness);
+    view_.kd = settings.has("kd") ? settings.at("kd").non_negative(Quantity::damping) : 0.0;
+    view_.period = settings.flag_or("implicit", true) ? context.period : 0.0;
+    view_.na = context.nominal.na();
     for (const int frame : effectors) chains_.emplace_back(context.nominal, frame);
+    for (const Chain& chain : chains_) views_.push_back(chain.view());
+    view_.effectors = static_cast<int>(views_.size());
+    view_.chains = views_.data();
   }
 
   TargetKind kind() const override { return TargetKind::effector; }
@@ -30,45 +37,16 @@ class OperationalPd : public Tracker {
 
   void track(const Observation& observation, const Targets& targets, LaneMask active,
              ActuatorCommand& command) override {
-    for (int lane = 0; lane < kLanes; ++lane) {
-      if (active[lane]) track_lane(observation, targets, lane, command);
-    }
+    kernel_.operational_pd(view_, {active.bits(), observation.joint_position.row(0), observation.joint_velocity.row(0),
+                                   targets.tau.row(0), targets.x.row(0), targets.xd.row(0), command.tau.row(0),
+                                   command.kp.row(0), command.kd.row(0), command.ki.row(0)});
   }
 
  private:
-  void track_lane(const Observation& observation, const Targets& targets, int lane, ActuatorCommand& command) const {
-    for (int k = 0; k < command.tau.rows(); ++k) {
-      command.tau(k, lane) = targets.tau(k, lane);
-      command.kp(k, lane) = command.kd(k, lane) = command.ki(k, lane) = 0;
-    }
-    Chain::Jacobian J;
-    for (std::size_t e = 0; e < chains_.size(); ++e) {
-      const Chain& chain = chains_[e];
-      Chain::Values q(chain.size()), v(chain.size());
-      for (int i = 0; i < chain.size(); ++i) {
-        q[i] = observation.joint_position(chain.joints()[i].actuator, lane);
-        v[i] = observation.joint_velocity(chain.joints()[i].actuator, lane);
-      }
-      const int row = static_cast<int>(3 * e);
-      const Vec3 x = chain.position(q, J);
-      const Vec3 f =
-          kp_ * (targets.x.vec3(row, lane) - x) + damping(chain, q, J) * (targets.xd.vec3(row, lane) - J * v);
-      const Chain::Values tau = J.transpose() * f;
-      for (int i = 0; i < chain.size(); ++i) command.tau(chain.joints()[i].actuator, lane) += tau[i];
-    }
-  }
-
-  /// kd, or, integrated implicitly over the control period, (1/kd + h J M^-1 J^T)^-1.
-  Mat3 damping(const Chain& chain, const Chain::Values& q, const Chain::Jacobian& J) const {
-    if (period_ == 0 || kd_ == 0) return kd_ * Mat3::Identity();
-    const Chain::Jacobian MinvJt = chain.inertia(q).ldlt().solve(J.transpose()).transpose();
-    const Mat3 mobility = J * MinvJt.transpose();  // inverse of the inertia that the effector shows, 1/kg
-    return (Mat3::Identity() / kd_ + period_ * mobility).inverse();
-  }
-
-  double kp_ = 0, kd_ = 0;
-  double period_ = 0;  // s; 0: explicit
+  const ControlKernel& kernel_;
   std::vector<Chain> chains_;
+  std::vector<ChainView> views_;
+  OperationalPdView view_{};
 };
 
 const TrackerRegistration registration("operational_pd", TargetKind::effector,

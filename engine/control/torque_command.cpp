@@ -4,6 +4,7 @@
 
 #include "engine/control/joint_table.h"
 #include "engine/control/joint_values.h"
+#include "engine/control/rows.h"
 
 namespace graze {
 
@@ -31,15 +32,13 @@ class TorqueCommand : public Policy {
   unsigned reads() const override { return 0; }
 
   void act(const Observation& observation, LaneMask active, Targets& targets) override {
-    for (int lane = 0; lane < kLanes; ++lane) {
+    for (int k = 0; k < static_cast<int>(q0_.size()); ++k) {
+      fill_lanes(targets.q.row(k), q0_[k], active);
+      fill_lanes(targets.v.row(k), 0.0, active);
+      fill_lanes(targets.tau.row(k), constant_[k], active);
+    }
+    for (int lane = 0; lane < kLanes && table_; ++lane) {
       if (!active[lane]) continue;
-      for (std::size_t k = 0; k < q0_.size(); ++k) {
-        const int row = static_cast<int>(k);
-        targets.q(row, lane) = q0_[k];
-        targets.v(row, lane) = 0;
-        targets.tau(row, lane) = constant_[k];
-      }
-      if (!table_) continue;
       for (std::size_t c = 0; c < table_->columns().size(); ++c) {
         targets.tau(table_->columns()[c], lane) += table_->at(c, observation.time[lane]).value;
       }

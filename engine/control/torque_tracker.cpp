@@ -1,6 +1,7 @@
 // Tracker `torque`: {}. Passes the policy's torques on and closes no loop.
 
 #include "engine/control/policy.h"
+#include "engine/control/rows.h"
 
 namespace graze {
 
@@ -13,11 +14,10 @@ class TorqueTracker : public Tracker {
 
   void track(const Observation&, const Targets& targets, LaneMask active, ActuatorCommand& command) override {
     for (int k = 0; k < targets.tau.rows(); ++k) {
-      for (int lane = 0; lane < kLanes; ++lane) {
-        if (!active[lane]) continue;
-        command.tau(k, lane) = targets.tau(k, lane);
-        command.kp(k, lane) = command.kd(k, lane) = command.ki(k, lane) = 0;
-      }
+      copy_lanes(command.tau.row(k), targets.tau.row(k), active);
+      fill_lanes(command.kp.row(k), 0.0, active);
+      fill_lanes(command.kd.row(k), 0.0, active);
+      fill_lanes(command.ki.row(k), 0.0, active);
     }
   }
 };

@@ -7,6 +7,8 @@
 #include "engine/control/chain.h"
 #include "engine/control/joint_table.h"
 #include "engine/control/lag_buffer.h"
+#include "engine/control/planar_motion.h"
+#include "tests/engine/control/leg_reference.h"
 #include "tests/engine/control/support.h"
 
 namespace graze {
@@ -209,10 +211,9 @@ TEST_F(ControllerTest, ImplicitDampingLooksOneStepAhead) {
   for (int i = 0; i < 4; ++i) {
     const Chain leg(scene.model, scene.model.frame(feet[i]));
     const Chain::Values q = leg.select(scene.initial.q);
-    Chain::Jacobian J;
-    leg.position(q, J);
+    const Eigen::Matrix3d J = leg_jacobian(scene.model, leg, q);
     const Eigen::Vector3d tau = implicit.segment(3 * i, 3), v = observation.joint_velocity.column(0, 3 * i, 3);
-    const Eigen::Vector3d ahead = v + h * leg.inertia(q).inverse() * tau;
+    const Eigen::Vector3d ahead = v + h * leg_inertia(scene.model, leg, q).inverse() * tau;
     EXPECT_LT((tau + J.transpose() * 20 * (J * ahead)).norm(), 1e-12 * tau.norm() + 1e-13);
   }
   EXPECT_GT((implicit - explicit_).norm(), 0.1 * explicit_.norm());
@@ -303,24 +304,26 @@ TEST_F(ControllerTest, SteersToWaypoints) {
     Vec3 base = Vec3::Zero();  // x, y, yaw
     double strafed = 0;
     std::array<double, 3> least = {1, 1, 1};
-    BaseCommand command;
+    BlockArray command(kCommandRows);
     for (int k = 0; k < 40000; ++k) {
       for (int i = 0; i < 2; ++i) observation.base_position(i, 0) = base[i];
       observation.base_rpy(2, 0) = std::remainder(base[2], 2 * M_PI);
-      command = way->command(observation, 0);
-      const PlanarPose step = predict(command, 1e-3);
+      way->steer(observation, LaneMask::first(1), command);
+      const BaseCommandT<double> twist{{command(0, 0), command(1, 0), command(2, 0)},
+                                       {command(3, 0), command(4, 0), command(5, 0)}};
+      const PlanarPoseT<double> step = predict(twist, 1e-3);
       base += Vec3(std::cos(base[2]) * step.x - std::sin(base[2]) * step.y,
                    std::sin(base[2]) * step.x + std::cos(base[2]) * step.y, step.yaw);
-      strafed = std::max(strafed, std::abs(command.v.y()));
-      EXPECT_LE(std::abs(command.v.x()), 0.2);
-      EXPECT_LE(std::abs(command.w.z()), 0.5);
+      strafed = std::max(strafed, std::abs(command(1, 0)));
+      EXPECT_LE(std::abs(command(0, 0)), 0.2);
+      EXPECT_LE(std::abs(command(5, 0)), 0.5);
       const double points[3][2] = {{0.5, 0}, {0.5, -0.5}, {-0.5, 0}};
       for (int i = 0; i < 3; ++i) {
         least[i] = std::min(least[i], std::hypot(base[0] - points[i][0], base[1] - points[i][1]));
       }
     }
     for (const double distance : least) EXPECT_LT(distance, 0.0502) << steering;  // tolerance and one step's way
-    EXPECT_TRUE(command == BaseCommand{}) << steering;
+    EXPECT_TRUE(command.column(0).isZero(0)) << steering;
     EXPECT_EQ(strafed > 1e-9, steering == "holonomic");
     EXPECT_LE(strafed, 0.1);
   }

@@ -3,8 +3,8 @@
 #include <random>
 
 #include "engine/actuation/actuators.h"
-#include "engine/control/chain.h"
 #include "sampling/stream.h"
+#include "tests/engine/control/leg_reference.h"
 #include "tests/engine/control/support.h"
 
 namespace graze {
@@ -300,7 +300,7 @@ TEST_F(ActuatorTest, ServoAndTorqueLimit) {
 }
 
 // A damper acts on the velocity that it leads to: tau = -kd (v + h M^-1 tau) for a whole leg, with the leg's inertia
-// from the chain's kinematics, which is computed another way. Strong dampers stop the leg within the step, no more.
+// from the sum over its bodies, which is computed another way. Strong dampers stop the leg within the step, no more.
 TEST_F(ActuatorTest, DampersAreImplicit) {
   Sensors sensors(scene.model, names, noise);
   const Particle particle = scene.particle();
@@ -309,7 +309,7 @@ TEST_F(ActuatorTest, DampersAreImplicit) {
   Actuators actuators(scene.model, false);
   actuators.start(0, particle);
   const Chain leg(scene.model, scene.model.frame("LF_FOOT"));
-  const Eigen::Matrix3d M = leg.inertia(leg.select(scene.initial.q));
+  const Eigen::Matrix3d M = leg_inertia(scene.model, leg, leg.select(scene.initial.q));
   const Eigen::Vector3d v(0.3, -1, 2);
   for (const double kd : {0.01, 0.1, 1e6}) {
     for (int k = 0; k < 3; ++k) {

@@ -1,0 +1,67 @@
+#pragma once
+// The seam between policies and trackers (compiled once) and their kernels (compiled once per instruction set): tables
+// of the nominal model and pointers to rows of lanes, [quantity][lane]; each row has kLanes. Lanes that
+// are not active (bit l is lane l) keep what they have.
+
+#include "engine/control/gait_parameters.h"
+
+namespace graze {
+
+/// A leg as the gait sees it.
+struct LegView {
+  ChainView chain;
+  const HipKneeView* closed;  // null: inverse kinematics by iteration
+  const double* reference;    // chain.n initial joint positions, guess of the first step
+  int forces;                 // rows of link_force that count as the foot's
+  const int* force;
+};
+
+struct GaitView {
+  GaitParameters p;
+  const LegView* legs;  // p.timing.feet
+  bool by_joints;       // joint targets by inverse kinematics
+  int na;
+  const double* initial;  // na: targets of joints that belong to no leg
+};
+
+struct GaitCall {
+  unsigned active, fresh;  // fresh: of the active, those that begin a trace
+  // Sensed; see Observation. Rows that the parameters do not ask for may be null.
+  const double *time, *joint_position, *base_rpy, *link_force;
+  const double* command;  // 6: velocity of the base, linear and angular
+  // Memory of the gait, zero at first.
+  double* feet;       // foot_doubles per foot
+  double* last_time;  // 1, s
+  double* guess;      // kMaxChainJoints per leg
+  // Targets.
+  double *q, *v, *tau;  // na each
+  double *x, *xd;       // 3 per foot each
+};
+
+struct OperationalPdView {
+  int effectors;
+  const ChainView* chains;
+  double kp, kd;  // N/m, N s/m
+  double period;  // s, over which the damper is implicit; 0: explicit
+  int na;
+};
+
+struct OperationalPdCall {
+  unsigned active;
+  const double *joint_position, *joint_velocity;  // na each, sensed
+  const double *target_tau, *x, *xd;              // targets
+  double *tau, *kp, *kd, *ki;                     // na each: what the actuators are asked for
+};
+
+/// The functions of one instruction set.
+struct ControlKernel {
+  int foot_doubles;  // memory of a foot, all lanes
+  void (*gait)(const GaitView& view, const GaitCall& call);
+  void (*operational_pd)(const OperationalPdView& view, const OperationalPdCall& call);
+};
+
+const ControlKernel& find_control_kernel_portable();
+const ControlKernel& find_control_kernel_avx2();
+const ControlKernel& find_control_kernel_avx512();
+
+}  // namespace graze
