@@ -2,6 +2,7 @@
 // Whole rows of lanes for policies and trackers: the active lanes are written, the others keep what they have.
 
 #include <algorithm>
+#include <cstring>
 
 #include "engine/lanes/block.h"
 
@@ -10,7 +11,7 @@ namespace graze {
 /// `to` and `from`: rows of kLanes.
 inline void copy_lanes(double* to, const double* from, LaneMask active) {
   if (active.bits() == LaneMask::all().bits()) {
-    std::copy_n(from, kLanes, to);
+    std::memcpy(to, from, kLanes * sizeof(double));
     return;
   }
   for (int lane = 0; lane < kLanes; ++lane) to[lane] = active[lane] ? from[lane] : to[lane];
