@@ -6,6 +6,14 @@
 #include "engine/lanes/trig.h"
 #include "engine/lanes/vec.h"
 
+// Before a loop over joints: straight code where N is given. Clang writes such code unasked, and will not be asked
+// where the number is known at run time only.
+#if defined(__clang__)
+#define GRAZE_UNROLL_JOINTS
+#else
+#define GRAZE_UNROLL_JOINTS GRAZE_UNROLL
+#endif
+
 namespace graze {
 inline namespace GRAZE_ISA_NAMESPACE {
 
@@ -44,7 +52,7 @@ template <class T, int N>
 inline Vec3T<T> chain_tip(const ChainView& chain, const T* q) {
   Vec3T<T> p = constant_vec3<T>(chain.tip);
   const int n = chain_size<N>(chain);
-  GRAZE_UNROLL
+  GRAZE_UNROLL_JOINTS
   for (int i = n - 1; i >= 0; --i) {
     const ChainJointView& joint = chain.joint[i];
     p = PoseT<T>{joint_rotation(joint, q[i]), constant_vec3<T>(joint.offset)} * p;
@@ -65,7 +73,7 @@ template <class T, int N, class Visit>
 inline void walk_chain(const ChainView& chain, const T* q, ChainPose<T, N>& out, const Visit& visit) {
   PoseT<T> X{};
   const int n = chain_size<N>(chain);
-  GRAZE_UNROLL
+  GRAZE_UNROLL_JOINTS
   for (int i = 0; i < n; ++i) {
     const ChainJointView& joint = chain.joint[i];
     const Vec3T<T> offset = constant_vec3<T>(joint.offset), axis = constant_vec3<T>(joint.axis);
@@ -92,7 +100,7 @@ inline Vec3T<T> chain_jacobian(const ChainView& chain, const T* q, Vec3T<T>* J) 
   ChainPose<T, N> pose;
   walk_chain(chain, q, pose, [](int, const RotT<T>&, const Vec3T<T>&) {});
   const int n = chain_size<N>(chain);
-  GRAZE_UNROLL
+  GRAZE_UNROLL_JOINTS
   for (int i = 0; i < n; ++i) J[i] = tip_column(chain, pose, i);
   return pose.tip;
 }
@@ -146,7 +154,7 @@ template <class T, int N>
 inline void chain_inertia(const ChainView& chain, const ChainPose<T, N>& pose, ChainInertia<T>* body, T* M) {
   constexpr int row = kChainRoom<N>;
   const int n = chain_size<N>(chain);
-  GRAZE_UNROLL
+  GRAZE_UNROLL_JOINTS
   for (int i = n - 1; i >= 0; --i) {
     if (i + 1 < n) body[i] += body[i + 1];
     const Vec3T<T>& a = pose.axis[i];
@@ -159,7 +167,7 @@ inline void chain_inertia(const ChainView& chain, const ChainPose<T, N>& pose, C
       force = axpy(T(body[i].mass), v, cross(a, body[i].moment));
       moment = body[i].times(a) + cross(body[i].moment, v);
     }
-    GRAZE_UNROLL
+    GRAZE_UNROLL_JOINTS
     for (int j = 0; j <= i; ++j) {
       const Vec3T<T>& b = pose.axis[j];
       M[i * row + j] =
@@ -175,28 +183,28 @@ inline void solve_spd(int size, T* A, T* b) {
   const int n = N > 0 ? N : size;
   T inverse_d[Row];
   // Column by column; A[j][k] becomes L_jk.
-  GRAZE_UNROLL
+  GRAZE_UNROLL_JOINTS
   for (int j = 0; j < n; ++j) {
     T d = A[j * Row + j];
-    GRAZE_UNROLL
+    GRAZE_UNROLL_JOINTS
     for (int k = 0; k < j; ++k) {
       const T scaled = A[j * Row + k];  // L_jk D_k
       A[j * Row + k] = scaled * inverse_d[k];
       d = fnma(scaled, A[j * Row + k], d);
     }
     inverse_d[j] = recip(d);
-    GRAZE_UNROLL
+    GRAZE_UNROLL_JOINTS
     for (int i = j + 1; i < n; ++i) {
-      GRAZE_UNROLL
+      GRAZE_UNROLL_JOINTS
       for (int k = 0; k < j; ++k) A[i * Row + j] = fnma(A[i * Row + k], A[j * Row + k], A[i * Row + j]);
     }
-    GRAZE_UNROLL
+    GRAZE_UNROLL_JOINTS
     for (int k = 0; k < j; ++k) b[j] = fnma(A[j * Row + k], b[k], b[j]);
   }
-  GRAZE_UNROLL
+  GRAZE_UNROLL_JOINTS
   for (int i = n - 1; i >= 0; --i) {
     b[i] = b[i] * inverse_d[i];
-    GRAZE_UNROLL
+    GRAZE_UNROLL_JOINTS
     for (int k = i + 1; k < n; ++k) b[i] = fnma(A[k * Row + i], b[k], b[i]);
   }
 }

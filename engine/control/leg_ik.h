@@ -82,7 +82,7 @@ inline void damped_step(int size, const Vec3T<T>* J, const Vec3T<T>& e, const T&
   T A[9], y[3] = {e.x, e.y, e.z};
   A[0] = A[4] = A[8] = lambda * lambda;
   A[3] = A[6] = A[7] = T(0.0);
-  GRAZE_UNROLL
+  GRAZE_UNROLL_JOINTS
   for (int i = 0; i < n; ++i) {
     A[0] = fma(J[i].x, J[i].x, A[0]);
     A[3] = fma(J[i].y, J[i].x, A[3]);
@@ -92,7 +92,7 @@ inline void damped_step(int size, const Vec3T<T>* J, const Vec3T<T>& e, const T&
     A[8] = fma(J[i].z, J[i].z, A[8]);
   }
   solve_spd<T, 3, 3>(3, A, y);
-  GRAZE_UNROLL
+  GRAZE_UNROLL_JOINTS
   for (int i = 0; i < n; ++i) step[i] = dot(J[i], Vec3T<T>{y[0], y[1], y[2]});
 }
 

@@ -25,37 +25,37 @@ inline void track_effector(const OperationalPdView& pd, const ChainView& chain, 
     walk_chain(chain, q, pose, [](int, const RotT<T>&, const Vec3T<T>&) {});
   }
   Vec3T<T> J[row], slip = xd_des;
-  GRAZE_UNROLL
+  GRAZE_UNROLL_JOINTS
   for (int i = 0; i < n; ++i) {
     J[i] = tip_column(chain, pose, i);
     slip -= v[i] * J[i];
   }
   const Vec3T<T> spring = T(pd.kp) * (x_des - pose.tip), damper = T(pd.kd) * slip;
   T damping[row];
-  GRAZE_UNROLL
+  GRAZE_UNROLL_JOINTS
   for (int i = 0; i < n; ++i) damping[i] = dot(J[i], damper);
   if (implicit) {
     T M[row * row], S[row * row], y[row];
     chain_inertia(chain, pose, body, M);
     const T weight = T(pd.period * pd.kd);
-    GRAZE_UNROLL
+    GRAZE_UNROLL_JOINTS
     for (int i = 0; i < n; ++i) {
       y[i] = damping[i];
-      GRAZE_UNROLL
+      GRAZE_UNROLL_JOINTS
       for (int j = 0; j <= i; ++j) S[i * row + j] = fma(weight, dot(J[i], J[j]), M[i * row + j]);
     }
     solve_spd<T, N, row>(n, S, y);
-    GRAZE_UNROLL
+    GRAZE_UNROLL_JOINTS
     for (int i = 0; i < n; ++i) {
       T sum = M[i * row + i] * y[i];
-      GRAZE_UNROLL
+      GRAZE_UNROLL_JOINTS
       for (int j = 0; j < n; ++j) {
         if (j != i) sum = fma(j < i ? M[i * row + j] : M[j * row + i], y[j], sum);
       }
       damping[i] = sum;
     }
   }
-  GRAZE_UNROLL
+  GRAZE_UNROLL_JOINTS
   for (int i = 0; i < n; ++i) tau[i] = dot_add(J[i], spring, tau[i] + damping[i]);
 }
 
