@@ -80,22 +80,37 @@ inline Vec3T<T> point_velocity(const TreeT<T>& tree, int body, const Vec3T<T>& p
   return cross_add(V.w, from_origin(tree, body, p), V.l);
 }
 
+/// Row of +-J^T for the joint of a body, local.
+template <class T>
+inline Vec3T<T> joint_jacobian(const TreeT<T>& tree, int body, double side, const ContactT<T>& c) {
+  const SpatialT<T>& S = tree.motion[body].S;
+  return to_local(c, T(side) * cross_add(S.w, from_origin(tree, body, c.p), S.l));
+}
+
+/// The six rows of +-J^T for a floating body, local.
+template <class T>
+inline void base_jacobian(const TreeT<T>& tree, int body, double side, const ContactT<T>& c, Vec3T<T> (&y)[6]) {
+  const T sign(side);
+  const Vec3T<T> r = from_origin(tree, body, c.p);
+  const Vec3T<T> n = sign * c.n, s = sign * c.s, t = sign * c.t;
+  const Vec3T<T> rn = cross(r, n), rs = cross(r, s), rt = cross(r, t);  // d . (e_k x r) = e_k . (r x d)
+  y[0] = {rn.x, rs.x, rt.x}, y[1] = {rn.y, rs.y, rt.y}, y[2] = {rn.z, rs.z, rt.z};
+  y[3] = {n.x, s.x, t.x}, y[4] = {n.y, s.y, t.y}, y[5] = {n.z, s.z, t.z};
+}
+
 /// Rows of +-J^T for one body into y (by dof), local.
 template <class T>
 inline void jacobian_rows(const TreeT<T>& tree, int body, double side, const ContactT<T>& c, Vec3T<T>* y) {
   const TopologyView& top = tree.topology;
-  const T sign(side);
-  const Vec3T<T> r = from_origin(tree, body, c.p);
   y += top.v[body];
-  if (top.kind[body] == kFloating) {
-    const Vec3T<T> n = sign * c.n, s = sign * c.s, t = sign * c.t;
-    const Vec3T<T> rn = cross(r, n), rs = cross(r, s), rt = cross(r, t);  // d . (e_k x r) = e_k . (r x d)
-    y[0] = {rn.x, rs.x, rt.x}, y[1] = {rn.y, rs.y, rt.y}, y[2] = {rn.z, rs.z, rt.z};
-    y[3] = {n.x, s.x, t.x}, y[4] = {n.y, s.y, t.y}, y[5] = {n.z, s.z, t.z};
+  if (top.kind[body] != kFloating) {
+    y[0] = joint_jacobian(tree, body, side, c);
     return;
   }
-  const SpatialT<T>& S = tree.motion[body].S;
-  y[0] = to_local(c, sign * cross_add(S.w, r, S.l));
+  Vec3T<T> rows[6];
+  base_jacobian(tree, body, side, c, rows);
+  GRAZE_UNROLL
+  for (int d = 0; d < 6; ++d) y[d] = rows[d];
 }
 
 /// Takes the rows of Y one by one; sums A = sum of y_k y_k^T / D_k in registers.
@@ -131,27 +146,21 @@ inline Vec3T<T> finish_row(const TreeT<T>& tree, int k, int from, Vec3T<T>* scra
   return y;
 }
 
-/// Y of a contact into c.y, from scratch space of one Vec3T per dof; A. The rows of a floating base, which every joint
-/// updates, stay in registers.
+/// factor_contact of a path to one floating base, whose rows, which every joint updates, stay in registers.
 template <class T>
-inline void factor_contact(const TreeT<T>& tree, const PathView& path, ContactT<T>& c, Vec3T<T>* scratch) {
+inline void factor_contact_floating(const TreeT<T>& tree, const PathView& path, ContactT<T>& c, Vec3T<T>* scratch) {
   const TopologyView& top = tree.topology;
-  if (path.shared) {
-    for (int i = 0; i < path.count; ++i) scratch[path.dofs[i]] = {T(0.0), T(0.0), T(0.0)};
+  const Vec3T<T> zero{T(0.0), T(0.0), T(0.0)};
+  Vec3T<T> B[6] = {zero, zero, zero, zero, zero, zero};
+  int first = 0;  // moving bodies ascend: the base comes first, if it moves one side only
+  if (path.moving_count > 0 && top.kind[path.bodies[0]] == kFloating) {
+    base_jacobian(tree, path.bodies[0], path.signs[0], c, B);
+    first = 1;
   }
-  for (int i = 0; i < path.moving_count; ++i) jacobian_rows(tree, path.bodies[i], path.signs[i], c, scratch);
+  for (int i = first; i < path.moving_count; ++i) {
+    scratch[top.v[path.bodies[i]]] = joint_jacobian(tree, path.bodies[i], path.signs[i], c);
+  }
   RowSinkT<T> sink(c, path.count);
-  if (path.base < 0) {
-    for (int i = 0; i < path.count; ++i) {
-      const int k = path.dofs[i];
-      sink.put(i, finish_row(tree, k, 0, scratch), tree.inverse_D[k]);
-    }
-    sink.finish(c);
-    return;
-  }
-  Vec3T<T> B[6];
-  GRAZE_UNROLL
-  for (int d = 0; d < 6; ++d) B[d] = scratch[path.base + d];
   const int joints = path.count - 6;
   for (int i = 0; i < joints; ++i) {
     const int k = path.dofs[i];
@@ -167,6 +176,25 @@ inline void factor_contact(const TreeT<T>& tree, const PathView& path, ContactT<
     GRAZE_UNROLL
     for (int d = 0; d < k; ++d) B[d] = minus_scaled(B[d], rows[base_entry(k, d)], B[k]);
     sink.put(joints + 5 - k, B[k], tree.inverse_D[path.base + k]);
+  }
+  sink.finish(c);
+}
+
+/// Y of a contact into c.y, from scratch space of one Vec3T per dof; A.
+template <class T>
+inline void factor_contact(const TreeT<T>& tree, const PathView& path, ContactT<T>& c, Vec3T<T>* scratch) {
+  if (path.shared) {
+    for (int i = 0; i < path.count; ++i) scratch[path.dofs[i]] = {T(0.0), T(0.0), T(0.0)};
+  }
+  if (path.base >= 0) {
+    factor_contact_floating(tree, path, c, scratch);
+    return;
+  }
+  for (int i = 0; i < path.moving_count; ++i) jacobian_rows(tree, path.bodies[i], path.signs[i], c, scratch);
+  RowSinkT<T> sink(c, path.count);
+  for (int i = 0; i < path.count; ++i) {
+    const int k = path.dofs[i];
+    sink.put(i, finish_row(tree, k, 0, scratch), tree.inverse_D[k]);
   }
   sink.finish(c);
 }

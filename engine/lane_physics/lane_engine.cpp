@@ -253,6 +253,7 @@ void LaneEngine::load_colliders(int lane, const Model& model) {
     scatter(to_kernel(collider.shape.size), rows + kSize * W, W, lane);
     scatter(to_kernel(extent_of(collider.shape)), rows + kExtent * W, W, lane);
     rows[kRadius * W + lane] = radius_of(collider.shape);
+    for (int k : {0, 4, 8}) block_.pose[(12 * i + k) * W + lane] = 1;
   }
   for (std::size_t i = 0; i < model.pairs.size(); ++i) {
     block_.pair[2 * i * W + lane] = model.pairs[i].friction;

@@ -54,7 +54,7 @@ inline double place_colliders(LaneBlock& block, const TreeT<T>& tree, unsigned a
     const RotT<T>& R = tree.pose[collider.body].R;
     const Vec3T<T> r = motion.p + R * X_BG.p;  // from O
     pose[i].p = root < 0 ? r : r + tree.origin[root];
-    pose[i].R = collider.kind == kSphereKind ? R : R * X_BG.R;
+    if (collider.kind != kSphereKind) pose[i].R = R * X_BG.R;  // a ball's never changes: load_colliders
     const Vec3T<T> u = cross_add(motion.V.w, r, motion.V.l);
     const T spin = abs(motion.V.w.x) + abs(motion.V.w.y) + abs(motion.V.w.z);
     speed[i] = fma(spin, numbers[kRadius], abs(u.x) + abs(u.y) + abs(u.z));
