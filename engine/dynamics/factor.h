@@ -38,31 +38,49 @@ inline void eliminate_joints(const TreeT<T>& tree, int k, const T& inverse) {
   }
 }
 
+/// What x_k takes from its ancestors at depth `from` and deeper.
+template <class T>
+inline T take_from_ancestors(const TopologyView& t, const T* M, int k, int from, T* x) {
+  const T* row = M + t.row[k];
+  const int* chain = t.chain + t.row[k];
+  const T xk = x[k];
+  for (int d = from; d < t.dof_depth[k]; ++d) x[chain[d]] = fnma(row[d], xk, x[chain[d]]);
+  return xk;
+}
+
 /// Position of M's entry (d, e) in the six rows of a floating body.
 constexpr int base_entry(int d, int e) { return d * (d + 1) / 2 + e; }
 
-/// A tree on a floating body. The base's six rows, which every joint updates, stay in registers.
+/// Factors the rows of a tree on a floating body, and x := D^-1 L^-T x on the way. The base's six rows and six of x,
+/// which every joint updates, stay in registers.
 template <class T>
-inline void factor_floating(const TreeT<T>& tree, int base) {
+inline void factor_floating(const TreeT<T>& tree, int base, T* x) {
   const TopologyView& t = tree.topology;
   T* rows = tree.M + t.row[t.v[base]];
-  T B[21];
+  T* at_base = x + t.v[base];
+  T B[21], X[6];
   GRAZE_UNROLL
   for (int k = 0; k < 6; ++k) {
+    X[k] = at_base[k];
     GRAZE_UNROLL
     for (int d = 0; d <= k; ++d) B[base_entry(k, d)] = rows[base_entry(k, d)];
   }
   for (int body = t.end[base] - 1; body > base; --body) {
-    const int k = t.v[body];
+    const int k = t.v[body], depth = t.dof_depth[k];
     T* row = tree.M + t.row[k];
-    const T inverse = tree.inverse_D[k] = recip(row[t.dof_depth[k]]);
+    const T inverse = tree.inverse_D[k] = recip(row[depth]);
     eliminate_joints(tree, k, inverse);
+    const T xk = x[k];
+    const int* chain = t.chain + t.row[k];
+    for (int d = 6; d < depth; ++d) x[chain[d]] = fnma(row[d], xk, x[chain[d]]);
+    x[k] = xk * inverse;
     GRAZE_UNROLL
     for (int d = 5; d >= 0; --d) {
       const T l = row[d] * inverse;
       GRAZE_UNROLL
       for (int e = 0; e <= d; ++e) B[base_entry(d, e)] = fnma(l, row[e], B[base_entry(d, e)]);
       row[d] = l;
+      X[d] = fnma(l, xk, X[d]);
     }
   }
   GRAZE_UNROLL
@@ -74,7 +92,9 @@ inline void factor_floating(const TreeT<T>& tree, int base) {
       GRAZE_UNROLL
       for (int e = 0; e <= d; ++e) B[base_entry(d, e)] = fnma(l, B[base_entry(k, e)], B[base_entry(d, e)]);
       B[base_entry(k, d)] = l;
+      X[d] = fnma(l, X[k], X[d]);
     }
+    at_base[k] = X[k] * inverse;
   }
   GRAZE_UNROLL
   for (int k = 0; k < 6; ++k) {
@@ -83,64 +103,18 @@ inline void factor_floating(const TreeT<T>& tree, int base) {
   }
 }
 
-/// Factors tree.M in place: below the diagonal L, on it D; inverse_D is filled.
+/// Factors tree.M in place: below the diagonal L, on it D; inverse_D is filled. On the way x := D^-1 L^-T x.
 template <class T>
-inline void factor(const TreeT<T>& tree) {
+inline void factor_and_solve(const TreeT<T>& tree, T* x) {
   const TopologyView& t = tree.topology;
   for (int i = t.bodies - 1; i >= 0; --i) {
     if (t.kind[i] == kFloating) {
-      factor_floating(tree, i);
+      factor_floating(tree, i, x);
     } else if (t.root[i] < 0) {
       const int k = t.v[i];
       tree.inverse_D[k] = recip(tree.M[t.row[k] + t.dof_depth[k]]);
       eliminate(tree, k, 0);
-    }
-  }
-}
-
-/// What x_k takes from its ancestors at depth `from` and deeper.
-template <class T>
-inline T take_from_ancestors(const TopologyView& t, const T* M, int k, int from, T* x) {
-  const T* row = M + t.row[k];
-  const int* chain = t.chain + t.row[k];
-  const T xk = x[k];
-  for (int d = from; d < t.dof_depth[k]; ++d) x[chain[d]] = fnma(row[d], xk, x[chain[d]]);
-  return xk;
-}
-
-/// x := L^-T x for a tree on a floating body, whose six stay in registers: every joint waits for them.
-template <class T>
-inline void solve_LT_floating(const TopologyView& t, const T* M, int base, T* x) {
-  T B[6];
-  T* at_base = x + t.v[base];
-  GRAZE_UNROLL
-  for (int d = 0; d < 6; ++d) B[d] = at_base[d];
-  for (int body = t.end[base] - 1; body > base; --body) {
-    const int k = t.v[body];
-    const T* row = M + t.row[k];
-    const T xk = take_from_ancestors(t, M, k, 6, x);
-    GRAZE_UNROLL
-    for (int d = 0; d < 6; ++d) B[d] = fnma(row[d], xk, B[d]);
-  }
-  const T* rows = M + t.row[t.v[base]];
-  GRAZE_UNROLL
-  for (int k = 5; k >= 0; --k) {
-    GRAZE_UNROLL
-    for (int d = 0; d < k; ++d) B[d] = fnma(rows[base_entry(k, d)], B[k], B[d]);
-  }
-  GRAZE_UNROLL
-  for (int d = 0; d < 6; ++d) at_base[d] = B[d];
-}
-
-/// x := L^-T x
-template <class T>
-inline void solve_LT(const TreeT<T>& tree, T* x) {
-  const TopologyView& t = tree.topology;
-  for (int i = t.bodies - 1; i >= 0; --i) {
-    if (t.kind[i] == kFloating) {
-      solve_LT_floating(t, tree.M, i, x);
-    } else if (t.root[i] < 0) {
-      take_from_ancestors(t, tree.M, t.v[i], 0, x);
+      x[k] = take_from_ancestors(t, tree.M, k, 0, x) * tree.inverse_D[k];
     }
   }
 }
@@ -201,14 +175,6 @@ inline void times_L(const TreeT<T>& tree, const T* x, T* z) {
     for (int d = 0; d < t.dof_depth[k]; ++d) sum = fma(row[d], x[chain[d]], sum);
     z[k] = sum;
   }
-}
-
-/// x := M^-1 x
-template <class T>
-inline void solve_M(const TreeT<T>& tree, T* x) {
-  solve_LT(tree, x);
-  for (int k = 0; k < tree.topology.nv; ++k) x[k] *= tree.inverse_D[k];
-  solve_L(tree, x);
 }
 
 }  // namespace GRAZE_ISA_NAMESPACE

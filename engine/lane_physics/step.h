@@ -71,21 +71,21 @@ void begin(LaneBlock& block, double h, unsigned active, const double* tau) {
   find_near_pairs<T>(block, h, active, fastest);
   T* dz = rows<T>(block.dz);
   const T* v = rows<T>(block.v);
-  for (int k = 0; k < t.nv; ++k) dz[k] = -tree.bias[k];
-  for (int k = 0; k < block.na; ++k) dz[block.actuated_dof[k]] += load<T>(tau + k * kWidth<T>);
+  for (int k = 0; k < t.nv; ++k) dz[k] = -(T(h) * tree.bias[k]);
+  for (int k = 0; k < block.na; ++k) {
+    T& at = dz[block.actuated_dof[k]];
+    at = fma(T(h), load<T>(tau + k * kWidth<T>), at);
+  }
   for (int i = 0; i < t.bodies; ++i) {
     if (t.kind[i] == kFloating) continue;
     // Viscous friction is implicit: (M + h D)(v+ - v) = h (tau - bias - D v).
     const int k = t.v[i];
-    const T damping = tree.body[i].damping;
+    const T damping = T(h) * tree.body[i].damping;
     dz[k] = fnma(damping, v[k], dz[k]);
     T& diagonal = tree.M[t.row[k] + t.dof_depth[k]];
-    diagonal = fma(T(h), damping, diagonal);
+    diagonal += damping;
   }
-  factor<T>(tree);
-  for (int k = 0; k < t.nv; ++k) dz[k] = T(h) * dz[k];
-  solve_LT<T>(tree, dz);
-  for (int k = 0; k < t.nv; ++k) dz[k] *= tree.inverse_D[k];
+  factor_and_solve<T>(tree, dz);
 }
 
 /// v+, q+ and all that follows from them.
