@@ -8,10 +8,19 @@
 namespace graze {
 namespace {
 
-/// Folds the bits of `x` into a running digest (multiply and fold; order matters).
-void fold(std::uint64_t& digest, double x) {
-  digest = (digest ^ std::bit_cast<std::uint64_t>(x)) * 0x9e3779b97f4a7c15u;
-  digest ^= digest >> 32;
+using Digests = std::array<std::uint64_t, kLanes>;
+
+/// Folds the bits of an array, row by row, into the running digest of each lane (multiply and fold; order matters).
+void fold(Digests& digests, const BlockArray& array) {
+  Digests d = digests;
+  for (int i = 0; i < array.rows(); ++i) {
+    const double* x = array.row(i);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      d[lane] = (d[lane] ^ std::bit_cast<std::uint64_t>(x[lane])) * 0x9e3779b97f4a7c15u;
+      d[lane] ^= d[lane] >> 32;
+    }
+  }
+  digests = d;
 }
 
 std::vector<double> to_vector(const BlockArray& array, int lane) {
@@ -57,6 +66,7 @@ struct BlockRun::Impl {
   const BlockArray no_lag{1};
   BlockArray lag{1};  // s, jitter of this control step
   std::array<Lane, kLanes> lanes;
+  Digests digests{};
   LaneMask active;
   std::uint64_t steps_done = 0;
 
@@ -77,21 +87,27 @@ struct BlockRun::Impl {
 
   double time(int lane) const { return lanes[lane].step * scenario.timing.step; }
 
+  std::array<double, kLanes> times() const {
+    std::array<double, kLanes> out;
+    for (int lane = 0; lane < kLanes; ++lane) out[lane] = time(lane);
+    return out;
+  }
+
   void start(int lane, const Particle& particle, TraceRecord& record) {
-    Lane& l = lanes[lane];
-    l.particle = &particle;
-    l.record = &record;
-    l.step = 0;
+    lanes[lane] = {&particle, &record, 0};
+    digests[lane] = particle.id;
     events.start(lane, particle.model);
     physics->start(lane, particle);
     sensors.start(lane, particle);
     actuators.start(lane, particle);
     controller.start(lane, particle.control_lag);
-    monitor.start(lane);
+    monitor.start(lane, particle.model);
     for (int k = 0; k < tau.rows(); ++k) tau(k, lane) = 0;
     active.set(lane);
     if (keep_telemetry()) add_frame(lane);
-    if (observe(lane)) finish(lane);
+    LaneMask fresh;
+    fresh.set(lane);
+    finish(judge(fresh));
   }
 
   bool keep_telemetry() const { return scenario.recording.telemetry != Telemetry::none; }
@@ -102,19 +118,35 @@ struct BlockRun::Impl {
         {time(lane), to_vector(state.q, lane), to_vector(state.v, lane), to_vector(tau, lane)});
   }
 
-  /// Looks at a lane after a step; true if its trace ends here.
-  bool observe(int lane) {
-    Lane& l = lanes[lane];
-    if (physics->fault(lane)) return true;
-    const WitnessInput input{
-        l.particle->model, physics->state(), physics->contacts(lane), tau, actuators.headroom(), lane, time(lane)};
-    const bool violated = monitor.update(input);
-    return (violated && scenario.task.stop_at_violation) || static_cast<int>(l.step) >= total_steps;
+  WitnessInput witness_input(LaneMask of) const {
+    return {physics->state(), physics->contact_points(), tau, actuators.headroom(), times(), of};
+  }
+
+  /// Looks at some lanes after a step (or at their start); gives those whose traces end here.
+  LaneMask judge(LaneMask of) {
+    LaneMask faulty, over;
+    for (int lane = 0; lane < kLanes; ++lane) {
+      faulty.set(lane, of[lane] && physics->fault(lane));
+      over.set(lane, of[lane] && static_cast<int>(lanes[lane].step) >= total_steps);
+    }
+    const LaneMask violated = monitor.update(witness_input(LaneMask(of.bits() & ~faulty.bits())));
+    const unsigned stopped = scenario.task.stop_at_violation ? violated.bits() : 0;
+    return LaneMask(faulty.bits() | over.bits() | stopped);
+  }
+
+  /// Ends the traces of some lanes.
+  void finish(LaneMask ended) {
+    if (!ended.any()) return;
+    monitor.finish(witness_input(ended));
+    for (int lane = 0; lane < kLanes; ++lane) {
+      if (ended[lane]) finish(lane);
+    }
   }
 
   void finish(int lane) {
     Lane& l = lanes[lane];
     TraceRecord& record = *l.record;
+    record.digest = digests[lane];
     record.end_time = time(lane);
     record.margins = monitor.margins(lane);
     record.first_violations = monitor.first_violations(lane);
@@ -126,6 +158,7 @@ struct BlockRun::Impl {
     if (physics->fault(lane)) {
       record.outcome = Outcome::invalid;
       record.invalid_reason = *physics->fault(lane);
+      record.objective_margin = std::numeric_limits<double>::quiet_NaN();
     } else if (monitor.violated(lane) >= 0) {
       record.outcome = Outcome::known_failure;
       record.violated = monitor.violated(lane);
@@ -161,29 +194,31 @@ struct BlockRun::Impl {
     control();
     actuators.apply(command, physics->state(), sensors, scenario.timing.step, active, tau);
     physics->step(scenario.timing.step, active, tau);
-    std::array<double, kLanes> now{};
+    for (int lane = 0; lane < kLanes; ++lane) lanes[lane].step += active[lane];
+    steps_done += std::popcount(active.bits());
+    fold(digests, physics->state().q);
+    fold(digests, physics->state().v);
+    fold(digests, tau);
+    events.update(times(), physics->contact_points(), physics->state(), active);
+    const LaneMask ended = judge(active);
+    if (keep_telemetry()) add_frames(ended);
+    finish(ended);
+  }
+
+  void add_frames(LaneMask ended) {
+    const auto every = static_cast<std::uint32_t>(scenario.recording.every);
     for (int lane = 0; lane < kLanes; ++lane) {
-      if (active[lane]) ++lanes[lane].step;
-      now[lane] = time(lane);
-    }
-    events.update(now, physics->contact_points(), physics->state(), active);
-    for (int lane = 0; lane < kLanes; ++lane) {
-      if (active[lane]) account(lane);
+      if (active[lane] && (ended[lane] || lanes[lane].step % every == 0)) add_frame(lane);
     }
   }
 
-  void account(int lane) {
-    Lane& l = lanes[lane];
-    ++steps_done;
-    const BlockState& state = physics->state();
-    std::uint64_t& digest = l.record->digest;
-    for (int i = 0; i < state.q.rows(); ++i) fold(digest, state.q(i, lane));
-    for (int i = 0; i < state.v.rows(); ++i) fold(digest, state.v(i, lane));
-    for (int i = 0; i < tau.rows(); ++i) fold(digest, tau(i, lane));
-    const bool ended = observe(lane);
-    const bool frame_due = l.step % static_cast<std::uint32_t>(scenario.recording.every) == 0;
-    if (keep_telemetry() && (ended || frame_due)) add_frame(lane);
-    if (ended) finish(lane);
+  /// True when every lane is at a control step: fresh traces that begin here keep in step with the others, so that all
+  /// lanes are sensed and controlled together.
+  bool at_control_step() const {
+    for (int lane = 0; lane < kLanes; ++lane) {
+      if (active[lane] && lanes[lane].step % per_control != 0) return false;
+    }
+    return true;
   }
 };
 
@@ -195,21 +230,20 @@ BlockRun::BlockRun(BlockRun&&) noexcept = default;
 std::vector<TraceRecord> BlockRun::run(std::span<const Particle> particles, RunCost* cost) {
   Impl& run = *impl_;
   std::vector<TraceRecord> records(particles.size());
-  for (std::size_t i = 0; i < particles.size(); ++i) {
-    records[i].particle = particles[i].id;
-    records[i].digest = particles[i].id;
-  }
+  for (std::size_t i = 0; i < particles.size(); ++i) records[i].particle = particles[i].id;
   run.steps_done = 0;
   std::size_t next = 0;
-  do {
-    for (int lane = 0; lane < kLanes; ++lane) {
-      while (!run.active[lane] && next < particles.size()) {
-        run.start(lane, particles[next], records[next]);
-        ++next;
+  while (run.active.any() || next < particles.size()) {
+    if (next < particles.size() && run.at_control_step()) {
+      for (int lane = 0; lane < kLanes; ++lane) {
+        while (!run.active[lane] && next < particles.size()) {
+          run.start(lane, particles[next], records[next]);
+          ++next;
+        }
       }
     }
     if (run.active.any()) run.advance();
-  } while (run.active.any() || next < particles.size());
+  }
   if (cost) cost->steps += run.steps_done;
   return records;
 }

@@ -148,6 +148,20 @@ double margin_of(const Objective& node, const double*& leaf) {
 
 double start_value(const Objective& leaf) { return leaf.kind == Objective::Kind::always ? kInfinity : -kInfinity; }
 
+/// Lanes of the input whose time is in the window.
+unsigned lanes_within(const Window& window, const WitnessInput& input) {
+  unsigned out = 0;
+  for (int lane = 0; lane < kLanes; ++lane) out |= static_cast<unsigned>(window.contains(input.time[lane])) << lane;
+  return out & input.lanes.bits();
+}
+
+/// row = min(row, value) in some lanes; with `sign` -1 the greatest.
+void lower(double* row, const double* value, unsigned lanes, double sign = 1) {
+  for (int lane = 0; lane < kLanes; ++lane) {
+    if ((lanes >> lane & 1u) && sign * value[lane] < sign * row[lane]) row[lane] = value[lane];
+  }
+}
+
 }  // namespace
 
 Task read_task(const Settings& settings, const Model& nominal) {
@@ -167,43 +181,78 @@ Task read_task(const Settings& settings, const Model& nominal) {
 
 TaskMonitor::TaskMonitor(const Task& task) : task_(&task) {
   collect_leaves(task.objective, leaves_);
-  for (int lane = 0; lane < kLanes; ++lane) start(lane);
-}
-
-void TaskMonitor::start(int lane) {
-  margin_[lane].assign(task_->requirements.size(), kInfinity);
-  violation_[lane].assign(task_->requirements.size(), std::numeric_limits<double>::quiet_NaN());
-  violated_[lane] = -1;
-  leaf_[lane].clear();
-  for (const Objective* leaf : leaves_) leaf_[lane].push_back(start_value(*leaf));
-}
-
-bool TaskMonitor::update(const WitnessInput& input) {
-  const int lane = input.lane;
-  for (std::size_t i = 0; i < task_->requirements.size(); ++i) {
-    const Requirement& requirement = task_->requirements[i];
-    if (!requirement.window.contains(input.time)) continue;
-    const double value = requirement.witness->evaluate(input);
-    margin_[lane][i] = std::min(margin_[lane][i], value);
-    if (value >= 0 || !std::isnan(violation_[lane][i])) continue;
-    violation_[lane][i] = input.time;
-    if (violated_[lane] < 0) violated_[lane] = static_cast<int>(i);
+  for (const Requirement& one : task.requirements) {
+    watched_.push_back({one.witness.get(), BlockArray(one.witness->numbers())});
   }
-  for (std::size_t i = 0; i < leaves_.size(); ++i) {
+  for (const Objective* leaf : leaves_) {
+    judging_.push_back({leaf->witness.get(), BlockArray(leaf->witness->numbers())});
+  }
+  margin_ = violation_ = BlockArray(static_cast<int>(watched_.size()));
+  leaf_ = BlockArray(static_cast<int>(leaves_.size()));
+}
+
+void TaskMonitor::start(int lane, const Model& model) {
+  for (Watched& one : watched_) one.witness->read(model, lane, one.own);
+  for (Watched& one : judging_) one.witness->read(model, lane, one.own);
+  for (int i = 0; i < margin_.rows(); ++i) {
+    margin_(i, lane) = kInfinity;
+    violation_(i, lane) = std::numeric_limits<double>::quiet_NaN();
+  }
+  for (int i = 0; i < leaf_.rows(); ++i) leaf_(i, lane) = start_value(*leaves_[i]);
+  violated_[lane] = -1;
+}
+
+LaneMask TaskMonitor::update(const WitnessInput& input) {
+  double value[kLanes];
+  for (int i = 0; i < margin_.rows(); ++i) {
+    const unsigned lanes = lanes_within(task_->requirements[i].window, input);
+    if (lanes == 0) continue;
+    watched_[i].witness->evaluate(input, watched_[i].own, value);
+    lower(margin_.row(i), value, lanes);
+    unsigned below = 0;
+    for (int lane = 0; lane < kLanes; ++lane) below |= static_cast<unsigned>(!(value[lane] >= 0)) << lane;
+    if ((below & lanes) != 0) note_violations(i, below & lanes, input);
+  }
+  for (int i = 0; i < leaf_.rows(); ++i) {
     const Objective& leaf = *leaves_[i];
-    double& value = leaf_[lane][i];
-    if (leaf.kind == Objective::Kind::at_end) {
-      value = leaf.witness->evaluate(input);
-    } else if (leaf.window.contains(input.time)) {
-      const double now = leaf.witness->evaluate(input);
-      value = leaf.kind == Objective::Kind::once ? std::max(value, now) : std::min(value, now);
+    const unsigned lanes = leaf.kind == Objective::Kind::at_end ? 0 : lanes_within(leaf.window, input);
+    if (lanes == 0) continue;
+    judging_[i].witness->evaluate(input, judging_[i].own, value);
+    lower(leaf_.row(i), value, lanes, leaf.kind == Objective::Kind::once ? -1 : 1);
+  }
+  LaneMask out;
+  for (int lane = 0; lane < kLanes; ++lane) out.set(lane, input.lanes[lane] && violated_[lane] >= 0);
+  return out;
+}
+
+void TaskMonitor::note_violations(int requirement, unsigned lanes, const WitnessInput& input) {
+  for (int lane = 0; lane < kLanes; ++lane) {
+    if (!(lanes >> lane & 1u) || !std::isnan(violation_(requirement, lane))) continue;
+    violation_(requirement, lane) = input.time[lane];
+    if (violated_[lane] < 0) violated_[lane] = requirement;
+  }
+}
+
+void TaskMonitor::finish(const WitnessInput& input) {
+  double value[kLanes];
+  for (int i = 0; i < leaf_.rows(); ++i) {
+    if (leaves_[i]->kind != Objective::Kind::at_end) continue;
+    judging_[i].witness->evaluate(input, judging_[i].own, value);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      if (input.lanes[lane]) leaf_(i, lane) = value[lane];
     }
   }
-  return violated_[lane] >= 0;
+}
+
+std::vector<double> TaskMonitor::column(const BlockArray& array, int lane) {
+  std::vector<double> out(array.rows());
+  for (int i = 0; i < array.rows(); ++i) out[i] = array(i, lane);
+  return out;
 }
 
 double TaskMonitor::objective_margin(int lane) const {
-  const double* leaf = leaf_[lane].data();
+  const std::vector<double> values = column(leaf_, lane);
+  const double* leaf = values.data();
   return margin_of(task_->objective, leaf);
 }
 

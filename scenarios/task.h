@@ -13,21 +13,25 @@
 
 namespace graze {
 
-/// What a witness may look at: one lane after one step.
+/// What witnesses may look at: a block after a step.
 struct WitnessInput {
-  const Model& model;  // the particle's own p*
   const BlockState& state;
-  const std::vector<Contact>& contacts;
-  const BlockArray& tau;       // applied torques, [na]
-  const BlockArray& headroom;  // Actuators::headroom, [na]
-  int lane;
-  double time;
+  const std::vector<ContactPoint>& points;  // contacts and near points
+  const BlockArray& tau;                    // applied torques, [na]
+  const BlockArray& headroom;               // Actuators::headroom, [na]
+  std::array<double, kLanes> time;          // s
+  LaneMask lanes;                           // those whose witnesses are wanted
 };
 
 class Witness {
  public:
   virtual ~Witness() = default;
-  virtual double evaluate(const WitnessInput& input) const = 0;
+  /// How many numbers of a particle's own p* the witness needs (limits, places of frames).
+  virtual int numbers() const { return 0; }
+  /// Writes them into column `lane` of `own`, [numbers()].
+  virtual void read(const Model& /*model*/, int /*lane*/, BlockArray& /*own*/) const {}
+  /// The witness's value in each lane, out[kLanes]; in lanes that are not wanted it may be anything.
+  virtual void evaluate(const WitnessInput& input, const BlockArray& own, double* out) const = 0;
 };
 
 /// When a witness counts.
@@ -74,23 +78,37 @@ std::vector<std::string> witness_names();
 class TaskMonitor {
  public:
   explicit TaskMonitor(const Task& task);
-  void start(int lane);
-  /// After each step (and once at t = 0). Returns true if a requirement is violated now or was before.
-  bool update(const WitnessInput& input);
-  /// At the end of a trace (its last update has been made).
+  /// A fresh trace in a lane, of a particle with this p*.
+  void start(int lane, const Model& model);
+  /// After each step (and once at t = 0). Returns the lanes in which a requirement is violated now or was before.
+  LaneMask update(const WitnessInput& input);
+  /// At the end of the traces in `input.lanes`, whose last update has been made: judges what counts at the end.
+  void finish(const WitnessInput& input);
+  /// Of a trace that is finished.
   double objective_margin(int lane) const;
   bool objective_met(int lane) const { return objective_margin(lane) >= 0; }
   /// Per requirement: least witness within the window (+inf if never looked at), and the first time below 0 (NaN if
   /// none).
-  const std::vector<double>& margins(int lane) const { return margin_[lane]; }
-  const std::vector<double>& first_violations(int lane) const { return violation_[lane]; }
+  std::vector<double> margins(int lane) const { return column(margin_, lane); }
+  std::vector<double> first_violations(int lane) const { return column(violation_, lane); }
   /// Index of the requirement that was violated first (lowest index within a step), or -1.
   int violated(int lane) const { return violated_[lane]; }
 
  private:
+  /// A witness and the numbers of the lanes' particles that it needs.
+  struct Watched {
+    const Witness* witness;
+    BlockArray own;
+  };
+  static std::vector<double> column(const BlockArray& array, int lane);
+  void note_violations(int requirement, unsigned lanes, const WitnessInput& input);
+
   const Task* task_;
   std::vector<const Objective*> leaves_;
-  std::array<std::vector<double>, kLanes> margin_, violation_, leaf_;
+  std::vector<Watched> watched_;   // of the requirements
+  std::vector<Watched> judging_;   // of the leaves
+  BlockArray margin_, violation_;  // per requirement
+  BlockArray leaf_;                // per leaf
   std::array<int, kLanes> violated_{};
 };
 

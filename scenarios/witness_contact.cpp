@@ -17,15 +17,15 @@ constexpr double kFar = 0.02;
 constexpr double kTouch = 1e-9;
 
 constexpr int kFeatures = static_cast<int>(Feature::rim) + 1;
+constexpr unsigned kAllFeatures = ~0u;
 
 /// Which (collider, feature) a pattern names: bit f of mask[collider].
 struct Part {
   std::vector<unsigned> mask;
-  bool has(int collider, Feature feature) const { return (mask[collider] >> static_cast<unsigned>(feature)) & 1u; }
 };
 
 unsigned features_named(const std::string& pattern, const Collider& collider) {
-  if (matches(pattern, collider.name) || matches(pattern, collider.link)) return ~0u;
+  if (matches(pattern, collider.name) || matches(pattern, collider.link)) return kAllFeatures;
   unsigned out = 0;
   for (int f = 0; f < kFeatures; ++f) {
     const std::string suffix = fmt::format(".{}", feature_name(static_cast<Feature>(f)));
@@ -55,15 +55,40 @@ Part read_part(const Settings& settings, const Model& nominal) {
   return part;
 }
 
+/// Lanes of a point whose feature, a row of numbers, is in the mask.
+unsigned lanes_with(const double* feature, unsigned mask) {
+  if (mask == kAllFeatures) return LaneMask::all().bits();
+  unsigned out = 0;
+  for (int lane = 0; lane < kLanes; ++lane) out |= (mask >> static_cast<unsigned>(feature[lane]) & 1u) << lane;
+  return out;
+}
+
 /// Contacts between two sets of parts.
 struct Between {
   Part first, second;
 
-  bool operator()(const Contact& c) const {
-    return (first.has(c.a, c.feature_a) && second.has(c.b, c.feature_b)) ||
-           (first.has(c.b, c.feature_b) && second.has(c.a, c.feature_a));
+  /// Lanes in which the point is one of them.
+  unsigned operator()(const ContactPoint& point) const {
+    return one_way(point, first.mask[point.a], second.mask[point.b]) |
+           one_way(point, second.mask[point.a], first.mask[point.b]);
+  }
+
+ private:
+  static unsigned one_way(const ContactPoint& point, unsigned mask_a, unsigned mask_b) {
+    if (mask_a == 0 || mask_b == 0) return 0;
+    return lanes_with(point.row(kFeatureA), mask_a) & lanes_with(point.row(kFeatureB), mask_b) & point.lanes.bits();
   }
 };
+
+/// least = min(least, gap) in some lanes; points that touch count as overlapping.
+void take_gaps(const ContactPoint& point, unsigned lanes, double* least) {
+  const unsigned touching = point.touching().bits();
+  const double* gap = point.row(kGap);
+  for (int lane = 0; lane < kLanes; ++lane) {
+    if (!(lanes >> lane & 1u)) continue;
+    least[lane] = std::min(least[lane], touching >> lane & 1u ? std::min(gap[lane], -kTouch) : gap[lane]);
+  }
+}
 
 /// `[a, b]`; refused if no pair of colliders that may touch is meant, because then nothing could ever change it.
 Between read_between(const Settings& settings, const Model& nominal) {
@@ -84,12 +109,12 @@ class NoContact : public Witness {
  public:
   explicit NoContact(Between between) : between_(std::move(between)) {}
 
-  double evaluate(const WitnessInput& in) const override {
-    double least = kFar;
-    for (const Contact& c : in.contacts) {
-      if (between_(c)) least = std::min(least, c.touching() ? std::min(c.phi, -kTouch) : c.phi);
+  void evaluate(const WitnessInput& in, const BlockArray&, double* out) const override {
+    std::fill_n(out, kLanes, kFar);
+    for (const ContactPoint& point : in.points) {
+      const unsigned lanes = between_(point);
+      if (lanes != 0) take_gaps(point, lanes, out);
     }
-    return least;
   }
 
  private:
@@ -97,32 +122,25 @@ class NoContact : public Witness {
 };
 
 /// At least one of the pairs touches.
-class HeldContact : public Witness {
+class HeldContact : public NoContact {
  public:
-  explicit HeldContact(Between between) : between_(std::move(between)) {}
+  using NoContact::NoContact;
 
-  double evaluate(const WitnessInput& in) const override {
-    double greatest = -kFar;
-    for (const Contact& c : in.contacts) {
-      if (between_(c)) greatest = std::max(greatest, c.touching() ? std::max(-c.phi, kTouch) : -c.phi);
-    }
-    return greatest;
+  void evaluate(const WitnessInput& in, const BlockArray& own, double* out) const override {
+    NoContact::evaluate(in, own, out);
+    for (int lane = 0; lane < kLanes; ++lane) out[lane] = -out[lane];
   }
-
- private:
-  Between between_;
 };
 
 class NoSelfCollision : public Witness {
  public:
   explicit NoSelfCollision(std::vector<bool> robot) : robot_(std::move(robot)) {}
 
-  double evaluate(const WitnessInput& in) const override {
-    double least = kFar;
-    for (const Contact& c : in.contacts) {
-      if (robot_[c.a] && robot_[c.b]) least = std::min(least, c.touching() ? std::min(c.phi, -kTouch) : c.phi);
+  void evaluate(const WitnessInput& in, const BlockArray&, double* out) const override {
+    std::fill_n(out, kLanes, kFar);
+    for (const ContactPoint& point : in.points) {
+      if (robot_[point.a] && robot_[point.b]) take_gaps(point, point.lanes.bits(), out);
     }
-    return least;
   }
 
  private:

@@ -37,30 +37,57 @@ std::vector<int> only(const Settings& settings, const Model& nominal, const char
   return joints;
 }
 
-/// Least of a function of (body, actuator index) over joints.
+/// Least of a function of each joint, over joints.
 class OverJoints : public Witness {
  public:
-  explicit OverJoints(std::vector<int> joints) : joints_(std::move(joints)) {}
-
-  double evaluate(const WitnessInput& in) const override {
-    double least = std::numeric_limits<double>::infinity();
-    for (const int k : joints_) least = std::min(least, margin(in, in.model.bodies[in.model.actuated[k]], k));
-    return least;
+  explicit OverJoints(const Model& nominal, const std::vector<int>& joints) {
+    for (const int k : joints) {
+      const Body& body = nominal.bodies[nominal.actuated[k]];
+      joints_.push_back({nominal.actuated[k], body.q, body.v, k});
+    }
   }
 
+  int numbers() const override { return kLimits * static_cast<int>(joints_.size()); }
+
+  void read(const Model& model, int lane, BlockArray& own) const override {
+    for (std::size_t i = 0; i < joints_.size(); ++i) {
+      const Body& body = model.bodies[joints_[i].body];
+      const double limits[kLimits] = {body.lower, body.upper, body.effort, body.velocity};
+      for (int k = 0; k < kLimits; ++k) own(static_cast<int>(i) * kLimits + k, lane) = limits[k];
+    }
+  }
+
+  void evaluate(const WitnessInput& in, const BlockArray& own, double* out) const override {
+    std::fill_n(out, kLanes, std::numeric_limits<double>::infinity());
+    for (std::size_t i = 0; i < joints_.size(); ++i) {
+      double value[kLanes];
+      margin(in, joints_[i], own.row(static_cast<int>(i) * kLimits), value);
+      for (int lane = 0; lane < kLanes; ++lane) out[lane] = std::min(out[lane], value[lane]);
+    }
+  }
+
+ protected:
+  struct Joint {
+    int body, q, v, k;  // k: index of the actuator
+  };
+  /// A particle's own limits, rows of `limits`.
+  enum Limit { kLower, kUpper, kEffort, kVelocity, kLimits };
+  static const double* limit(const double* limits, Limit which) { return limits + which * kLanes; }
+
  private:
-  virtual double margin(const WitnessInput& in, const Body& body, int k) const = 0;
-  std::vector<int> joints_;
+  virtual void margin(const WitnessInput& in, const Joint& joint, const double* limits, double* out) const = 0;
+  std::vector<Joint> joints_;
 };
 
 class JointLimits : public OverJoints {
  public:
-  JointLimits(std::vector<int> joints, double spare) : OverJoints(std::move(joints)), spare_(spare) {}
+  JointLimits(const Model& nominal, const std::vector<int>& joints, double spare)
+      : OverJoints(nominal, joints), spare_(spare) {}
 
  private:
-  double margin(const WitnessInput& in, const Body& body, int) const override {
-    const double q = in.state.q(body.q, in.lane);
-    return std::min(q - body.lower, body.upper - q) - spare_;
+  void margin(const WitnessInput& in, const Joint& joint, const double* limits, double* out) const override {
+    const double *q = in.state.q.row(joint.q), *lower = limit(limits, kLower), *upper = limit(limits, kUpper);
+    for (int i = 0; i < kLanes; ++i) out[i] = std::min(q[i] - lower[i], upper[i] - q[i]) - spare_;
   }
   double spare_;  // rad or m to keep from the limit
 };
@@ -70,7 +97,9 @@ class TorqueLimits : public OverJoints {
   using OverJoints::OverJoints;
 
  private:
-  double margin(const WitnessInput& in, const Body&, int k) const override { return in.headroom(k, in.lane); }
+  void margin(const WitnessInput& in, const Joint& joint, const double*, double* out) const override {
+    std::copy_n(in.headroom.row(joint.k), kLanes, out);
+  }
 };
 
 /// §6.1.1: the linear torque-speed line in all four quadrants, tau_max - |v| tau_max / v_max - |tau|.
@@ -79,19 +108,24 @@ class TorqueSpeed : public OverJoints {
   using OverJoints::OverJoints;
 
  private:
-  double margin(const WitnessInput& in, const Body& body, int k) const override {
-    const double speed = std::abs(in.state.v(body.v, in.lane));
-    return body.effort * (1.0 - speed / body.velocity) - std::abs(in.tau(k, in.lane));
+  void margin(const WitnessInput& in, const Joint& joint, const double* limits, double* out) const override {
+    const double *v = in.state.v.row(joint.v), *tau = in.tau.row(joint.k);
+    const double *effort = limit(limits, kEffort), *velocity = limit(limits, kVelocity);
+    for (int i = 0; i < kLanes; ++i) {
+      out[i] = effort[i] * (1.0 - std::abs(v[i]) / velocity[i]) - std::abs(tau[i]);
+    }
   }
 };
 
 class JointSpeed : public OverJoints {
  public:
-  JointSpeed(std::vector<int> joints, double below) : OverJoints(std::move(joints)), below_(below) {}
+  JointSpeed(const Model& nominal, const std::vector<int>& joints, double below)
+      : OverJoints(nominal, joints), below_(below) {}
 
  private:
-  double margin(const WitnessInput& in, const Body& body, int) const override {
-    return std::min(below_, body.velocity) - std::abs(in.state.v(body.v, in.lane));
+  void margin(const WitnessInput& in, const Joint& joint, const double* limits, double* out) const override {
+    const double *v = in.state.v.row(joint.v), *velocity = limit(limits, kVelocity);
+    for (int i = 0; i < kLanes; ++i) out[i] = std::min(below_, velocity[i]) - std::abs(v[i]);
   }
   double below_;  // rad/s; infinite: the joint's own limit
 };
@@ -100,35 +134,36 @@ class JointSpeed : public OverJoints {
 
 ReadWitness read_joint_limits(const Settings& settings, const Model& nominal) {
   settings.allow(keys_of("joint_limits"));
-  std::vector<int> joints = only(settings, nominal, "position limits",
-                                 [](const Body& b) { return std::isfinite(b.lower) || std::isfinite(b.upper); });
+  const std::vector<int> joints = only(settings, nominal, "position limits",
+                                       [](const Body& b) { return std::isfinite(b.lower) || std::isfinite(b.upper); });
   const auto spare = settings.find("margin");
-  return {std::make_shared<JointLimits>(std::move(joints), spare ? spare->non_negative(Quantity::angle) : 0.0),
+  return {std::make_shared<JointLimits>(nominal, joints, spare ? spare->non_negative(Quantity::angle) : 0.0),
           "position limits of " + joints_text(settings), "rad"};
 }
 
 ReadWitness read_torque_limits(const Settings& settings, const Model& nominal) {
   settings.allow(keys_of("torque_limits"));
-  std::vector<int> joints =
+  const std::vector<int> joints =
       only(settings, nominal, "an effort limit", [](const Body& b) { return std::isfinite(b.effort); });
-  return {std::make_shared<TorqueLimits>(std::move(joints)), "torque limits of " + joints_text(settings), "N m"};
+  return {std::make_shared<TorqueLimits>(nominal, joints), "torque limits of " + joints_text(settings), "N m"};
 }
 
 ReadWitness read_torque_speed(const Settings& settings, const Model& nominal) {
   settings.allow(keys_of("torque_speed"));
-  std::vector<int> joints = only(settings, nominal, "both an effort and a velocity limit",
-                                 [](const Body& b) { return std::isfinite(b.effort) && std::isfinite(b.velocity); });
-  return {std::make_shared<TorqueSpeed>(std::move(joints)), "torque-speed line of " + joints_text(settings), "N m"};
+  const std::vector<int> joints = only(settings, nominal, "both an effort and a velocity limit", [](const Body& b) {
+    return std::isfinite(b.effort) && std::isfinite(b.velocity);
+  });
+  return {std::make_shared<TorqueSpeed>(nominal, joints), "torque-speed line of " + joints_text(settings), "N m"};
 }
 
 ReadWitness read_joint_speed(const Settings& settings, const Model& nominal) {
   settings.allow(keys_of("joint_speed"));
   const auto limit = settings.find("below");
   const double below = limit ? limit->positive(Quantity::angular_velocity) : std::numeric_limits<double>::infinity();
-  std::vector<int> joints =
+  const std::vector<int> joints =
       limit ? read_joints(settings, nominal)
             : only(settings, nominal, "a velocity limit", [](const Body& b) { return std::isfinite(b.velocity); });
-  return {std::make_shared<JointSpeed>(std::move(joints), below), "speed of " + joints_text(settings), "rad/s"};
+  return {std::make_shared<JointSpeed>(nominal, joints, below), "speed of " + joints_text(settings), "rad/s"};
 }
 
 }  // namespace graze

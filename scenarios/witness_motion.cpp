@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/model/kinematics.h"
 #include "scenarios/keys.h"
 #include "scenarios/names.h"
 #include "scenarios/witnesses.h"
@@ -17,72 +16,207 @@ std::vector<int> read_frames(const Settings& settings, const Model& nominal) {
   return match_names(link, link.text(), frame_names(nominal), "link");
 }
 
-Vec3 origin(const WitnessInput& in, int frame) {
-  const Frame& f = in.model.frames[frame];
-  return in.state.pose(f.body, in.lane) * f.X_BF.translation();
+/// A row of lanes.
+struct Lanes {
+  double value[kLanes];
+  double& operator[](int lane) { return value[lane]; }
+  double operator[](int lane) const { return value[lane]; }
+};
+struct Lanes3 {
+  Lanes x, y, z;
+};
+
+/// R_WB u + p of a vector that is fixed in a body (-1: the world), rows [3] of a particle's numbers; `as_point`: with
+/// p.
+Lanes3 to_world(const BlockState& state, int body, const double* u_B, bool as_point) {
+  const double *x = u_B, *y = u_B + kLanes, *z = u_B + 2 * kLanes;
+  Lanes3 out;
+  double* rows[3] = {out.x.value, out.y.value, out.z.value};
+  for (int i = 0; i < 3; ++i) {
+    if (body < 0) {
+      std::copy_n(u_B + i * kLanes, kLanes, rows[i]);
+      continue;
+    }
+    const double* R = state.X.row(12 * body + 3 * i);
+    const double* p = state.X.row(12 * body + 9 + i);
+    for (int l = 0; l < kLanes; ++l) {
+      rows[i][l] = R[l] * x[l] + R[kLanes + l] * y[l] + R[2 * kLanes + l] * z[l] + (as_point ? p[l] : 0.0);
+    }
+  }
+  return out;
 }
 
-/// Angle between the link's z axis and the world's, against the largest that is allowed.
+Lanes3 rows3(const double* rows) {
+  Lanes3 out;
+  std::copy_n(rows, kLanes, out.x.value);
+  std::copy_n(rows + kLanes, kLanes, out.y.value);
+  std::copy_n(rows + 2 * kLanes, kLanes, out.z.value);
+  return out;
+}
+
+Lanes3 minus(const Lanes3& a, const Lanes3& b) {
+  Lanes3 out;
+  for (int l = 0; l < kLanes; ++l) {
+    out.x[l] = a.x[l] - b.x[l], out.y[l] = a.y[l] - b.y[l], out.z[l] = a.z[l] - b.z[l];
+  }
+  return out;
+}
+
+Lanes3 scaled(const Lanes3& a, const double* by) {
+  Lanes3 out;
+  for (int l = 0; l < kLanes; ++l) out.x[l] = a.x[l] * by[l], out.y[l] = a.y[l] * by[l], out.z[l] = a.z[l] * by[l];
+  return out;
+}
+
+void add(const Lanes3& a, Lanes3& sum) {
+  for (int l = 0; l < kLanes; ++l) sum.x[l] += a.x[l], sum.y[l] += a.y[l], sum.z[l] += a.z[l];
+}
+
+/// sum += w x r
+void add_cross(const Lanes3& w, const Lanes3& r, Lanes3& sum) {
+  for (int l = 0; l < kLanes; ++l) {
+    sum.x[l] += w.y[l] * r.z[l] - w.z[l] * r.y[l];
+    sum.y[l] += w.z[l] * r.x[l] - w.x[l] * r.z[l];
+    sum.z[l] += w.x[l] * r.y[l] - w.y[l] * r.x[l];
+  }
+}
+
+void write(const Vec3& u, int first, int lane, BlockArray& own) {
+  for (int i = 0; i < 3; ++i) own(first + i, lane) = u[i];
+}
+
+/// Angle between the link's z axis and the world's, against the largest that is allowed. Numbers: the z axes, [3] each.
 class Tilt : public Witness {
  public:
-  Tilt(std::vector<int> frames, double below) : frames_(std::move(frames)), below_(below) {}
+  Tilt(const Model& nominal, std::vector<int> frames, double below) : frames_(std::move(frames)), below_(below) {
+    for (const int frame : frames_) body_.push_back(nominal.frames[frame].body);
+  }
 
-  double evaluate(const WitnessInput& in) const override {
-    double largest = 0;
-    for (const int frame : frames_) {
-      const Frame& f = in.model.frames[frame];
-      const Vec3 z_W = in.state.pose(f.body, in.lane).linear() * f.X_BF.linear().col(2);
-      largest = std::max(largest, std::atan2(std::hypot(z_W.x(), z_W.y()), z_W.z()));
+  int numbers() const override { return 3 * static_cast<int>(frames_.size()); }
+
+  void read(const Model& model, int lane, BlockArray& own) const override {
+    for (int i = 0; i < static_cast<int>(frames_.size()); ++i) {
+      write(model.frames[frames_[i]].X_BF.linear().col(2), 3 * i, lane, own);
     }
-    return below_ - largest;
+  }
+
+  void evaluate(const WitnessInput& in, const BlockArray& own, double* out) const override {
+    // The most tilted has the greatest key; only its angle is computed.
+    Lanes greatest, sine2{}, cosine{};
+    std::fill_n(greatest.value, kLanes, -1.0);
+    for (int i = 0; i < static_cast<int>(frames_.size()); ++i) {
+      const Lanes3 z_W = to_world(in.state, body_[i], own.row(3 * i), false);
+      for (int l = 0; l < kLanes; ++l) {
+        const double s2 = z_W.x[l] * z_W.x[l] + z_W.y[l] * z_W.y[l];
+        const double key = z_W.z[l] > 0 ? s2 : 2 - s2;
+        const bool more = key > greatest[l];
+        greatest[l] = more ? key : greatest[l];
+        sine2[l] = more ? s2 : sine2[l];
+        cosine[l] = more ? z_W.z[l] : cosine[l];
+      }
+    }
+    for (int l = 0; l < kLanes; ++l) {
+      if (in.lanes[l]) out[l] = below_ - std::atan2(std::sqrt(sine2[l]), cosine[l]);
+    }
   }
 
  private:
-  std::vector<int> frames_;
+  std::vector<int> frames_, body_;
   double below_;  // rad
 };
+
+/// Numbers of a frame: the place of its origin in its body, [3].
+void read_origins(const Model& model, const std::vector<int>& frames, int lane, BlockArray& own) {
+  for (int i = 0; i < static_cast<int>(frames.size()); ++i) {
+    write(model.frames[frames[i]].X_BF.translation(), 3 * i, lane, own);
+  }
+}
 
 /// The origins of all frames lie in a box of the world (sides may be open).
 class Region : public Witness {
  public:
-  Region(std::vector<int> frames, const Vec3& above, const Vec3& below)
-      : frames_(std::move(frames)), above_(above), below_(below) {}
+  Region(const Model& nominal, std::vector<int> frames, const Vec3& above, const Vec3& below)
+      : frames_(std::move(frames)), above_(above), below_(below) {
+    for (const int frame : frames_) body_.push_back(nominal.frames[frame].body);
+  }
 
-  double evaluate(const WitnessInput& in) const override {
-    double least = std::numeric_limits<double>::infinity();
-    for (const int frame : frames_) {
-      const Vec3 p_W = origin(in, frame);
-      least = std::min({least, (p_W - above_).minCoeff(), (below_ - p_W).minCoeff()});
+  int numbers() const override { return 3 * static_cast<int>(frames_.size()); }
+  void read(const Model& model, int lane, BlockArray& own) const override { read_origins(model, frames_, lane, own); }
+
+  void evaluate(const WitnessInput& in, const BlockArray& own, double* out) const override {
+    std::fill_n(out, kLanes, std::numeric_limits<double>::infinity());
+    for (int i = 0; i < static_cast<int>(frames_.size()); ++i) {
+      const Lanes3 p_W = to_world(in.state, body_[i], own.row(3 * i), true);
+      const Lanes* axis[3] = {&p_W.x, &p_W.y, &p_W.z};
+      for (int k = 0; k < 3; ++k) {
+        const Lanes& p = *axis[k];
+        for (int l = 0; l < kLanes; ++l) out[l] = std::min({out[l], p[l] - above_[k], below_[k] - p[l]});
+      }
     }
-    return least;
   }
 
  private:
-  std::vector<int> frames_;
+  std::vector<int> frames_, body_;
   Vec3 above_, below_;  // m; infinite where open
 };
 
-/// Speed of the frames' origins.
+/// Speed of the frames' origins. Numbers: their places, and the axis of each body's joint in its frame, [3] each.
 class Speed : public Witness {
  public:
-  Speed(std::vector<int> frames, double below) : frames_(std::move(frames)), below_(below) {}
+  Speed(const Model& nominal, std::vector<int> frames, double below) : frames_(std::move(frames)), below_(below) {
+    for (const int frame : frames_) body_.push_back(nominal.frames[frame].body);
+    for (const Body& body : nominal.bodies) joints_.push_back({body.parent, body.v, body.type});
+  }
 
-  double evaluate(const WitnessInput& in) const override {
-    std::vector<Pose> X_WB(in.model.bodies.size());
-    for (std::size_t b = 0; b < X_WB.size(); ++b) X_WB[b] = in.state.pose(static_cast<int>(b), in.lane);
-    const Eigen::VectorXd v = in.state.v.column(in.lane);
-    double largest = 0;
-    for (const int frame : frames_) {
-      const int body = in.model.frames[frame].body;
-      if (body < 0) continue;
-      largest = std::max(largest, (point_jacobian(in.model, X_WB, body, origin(in, frame)) * v).norm());
+  int numbers() const override { return 3 * static_cast<int>(frames_.size() + joints_.size()); }
+
+  void read(const Model& model, int lane, BlockArray& own) const override {
+    read_origins(model, frames_, lane, own);
+    for (int b = 0; b < static_cast<int>(joints_.size()); ++b) write(model.bodies[b].axis, axis_row(b), lane, own);
+  }
+
+  void evaluate(const WitnessInput& in, const BlockArray& own, double* out) const override {
+    Lanes largest{};
+    for (int i = 0; i < static_cast<int>(frames_.size()); ++i) {
+      const Lanes3 v = velocity(in.state, own, body_[i], to_world(in.state, body_[i], own.row(3 * i), true));
+      for (int l = 0; l < kLanes; ++l) {
+        largest[l] = std::max(largest[l], v.x[l] * v.x[l] + v.y[l] * v.y[l] + v.z[l] * v.z[l]);
+      }
     }
-    return below_ - largest;
+    for (int l = 0; l < kLanes; ++l) out[l] = below_ - std::sqrt(largest[l]);
   }
 
  private:
-  std::vector<int> frames_;
-  double below_;  // m/s
+  struct Joint {
+    int parent, v;
+    JointType type;
+  };
+  int axis_row(int body) const { return 3 * (static_cast<int>(frames_.size()) + body); }
+
+  /// Velocity of a point of a body: what each joint on the way to the world adds.
+  Lanes3 velocity(const BlockState& state, const BlockArray& own, int body, const Lanes3& p_W) const {
+    Lanes3 sum{};
+    for (int b = body; b >= 0; b = joints_[b].parent) {
+      const Joint& joint = joints_[b];
+      const Lanes3 r = minus(p_W, rows3(state.X.row(12 * b + 9)));
+      if (joint.type == JointType::floating) {
+        add_cross(rows3(state.v.row(joint.v)), r, sum);
+        add(rows3(state.v.row(joint.v + 3)), sum);
+        continue;
+      }
+      const Lanes3 motion = scaled(to_world(state, b, own.row(axis_row(b)), false), state.v.row(joint.v));
+      if (joint.type == JointType::revolute) {
+        add_cross(motion, r, sum);
+      } else {
+        add(motion, sum);
+      }
+    }
+    return sum;
+  }
+
+  std::vector<int> frames_, body_;
+  std::vector<Joint> joints_;  // of every body
+  double below_;               // m/s
 };
 
 constexpr double kOpen = std::numeric_limits<double>::infinity();
@@ -110,7 +244,7 @@ ReadWitness read_tilt(const Settings& settings, const Model& nominal) {
   const std::vector<int> frames = read_frames(settings, nominal);
   const Settings limit = settings.at("below");
   const double below = limit.positive(Quantity::angle);
-  return {std::make_shared<Tilt>(frames, below),
+  return {std::make_shared<Tilt>(nominal, frames, below),
           fmt::format("tilt of {} below {:g} rad", settings.at("link").text(), below), "rad"};
 }
 
@@ -119,7 +253,7 @@ ReadWitness read_height(const Settings& settings, const Model& nominal) {
   const std::vector<int> frames = read_frames(settings, nominal);
   Vec3 above = Vec3::Constant(-kOpen), below = Vec3::Constant(kOpen);
   read_range(settings, above.z(), below.z());
-  return {std::make_shared<Region>(frames, above, below),
+  return {std::make_shared<Region>(nominal, frames, above, below),
           settings.at("link").text() + range_text("z", above.z(), below.z()), "m"};
 }
 
@@ -139,14 +273,14 @@ ReadWitness read_position(const Settings& settings, const Model& nominal) {
     any = true;
   }
   if (!any) settings.fail("needs one of x, y, z, e.g. y: {below: -0.2 m}");
-  return {std::make_shared<Region>(frames, above, below), text, "m"};
+  return {std::make_shared<Region>(nominal, frames, above, below), text, "m"};
 }
 
 ReadWitness read_speed(const Settings& settings, const Model& nominal) {
   settings.allow(keys_of("speed"));
   const std::vector<int> frames = read_frames(settings, nominal);
   const double below = settings.at("below").positive(Quantity::velocity);
-  return {std::make_shared<Speed>(frames, below),
+  return {std::make_shared<Speed>(nominal, frames, below),
           fmt::format("speed of {} below {:g} m/s", settings.at("link").text(), below), "m/s"};
 }
 

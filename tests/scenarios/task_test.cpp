@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <random>
 
 #include "engine/model/kinematics.h"
 #include "tests/scenarios/support.h"
@@ -16,6 +17,13 @@ namespace {
 
 using ::testing::ElementsAre;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+void write_poses(const std::vector<Pose>& X_WB, int lane, BlockState& state) {
+  for (std::size_t b = 0; b < X_WB.size(); ++b) {
+    for (int i = 0; i < 9; ++i) state.X(static_cast<int>(12 * b) + i, lane) = X_WB[b].linear()(i / 3, i % 3);
+    for (int i = 0; i < 3; ++i) state.X(static_cast<int>(12 * b) + 9 + i, lane) = X_WB[b].translation()[i];
+  }
+}
 
 /// The test robot, floating, in lane 3 of a block: everything that a witness may look at, set by hand.
 class Tasks : public ::testing::Test {
@@ -40,19 +48,26 @@ class Tasks : public ::testing::Test {
 
   /// Margin of one witness in the present state.
   double margin(const std::string& witness) {
-    return task("requirements: {w: " + witness + "}").requirements[0].witness->evaluate(input());
+    const Task t = task("requirements: {w: " + witness + "}");
+    const Witness& w = *t.requirements[0].witness;
+    BlockArray own(w.numbers());
+    w.read(model_, kLane, own);
+    double out[kLanes];
+    w.evaluate(input(), own, out);
+    return out[kLane];
   }
 
   const WitnessInput& input(double time = 0) {
     std::vector<Pose> X_WB;
     forward_kinematics(model_, q_, X_WB);
-    for (std::size_t b = 0; b < X_WB.size(); ++b) {
-      for (int i = 0; i < 9; ++i) state_.X(static_cast<int>(12 * b) + i, kLane) = X_WB[b].linear()(i / 3, i % 3);
-      for (int i = 0; i < 3; ++i) state_.X(static_cast<int>(12 * b) + 9 + i, kLane) = X_WB[b].translation()[i];
-    }
+    write_poses(X_WB, kLane, state_);
     state_.q.set_column(kLane, q_);
     state_.v.set_column(kLane, v_);
-    input_.reset(new WitnessInput{model_, state_, contacts_, tau_, headroom_, kLane, time});
+    lists_[kLane] = contacts_;
+    points_ = lists_.gather();
+    std::array<double, kLanes> times{};
+    times[kLane] = time;
+    input_.reset(new WitnessInput{state_, points_, tau_, headroom_, times, LaneMask(1u << kLane)});
     return *input_;
   }
 
@@ -85,6 +100,8 @@ class Tasks : public ::testing::Test {
   BlockState state_;
   BlockArray tau_, headroom_;
   std::vector<Contact> contacts_;
+  ContactLists lists_;
+  std::vector<ContactPoint> points_;
   std::unique_ptr<WitnessInput> input_;
 };
 
@@ -176,24 +193,164 @@ TEST_F(Tasks, TorqueSpeedFollowsTheLinearLine) {
   }
 }
 
+/// A block of particles that differ from each other, each in a state of its own.
+struct RandomBlock {
+  std::vector<Model> models;
+  BlockState state;
+  BlockArray tau, headroom;
+  ContactLists contacts;
+  std::mt19937 random{5};
+
+  RandomBlock(const Model& model, const State& initial, const BlockState& like)
+      : models(kLanes, model), state(like), tau(model.na()), headroom(model.na()) {
+    for (int lane = 0; lane < kLanes; ++lane) {
+      vary(models[lane]);
+      place(lane, initial);
+      touch(lane);
+    }
+  }
+
+  double number() { return 2.0 * random() / 4294967296.0 - 1; }  // -1 .. 1
+  Vec3 vector() { return {number(), number(), number()}; }
+
+  void vary(Model& model) {
+    for (Body& body : model.bodies) {
+      body.upper += 0.1 * number();
+      body.effort *= 1 + 0.1 * number();
+      body.velocity *= 1 + 0.1 * number();
+      body.axis = (body.axis + 0.1 * vector()).normalized();
+    }
+    for (Frame& frame : model.frames) frame.X_BF.translation() += 0.1 * vector();
+  }
+
+  void place(int lane, const State& initial) {
+    Eigen::VectorXd q = initial.q, v(initial.v.size());
+    for (int i = 0; i < q.size(); ++i) q[i] += 0.5 * number();
+    q.head<4>().normalize();
+    for (double& one : v) one = number();
+    std::vector<Pose> X_WB;
+    forward_kinematics(models[lane], q, X_WB);
+    write_poses(X_WB, lane, state);
+    state.q.set_column(lane, q);
+    state.v.set_column(lane, v);
+    for (int k = 0; k < tau.rows(); ++k) tau(k, lane) = 20 * number(), headroom(k, lane) = number();
+  }
+
+  void touch(int lane) {
+    for (int i = 0; i < 10; ++i) {
+      Contact c;
+      c.a = static_cast<int>(random() % models[lane].colliders.size());
+      c.b = static_cast<int>(random() % models[lane].colliders.size());
+      if (c.a > c.b) std::swap(c.a, c.b);
+      c.feature_b = random() % 2 ? Feature::side : Feature::top;
+      c.phi = 0.01 * number();
+      c.impulse_W = (random() % 2) * c.n_W;
+      contacts[lane].push_back(c);
+    }
+  }
+};
+
+BlockArray only_lane(const BlockArray& array, int lane) {
+  BlockArray out(array.rows());
+  for (int i = 0; i < array.rows(); ++i) out(i, lane) = array(i, lane);
+  return out;
+}
+
+BlockState only_lane(const BlockState& state, int lane) {
+  return {only_lane(state.q, lane), only_lane(state.v, lane), only_lane(state.a, lane), only_lane(state.X, lane)};
+}
+
+/// A witness in one lane of a block, beside lanes that hold nothing.
+double alone(const Witness& witness, const RandomBlock& block, int lane) {
+  BlockArray own(witness.numbers());
+  witness.read(block.models[lane], lane, own);
+  ContactLists contacts = block.contacts;
+  for (int other = 0; other < kLanes; ++other) {
+    if (other != lane) contacts[other].clear();
+  }
+  const std::vector<ContactPoint> points = contacts.gather();
+  const BlockState state = only_lane(block.state, lane);
+  const BlockArray tau = only_lane(block.tau, lane), headroom = only_lane(block.headroom, lane);
+  double out[kLanes];
+  witness.evaluate({state, points, tau, headroom, {}, LaneMask(1u << lane)}, own, out);
+  return out[lane];
+}
+
+/// A witness in every lane of a block.
+std::array<double, kLanes> together(const Witness& witness, RandomBlock& block) {
+  BlockArray own(witness.numbers());
+  for (int lane = 0; lane < kLanes; ++lane) witness.read(block.models[lane], lane, own);
+  const std::vector<ContactPoint> points = block.contacts.gather();
+  std::array<double, kLanes> out;
+  witness.evaluate({block.state, points, block.tau, block.headroom, {}, LaneMask::all()}, own, out.data());
+  return out;
+}
+
+// Every witness gives a lane the same bits beside other particles as alone.
+TEST_F(Tasks, LanesAreJudgedApart) {
+  const Task t = task(
+      "requirements:\n"
+      "  tilt: {tilt: {link: \"*\", below: 1}}\n"
+      "  height: {height: {link: \"{base,foot}\", above: 0.3}}\n"
+      "  position: {position: {link: foot, x: {above: -1, below: 1}, y: {below: 2}}}\n"
+      "  speed: {speed: {link: \"*\", below: 3}}\n"
+      "  apart: {no_contact: [foot, \"block.{side,top}\"]}\n"
+      "  standing: {contact: [foot, ground]}\n"
+      "  self: {self_collision: true}\n"
+      "  limits: {joint_limits: {}}\n"
+      "  torque: {torque_limits: {}}\n"
+      "  line: {torque_speed: {joints: hip}}\n"
+      "  fast: {joint_speed: {}}\n");
+  input();
+  RandomBlock block(model_, initial_state(*scenario_.world, model_), state_);
+  for (const Requirement& one : t.requirements) {
+    const std::array<double, kLanes> value = together(*one.witness, block);
+    EXPECT_THAT(value, ::testing::Contains(::testing::Ne(value[0]))) << one.name << ": all alike shows nothing";
+    for (int lane = 0; lane < kLanes; ++lane) {
+      EXPECT_EQ(alone(*one.witness, block, lane), value[lane]) << one.name << ", lane " << lane;
+    }
+  }
+}
+
+// Speed is that of the Jacobian, over revolute, prismatic and floating joints about any axes.
+TEST_F(Tasks, SpeedAgreesWithTheJacobian) {
+  const Task t = task("requirements: {speed: {speed: {link: \"*\", below: 3}}}");
+  input();
+  RandomBlock block(model_, initial_state(*scenario_.world, model_), state_);
+  const std::array<double, kLanes> value = together(*t.requirements[0].witness, block);
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const Model& model = block.models[lane];
+    std::vector<Pose> X_WB;
+    for (std::size_t b = 0; b < model.bodies.size(); ++b) X_WB.push_back(block.state.pose(static_cast<int>(b), lane));
+    double greatest = 0;
+    for (std::size_t i = 0; i < model.frames.size(); ++i) {
+      const Vec3 p_W = frame_pose(model, X_WB, static_cast<int>(i)).translation();
+      const Eigen::Matrix3Xd J = point_jacobian(model, X_WB, model.frames[i].body, p_W);
+      greatest = std::max(greatest, (J * block.state.v.column(lane)).norm());
+    }
+    EXPECT_NEAR(value[lane], 3 - greatest, 1e-13 * (1 + greatest));
+  }
+}
+
 TEST_F(Tasks, RequirementsKeepMarginAndFirstViolation) {
   const Task t = task(
       "requirements:\n"
       "  high: {height: {link: base, above: 1}}\n"
       "  late: {height: {link: base, above: 2}, window: [2 s, 4 s]}\n");
   TaskMonitor monitor(t);
+  for (int lane = 0; lane < kLanes; ++lane) monitor.start(lane, model_);
   const double heights[] = {1.5, 1.2, 2.5, 2.1, 0.5, 3.0};  // at t = 0, 1, …
   std::vector<bool> violated;
   for (int i = 0; i < 6; ++i) {
     q_[6] = heights[i];
-    violated.push_back(monitor.update(input(i)));
+    violated.push_back(monitor.update(input(i))[kLane]);
   }
   EXPECT_THAT(violated, ElementsAre(false, false, false, false, true, true));
   EXPECT_THAT(monitor.margins(kLane), ElementsAre(-0.5, -1.5));
   EXPECT_THAT(monitor.first_violations(kLane), ElementsAre(4, 4));
   EXPECT_EQ(monitor.violated(kLane), 0) << "the first in the list within a step";
   EXPECT_EQ(monitor.violated(0), -1) << "other lanes know nothing of it";
-  monitor.start(kLane);
+  monitor.start(kLane, model_);
   EXPECT_EQ(monitor.violated(kLane), -1);
   EXPECT_THAT(monitor.margins(kLane), ElementsAre(kInfinity, kInfinity));
   EXPECT_TRUE(std::isnan(monitor.first_violations(kLane)[0]));
@@ -203,11 +360,13 @@ TEST_F(Tasks, ObjectivesAreJudgedAtTheirTimes) {
   const auto margin_of = [&](const std::string& objective) {
     const Task t = task("objective: " + objective);
     TaskMonitor monitor(t);
+    monitor.start(kLane, model_);
     const double heights[] = {1.5, 3.0, 0.5, 2.0};  // at t = 0, 1, 2, 3
     for (int i = 0; i < 4; ++i) {
       q_[6] = heights[i];
       monitor.update(input(i));
     }
+    monitor.finish(input(3));
     return monitor.objective_margin(kLane);
   };
   const std::string up = "height: {link: base, above: 1}", far = "position: {link: base, x: {above: 0.25}}";
@@ -227,7 +386,9 @@ TEST_F(Tasks, ObjectivesAreJudgedAtTheirTimes) {
 TEST_F(Tasks, WithoutAnObjectiveTheEndIsEnough) {
   const Task t = task("{}");
   TaskMonitor monitor(t);
+  monitor.start(kLane, model_);
   monitor.update(input());
+  monitor.finish(input());
   EXPECT_TRUE(monitor.objective_met(kLane));
 }
 
