@@ -1,0 +1,193 @@
+// On the lane engine, too, a trace is the same bits for any number of threads, any N, any order of particles, beside
+// any neighbours, in lanes that were refilled, and on every instruction set that this machine has.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <mutex>
+#include <set>
+
+#include "archive/archive.h"
+#include "engine/lanes/isa.h"
+#include "jobs/block_run.h"
+#include "jobs/campaign.h"
+#include "tests/jobs/program.h"
+
+namespace graze {
+namespace {
+
+void add(const double& value, std::string& out) { out.append(reinterpret_cast<const char*>(&value), sizeof value); }
+
+void add(const std::vector<double>& values, std::string& out) {
+  for (const double value : values) add(value, out);
+}
+
+void add(const std::vector<Event>& events, std::string& out) {
+  for (const Event& event : events) {
+    out += fmt::format("{} {} {} {} {} ", static_cast<int>(event.kind), event.a, event.b,
+                       static_cast<int>(event.feature_a), static_cast<int>(event.feature_b));
+    add({event.time, event.impulse, event.p_W.x(), event.p_W.y(), event.p_W.z()}, out);
+  }
+}
+
+void add(const std::vector<TelemetryFrame>& telemetry, std::string& out) {
+  for (const TelemetryFrame& frame : telemetry) {
+    add(frame.time, out);
+    for (const auto* values : {&frame.q, &frame.v, &frame.tau}) add(*values, out);
+  }
+}
+
+/// Everything that is kept of a trace, bit by bit.
+std::string all_of(const TraceRecord& trace) {
+  std::string out = fmt::format("{} {} {:x} {} {} ", static_cast<int>(trace.outcome), trace.violated, trace.digest,
+                                trace.sequence, trace.invalid_reason);
+  add({trace.end_time, trace.objective_margin}, out);
+  for (const auto* values : {&trace.margins, &trace.first_violations, &trace.q, &trace.v}) add(*values, out);
+  add(trace.events, out);
+  add(trace.telemetry, out);
+  return out;
+}
+
+using Traces = std::map<std::pair<std::string, std::uint32_t>, std::string>;
+
+/// Every trace, by policy and particle.
+Traces traces(const Scenario& scenario, std::uint64_t particles, int threads) {
+  CampaignOptions options;
+  options.particles = particles;
+  options.seed = 11;
+  options.threads = threads;
+  CampaignProgress progress;
+  Traces out;
+  std::mutex mutex;
+  EXPECT_TRUE(run_campaign(scenario, options, progress,
+                           [&](int policy, std::vector<TraceRecord> records, const std::vector<double>&) {
+                             const std::lock_guard lock(mutex);
+                             for (const TraceRecord& one : records) {
+                               EXPECT_NE(one.outcome, Outcome::invalid) << one.invalid_reason;
+                               out[{scenario.policies[policy].name, one.particle}] = all_of(one);
+                             }
+                           }));
+  return out;
+}
+
+using Overrides = std::vector<Override>;
+
+/// The curb campaign on lanes under every contact model, cut to its first steps (all feet strike the ground).
+Scenario short_curb(const Overrides& more = {}) {
+  ScenarioOptions options;
+  options.overrides = {{"physics", "lanes"},
+                       {"uncertain.contact.model", "{choice: [complementarity, complementarity_free, compliant]}"},
+                       {"time.end", "60 ms"}};
+  options.overrides.insert(options.overrides.end(), more.begin(), more.end());
+  return load_scenario(testing::data("scenarios/quadruped_curb.yaml"), options);
+}
+
+/// The same with telemetry, and with traces that end one by one as their bases leave a narrow band of heights, so that
+/// lanes are refilled in the middle of their neighbours' traces.
+Scenario refilled_curb() {
+  return short_curb({{"record", "{telemetry: all, every: 7, events: true}"},
+                     {"time.control", "2 ms"},
+                     {"task.stop_at_violation", "true"},
+                     {"task.requirements.level", "{height: {link: BODY0, above: 17.5 cm}}"}});
+}
+
+std::vector<Particle> particles_of(const Scenario& scenario, std::uint32_t count) {
+  const Sampler sampler(scenario.space, scenario.design, 11, count);
+  std::vector<std::string> paths;
+  for (const UncertainParameter& parameter : scenario.space.parameters) paths.push_back(parameter.name);
+  const Fabricator fabricator(scenario.world, paths);
+  std::vector<Particle> out;
+  for (std::uint32_t i = 0; i < count; ++i) out.push_back(fabricator.fabricate(i, sampler.draw(i)));
+  return out;
+}
+
+TEST(LaneDeterminism, OneTwoAndEightThreadsGiveTheSameTraces) {
+  for (const Scenario& scenario : {short_curb(), refilled_curb()}) {
+    const Traces one = traces(scenario, 19, 1);
+    ASSERT_EQ(one.size(), 19 * scenario.policies.size());
+    EXPECT_EQ(one, traces(scenario, 19, 2));
+    EXPECT_EQ(one, traces(scenario, 19, 8));
+  }
+}
+
+TEST(LaneDeterminism, TracesDifferFromEachOther) {
+  // Guards the other tests: equal traces must not come from records that are always equal, and those that are meant to
+  // end one by one do.
+  const Scenario scenario = refilled_curb();
+  std::set<std::string> seen;
+  for (const auto& [key, trace] : traces(scenario, 19, 2)) seen.insert(trace);
+  EXPECT_GT(seen.size(), 19u);
+  const std::vector<Particle> particles = particles_of(scenario, 19);
+  std::set<double> ends;
+  for (const TraceRecord& one : BlockRun(scenario, scenario.policies.back(), 11).run(particles)) {
+    ends.insert(one.end_time);
+    EXPECT_FALSE(one.events.empty());
+    EXPECT_FALSE(one.telemetry.empty());
+  }
+  EXPECT_GT(ends.size(), 4u);
+}
+
+TEST(LaneDeterminism, TheNumberOfParticlesDoesNotMatter) {
+  for (const Scenario& scenario : {short_curb({{"sampling.design", "sobol"}}), refilled_curb()}) {
+    const Traces many = traces(scenario, 40, 1);
+    for (const std::uint64_t n : {1u, 3u, 9u}) {
+      for (const auto& [key, trace] : traces(scenario, n, 1)) EXPECT_EQ(trace, many.at(key)) << n;
+    }
+  }
+}
+
+// Whatever lane, neighbours and trace before: the order of the particles does not matter, nor that a BlockRun is used
+// again.
+TEST(LaneDeterminism, TheOrderOfParticlesDoesNotMatter) {
+  const Scenario scenario = refilled_curb();
+  std::vector<Particle> particles = particles_of(scenario, 19);
+  BlockRun run(scenario, scenario.policies.back(), 11);
+  std::map<std::uint32_t, std::string> first;
+  for (const TraceRecord& one : run.run(particles)) first[one.particle] = all_of(one);
+  std::reverse(particles.begin(), particles.end());
+  for (const TraceRecord& one : run.run(particles)) EXPECT_EQ(all_of(one), first.at(one.particle));
+  std::rotate(particles.begin(), particles.begin() + 5, particles.end());
+  for (const TraceRecord& one : run.run(particles)) EXPECT_EQ(all_of(one), first.at(one.particle));
+  for (const Particle& particle : particles) {
+    EXPECT_EQ(all_of(run.run({&particle, 1}).front()), first.at(particle.id)) << "alone";
+  }
+}
+
+/// Digests, events and telemetry of an archive that the program writes under an instruction set.
+std::string archive_under(const std::string& isa, const testing::TemporaryFolder& folder) {
+  const std::string name = isa + ".h5";
+  const testing::Result run =
+      testing::shell(folder.path(), "GRAZE_ISA=" + isa + " '" GRAZE_PROGRAM "' run '" +
+                                        testing::data("scenarios/quadruped_curb.yaml") +
+                                        "' -n 9 --policy step/4cm --quiet --set physics=lanes --set time.end='40 ms'"
+                                        " --set 'uncertain.contact.model={choice: [complementarity, "
+                                        "complementarity_free, compliant]}'"
+                                        " --set 'record={telemetry: all, every: 5, events: true}' -o " +
+                                        name);
+  EXPECT_EQ(run.code, 0) << run.err;
+  const Archive archive((folder / name).string());
+  const TraceTable table = archive.traces("step/4cm");
+  const std::vector<std::vector<Event>> events = archive.events("step/4cm");
+  std::string out;
+  for (std::size_t i = 0; i < table.size(); ++i) {
+    out += fmt::format("{} {:x} ", table.particle[i], table.digest[i]);
+    add(events[i], out);
+    add(archive.telemetry("step/4cm", table.particle[i]), out);
+  }
+  return out;
+}
+
+TEST(LaneDeterminism, EveryInstructionSetGivesTheSameArchive) {
+  const testing::TemporaryFolder folder;
+  std::map<std::string, std::string> archives;
+  for (const Isa isa : available_isas()) archives[isa_name(isa)] = archive_under(isa_name(isa), folder);
+  for (const auto& [isa, archive] : archives) {
+    EXPECT_GT(archive.size(), 1000u) << isa;
+    EXPECT_TRUE(archive == archives.at("portable")) << isa;
+  }
+  if (archives.size() < 2) GTEST_SKIP() << "one instruction set only";
+}
+
+}  // namespace
+}  // namespace graze
