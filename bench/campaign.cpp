@@ -1,80 +1,122 @@
-// What a campaign costs beside its physics: the curb campaign (policy, sensing, witnesses, events) against the same
-// traces re-simulated from their recorded torques by the back end alone. The difference is ours to make small.
+// What a campaign costs and where its time goes: the whole curb campaign (policy, sensing, witnesses, events, archive)
+// on one thread, by phase, on both back ends; and how it scales to two threads.
 #include "jobs/campaign.h"
 
 #include <benchmark/benchmark.h>
+#include <unistd.h>
 
+#include <chrono>
+#include <filesystem>
+
+#include "archive/archive.h"
 #include "jobs/block_run.h"
 
 namespace graze {
 namespace {
 
 constexpr const char* kScenario = GRAZE_SOURCE_DIR "/data/scenarios/quadruped_curb.yaml";
+constexpr std::uint64_t kParticles = 16;
 
-Scenario curb(const std::string& telemetry) {
+/// The curb campaign as it stands in data/, on a back end, with all contact models that this one has.
+Scenario curb(const std::string& physics) {
+  std::string models;
+  for (const std::string& model : contact_models_of(physics)) models += (models.empty() ? "" : ", ") + model;
   ScenarioOptions options;
-  // Every step is kept for the replay; traces run on after a violation, so that all have the same length.
-  options.overrides = {{"time.end", "0.3 s"},
-                       {"record", "{telemetry: " + telemetry + ", every: 1, events: true}"},
-                       {"task.stop_at_violation", "false"}};
+  options.overrides = {{"physics", physics}, {"uncertain.contact.model", "{choice: [" + models + "]}"}};
   return load_scenario(kScenario, options);
 }
 
-std::vector<Particle> block(const Scenario& scenario) {
-  const Sampler sampler(scenario.space, scenario.design, scenario.seed, kLanes);
+std::vector<std::string> parameter_paths(const Scenario& scenario) {
   std::vector<std::string> paths;
   for (const UncertainParameter& parameter : scenario.space.parameters) paths.push_back(parameter.name);
-  const Fabricator fabricator(scenario.world, paths);
-  std::vector<Particle> particles;
-  for (std::uint32_t i = 0; i < kLanes; ++i) particles.push_back(fabricator.fabricate(i, sampler.draw(i)));
-  return particles;
+  return paths;
 }
 
-void count_steps(benchmark::State& state, std::uint64_t steps) {
-  state.counters["particle-steps/s"] = benchmark::Counter(static_cast<double>(steps), benchmark::Counter::kIsRate);
-}
+class TemporaryFolder {
+ public:
+  TemporaryFolder() {
+    std::string pattern = (std::filesystem::temp_directory_path() / "graze-bench-XXXXXX").string();
+    path_ = mkdtemp(pattern.data());
+  }
+  ~TemporaryFolder() { std::filesystem::remove_all(path_); }
+  std::filesystem::path operator/(const char* name) const { return path_ / name; }
 
-void whole_campaign(benchmark::State& state) {
-  const Scenario scenario = curb("none");
-  const std::vector<Particle> particles = block(scenario);
-  BlockRun run(scenario, scenario.policies.back(), scenario.seed);
-  RunCost cost;
-  for (auto _ : state) benchmark::DoNotOptimize(run.run(particles, &cost));
-  count_steps(state, cost.steps);
-}
-BENCHMARK(whole_campaign)->Unit(benchmark::kMillisecond);
+ private:
+  std::filesystem::path path_;
+};
 
-void physics_alone(benchmark::State& state) {
-  const Scenario scenario = curb("all");
-  const std::vector<Particle> particles = block(scenario);
-  const std::vector<TraceRecord> traces = BlockRun(scenario, scenario.policies.back(), scenario.seed).run(particles);
-  const auto physics = make_physics(scenario.physics, scenario.model);
-  BlockArray tau(scenario.model.na());
-  std::uint64_t steps = 0;
-  for (auto _ : state) {
-    for (int lane = 0; lane < kLanes; ++lane) physics->start(lane, particles[lane]);
-    for (std::size_t frame = 1; frame < traces[0].telemetry.size(); ++frame) {
-      for (int lane = 0; lane < kLanes; ++lane) {
-        const std::vector<double>& torque = traces[lane].telemetry[frame].tau;
-        for (int k = 0; k < tau.rows(); ++k) tau(k, lane) = torque[k];
+/// Seconds since it was last asked.
+class Stopwatch {
+ public:
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    return std::chrono::duration<double>(now - std::exchange(last_, now)).count();
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+/// Seconds of the parts of a campaign that are no phase of a step.
+struct AroundSteps {
+  double fabrication = 0, archive = 0;
+};
+
+/// All policies of a campaign, one after the other, as run_campaign() does it on one thread.
+void run_all(const Scenario& scenario, const std::filesystem::path& folder, RunCost& cost, AroundSteps& around) {
+  Stopwatch watch;
+  const Sampler sampler(scenario.space, scenario.design, scenario.seed, kParticles);
+  const Fabricator fabricator(scenario.world, parameter_paths(scenario));
+  watch.lap();
+  CampaignWriter writer(folder, describe_campaign(scenario, kParticles, "bench"), true);
+  around.archive += watch.lap();
+  for (int policy = 0; policy < static_cast<int>(scenario.policies.size()); ++policy) {
+    BlockRun run(scenario, scenario.policies[policy], scenario.seed);
+    for (std::uint32_t first = 0; first < kParticles; first += kLanes) {
+      watch.lap();
+      std::vector<Particle> particles;
+      std::vector<double> values;
+      for (std::uint32_t i = first; i < first + kLanes; ++i) {
+        const std::vector<double> drawn = sampler.draw(i);
+        particles.push_back(fabricator.fabricate(i, drawn));
+        values.insert(values.end(), drawn.begin(), drawn.end());
       }
-      physics->step(scenario.timing.step, LaneMask::all(), tau);
-      steps += kLanes;
+      around.fabrication += watch.lap();
+      std::vector<TraceRecord> records = run.run(particles, &cost);
+      watch.lap();
+      writer.append(policy, std::move(records), std::move(values));
+      around.archive += watch.lap();
     }
   }
-  for (int lane = 0; lane < kLanes; ++lane) {
-    const Eigen::VectorXd q = physics->state().q.column(lane);
-    if (!std::equal(q.begin(), q.end(), traces[lane].q.begin())) state.SkipWithError("the replay left the trace");
-  }
-  count_steps(state, steps);
+  watch.lap();
+  writer.finish();
+  around.archive += watch.lap();
 }
-BENCHMARK(physics_alone)->Unit(benchmark::kMillisecond);
 
-/// The same campaign on one and two threads.
-void threads(benchmark::State& state) {
-  const Scenario scenario = curb("none");
+/// Rate, and nanoseconds per particle-step of each phase.
+void campaign(benchmark::State& state, const std::string& physics) {
+  const Scenario scenario = curb(physics);
+  const TemporaryFolder folder;
+  RunCost cost;
+  cost.timed = true;
+  AroundSteps around;
+  for (auto _ : state) run_all(scenario, folder / "bench.graze", cost, around);
+  const auto steps = static_cast<double>(cost.steps);
+  state.counters["particle-steps/s"] = benchmark::Counter(steps, benchmark::Counter::kIsRate);
+  for (int phase = 0; phase < kPhases; ++phase) {
+    state.counters[std::string(kPhaseNames[phase]) + "_ns"] = 1e9 * cost.seconds[phase] / steps;
+  }
+  state.counters["fabrication_ns"] = 1e9 * around.fabrication / steps;
+  state.counters["archive_ns"] = 1e9 * around.archive / steps;
+}
+BENCHMARK_CAPTURE(campaign, lanes, "lanes")->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK_CAPTURE(campaign, bullet, "bullet")->Unit(benchmark::kMillisecond)->UseRealTime();
+
+/// The runner as `graze run` uses it, without an archive, on one and two threads.
+void threads(benchmark::State& state, const std::string& physics) {
+  const Scenario scenario = curb(physics);
   CampaignOptions options;
-  options.particles = 64;
+  options.particles = kParticles;
   options.threads = static_cast<int>(state.range(0));
   std::uint64_t steps = 0;
   for (auto _ : state) {
@@ -82,14 +124,20 @@ void threads(benchmark::State& state) {
     run_campaign(scenario, options, progress, [](int, std::vector<TraceRecord>, std::vector<double>) {});
     steps += progress.steps;
   }
-  count_steps(state, steps);
+  state.counters["particle-steps/s"] = benchmark::Counter(static_cast<double>(steps), benchmark::Counter::kIsRate);
 }
-BENCHMARK(threads)->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime()->MeasureProcessCPUTime();
+BENCHMARK_CAPTURE(threads, lanes, "lanes")->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK_CAPTURE(threads, bullet, "bullet")->Arg(1)->Arg(2)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 void fabrication(benchmark::State& state) {
-  const Scenario scenario = curb("none");
-  for (auto _ : state) benchmark::DoNotOptimize(block(scenario));
-  state.SetItemsProcessed(static_cast<std::int64_t>(state.iterations()) * kLanes);
+  const Scenario scenario = curb("lanes");
+  const Sampler sampler(scenario.space, scenario.design, scenario.seed, kParticles);
+  const Fabricator fabricator(scenario.world, parameter_paths(scenario));
+  std::uint32_t particle = 0;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(fabricator.fabricate(particle, sampler.draw(particle)));
+    particle = (particle + 1) % kParticles;
+  }
 }
 BENCHMARK(fabrication)->Unit(benchmark::kMicrosecond);
 

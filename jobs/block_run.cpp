@@ -69,6 +69,7 @@ struct BlockRun::Impl {
   Digests digests{};
   LaneMask active;
   std::uint64_t steps_done = 0;
+  PhaseClock clock;
 
   Impl(const Scenario& s, const PolicySpec& policy, std::uint64_t seed)
       : scenario(s),
@@ -185,24 +186,33 @@ struct BlockRun::Impl {
       particle[lane] = lanes[lane].particle->id;
     }
     if (!due.any()) return;
+    clock.ended(Phase::bookkeeping);
     sensors.sense(*physics, tau, scenario.timing.step, step, now, due, observation);
     lag_jitter.draw(particle, step, due, no_lag, lag);
+    clock.ended(Phase::sensing);
     controller.act(observation, lag.row(0), due, command);
+    clock.ended(Phase::control);
   }
 
   void advance() {
     control();
     actuators.apply(command, physics->state(), sensors, scenario.timing.step, active, tau);
+    clock.ended(Phase::actuation);
     physics->step(scenario.timing.step, active, tau);
+    clock.ended(Phase::physics);
     for (int lane = 0; lane < kLanes; ++lane) lanes[lane].step += active[lane];
     steps_done += std::popcount(active.bits());
     fold(digests, physics->state().q);
     fold(digests, physics->state().v);
     fold(digests, tau);
+    clock.ended(Phase::digest);
     events.update(times(), physics->contact_points(), physics->state(), active);
+    clock.ended(Phase::events);
     const LaneMask ended = judge(active);
+    clock.ended(Phase::witnesses);
     if (keep_telemetry()) add_frames(ended);
     finish(ended);
+    clock.ended(Phase::records);
   }
 
   void add_frames(LaneMask ended) {
@@ -232,6 +242,7 @@ std::vector<TraceRecord> BlockRun::run(std::span<const Particle> particles, RunC
   std::vector<TraceRecord> records(particles.size());
   for (std::size_t i = 0; i < particles.size(); ++i) records[i].particle = particles[i].id;
   run.steps_done = 0;
+  run.clock.begin(cost && cost->timed ? &cost->seconds : nullptr);
   std::size_t next = 0;
   while (run.active.any() || next < particles.size()) {
     if (next < particles.size() && run.at_control_step()) {

@@ -9,13 +9,16 @@
 #include <vector>
 
 #include "archive/trace.h"
+#include "jobs/phases.h"
 #include "scenarios/scenario.h"
 
 namespace graze {
 
-/// The number of simulated physics steps of some traces, for rates.
+/// What some traces cost, for rates. Costs of several runs add up.
 struct RunCost {
-  std::uint64_t steps = 0;
+  std::uint64_t steps = 0;  // physics steps, of one particle each
+  bool timed = false;       // ask for `seconds`
+  PhaseSeconds seconds{};   // by phase
 };
 
 /// Simulates blocks of one scenario under one policy. Owned by one thread; reused for many blocks. What a trace comes

@@ -20,8 +20,8 @@ std::vector<std::string> parameter_paths(const Scenario& scenario) {
   return paths;
 }
 
-/// The particles of one block: those that could be made, and the records of those that could not.
-struct Block {
+/// The particles of one unit of work: those that could be made, and the records of those that could not.
+struct Group {
   std::vector<Particle> particles;
   std::vector<double> values;  // of `particles`, [particle][parameter]
   std::vector<TraceRecord> failed;
@@ -42,6 +42,17 @@ TraceRecord unfabricated(std::uint32_t id, const Scenario& scenario, const std::
   return record;
 }
 
+/// Particles per unit of work: a block. Where lanes cost the same whether they are busy or not and traces may end
+/// early, several blocks, so that lanes that have ended can be refilled; but no less than 8 units for each thread.
+std::uint64_t group_size(const Scenario& scenario, const CampaignOptions& options) {
+  constexpr std::uint64_t kMostBlocks = 8, kUnitsPerThread = 8;
+  if (scenario.physics != "lanes" || !scenario.task.stop_at_violation) return kLanes;
+  const int threads = options.threads > 0 ? options.threads : tbb::this_task_arena::max_concurrency();
+  const std::uint64_t traces = options.particles * scenario.policies.size();
+  const std::uint64_t blocks = traces / (kLanes * kUnitsPerThread * static_cast<std::uint64_t>(threads));
+  return kLanes * std::clamp<std::uint64_t>(blocks, 1, kMostBlocks);
+}
+
 class Campaign {
  public:
   Campaign(const Scenario& scenario, const CampaignOptions& options, CampaignProgress& progress, const TraceSink& sink)
@@ -50,11 +61,12 @@ class Campaign {
         progress_(progress),
         sink_(sink),
         sampler_(scenario.space, scenario.design, options.seed, options.particles),
-        fabricator_(scenario.world, parameter_paths(scenario)) {}
+        fabricator_(scenario.world, parameter_paths(scenario)),
+        group_(group_size(scenario, options)) {}
 
   bool run() {
-    const std::uint64_t blocks = (options_.particles + kLanes - 1) / kLanes;
-    const std::uint64_t units = blocks * scenario_.policies.size();
+    const std::uint64_t groups = (options_.particles + group_ - 1) / group_;
+    const std::uint64_t units = groups * scenario_.policies.size();
     tbb::task_arena arena(options_.threads > 0 ? options_.threads : tbb::task_arena::automatic);
     arena.execute([&] {
       tbb::parallel_for(
@@ -73,35 +85,35 @@ class Campaign {
   void run_unit(std::uint64_t unit) {
     const int policies = static_cast<int>(scenario_.policies.size());
     const int policy = static_cast<int>(unit % policies);
-    Block block = make_block(unit / policies);
+    Group group = make_group(unit / policies);
     auto& runs = runs_.local();
     auto run = runs.find(policy);
     if (run == runs.end()) {
       run = runs.emplace(policy, BlockRun(scenario_, scenario_.policies[policy], options_.seed)).first;
     }
     RunCost cost;
-    std::vector<TraceRecord> records = run->second.run(block.particles, &cost);
-    std::move(block.failed.begin(), block.failed.end(), std::back_inserter(records));
-    block.values.insert(block.values.end(), block.failed_values.begin(), block.failed_values.end());
+    std::vector<TraceRecord> records = run->second.run(group.particles, &cost);
+    std::move(group.failed.begin(), group.failed.end(), std::back_inserter(records));
+    group.values.insert(group.values.end(), group.failed_values.begin(), group.failed_values.end());
     count(records, cost);
-    sink_(policy, std::move(records), std::move(block.values));
+    sink_(policy, std::move(records), std::move(group.values));
   }
 
-  Block make_block(std::uint64_t index) {
-    Block block;
-    const std::uint64_t end = std::min<std::uint64_t>(options_.particles, (index + 1) * kLanes);
-    for (std::uint64_t i = index * kLanes; i < end; ++i) {
+  Group make_group(std::uint64_t index) {
+    Group group;
+    const std::uint64_t end = std::min<std::uint64_t>(options_.particles, (index + 1) * group_);
+    for (std::uint64_t i = index * group_; i < end; ++i) {
       const auto id = static_cast<std::uint32_t>(i);
       const std::vector<double> values = sampler_.draw(id);
       try {
-        block.particles.push_back(fabricator_.fabricate(id, values));
-        block.values.insert(block.values.end(), values.begin(), values.end());
+        group.particles.push_back(fabricator_.fabricate(id, values));
+        group.values.insert(group.values.end(), values.begin(), values.end());
       } catch (const InputError& error) {
-        block.failed.push_back(unfabricated(id, scenario_, error.what()));
-        block.failed_values.insert(block.failed_values.end(), values.begin(), values.end());
+        group.failed.push_back(unfabricated(id, scenario_, error.what()));
+        group.failed_values.insert(group.failed_values.end(), values.begin(), values.end());
       }
     }
-    return block;
+    return group;
   }
 
   void count(const std::vector<TraceRecord>& records, const RunCost& cost) {
@@ -131,6 +143,7 @@ class Campaign {
   const TraceSink& sink_;
   const Sampler sampler_;
   const Fabricator fabricator_;
+  const std::uint64_t group_;                                      // particles per unit of work
   tbb::enumerable_thread_specific<std::map<int, BlockRun>> runs_;  // by policy, made when first needed
 };
 
