@@ -110,15 +110,16 @@ void write_events(const hdf5::Handle& file, const std::string& policy, const Tra
   const auto rows = flatten<Event>(
       file, group, traces, [](const TraceRecord& t) -> const auto& { return t.events; });
   if (rows.empty()) return;
-  const TableWriter table(file, group, kDeflate);
-  table.column<double>(schema::time(), rows, [](E e) { return e->time; });
+  // Numbers of events hardly compress, and would take longer to than all the rest of an archive: left to `pack`.
+  const TableWriter table(file, group, kDeflate), numbers(file, group, 0);
+  numbers.column<double>(schema::time(), rows, [](E e) { return e->time; });
   table.column<std::uint8_t>(schema::kind(), rows, [](E e) { return e->kind; });
   table.column<std::int32_t>(schema::collider("a"), rows, [](E e) { return e->a; });
   table.column<std::int32_t>(schema::collider("b"), rows, [](E e) { return e->b; });
   table.column<std::uint8_t>(schema::feature("feature_a"), rows, [](E e) { return e->feature_a; });
   table.column<std::uint8_t>(schema::feature("feature_b"), rows, [](E e) { return e->feature_b; });
-  table.column<double>(schema::impulse(), rows, [](E e) { return e->impulse; });
-  table.matrix(
+  numbers.column<double>(schema::impulse(), rows, [](E e) { return e->impulse; });
+  numbers.matrix(
       schema::position(), rows, [](E e) -> const auto& { return e->p_W; });
 }
 
