@@ -172,8 +172,9 @@ inline void swing(const GaitParameters& p, const GaitSenses<T>& in, const T& t, 
   const SwingPath<T>& old = foot.path;
   const mask_of<T> here = mask_from_bits<T>(lanes & foot.swing);
   const mask_of<T> early = t - old.start <= T(p.redirect) * old.duration;
-  const mask_of<T> redirected =
-      here & early & (differs(foot.planned_for.v, in.command.v) | differs(foot.planned_for.w, in.command.w));
+  const mask_of<T> other_v = differs(foot.planned_for.v, in.command.v);
+  const mask_of<T> other_w = differs(foot.planned_for.w, in.command.w);
+  const mask_of<T> redirected = here & early & (other_v | other_w);
   if (any(redirected)) {
     foot.path.replace(redirected, plan_path(p, in, i, old.knot[0], old.slope[0], old.start, old.duration));
     foot.planned_for.v = select(redirected, in.command.v, foot.planned_for.v);
