@@ -38,22 +38,25 @@ inline T recovery_work(const TopologyView& t, const ConstraintsT<T>& set, T* dz)
 }
 
 /// Scales the impulses of lanes in which they give more than they may. z: L v at the beginning; `free` and `dz`: its
-/// change without and with the impulses.
+/// change without and with the impulses. Returns the work of the impulses, with the mean of v and v*, J.
 template <class T>
-inline void brake(const TreeT<T>& tree, ConstraintsT<T>& set, const T* z, const T* free, T* dz) {
+inline T brake(const TreeT<T>& tree, ConstraintsT<T>& set, const T* z, const T* free, T* dz) {
   const TopologyView& t = tree.topology;
-  // Of impulses scaled by x: x linear + x^2 square.
-  T linear(0.0), square(0.0);
+  // Of impulses scaled by x: x linear + x^2 square beyond the free motion, of which v* has half as much more than the
+  // mean velocity.
+  T linear(0.0), square(0.0), ahead(0.0);
   for (int k = 0; k < t.nv; ++k) {
-    const T D = tree.M[t.row[k] + t.dof_depth[k]], change = dz[k] - free[k];
-    linear = fma(D * change, z[k] + free[k], linear);
-    square = fma(D * change, change, square);
+    const T change = dz[k] - free[k], push = tree.M[t.row[k] + t.dof_depth[k]] * change;
+    linear = fma(push, z[k] + free[k], linear);
+    square = fma(push, change, square);
+    ahead = fma(push, free[k], ahead);
   }
   square *= T(0.5);
-  if (!any(linear + square > T(0.0))) return;
+  const T work = fnma(T(0.5), ahead, linear + square);
+  if (!any(linear + square > T(0.0))) return work;
   const T room = recovery_work<T>(t, set, dz) - linear;
   const auto over = square > room;
-  if (!any(over)) return;
+  if (!any(over)) return work;
   const T share = select(over, max(room * recip(select(over, square, T(1.0))), T(0.0)), T(1.0));
   // Where nothing is scaled the bits stay, whatever the neighbours need.
   for (int k = 0; k < t.nv; ++k) dz[k] = select(over, fma(share, dz[k] - free[k], free[k]), dz[k]);
@@ -62,6 +65,7 @@ inline void brake(const TreeT<T>& tree, ConstraintsT<T>& set, const T* z, const 
     row.lower *= share, row.upper *= share, row.dry *= share;
   }
   for (int i = 0; i < set.contact_count; ++i) set.contacts[i].lambda = share * set.contacts[i].lambda;
+  return select(over, share * fma(share, square, fnma(T(0.5), ahead, linear)), work);
 }
 
 }  // namespace GRAZE_ISA_NAMESPACE

@@ -82,12 +82,14 @@ inline void expect_momentum(const LaneBlock& block, const TreeT<T>& tree, const 
 
 /// Kinetic energy that each tree must have after the step: that of v* at q, and what the Coriolis forces c took from
 /// it, K(q, v*) + h c . (v + v*) / 2. To be called with D of q; v is v*, z is L v*, `before` the v of the beginning.
+/// Returns the work of gravity over the step, J.
 template <class T>
-inline void expect_energy(const LaneBlock& block, const TreeT<T>& tree, const T* v, const T* z, const T* before,
-                          double h) {
+inline T expect_energy(const LaneBlock& block, const TreeT<T>& tree, const T* v, const T* z, const T* before,
+                       double h) {
   const TopologyView& t = tree.topology;
   BalanceT<T>* balance = rows<BalanceT<T>>(block.balance);
   const Vec3T<T> pull{T(h) * tree.gravity[0], T(h) * tree.gravity[1], T(h) * tree.gravity[2]};
+  T gravity2(0.0);
   for (int i = 0; i < t.bodies; ++i) {
     const int first = t.v[i];
     T sum(0.0);
@@ -98,10 +100,12 @@ inline void expect_energy(const LaneBlock& block, const TreeT<T>& tree, const T*
       const Vec3T<T> coriolis = axpy(tree.motion[i].C.m, pull,
                                      T(h) * Vec3T<T>{tree.bias[first + 3], tree.bias[first + 4], tree.bias[first + 5]});
       sum = dot(pull, P.l - coriolis);
+      gravity2 += sum + balance[i].kinetic2;
     } else if (t.root[i] < 0) {
       const MotionT<T>& motion = tree.motion[i];
       const InertiaT<T>& C = motion.C;
       sum = (v[first] + before[first]) * dot(pull, cross_add(motion.S.w, C.h, C.m * motion.S.l));
+      gravity2 += sum;
     }
     for (int k = first; k < first + (t.kind[i] == kFloating ? 6 : 1); ++k) {
       sum = fma(tree.M[t.row[k] + t.dof_depth[k]] * z[k], z[k], sum);
@@ -110,6 +114,7 @@ inline void expect_energy(const LaneBlock& block, const TreeT<T>& tree, const T*
     if (t.kind[i] != kFloating) sum = fnma(T(h) * tree.body[i].damping, v[first] * v[first], sum);
     balance[t.top[i]].kinetic2 += sum;
   }
+  return T(0.5) * gravity2;
 }
 
 /// q+ = q + h v*, floating trees turned at the angular velocity of the middle of the step. Their places follow in

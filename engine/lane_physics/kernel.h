@@ -43,6 +43,23 @@ enum ColliderRow : int {
   kColliderRows = 19
 };
 
+/// A body that turns more per step is no longer integrated: an eighth of a turn, rad.
+inline constexpr double kLargestTurn = 0.78539816339744831;
+/// What a trace may gain out of nothing before it counts as unphysical: what lifts everything by this height (m), and
+/// this share of the largest kinetic energy so far.
+inline constexpr double kCreatedLift = 0.01, kCreatedShare = 0.05;
+
+/// The books of the audit (audit.h), each a row of W lanes.
+enum LedgerRow : int {
+  kKinetic,  // energy after the last step, J
+  kSpin2,    // squared speed of the fastest spin then, rad^2/s^2
+  kRise,     // J, what the last step gained out of nothing
+  kCreated,  // J, all steps
+  kPeak,     // J, largest kinetic energy at the beginning of a step
+  kLift,     // J, what lifts everything by kCreatedLift
+  kLedgerRows
+};
+
 /// Manifold slots per pair, and what is kept of each from step to step: impulse (world) and slip rate.
 inline constexpr int kSlots = 8, kKept = 4;
 
@@ -71,6 +88,9 @@ struct LaneBlock {
   double *q, *v, *a, *X;
   double* energy;  // 1: kinetic and potential, J
   double* worth;   // 3 of the last step: sweeps, residual (m/s), work of the joint torques (J)
+
+  double* ledger;    // kLedgerRows
+  unsigned suspect;  // lanes whose last step was not physical
 
   // Working memory.
   double *motion, *origin, *balance, *M, *inverse_D, *bias, *z, *dz, *free, *scratch;

@@ -185,6 +185,7 @@ std::size_t LaneEngine::lay_out(double* base) {
   b.law = rows(kernel_.law_rows);
   b.limit = rows(3 * nb);
   b.energy = rows(1);
+  b.ledger = rows(kLedgerRows);
   b.worth = rows(3);
   b.motion = rows(nb * kernel_.motion_rows);
   b.origin = rows(3 * nb);
@@ -240,6 +241,10 @@ void LaneEngine::load_bodies(int lane, const Model& model) {
     limit[W + lane] = body.upper;
     limit[2 * W + lane] = body.friction;
   }
+  double mass = 0;
+  for (const Body& body : model.bodies) mass += body.mass;
+  for (int i = 0; i < kLedgerRows; ++i) block_.ledger[i * W + lane] = 0;
+  block_.ledger[kLift * W + lane] = kCreatedLift * mass * model.gravity.norm();
   for (int k = 0; k < 3; ++k) block_.gravity[k * W + lane] = model.gravity[k];
 }
 

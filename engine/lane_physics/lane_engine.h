@@ -58,6 +58,9 @@ class LaneEngine {
   double residual(int lane) const { return block_.worth[kernel_.lanes + lane]; }
   double work(int lane) const { return block_.worth[2 * kernel_.lanes + lane]; }
   double energy(int lane) const { return block_.energy[lane]; }
+  /// Lanes whose last step was not physical, as bits, and the books that say why.
+  unsigned suspect() const { return block_.suspect; }
+  double ledger(LedgerRow row, int lane) const { return block_.ledger[row * kernel_.lanes + lane]; }
 
  private:
   void number_contacts(const Model& nominal);

@@ -43,20 +43,17 @@ void LanePhysics::start(int lane, const Particle& particle) {
   engine_.start(lane, particle.model, particle.initial);
   for (ContactPoint& point : points_) point.lanes.set(lane, false);
   fault_[lane].reset();
-  Budget& budget = budget_[lane];
-  budget = {};
-  budget.start = engine_.energy(lane);
-  double weight = 0;
-  for (const Body& body : particle.model.bodies) weight += body.mass * particle.model.gravity.norm();
-  // Numbers that begin in overlap are lifted out of it: 5 cm, far more than any sensible start.
-  budget.reserve = 1e-3 + 0.05 * weight;
 }
 
 void LanePhysics::step(double h, LaneMask active, const BlockArray& tau) {
+  for (int lane = 0; lane < kLanes; ++lane) {
+    if (fault_[lane]) active.set(lane, false);  // what is no longer physical stands still
+  }
   engine_.step(h, active.bits(), tau.rows() > 0 ? tau.row(0) : nullptr);
   report_contacts();
+  if (engine_.suspect() == 0) return;
   for (int lane = 0; lane < kLanes; ++lane) {
-    if (active[lane]) audit(lane);
+    if (engine_.suspect() >> lane & 1) fault_[lane] = why_not_physical(lane);
   }
 }
 
@@ -69,23 +66,16 @@ void LanePhysics::report_contacts() {
   }
 }
 
-/// A state is no longer physical when it is not finite, or has more energy than it began with and was given. The
-/// integrator is of first order, so a fraction of the energy that has changed hands is tolerated.
-void LanePhysics::audit(int lane) {
-  if (fault_[lane]) return;
-  Budget& budget = budget_[lane];
-  const double energy = engine_.energy(lane), work = engine_.work(lane);
-  budget.work += work;
-  budget.turnover += std::abs(work);
-  if (!std::isfinite(energy)) {
-    fault_[lane] = "the state is not finite";
-    return;
+std::string LanePhysics::why_not_physical(int lane) const {
+  if (!std::isfinite(engine_.energy(lane))) return "state is not finite";
+  const double spin = std::sqrt(engine_.ledger(kSpin2, lane));
+  const double created = engine_.ledger(kCreated, lane);
+  const double tolerated = engine_.ledger(kLift, lane) + kCreatedShare * engine_.ledger(kPeak, lane);
+  if (created <= tolerated) {
+    return fmt::format("a body turns at {:.4g} rad/s, more than an eighth of a turn per step", spin);
   }
-  const double allowed = budget.start + budget.work + 0.5 * budget.turnover + budget.reserve;
-  if (energy > allowed + 0.1 * std::abs(energy)) {
-    fault_[lane] = fmt::format("the energy is {:.4g} J; it began with {:.4g} J and the joints put in {:.4g} J", energy,
-                               budget.start, budget.work);
-  }
+  return fmt::format("{:.4g} J came out of nothing (tolerated: {:.4g} J), {:.4g} J of it in this step", created,
+                     tolerated, engine_.ledger(kRise, lane));
 }
 
 }  // namespace graze

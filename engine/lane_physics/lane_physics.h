@@ -26,15 +26,10 @@ class LanePhysics : public BlockPhysics {
   double work(int lane) const { return engine_.work(lane); }
 
  private:
-  /// What a lane's energy may be.
-  struct Budget {
-    double start = 0, work = 0, turnover = 0, reserve = 0;  // J
-  };
   void report_contacts();
-  void audit(int lane);
+  std::string why_not_physical(int lane) const;
 
   LaneEngine engine_;
-  std::array<Budget, kLanes> budget_{};
 };
 
 }  // namespace graze

@@ -6,6 +6,7 @@
 // Reads and writes a LaneBlock (kernel.h); allocates nothing.
 
 #include "engine/contact/brake.h"
+#include "engine/lane_physics/audit.h"
 #include "engine/lane_physics/contacts_of_step.h"
 #include "engine/lane_physics/integrate.h"
 #include "engine/lane_physics/joints_of_step.h"
@@ -18,6 +19,7 @@ template <class T>
 inline void settle_velocity(const LaneBlock& block, const TreeT<T>& tree) {
   const T* v = rows<T>(block.v);
   const T kinetic = update_bias(tree, v);
+  rows<T>(block.ledger)[kKinetic] = kinetic;
   *rows<T>(block.energy) = kinetic + potential_energy(tree);
   BalanceT<T>* balance = rows<BalanceT<T>>(block.balance);
   for (int i = 0; i < tree.topology.bodies; ++i) {
@@ -88,9 +90,10 @@ void begin(LaneBlock& block, double h, unsigned active, const double* tau) {
   factor_and_solve<T>(tree, dz);
 }
 
-/// v+, q+ and all that follows from them.
+/// v+, q+ and all that follows from them. impulse_work: of the constraints, J.
 template <class T>
-inline void advance(LaneBlock& block, const TreeT<T>& tree, double h, unsigned active, const double* tau) {
+inline void advance(LaneBlock& block, const TreeT<T>& tree, double h, unsigned active, const double* tau,
+                    const T& impulse_work) {
   const TopologyView& t = tree.topology;
   const auto live = mask_from_bits<T>(active);
   T *v = rows<T>(block.v), *a = rows<T>(block.a), *dz = rows<T>(block.dz), *z = rows<T>(block.z);
@@ -101,7 +104,7 @@ inline void advance(LaneBlock& block, const TreeT<T>& tree, double h, unsigned a
     a[k] = v[k];
     v[k] = select(live, v[k] + dz[k], v[k]);
   }
-  expect_energy<T>(block, tree, v, z, a, h);
+  const T gravity_work = expect_energy<T>(block, tree, v, z, a, h), before = rows<T>(block.ledger)[kKinetic];
   integrate<T>(block, tree, h, live);
   update_poses<T>(tree, rows<T>(block.q));
   update_mass<T>(tree);
@@ -111,6 +114,7 @@ inline void advance(LaneBlock& block, const TreeT<T>& tree, double h, unsigned a
   for (int k = 0; k < t.nv; ++k) v[k] = v[k] + T(0.0);
   for (int k = 0; k < t.nv; ++k) a[k] = (v[k] - a[k]) * rate;
   settle_velocity<T>(block, tree);
+  audit<T>(block, tree, h, active, before, impulse_work + gravity_work + rows<T>(block.worth)[2]);
 }
 
 template <class T>
@@ -137,11 +141,11 @@ void finish(LaneBlock& block, double h, unsigned active, const double* tau) {
   T* worth = rows<T>(block.worth);
   solve_constraints<T>(tree.topology, law, block.settings.most_sweeps, block.settings.tolerance, active, set, dz,
                        worth[0], worth[1]);
-  brake<T>(tree, set, z, free, dz);
+  const T impulse_work = brake<T>(tree, set, z, free, dz);
   keep_impulses<T>(block, set);
   report_contacts<T>(block, set);
   expect_momentum<T>(block, tree, set, h);
-  advance<T>(block, tree, h, active, tau);
+  advance<T>(block, tree, h, active, tau, impulse_work);
 }
 
 }  // namespace GRAZE_ISA_NAMESPACE

@@ -13,8 +13,7 @@ namespace graze::test {
 namespace {
 
 class Faults : public testing::TestWithParam<std::string> {};
-// Not over "lanes" yet: docs/physics.md names what it does not meet.
-INSTANTIATE_TEST_SUITE_P(Physics, Faults, testing::Values(std::string("bullet")));
+INSTANTIATE_TEST_SUITE_P(Physics, Faults, testing::ValuesIn(physics_names()));
 
 World wheel() {
   World world;

@@ -1,6 +1,7 @@
 #pragma once
 // An independent way to the equation of motion: sums of J^T (mass) J over bodies, with J from the scalar kinematics of
-// the model folder and its time derivative by differences. Slow, short, and sharing no code with the lane kernels.
+// the model folder, and Kane's equations with classical accelerations. Slow, short, exact but for rounding, and sharing
+// no code with the lane kernels.
 
 #include <Eigen/Dense>
 
@@ -43,38 +44,44 @@ inline Eigen::MatrixXd reference_mass_matrix(const Model& model, const Eigen::Ve
   return M;
 }
 
-/// q moved by v for time t (exactly, for constant v).
-inline Eigen::VectorXd moved(const Model& model, Eigen::VectorXd q, const Eigen::VectorXd& v, double t) {
-  for (const Body& body : model.bodies) {
-    if (body.type != JointType::floating) {
-      q[body.q] += t * v[body.v];
-      continue;
-    }
-    const Vec3 w = v.segment<3>(body.v);
-    const Quat before(q[body.q], q[body.q + 1], q[body.q + 2], q[body.q + 3]);
-    const double angle = w.norm() * t;
-    const Quat turn = w.norm() > 0 ? Quat(Eigen::AngleAxisd(angle, w.normalized())) : Quat::Identity();
-    const Quat after = turn * before;
-    q.segment<7>(body.q) << after.w(), after.x(), after.y(), after.z(),
-        Vec3(q.segment<3>(body.q + 4) + t * v.segment<3>(body.v + 3));
+/// Velocity of a body's frame, and the part of its acceleration that does not come from v'.
+struct BodyMotion {
+  Vec3 w = Vec3::Zero(), alpha = Vec3::Zero();  // rad/s, rad/s^2; world axes
+  Vec3 a = Vec3::Zero();                        // of the body's origin, m/s^2
+};
+
+/// One body further out: the classical rules for points and axes that move (Craig, Introduction to Robotics, §6.4).
+inline BodyMotion next_motion(const Body& body, const BodyMotion& parent, const Vec3& r, const Vec3& axis_W,
+                              const double* v) {
+  if (body.type == JointType::floating) return {Eigen::Map<const Vec3>(v), Vec3::Zero(), Vec3::Zero()};
+  BodyMotion m = parent;
+  m.a += parent.alpha.cross(r) + parent.w.cross(parent.w.cross(r));
+  if (body.type == JointType::revolute) {
+    m.alpha += parent.w.cross(axis_W * *v);
+    m.w += axis_W * *v;
+  } else {
+    m.a += 2 * parent.w.cross(axis_W * *v);
   }
-  return q;
+  return m;
 }
 
-/// bias of M v' + bias = tau: sum of J_c^T m (J_c' v - g) + J_w^T (I J_w' v + w x I w).
+/// bias of M v' + bias = tau by Kane's equations: sum of J_c^T m (a_c - g) + J_w^T (I alpha + w x I w).
 inline Eigen::VectorXd reference_bias(const Model& model, const Eigen::VectorXd& q, const Eigen::VectorXd& v) {
-  // Central differences: truncation ~ e^2, rounding ~ 1e-16 / e, so about 1e-10 of the velocity products.
-  const double e = 1e-5;
+  std::vector<Pose> X;
+  forward_kinematics(model, q, X);
+  std::vector<BodyMotion> motion(model.bodies.size());
   Eigen::VectorXd bias = Eigen::VectorXd::Zero(model.nv);
   for (std::size_t i = 0; i < model.bodies.size(); ++i) {
-    const int body = static_cast<int>(i);
-    const BodyJacobian J = body_jacobian(model, q, body);
-    const BodyJacobian after = body_jacobian(model, moved(model, q, v, e), body);
-    const BodyJacobian before = body_jacobian(model, moved(model, q, v, -e), body);
-    const Vec3 linear = (after.linear - before.linear) * v / (2 * e), w = J.angular * v;
-    const Vec3 angular = (after.angular - before.angular) * v / (2 * e);
-    bias += model.bodies[i].mass * J.linear.transpose() * (linear - model.gravity) +
-            J.angular.transpose() * (J.inertia_W * angular + w.cross(J.inertia_W * w));
+    const Body& body = model.bodies[i];
+    const bool rooted = body.parent < 0;
+    const Vec3 r = rooted ? Vec3(Vec3::Zero()) : Vec3(X[i].translation() - X[body.parent].translation());
+    const BodyMotion m = motion[i] =
+        next_motion(body, rooted ? BodyMotion{} : motion[body.parent], r, X[i].linear() * body.axis, v.data() + body.v);
+    const Vec3 lever = X[i].linear() * body.com;
+    const Vec3 a = m.a + m.alpha.cross(lever) + m.w.cross(m.w.cross(lever));
+    const BodyJacobian J = body_jacobian(model, q, static_cast<int>(i));
+    bias += body.mass * J.linear.transpose() * (a - model.gravity) +
+            J.angular.transpose() * (J.inertia_W * m.alpha + m.w.cross(J.inertia_W * m.w));
   }
   return bias;
 }

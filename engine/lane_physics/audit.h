@@ -1,0 +1,39 @@
+#pragma once
+// Whether a step was physical. The balance of a step's kinetic energy is known to rounding: torques, gravity and
+// impulses do work with the mean of v and v*, and free motion does none. What it shows beyond that came out of nothing.
+
+#include "engine/lane_physics/block_view.h"
+
+namespace graze {
+inline namespace GRAZE_ISA_NAMESPACE {
+
+/// Squared speed of the fastest spin, rad^2/s^2.
+template <class T>
+inline T fastest_spin2(const TreeT<T>& tree) {
+  T fastest(0.0);
+  for (int i = 0; i < tree.topology.bodies; ++i) fastest = max(fastest, norm2(tree.motion[i].V.w));
+  return fastest;
+}
+
+/// Books a step that had kinetic energy `before` and work `given` done on it, and marks lanes that are not physical.
+template <class T>
+inline void audit(LaneBlock& block, const TreeT<T>& tree, double h, unsigned active, const T& before, const T& given) {
+  T* ledger = rows<T>(block.ledger);
+  const auto live = mask_from_bits<T>(active);
+  const T now = ledger[kKinetic], spin2 = fastest_spin2(tree);
+  const T turn2 = T(h * h) * max(spin2, ledger[kSpin2]);
+  // The attitude's step leaves an error of third order in the spin of a tree; the rest is rounding.
+  const T allowed = fma(turn2 * sqrt(turn2), before, T(1e-10) * (before + now + abs(given)));
+  const T rise = max(now - before - given - allowed, T(0.0));
+  ledger[kSpin2] = spin2;
+  ledger[kRise] = select(live, rise, ledger[kRise]);
+  ledger[kCreated] = select(live, ledger[kCreated] + rise, ledger[kCreated]);
+  ledger[kPeak] = select(live, max(ledger[kPeak], before), ledger[kPeak]);
+  const T tolerated = fma(T(kCreatedShare), ledger[kPeak], ledger[kLift]);
+  const auto sound = (abs(*rows<T>(block.energy)) < T(1e300)) & (ledger[kCreated] <= tolerated) &
+                     (turn2 <= T(kLargestTurn * kLargestTurn));
+  block.suspect = active & ~bits(sound);
+}
+
+}  // namespace GRAZE_ISA_NAMESPACE
+}  // namespace graze
