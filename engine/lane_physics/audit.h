@@ -15,15 +15,18 @@ inline T fastest_spin2(const TreeT<T>& tree) {
   return fastest;
 }
 
-/// Books a step that had kinetic energy `before` and work `given` done on it, and marks lanes that are not physical.
+/// Books a step that had kinetic energy `before` and work done on it, and marks lanes that are not physical.
 template <class T>
-inline void audit(LaneBlock& block, const TreeT<T>& tree, double h, unsigned active, const T& before, const T& given) {
+inline void audit(LaneBlock& block, const TreeT<T>& tree, double h, unsigned active, const T& before,
+                  const T& impulse_work, const T& gravity_work, const T& torque_work) {
   T* ledger = rows<T>(block.ledger);
   const auto live = mask_from_bits<T>(active);
   const T now = ledger[kKinetic], spin2 = fastest_spin2(tree);
   const T turn2 = T(h * h) * max(spin2, ledger[kSpin2]);
+  const T given = impulse_work + gravity_work + torque_work;
+  const T turnover = abs(impulse_work) + abs(gravity_work) + abs(torque_work);
   // The attitude's step leaves an error of third order in the spin of a tree; the rest is rounding.
-  const T allowed = fma(turn2 * sqrt(turn2), before, T(1e-10) * (before + now + abs(given)));
+  const T allowed = fma(turn2 * sqrt(turn2), before, T(1e-10) * (before + now + turnover));
   const T rise = max(now - before - given - allowed, T(0.0));
   ledger[kSpin2] = spin2;
   ledger[kRise] = select(live, rise, ledger[kRise]);

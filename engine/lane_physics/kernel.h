@@ -46,8 +46,8 @@ enum ColliderRow : int {
 /// A body that turns more per step is no longer integrated: an eighth of a turn, rad.
 inline constexpr double kLargestTurn = 0.78539816339744831;
 /// What a trace may gain out of nothing before it counts as unphysical: what lifts everything by this height (m), and
-/// this share of the largest kinetic energy so far.
-inline constexpr double kCreatedLift = 0.01, kCreatedShare = 0.05;
+/// this share of the largest kinetic energy so far; without gravity 1 nJ, for what rests.
+inline constexpr double kCreatedLift = 0.01, kCreatedShare = 0.05, kCreatedLeast = 1e-9;
 
 /// The books of the audit (audit.h), each a row of W lanes.
 enum LedgerRow : int {

@@ -244,7 +244,7 @@ void LaneEngine::load_bodies(int lane, const Model& model) {
   double mass = 0;
   for (const Body& body : model.bodies) mass += body.mass;
   for (int i = 0; i < kLedgerRows; ++i) block_.ledger[i * W + lane] = 0;
-  block_.ledger[kLift * W + lane] = kCreatedLift * mass * model.gravity.norm();
+  block_.ledger[kLift * W + lane] = std::max(kCreatedLift * mass * model.gravity.norm(), kCreatedLeast);
   for (int k = 0; k < 3; ++k) block_.gravity[k * W + lane] = model.gravity[k];
 }
 

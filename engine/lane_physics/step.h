@@ -114,7 +114,7 @@ inline void advance(LaneBlock& block, const TreeT<T>& tree, double h, unsigned a
   for (int k = 0; k < t.nv; ++k) v[k] = v[k] + T(0.0);
   for (int k = 0; k < t.nv; ++k) a[k] = (v[k] - a[k]) * rate;
   settle_velocity<T>(block, tree);
-  audit<T>(block, tree, h, active, before, impulse_work + gravity_work + rows<T>(block.worth)[2]);
+  audit<T>(block, tree, h, active, before, impulse_work, gravity_work, rows<T>(block.worth)[2]);
 }
 
 template <class T>
