@@ -233,9 +233,11 @@ inline void clip_faces(const FaceT<T>& reference, const FaceT<T>& incident, cons
 }
 
 /// Gives the deepest slot the exact gap and normal, and the exact point if the slot did not have it. An overlap along a
-/// face's normal (`by_face`) has its point from the clipping, if that found one.
+/// face's normal (`by_face`) has its point from the clipping, if that found one. Gaps within `same` (m) are one
+/// point's.
 template <class T>
-inline void put_exact(const ClosestT<T>& exact, const mask_of<T>& by_face, const T& margin, ManifoldT<T>& out) {
+inline void put_exact(const ClosestT<T>& exact, const mask_of<T>& by_face, const T& margin, ManifoldT<T>& out,
+                      double same = kSamePoint) {
   const T none(1e300);
   T deepest = none, slot(0.0);
   for (int k = 0; k < 8; ++k) {
@@ -244,7 +246,7 @@ inline void put_exact(const ClosestT<T>& exact, const mask_of<T>& by_face, const
     slot = select(deeper, T(k), slot);
   }
   const mask_of<T> wanted = exact.phi < margin, found = deepest < none;
-  const mask_of<T> other = (exact.phi < deepest - T(kSamePoint)) & !(by_face & found);
+  const mask_of<T> other = (exact.phi < deepest - T(same)) & !(by_face & found);
   for (int k = 0; k < 8; ++k) {
     put_where<T>(out, k, wanted & (slot == T(k)), exact.phi, select(other, exact.p, out.point[k].p), exact.n);
   }

@@ -4,25 +4,21 @@
 //              plane  sphere  capsule  cylinder  box  heightfield
 //   sphere       1      1        1        1       1       3         slots of the manifold
 //   capsule      2      1        2        2       2       4
-//   cylinder     8      1        2        -       -       8
-//   box          8      1        2        -       8       8
+//   cylinder     8      1        2        8       8       8
+//   box          8      1        2        8       8       8
 //
-// "-" and meshes: no kernel (has_kernel); those pairs go through GJK/EPA, lane by lane, and come back by
-// read_manifold().
+// Meshes have no kernel (has_kernel); their pairs go through GJK/EPA, lane by lane, and come back by read_manifold().
 
 #include "engine/contact/box_box.h"
 #include "engine/contact/capsule.h"
+#include "engine/contact/cylinder_box.h"
+#include "engine/contact/cylinder_cylinder.h"
 #include "engine/contact/heightfield.h"
 
 namespace graze {
 
 /// Whether collide() knows this pair, in either order. Planes and heightfields never touch each other.
-constexpr bool has_kernel(ShapeKind a, ShapeKind b) {
-  using namespace kinds;
-  if (a == mesh || b == mesh) return false;
-  const bool a_angular = a == cylinder || a == box, b_angular = b == cylinder || b == box;
-  return !(a_angular && b_angular) || (a == box && b == box);
-}
+constexpr bool has_kernel(ShapeKind a, ShapeKind b) { return a != kinds::mesh && b != kinds::mesh; }
 
 inline namespace GRAZE_ISA_NAMESPACE {
 
@@ -113,8 +109,10 @@ inline void collide(ShapeKind a, const ShapeT<T>& sa, const PoseT<T>& Xa, ShapeK
     a == box ? box_plane(sa, Xa, Xb, margin, out) : cylinder_plane(sa, Xa, Xb, margin, out);
   } else if (b == heightfield) {
     a == box ? box_heightfield(sa, Xa, sb, Xb, margin, out) : cylinder_heightfield(sa, Xa, sb, Xb, margin, out);
-  } else {
+  } else if (a == box) {
     box_box(sa, Xa, sb, Xb, margin, out);
+  } else {
+    b == box ? cylinder_box(sa, Xa, sb, Xb, margin, out) : cylinder_cylinder(sa, Xa, sb, Xb, margin, out);
   }
   name_features(a, sa, Xa, b, sb, Xb, out);
 }

@@ -102,6 +102,80 @@ TEST(Manifold, capsules_lie_on_two_points) {
   }
 }
 
+TEST(Manifold, cylinders_on_boxes) {
+  const BodyD table{ShapeKind::box, {{1, 1, 0.2}}, pose({0, 0, -0.1})};
+  const auto standing = [](const Point& p) { return BodyD{ShapeKind::cylinder, {{0.1, 0.4, 0}}, pose(p)}; };
+  EXPECT_EQ(census(touch(standing({0.1, 0.2, 0.2}), table, 0.01)), "4 rim-top");
+  // Beyond an edge of the table: two crossings of rim and edge, the rim's points toward the other three edges.
+  EXPECT_EQ(census(touch(standing({0.45, 0, 0.2}), table, 0.01)), "2 rim-edge 3 rim-top");
+  const BodyD lying{ShapeKind::cylinder, {{0.1, 0.4, 0}}, pose({0, 0, 0.1}, Vec3::UnitY(), kQuarter)};
+  EXPECT_EQ(census(touch(lying, table, 0.01)), "2 rim-top");
+  const BodyD curb{ShapeKind::box, {{0.1, 1, 0.1}}, pose({0, 0, -0.05})};
+  EXPECT_EQ(census(touch(lying, curb, 0.01)), "2 side-edge");
+  // A box on a wide cap stands on its corners, one on a narrow cap on the rim's points.
+  const BodyD drum{ShapeKind::cylinder, {{0.3, 0.4, 0}}, pose({0, 0, -0.2})};
+  const BodyD small{ShapeKind::box, {{0.2, 0.2, 0.2}}, pose({0, 0, 0.1})};
+  EXPECT_EQ(census(touch(small, drum, 0.01)), "4 vertex-cap");
+  const BodyD wide{ShapeKind::box, {{1, 1, 0.2}}, pose({0, 0, 0.1})};
+  EXPECT_EQ(census(touch(wide, drum, 0.01)), "4 bottom-rim");
+  // A box on its edge across a cap; the side against an upright edge; a leaning rim on the table.
+  const BodyD roof{
+      ShapeKind::box, {{0.2, 0.2, 0.2}}, pose({0, 0, 0.1 * std::sqrt(2.0)}, Vec3::UnitX(), 0.5 * kQuarter)};
+  EXPECT_EQ(census(touch(roof, drum, 0.01)), "2 vertex-cap");
+  const BodyD post{
+      ShapeKind::box, {{0.2, 0.2, 1}}, pose({0.1 + 0.1 * std::sqrt(2.0), 0, 0.2}, Vec3::UnitZ(), 0.5 * kQuarter)};
+  EXPECT_EQ(census(touch(standing({0, 0, 0.2}), post, 0.01)), "2 rim-edge");
+  const BodyD leaning{ShapeKind::cylinder,
+                      {{0.1, 0.4, 0}},
+                      pose({0, 0, 0.2 * std::cos(0.5) + 0.1 * std::sin(0.5)}, Vec3::UnitX(), 0.5)};
+  EXPECT_EQ(census(touch(leaning, table, 0.01)), "1 rim-top");
+}
+
+TEST(Manifold, cylinders_on_cylinders) {
+  const auto upright = [](double r, const Point& p) { return BodyD{ShapeKind::cylinder, {{r, 0.4, 0}}, pose(p)}; };
+  const BodyD drum = upright(0.2, {0, 0, -0.2});
+  EXPECT_EQ(census(touch(upright(0.1, {0.02, 0, 0.2}), drum, 0.01)), "4 rim-cap");
+  EXPECT_EQ(census(touch(upright(0.3, {0.02, 0, 0.2}), drum, 0.01)), "4 cap-rim");
+  EXPECT_EQ(census(touch(upright(0.2, {0, 0, 0.2}), drum, 0.01)), "4 rim-rim");
+  EXPECT_EQ(census(touch(upright(0.2, {0.2, 0, 0.2}), drum, 0.01)), "1 cap-rim 1 rim-cap 2 rim-rim");
+  EXPECT_EQ(census(touch(upright(0.1, {0.3, 0, -0.1}), drum, 0.01)), "2 rim-side");
+  const BodyD lying{ShapeKind::cylinder, {{0.1, 0.2, 0}}, pose({0, 0, 0.1}, Vec3::UnitX(), kQuarter)};
+  EXPECT_EQ(census(touch(lying, drum, 0.01)), "2 rim-cap");
+  const BodyD crossed{ShapeKind::cylinder, {{0.1, 0.4, 0}}, pose({0, 0, 0.3}, Vec3::UnitY(), kQuarter)};
+  EXPECT_EQ(census(touch(crossed, lying, 0.01)), "1 side-side");
+}
+
+// A foot that is swept over the upper edge of a curb, touching: its gap changes by no more than its way, its normal by
+// no more than the way over its radius (the normal turns about the edge), and no normal leads down or to the far side.
+TEST(Manifold, foot_over_the_edge_of_a_curb) {
+  const BodyD curb{ShapeKind::box, {{1, 0.01, 0.04}}, pose({0, 0, 0.02})};
+  const double r = 0.008, step = 1e-5;
+  for (double depth : {0.0, 1e-4, 1e-3, 3e-3}) {
+    Point last{0, 1, 0};
+    double gap = NAN;
+    for (int i = 0; i < 2000; ++i) {
+      // Along the side, around the edge and along the top, `depth` deep.
+      const double reach = r - depth, arc = reach * kQuarter, s = step * i - 5e-3;
+      const double angle = s < 0 ? 0 : s < arc ? s / reach : kQuarter;
+      const double up = s < 0 ? s : 0, in = s > arc ? s - arc : 0;
+      if (in > 4e-3) break;
+      const Point p{0.1, 0.005 + reach * std::cos(angle) - in, 0.04 + reach * std::sin(angle) + up};
+      const BodyD foot{ShapeKind::sphere, {{r, 0, 0}}, pose(p)};
+      const ManifoldD manifold = touch(foot, curb, 0.01);
+      ASSERT_EQ(valid_count(manifold), 1);
+      const auto& point = manifold.point[0];
+      ASSERT_NEAR(point.phi, -depth, 1e-12) << depth << " " << i;
+      ASSERT_LE(std::sqrt(norm2(point.n - last)), 1.01 * step / reach) << depth << " " << i;
+      ASSERT_TRUE(point.n.z > -1e-12 && point.n.y > -1e-12);
+      if (i > 0) {
+        ASSERT_LE(std::abs(point.phi - gap), step + 1e-12);
+      }
+      last = point.n;
+      gap = point.phi;
+    }
+  }
+}
+
 // Slots stay: a box that slides and turns a little on a table keeps each corner in its slot.
 TEST(Manifold, slots_follow_corners) {
   const BodyD table{ShapeKind::box, {{1, 1, 0.2}}, pose({0, 0, -0.1})};

@@ -144,8 +144,9 @@ struct KindPair {
 inline const std::vector<KindPair>& kernel_pairs() {
   using enum ShapeKind;
   static const std::vector<KindPair> pairs = {
-      {sphere, plane},    {sphere, sphere},    {sphere, capsule}, {sphere, cylinder}, {sphere, box}, {capsule, plane},
-      {capsule, capsule}, {capsule, cylinder}, {capsule, box},    {cylinder, plane},  {box, plane},  {box, box}};
+      {sphere, plane},      {sphere, sphere},   {sphere, capsule},   {sphere, cylinder}, {sphere, box},
+      {capsule, plane},     {capsule, capsule}, {capsule, cylinder}, {capsule, box},     {cylinder, plane},
+      {cylinder, cylinder}, {cylinder, box},    {box, plane},        {box, box}};
   return pairs;
 }
 inline std::string name_of(const KindPair& pair) {
