@@ -41,7 +41,10 @@ struct CylinderBoxT {
     for (int k = 0; k < 3; ++k) {
       const Vec3T<T> n = sign(axis_of(a.c, k)) * unit_axis<T>(k);
       const T phi = gap(n);
-      keep(phi, n, axpy(T(-0.5) * phi, n, furthest(a, -n)), yes);
+      // Where the side lies along the face, its point nearest to the box's middle, not the end that rounding says.
+      const T z = dot(n, a.u), at = clamp(-dot(a.c, a.u), -a.h, a.h);
+      const Vec3T<T> lying = axpy(a.r, unit_across(-n, a.u), axpy(at, a.u, a.c));
+      keep(phi, n, axpy(T(-0.5) * phi, n, select(abs(z) < T(1e-9), lying, furthest(a, -n))), yes);
     }
     const Vec3T<T> n = sign(dot(a.u, a.c)) * a.u;
     const T phi = gap(n);

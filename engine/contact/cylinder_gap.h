@@ -62,7 +62,7 @@ inline Vec3T<T> nearest_in(const CylinderT<T>& cylinder, const Vec3T<T>& x) {
 template <class T>
 inline void ellipse_normal(const T& px, const T& py, const T& b, T& x, T& y) {
   const T one(1.0), zero(0.0), inverse_b = recip(b), bulge = fnma(b, b, one);
-  const T ax = abs(px), ay = abs(py);
+  const T ax = max(abs(px), T(1e-9)), ay = abs(py);  // the centre has no nearest point: take one
   T tx(0.7071067811865476), ty = tx;
   for (int i = 0; i < 3; ++i) {
     const T ex = bulge * tx * tx * tx, ey = -(bulge * inverse_b) * ty * ty * ty;  // centre of curvature
@@ -143,7 +143,13 @@ struct RimViewT {
   /// Outward normal where the rim is nearest to a point, `from` its centre in radii.
   Vec3T<T> normal(const Vec3T<T>& from) const {
     T x, y;
-    ellipse_normal(dot(from, major), dot(from, minor), ratio, x, y);
+    const T px = dot(from, major), py = dot(from, minor), tip = abs(px) - T(1.0);
+    ellipse_normal(px, py, ratio, x, y);
+    // A flat one is nearly a segment: from beyond its tip, the direction from the tip.
+    const auto beyond = (ratio < T(0.1)) & (tip > T(1e-9));
+    const T scale = recip(sqrt(max(fma(tip, tip, py * py), T(1e-30))));
+    x = select(beyond, sign(px) * tip * scale, x);
+    y = select(beyond, py * scale, y);
     return axpy(x, major, y * minor);
   }
 };
