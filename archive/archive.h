@@ -78,6 +78,7 @@ struct TraceTable {
   std::vector<Outcome> outcome;
   std::vector<int> violated;
   std::vector<double> end_time, objective_margin;
+  std::vector<SolverLog> solver;                               // empty: the archive is older than that
   std::vector<std::vector<double>> margins, first_violations;  // [requirement][trace]
   std::vector<std::uint64_t> digest;
   std::vector<std::string> sequence, invalid_reason;

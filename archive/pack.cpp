@@ -147,11 +147,21 @@ class Packer {
     for (const hdf5::Spec& spec :
          {schema::particle(), schema::outcome(), schema::violated(), schema::end_time(), schema::objective_margin(),
           schema::digest(), schema::margins(widths_), schema::first_violations(widths_), schema::final_q(widths_),
-          schema::final_v(widths_)}) {
+          schema::final_v(widths_), schema::solver()}) {
+      if (spec.name == schema::solver().name && !everywhere(group + "/" + spec.name, policy)) continue;
       ColumnCopier(parts_, out_, group, spec, 0, rows.size()).copy(runs);
     }
     pack_texts(group, schema::sequence(), policy, rows, sequences_);
     pack_texts(group, schema::invalid_reason(), policy, rows, reasons_);
+  }
+
+  /// Whether all parts with traces of the policy have a dataset that older ones lack.
+  bool everywhere(const std::string& dataset, const std::string& policy) {
+    for (std::size_t part = 0; part < parts_.size(); ++part) {
+      const OpenPart& file = parts_.open(part);
+      if (file.traces(policy) > 0 && !file.has(dataset)) return false;
+    }
+    return true;
   }
 
   /// An index column in the order of `rows`, renumbered for the common dictionary. Numbers go by order of particle id,

@@ -36,6 +36,15 @@ class TableReader {
     rows_ = all.rows;
   }
 
+  /// Whether all parts have the column; older ones may not.
+  bool has(const hdf5::Spec& spec) {
+    for (std::size_t part = 0; part < parts_.size(); ++part) {
+      const OpenPart& file = parts_.open(part);
+      if (file.traces(policy_) > 0 && !file.has(group_ + "/" + spec.name)) return false;
+    }
+    return true;
+  }
+
   template <class T>
   std::vector<T> column(const hdf5::Spec& spec) {
     const std::vector<T> all = concatenated<T>(spec);
@@ -226,6 +235,12 @@ TraceTable Archive::traces(const std::string& policy) const {
   table.violated = reader.column<std::int32_t>(schema::violated());
   table.end_time = reader.column<double>(schema::end_time());
   table.objective_margin = reader.column<double>(schema::objective_margin());
+  if (reader.has(schema::solver())) {
+    const std::vector<std::vector<double>> solver = reader.matrix(schema::solver());
+    for (std::size_t i = 0; i < table.particle.size(); ++i) {
+      table.solver.push_back({solver[0][i], solver[1][i], solver[2][i], solver[3][i]});
+    }
+  }
   table.margins = reader.matrix(schema::margins(widths));
   table.first_violations = reader.matrix(schema::first_violations(widths));
   table.digest = reader.column<std::uint64_t>(schema::digest());

@@ -47,6 +47,7 @@ Spec values(const Widths& widths) { return matrix("values", widths.parameters); 
 Spec outcome() { return enumeration("outcome", {"success", "known_failure", "unknown_failure", "invalid"}); }
 Spec violated() { return plain("violated", Type::i32); }
 Spec end_time() { return plain("end_time", Type::f64, "s"); }
+Spec solver() { return matrix("solver", 4); }
 Spec objective_margin() { return plain("objective_margin", Type::f64); }
 Spec margins(const Widths& widths) { return matrix("margins", widths.requirements); }
 Spec first_violations(const Widths& widths) { return matrix("first_violations", widths.requirements, "s"); }

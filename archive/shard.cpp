@@ -1,6 +1,7 @@
 #include "archive/shard.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <limits>
 
@@ -84,6 +85,10 @@ void write_traces(const hdf5::Handle& file, const std::string& policy, const Tra
       schema::margins(widths), traces, [](const T& t) -> const auto& { return t.margins; });
   table.matrix(
       schema::first_violations(widths), traces, [](const T& t) -> const auto& { return t.first_violations; });
+  table.matrix(schema::solver(), traces, [](const T& t) {
+    const SolverLog& log = t.solver;
+    return std::array{log.mean_sweeps, log.most_sweeps, log.largest_residual, log.capped_steps};
+  });
   table.matrix(
       schema::final_q(widths), traces, [](const T& t) -> const auto& { return t.q; });
   table.matrix(

@@ -13,6 +13,13 @@ namespace graze {
 enum class Outcome : std::uint8_t { success = 0, known_failure = 1, unknown_failure = 2, invalid = 3 };
 std::string_view outcome_name(Outcome outcome);  // "success", "known failure", …
 
+/// What the contact solver did over a trace; mean_sweeps 0: the back end does not tell.
+struct SolverLog {
+  double mean_sweeps = 0, most_sweeps = 0;  // per step
+  double largest_residual = 0;              // m/s or rad/s, in the last sweep of a step
+  double capped_steps = 0;                  // steps that ended at the bound on sweeps
+};
+
 struct TelemetryFrame {
   double time;
   std::vector<double> q, v, tau;  // nq, nv, na
@@ -30,6 +37,7 @@ struct TraceRecord {
   std::uint64_t digest = 0;              // of q, v and torques of every step: equal digests, equal traces
   std::string sequence;                  // contact sequence, by named parts
   std::string invalid_reason;
+  SolverLog solver;
   std::vector<Event> events;
   std::vector<TelemetryFrame> telemetry;
 };

@@ -13,9 +13,6 @@
 
 namespace graze {
 
-/// Speed of a contact point over a surface from which on it rolls, m/s.
-inline constexpr double kRollSpeed = 1e-3;
-
 /// Which part of a shape touches. Boxes: face, edge, vertex; cylinders: cap, side, rim; everything else: surface.
 enum class Feature : std::uint8_t { surface, top, bottom, side, edge, vertex, cap, rim };
 std::string_view feature_name(Feature feature);  // "side"
@@ -24,9 +21,9 @@ std::string_view feature_name(Feature feature);  // "side"
 Feature feature_of(const Shape& shape, const Vec3& p_G, double tolerance = 1e-4);
 
 /// What a contact point does while it presses. `slip`: the impulse lies on the friction cone (and the bodies slide, as
-/// far as the back end can tell). `roll`: it sticks, but moves over a round surface (sphere, capsule, side of a
-/// cylinder) of radius r at more than kRollSpeed: r |w_t| with w_t the part of the relative angular velocity a - b that
-/// lies in the tangent plane; of two round surfaces the greater counts. `stick`: everything else.
+/// far as the back end can tell). `roll`: it sticks, but moves over a round surface of radius r faster than kRollSpeed.
+/// With w the relative angular velocity of the bodies at the end of the step that speed is r |w - n (n . w)| on a
+/// sphere, and r |w . axis| on a capsule and on the side of a cylinder. `stick`: everything else.
 enum class ContactMode : std::uint8_t { stick, slip, roll };
 
 /// One contact point (or near point: phi > 0 and no impulse) after a step.

@@ -1,5 +1,6 @@
 #include "jobs/block_run.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 
@@ -77,7 +78,7 @@ struct BlockRun::Impl {
         per_control(s.timing.steps_per_control()),
         initial(initial_state(*s.world, s.model)),
         physics(make_physics(s.physics, s.model)),
-        controller(ControlContext{s.model, initial, s.timing.control}, policy.settings),
+        controller(ControlContext{s.model, initial, s.timing.control, physics->solves_drives()}, policy.settings),
         sensors(s.model, channel_names(s.world->robot), sensor_noise(s, seed), controller.reads()),
         actuators(s.model, s.torque_speed),
         monitor(s.task),
@@ -194,13 +195,22 @@ struct BlockRun::Impl {
     clock.ended(Phase::control);
   }
 
+  static void log_effort(Lane& lane, const SolverEffort& effort) {
+    SolverLog& log = lane.record->solver;
+    log.mean_sweeps += (effort.sweeps - log.mean_sweeps) / lane.step;
+    log.most_sweeps = std::max(log.most_sweeps, effort.sweeps);
+    log.largest_residual = std::max(log.largest_residual, effort.residual);
+    log.capped_steps += effort.at_most ? 1 : 0;
+  }
+
   void advance() {
     control();
-    actuators.apply(command, physics->state(), sensors, scenario.timing.step, active, tau);
-    clock.ended(Phase::actuation);
-    physics->step(scenario.timing.step, active, tau);
-    clock.ended(Phase::physics);
-    for (int lane = 0; lane < kLanes; ++lane) lanes[lane].step += active[lane];
+    actuators.step(command, *physics, sensors, scenario.timing.step, active, tau);
+    clock.ended(Phase::physics);  // with what little the actuators do around it
+    for (int lane = 0; lane < kLanes; ++lane) {
+      lanes[lane].step += active[lane];
+      if (active[lane]) log_effort(lanes[lane], physics->effort(lane));
+    }
     steps_done += std::popcount(active.bits());
     fold(digests, physics->state().q);
     fold(digests, physics->state().v);

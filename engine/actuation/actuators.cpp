@@ -12,6 +12,9 @@ Actuators::Actuators(const Model& nominal, bool torque_speed)
       speed_(nominal.na()),
       integral_(nominal.na()),
       headroom_(nominal.na()),
+      q_error_(nominal.na()),
+      drive_(nominal.na()),
+      result_(nominal.na()),
       asked_(nominal.na()) {
   for (const int body : nominal.actuated) {
     v_index_.push_back(nominal.bodies[body].v);
@@ -85,6 +88,72 @@ void Actuators::apply_lane(const ActuatorCommand& command, const BlockState& sta
       integral_(k, lane) += h * q_error;
     }
   }
+}
+
+void Actuators::fill_drive(const ActuatorCommand& command, const BlockState& state, const Sensors& sensors) {
+  const double infinity = std::numeric_limits<double>::infinity();
+  for (int k = 0; k < effort_.rows(); ++k) {
+    const double *q = state.q.row(q_index_[k]), *v = state.v.row(v_index_[k]);
+    const double *q_bias = sensors.encoder_error().row(k), *v_bias = sensors.encoder_velocity_error().row(k);
+    const double *tau_bias = sensors.torque_error().row(k), *ki = command.ki.row(k), *integral = integral_.row(k);
+    const double *effort = effort_.row(k), *speed = speed_.row(k), *tau = command.tau.row(k);
+    const double *q_target = command.q.row(k), *v_target = command.v.row(k);
+    const double* prescribed = command.prescribed.row(k);
+    double *q_error = q_error_.row(k), *q_ref = drive_.q.row(k), *v_ref = drive_.v.row(k);
+    double *feed = drive_.tau.row(k), *lower = drive_.lower.row(k), *upper = drive_.upper.row(k);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      q_ref[lane] = q_target[lane] - q_bias[lane];
+      v_ref[lane] = v_target[lane] - v_bias[lane];
+      q_error[lane] = q_ref[lane] - q[lane];
+      feed[lane] = tau[lane] + ki[lane] * (ki[lane] == 0 ? 0 : integral[lane]) + tau_bias[lane];
+      // As available().
+      const bool line = torque_speed_ && speed[lane] > 0 && effort[lane] < infinity;
+      const double share = line ? v[lane] / speed[lane] : 0.0;
+      const double full = line ? effort[lane] : 1.0;
+      const bool limited = prescribed[lane] < 2;
+      const double forward = full * (1 - std::min(std::max(share, 0.0), 1.0));
+      const double backward = full * (1 - std::min(std::max(-share, 0.0), 1.0));
+      upper[lane] = limited ? (line ? forward : effort[lane]) : infinity;
+      lower[lane] = limited ? (line ? -backward : -effort[lane]) : -infinity;
+    }
+  }
+  drive_.kp = command.kp;
+  drive_.kd = command.kd;
+  drive_.prescribed = command.prescribed;
+}
+
+void Actuators::follow_drive(const ActuatorCommand& command, double h, LaneMask active, BlockArray& tau) {
+  bool on[kLanes];
+  for (int lane = 0; lane < kLanes; ++lane) on[lane] = active[lane];
+  for (int k = 0; k < effort_.rows(); ++k) {
+    const double *torque = result_.torque.row(k), *asked = result_.asked.row(k);
+    const double *lower = drive_.lower.row(k), *upper = drive_.upper.row(k);
+    const double *q_error = q_error_.row(k), *ki = command.ki.row(k);
+    double *out = tau.row(k), *headroom = headroom_.row(k), *integral = integral_.row(k);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const double limit = asked[lane] < 0 ? -lower[lane] : upper[lane];
+      const double room = limit - std::abs(asked[lane]);
+      // As apply_lane().
+      const bool grows = asked[lane] * q_error[lane] > 0;
+      const double more = integral[lane] + (room >= 0 || !grows ? h * q_error[lane] : 0.0);
+      const double next = ki[lane] == 0 ? 0.0 : more;
+      out[lane] = on[lane] ? torque[lane] : out[lane];
+      headroom[lane] = on[lane] ? room : headroom[lane];
+      integral[lane] = on[lane] ? next : integral[lane];
+    }
+  }
+}
+
+void Actuators::step(const ActuatorCommand& command, BlockPhysics& physics, const Sensors& sensors, double h,
+                     LaneMask active, BlockArray& tau) {
+  if (!physics.solves_drives()) {
+    apply(command, physics.state(), sensors, h, active, tau);
+    physics.step(h, active, tau);
+    return;
+  }
+  fill_drive(command, physics.state(), sensors);
+  physics.drive(h, active, drive_, result_);
+  follow_drive(command, h, active, tau);
 }
 
 void Actuators::apply(const ActuatorCommand& command, const BlockState& state, const Sensors& sensors, double h,

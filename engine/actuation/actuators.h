@@ -16,7 +16,10 @@ namespace graze {
 /// integral.
 struct ActuatorCommand {
   BlockArray tau, q, v, kp, kd, ki;
-  explicit ActuatorCommand(int na = 0) : tau(na), q(na), v(na), kp(na), kd(na), ki(na) {}
+  // 1: the joint moves to q by the end of each physics step as far as its torque limits allow; 2: beyond them, too; 0:
+  // not. Only back ends that solve drives know it.
+  BlockArray prescribed;
+  explicit ActuatorCommand(int na = 0) : tau(na), q(na), v(na), kp(na), kd(na), ki(na), prescribed(na) {}
 };
 
 class Actuators {
@@ -25,6 +28,10 @@ class Actuators {
   Actuators(const Model& nominal, bool torque_speed);
 
   void start(int lane, const Particle& particle);
+  /// One physics step of h seconds under a command: the back end solves the servos with everything else if it can;
+  /// otherwise they become torques first (apply). `tau` [na]: the torques of the step.
+  void step(const ActuatorCommand& command, BlockPhysics& physics, const Sensors& sensors, double h, LaneMask active,
+            BlockArray& tau);
   /// Torques [na] for one physics step of h seconds, limited. Also integrates the servos' error. The dampers kd act on
   /// the velocity that they lead to, v + h M^-1 tau_damper with the particle's own limb inertia M (base held still): a
   /// damper that is held constant over a step would otherwise overshoot standstill, and shake a light limb, as soon as
@@ -32,10 +39,14 @@ class Actuators {
   void apply(const ActuatorCommand& command, const BlockState& state, const Sensors& sensors, double h, LaneMask active,
              BlockArray& tau);
 
-  /// How far each torque stayed from its limit at the last apply: limit - |asked|, negative when it was cut. na rows.
+  /// How far each torque stayed from its limit at the last step: limit - |asked|, negative when it was cut. na rows.
   const BlockArray& headroom() const { return headroom_; }
 
  private:
+  /// Servos as a back end takes them: sensed references, feed-forward with integral, bounds of this step.
+  void fill_drive(const ActuatorCommand& command, const BlockState& state, const Sensors& sensors);
+  /// Headroom and integrals after a drive.
+  void follow_drive(const ActuatorCommand& command, double h, LaneMask active, BlockArray& tau);
   /// Adds the dampers' torques of a lane to asked_.
   void add_damping(const ActuatorCommand& command, const BlockState& state, const Sensors& sensors, double h, int lane);
   void apply_lane(const ActuatorCommand& command, const BlockState& state, const Sensors& sensors, double h, int lane,
@@ -46,6 +57,9 @@ class Actuators {
   std::vector<int> v_index_, q_index_;
   bool torque_speed_;
   BlockArray effort_, speed_, integral_, headroom_;  // na
+  BlockArray q_error_;                               // na, of the encoder at the beginning of the step
+  Drive drive_;
+  DriveResult result_;
   std::array<std::vector<LimbInertia>, kLanes> limbs_;
   std::vector<double> asked_;  // na, scratch of one lane
   Eigen::MatrixXd M_;          // scratch of one limb

@@ -42,7 +42,7 @@ void ContactSet::prepare(const std::vector<NearPair>& pairs, const Forest& fores
     manifolds_.push_back(near.manifold);
     const bool swapped = near.manifold->getBody0() != solids_[near.pair->a].object.get();
     for (int k = 0; k < near.manifold->getNumContacts(); ++k) {
-      points_.push_back({near.pair, &near.manifold->getContactPoint(k), swapped, -1, 0, Vec3::Zero(), {}});
+      points_.push_back({near.pair, &near.manifold->getContactPoint(k), swapped, -1, 0, 0, Vec3::Zero(), {}});
       set_target(points_.back(), forest, h);
       if (points_.back().point->getDistance() < kOutOfReach) points_.back().row = row++;
     }
@@ -61,7 +61,7 @@ void ContactSet::set_target(Point& point, const Forest& forest, double h) {
   point.contact.b = point.pair->b;
   point.contact.n_W = (point.swapped ? -1 : 1) * from_bt(cp.m_normalWorldOnB);
   point.p_W = 0.5 * from_bt(cp.getPositionWorldOnA() + cp.getPositionWorldOnB());
-  const double approach = -point.contact.n_W.dot(relative_velocity(point, forest));
+  const double approach = point.approach = -point.contact.n_W.dot(relative_velocity(point, forest));
   const bool bounces = point.pair->restitution > 0 && approach > kRestSteps * h * model_.gravity.norm();
   if (gap > 0) {
     // A bounce must not be braked by the gap term before it happens, and a row that cannot act costs as much as any.
@@ -91,7 +91,29 @@ void ContactSet::read_point(Point& point, const ContactSolver* solver, const For
   const double tangential = (contact.impulse_W - normal * contact.n_W).norm();
   const double speed = (u - normal_speed * contact.n_W).norm();
   const bool used_up = tangential >= kConeShare * point.pair->friction * normal;
-  contact.mode = speed > kSlipSpeed || (used_up && speed > kSolverSlack) ? ContactMode::slip : ContactMode::stick;
+  const bool slips = speed > kSlipSpeed || (used_up && speed > kSolverSlack);
+  const bool rolls = normal > 0 && rolling_speed(point, forest) > kRollSpeed;
+  contact.mode = slips ? ContactMode::slip : rolls ? ContactMode::roll : ContactMode::stick;
+  // The speed that the step begins with, and gravity's part of it; what is apart and does not close is new at the end.
+  const double closing = point.approach + h * std::abs(contact.n_W.dot(model_.gravity));
+  contact.age = point.gap <= 0 ? h : closing > 0 ? std::max(0.0, h - point.gap / closing) : 0.0;
+}
+
+double ContactSet::rolling_speed(const Point& point, const Forest& forest) const {
+  const Collider *a = &model_.colliders[point.pair->a], *b = &model_.colliders[point.pair->b];
+  const auto spin = [&](const Collider& c) { return c.body < 0 ? Vec3(Vec3::Zero()) : forest.twist(c.body).angular; };
+  const Vec3 w = spin(*a) - spin(*b), n = point.contact.n_W;
+  double most = 0;
+  for (const Collider* c : {a, b}) {
+    const double radius = c->shape.size.x();
+    if (c->shape.kind == ShapeKind::sphere) most = std::max(most, radius * (w - n.dot(w) * n).norm());
+    if (c->shape.kind != ShapeKind::capsule && c->shape.kind != ShapeKind::cylinder) continue;
+    const Vec3 axis = (c->body < 0 ? c->X_BG : Pose(forest.pose(c->body) * c->X_BG)).linear().col(2);
+    // A cylinder rolls on its side, where the normal is across the axis.
+    if (c->shape.kind == ShapeKind::cylinder && std::abs(n.dot(axis)) > 1e-3) continue;
+    most = std::max(most, radius * std::abs(w.dot(axis)));
+  }
+  return most;
 }
 
 void ContactSet::place(std::vector<Contact>& out) {

@@ -33,14 +33,17 @@ class ContactSet {
   struct Point {
     const ColliderPair* pair;
     btManifoldPoint* point;
-    bool swapped;  // Bullet's body 0 is collider b
-    int row;       // number in the solver, or -1 if it was left out
-    double gap;    // at detection, m
-    Vec3 p_W;      // at detection
+    bool swapped;     // Bullet's body 0 is collider b
+    int row;          // number in the solver, or -1 if it was left out
+    double gap;       // at detection, m
+    double approach;  // normal speed before the step, m/s; positive: closing
+    Vec3 p_W;         // at detection
     Contact contact;
   };
   /// Of collider a against b at the point of detection, at the forest's poses.
   Vec3 relative_velocity(const Point& point, const Forest& forest) const;
+  /// As ContactMode::roll has it, m/s.
+  double rolling_speed(const Point& point, const Forest& forest) const;
   void set_target(Point& point, const Forest& forest, double h);
   void read_point(Point& point, const ContactSolver* solver, const Forest& forest, double h) const;
   void place_point(Point& point) const;

@@ -37,10 +37,10 @@ inline T recovery_work(const TopologyView& t, const ConstraintsT<T>& set, T* dz)
   return work;
 }
 
-/// Scales the impulses of lanes in which they give more than they may. z: L v at the beginning; `free` and `dz`: its
-/// change without and with the impulses. Returns the work of the impulses, with the mean of v and v*, J.
+/// Scales the impulses of those of `lanes` in which they give more than they may. z: L v at the beginning; `free` and
+/// `dz`: its change without and with the impulses. Returns the work of the impulses, with the mean of v and v*, J.
 template <class T>
-inline T brake(const TreeT<T>& tree, ConstraintsT<T>& set, const T* z, const T* free, T* dz) {
+inline T brake(const TreeT<T>& tree, ConstraintsT<T>& set, const T* z, const T* free, unsigned lanes, T* dz) {
   const TopologyView& t = tree.topology;
   // Of impulses scaled by x: x linear + x^2 square beyond the free motion, of which v* has half as much more than the
   // mean velocity.
@@ -55,7 +55,7 @@ inline T brake(const TreeT<T>& tree, ConstraintsT<T>& set, const T* z, const T* 
   const T work = fnma(T(0.5), ahead, linear + square);
   if (!any(linear + square > T(0.0))) return work;
   const T room = recovery_work<T>(t, set, dz) - linear;
-  const auto over = square > room;
+  const auto over = (square > room) & mask_from_bits<T>(lanes);
   if (!any(over)) return work;
   const T share = select(over, max(room * recip(select(over, square, T(1.0))), T(0.0)), T(1.0));
   // Where nothing is scaled the bits stay, whatever the neighbours need.

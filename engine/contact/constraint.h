@@ -41,6 +41,7 @@ struct ContactT {
   T compliance;                    // R, 1/kg, with the guard; contained in ann
   T asked;                         // speed at which the solve parts the bodies (recovery, restitution) or 0, m/s
   T slips;                         // 1 where the impulse lies on the cone
+  T free;                          // normal velocity that the step would end with but for constraints, m/s
   unsigned lanes;                  // where the point is valid
   int pair, slot;                  // index into the pairs; slot of the manifold
   int path;                        // index into the paths
@@ -252,9 +253,14 @@ inline void set_up_contact(const TreeT<T>& tree, const PathView& path, const Con
   c.b = to_local(c, u);
   T free = c.b.x;
   for (int i = 0; i < path.count; ++i) free = fma(dz[path.dofs[i]], c.y[i].x, free);
+  c.free = free;
   const T gap = gap_term(law, c, h, c.b.x, free);
   c.b.x += gap;
   c.asked = max(-gap, T(0.0));
+  // Where nothing can move (prescribed joints hold both sides) no impulse helps, and none is sought.
+  const auto held = !(c.ann > T(0.0));
+  c.ann = select(held, T(1.0), c.ann);
+  c.b.x = select(held, T(1e30), c.b.x);
   c.guard = guard_of(c);
   c.compliance = c.guard + select(law.compliance > T(0.0), recip(h * fma(h, law.stiffness, law.damping)), T(0.0));
   c.ann += c.compliance;

@@ -1,23 +1,25 @@
 #pragma once
-// Rows of joints in the contact solve: limits and dry friction.
+// Rows of joints in the contact solve: limits, dry friction, and drives whose impulse is bounded.
 
 #include "engine/dynamics/factor.h"
 
 namespace graze {
 inline namespace GRAZE_ISA_NAMESPACE {
 
-/// A joint that is near a limit or has dry friction, all lanes.
+/// A joint that is near a limit or has dry friction, or a bounded drive, all lanes.
 template <class T>
 struct JointRowT {
-  int body;  // whose joint it is
+  int body;  // whose joint it is, or -1: a drive's row
   int dof;
   unsigned lanes;          // where it is in force
   T b;                     // joint speed at the beginning, rad/s or m/s; relax_joint adds Y^T dz
   T inverse_a;             // 1 / A, kg m^2 or kg
   T lower_gap, upper_gap;  // gap terms: u + lower_gap >= 0, -u + upper_gap >= 0
-  T friction;              // h times the dry friction, N m s
-  T lower, upper, dry;     // impulses; in: warm start
-  T* y;                    // Y along the chain of dof, then D^-1 Y
+  // Dry friction: u + dry_gap + dry_compliance dry = 0 as far as the bounds on dry allow.
+  T dry_gap, dry_compliance, inverse_dry;
+  T dry_low, dry_high;  // h times the torque, N m s
+  T lower, upper, dry;  // impulses; in: warm start
+  T* y;                 // Y along the chain of dof, then D^-1 Y
 };
 
 /// Adds what impulse `change` on the joint does to dz.
@@ -57,7 +59,8 @@ inline T relax_joint(const TopologyView& t, const mask_of<T>& moving, JointRowT<
   for (int d = 0; d < count; ++d) u = fma(row.y[d], dz[chain[d]], u);
   const auto turn = moving & mask_from_bits<T>(row.lanes);
   // Each of the three is eliminated exactly given the others; a limit and friction together converge over sweeps.
-  const T dry = min(max(fnma(u, row.inverse_a, row.dry), -row.friction), row.friction);
+  const T dry = min(max(fnma(fma(row.dry_compliance, row.dry, u + row.dry_gap), row.inverse_dry, row.dry), row.dry_low),
+                    row.dry_high);
   const T a = recip(row.inverse_a);
   u = fma(a, dry - row.dry, u);
   // One impulse, up or down: the range between the limits is not empty.

@@ -180,6 +180,7 @@ struct ConstraintsT {
   int contact_count;
   JointRowT<T>* joints;
   int joint_count;
+  int servo_count = 0;  // rows of bounded drives, the last of the joints
   const PathView* paths;
 };
 

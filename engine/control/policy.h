@@ -29,9 +29,10 @@ struct Targets {
 
 /// What makes a policy or tracker: p0 and the timing.
 struct ControlContext {
-  const Model& nominal;  // outlives the policy
-  const State& initial;  // nominal initial state
-  double period;         // s, control step
+  const Model& nominal;       // outlives the policy
+  const State& initial;       // nominal initial state
+  double period;              // s, control step
+  bool solves_drives = true;  // BlockPhysics::solves_drives
 };
 
 class Policy {

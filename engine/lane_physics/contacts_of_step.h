@@ -113,13 +113,42 @@ inline void keep_impulses(LaneBlock& block, const ConstraintsT<T>& set) {
     block.slot_used[c.pair] |= 1 << c.slot;
   }
   for (int i = 0; i < set.joint_count; ++i) {
+    if (set.joints[i].body < 0) continue;
     T* kept = rows<T>(block.joint_impulse) + 3 * set.joints[i].body;
     kept[0] = set.joints[i].lower, kept[1] = set.joints[i].upper, kept[2] = set.joints[i].dry;
   }
 }
 
+/// Speed at which a contact's point moves over a round shape whose body has angular velocity w relative to the other,
+/// m/s; 0 for shapes that are not round there.
 template <class T>
-inline void report_contacts(LaneBlock& block, const ConstraintsT<T>& set) {
+inline T speed_over(const LaneBlock& block, const ContactT<T>& c, int collider, const T& feature, const Vec3T<T>& w) {
+  const ShapeKind kind = static_cast<ShapeKind>(block.colliders[collider].kind);
+  const T radius = collider_rows<T>(block, collider)[kSize];
+  if (kind == kinds::sphere) {
+    const Vec3T<T> along = axpy(-dot(w, c.n), c.n, w);
+    return radius * sqrt(norm2(along));
+  }
+  if (kind != kinds::capsule && kind != kinds::cylinder) return T(0.0);
+  const Vec3T<T> axis = reinterpret_cast<const PoseT<T>*>(block.pose)[collider].R.column(2);
+  const T speed = radius * abs(dot(w, axis));
+  return kind == kinds::capsule ? speed : select(abs(feature - T(features::side)) < T(0.5), speed, T(0.0));
+}
+
+/// Lanes in which a contact that sticks rolls (ContactMode).
+template <class T>
+inline mask_of<T> rolls(const LaneBlock& block, const TreeT<T>& tree, const ContactT<T>& c) {
+  const PairView& pair = block.pairs[c.pair];
+  const int a = block.colliders[pair.a].body, b = block.colliders[pair.b].body;
+  const Vec3T<T> zero{T(0.0), T(0.0), T(0.0)};
+  const Vec3T<T> w = (a < 0 ? zero : tree.motion[a].V.w) - (b < 0 ? zero : tree.motion[b].V.w);
+  const T speed = max(speed_over(block, c, pair.a, c.feature_a, w), speed_over(block, c, pair.b, c.feature_b, w));
+  return (speed > T(kRollSpeed)) & (c.lambda.x > T(0.0));
+}
+
+/// After the step has been taken: velocities are those of its end.
+template <class T>
+inline void report_contacts(LaneBlock& block, const TreeT<T>& tree, const ConstraintsT<T>& set, double h) {
   for (int i = 0; i < set.contact_count; ++i) {
     const ContactT<T>& c = set.contacts[i];
     T* row = rows<T>(block.report) + kContactRows * i;
@@ -129,8 +158,10 @@ inline void report_contacts(LaneBlock& block, const ConstraintsT<T>& set) {
     const Vec3T<T> impulse = to_world(c, c.lambda);
     row[kImpulse] = impulse.x, row[kImpulse + 1] = impulse.y, row[kImpulse + 2] = impulse.z;
     row[kNormalImpulse] = c.lambda.x;
-    row[kMode] = c.slips;
-    row[kAge] = T(0.0);
+    row[kMode] = select(c.slips > T(0.5), T(1.0), select(rolls(block, tree, c), T(2.0), T(0.0)));
+    // It touched when the gap was used up; at once where there was none, at the end where it closes none.
+    const T left = fma(c.phi, recip(min(c.free, T(-1e-9))), T(h));
+    row[kAge] = select(c.phi > T(0.0), max(T(0.0), left), T(h));
     row[kFeatureA] = c.feature_a;
     row[kFeatureB] = c.feature_b;
     block.report_pair[i] = c.pair;

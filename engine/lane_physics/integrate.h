@@ -80,12 +80,21 @@ inline void expect_momentum(const LaneBlock& block, const TreeT<T>& tree, const 
   }
 }
 
-/// Kinetic energy that each tree must have after the step: that of v* at q, and what the Coriolis forces c took from
-/// it, K(q, v*) + h c . (v + v*) / 2. To be called with D of q; v is v*, z is L v*, `before` the v of the beginning.
-/// Returns the work of gravity over the step, J.
+/// Row k of the lower triangle times v, the part below the diagonal twice: v_k times it, summed, is v . M v.
 template <class T>
-inline T expect_energy(const LaneBlock& block, const TreeT<T>& tree, const T* v, const T* z, const T* before,
-                       double h) {
+inline T twice_row(const TopologyView& t, const T* M, int k, const T* v) {
+  const T* row = M + t.row[k];
+  T half(0.0);
+  for (int d = 0; d < t.dof_depth[k]; ++d) half = fma(row[d], v[t.chain[t.row[k] + d]], half);
+  return fma(row[t.dof_depth[k]], v[k], half + half);
+}
+
+/// Kinetic energy that each tree must have after the step: that of v* at q, and what the Coriolis forces c took from
+/// it, K(q, v*) + h c . (v + v*) / 2. To be called with D of q (`driven`: with M_kept, because drives are part of D); v
+/// is v*, z is L v*, `before` the v of the beginning. Returns the work of gravity over the step, J.
+template <class T>
+inline T expect_energy(const LaneBlock& block, const TreeT<T>& tree, const T* v, const T* z, const T* before, double h,
+                       bool driven) {
   const TopologyView& t = tree.topology;
   BalanceT<T>* balance = rows<BalanceT<T>>(block.balance);
   const Vec3T<T> pull{T(h) * tree.gravity[0], T(h) * tree.gravity[1], T(h) * tree.gravity[2]};
@@ -108,10 +117,11 @@ inline T expect_energy(const LaneBlock& block, const TreeT<T>& tree, const T* v,
       gravity2 += sum;
     }
     for (int k = first; k < first + (t.kind[i] == kFloating ? 6 : 1); ++k) {
-      sum = fma(tree.M[t.row[k] + t.dof_depth[k]] * z[k], z[k], sum);
+      sum = driven ? fma(v[k], twice_row(t, rows<T>(block.M_kept), k, v), sum)
+                   : fma(tree.M[t.row[k] + t.dof_depth[k]] * z[k], z[k], sum);
       sum = fma(T(h) * tree.bias[k], v[k] + before[k], sum);
     }
-    if (t.kind[i] != kFloating) sum = fnma(T(h) * tree.body[i].damping, v[first] * v[first], sum);
+    if (t.kind[i] != kFloating && !driven) sum = fnma(T(h) * tree.body[i].damping, v[first] * v[first], sum);
     balance[t.top[i]].kinetic2 += sum;
   }
   return T(0.5) * gravity2;
@@ -192,8 +202,8 @@ inline T internal_scale(const T& wanted, const T& has, const T& whole) {
 
 /// restore of one floating tree.
 template <class T>
-inline void restore_floating(const TreeT<T>& tree, int base, const BalanceT<T>& to, const mask_of<T>& live, T* q,
-                             T* v) {
+inline void restore_floating(const TreeT<T>& tree, int base, const BalanceT<T>& to, const mask_of<T>& live,
+                             const mask_of<T>& held, T* q, T* v) {
   const TopologyView& t = tree.topology;
   const LockedT<T> locked(tree.motion[base].C);
   T* place = q + t.q[base] + 4;
@@ -217,7 +227,7 @@ inline void restore_floating(const TreeT<T>& tree, int base, const BalanceT<T>& 
   const SpatialT<T> momentum{to.momentum.w - cross(O - to.origin, to.momentum.l), to.momentum.l};
   const SpatialT<T> outer = locked.velocity(momentum), inner = locked.velocity(joints);
   const T outer2 = dot(outer, momentum), inner2 = joints2 - dot(inner, joints);
-  const T s = internal_scale(to.kinetic2 - outer2, inner2, joints2);
+  const T s = select(held, T(1.0), internal_scale(to.kinetic2 - outer2, inner2, joints2));
   T* vb = v + t.v[base];
   const Vec3T<T> w = axpy(-s, inner.w, outer.w), l = axpy(-s, inner.l, outer.l);
   vb[0] = select(live, w.x, vb[0]), vb[1] = select(live, w.y, vb[1]), vb[2] = select(live, w.z, vb[2]);
@@ -233,6 +243,10 @@ inline void restore(const LaneBlock& block, const TreeT<T>& tree, const mask_of<
   const TopologyView& t = tree.topology;
   BalanceT<T>* balance = rows<BalanceT<T>>(block.balance);
   T *q = rows<T>(block.q), *v = rows<T>(block.v);
+  // Prescribed motion keeps its speed.
+  unsigned prescribed = 0;
+  for (int i = 0; i < t.bodies; ++i) prescribed |= block.locked[i];
+  const auto held = mask_from_bits<T>(prescribed);
   T* now2 = rows<T>(block.scratch);  // twice the kinetic energy of trees that stand on the world
   for (int i = 0; i < t.bodies; ++i) {
     if (t.root[i] >= 0) continue;
@@ -245,25 +259,26 @@ inline void restore(const LaneBlock& block, const TreeT<T>& tree, const mask_of<
   }
   for (int i = 0; i < t.bodies; ++i) {
     if (t.kind[i] == kFloating) {
-      restore_floating<T>(tree, i, balance[i], live, q, v);
+      restore_floating<T>(tree, i, balance[i], live, held, q, v);
       continue;
     }
     if (t.root[i] >= 0) continue;
     T& s = balance[i].momentum.w.x;
     const BalanceT<T>& top = balance[t.top[i]];
-    if (t.parent[i] < 0) s = internal_scale(top.kinetic2, now2[i], now2[i]);
+    if (t.parent[i] < 0) s = select(held, T(1.0), internal_scale(top.kinetic2, now2[i], now2[i]));
     v[t.v[i]] = select(live, top.momentum.w.x * v[t.v[i]], v[t.v[i]]);
   }
 }
 
 /// Work of the joint torques over the step, with the mean speed.
 template <class T>
-inline T work(const LaneBlock& block, const T* change, double h, const double* tau) {
+inline T work(const LaneBlock& block, const T* change, double h, const DriveView& drive) {
   const T* v = rows<T>(block.v);
   T sum(0.0);
   for (int k = 0; k < block.na; ++k) {
     const int dof = block.actuated_dof[k];
-    sum = fma(load<T>(tau + k * kWidth<T>), fma(T(0.5), change[dof], v[dof]), sum);
+    const T tau = drive.q ? rows<T>(block.servo)[kServoRows * k + 2] : load<T>(drive.tau + k * kWidth<T>);
+    sum = fma(tau, fma(T(0.5), change[dof], v[dof]), sum);
   }
   return T(h) * sum;
 }

@@ -25,7 +25,7 @@ inline int set_up_joints(LaneBlock& block, const TreeT<T>& tree, double h, unsig
     const T below = q[t.q[body]] - limit[0], above = limit[1] - q[t.q[body]];
     // Near: closer than ten steps at this speed, and a reserve for impulses.
     const T near = fma(T(10.0 * h), abs(v[dof]), T(0.02));
-    const unsigned lanes = bits((below < near) | (above < near) | (limit[2] > T(0.0))) & active;
+    const unsigned lanes = bits((below < near) | (above < near) | (limit[2] > T(0.0))) & active & ~block.locked[body];
     const auto in_force = mask_from_bits<T>(lanes);
     for (int k = 0; k < 3; ++k) warm[k] = select(in_force, warm[k], T(0.0));
     if (lanes == 0) continue;
@@ -42,8 +42,11 @@ inline int set_up_joints(LaneBlock& block, const TreeT<T>& tree, double h, unsig
     };
     row.lower_gap = gap(below);
     row.upper_gap = gap(above);
-    row.friction = T(h) * limit[2];
-    row.lower = warm[0], row.upper = warm[1], row.dry = min(max(warm[2], -row.friction), row.friction);
+    row.dry_gap = row.dry_compliance = T(0.0);
+    row.inverse_dry = row.inverse_a;
+    row.dry_high = T(h) * limit[2];
+    row.dry_low = -row.dry_high;
+    row.lower = warm[0], row.upper = warm[1], row.dry = min(max(warm[2], row.dry_low), row.dry_high);
   }
   return count;
 }

@@ -31,7 +31,8 @@ struct PairView {
 /// Parameters of the solver, the same for all particles.
 struct SolverSettings {
   int most_sweeps = 60;
-  double tolerance = 1e-6;  // m/s (rad/s): a lane ends when a sweep changes no velocity of a constraint by more
+  double tolerance = 1e-6;    // m/s (rad/s): a lane ends when a sweep changes no velocity of a constraint by more
+  bool sweep_servos = false;  // solve every servo as a row of the sweeps, for comparison
 };
 
 /// Numbers of a collider, each a row of W lanes.
@@ -63,11 +64,21 @@ enum LedgerRow : int {
 /// Manifold slots per pair, and what is kept of each from step to step: impulse (world) and slip rate.
 inline constexpr int kSlots = 8, kKept = 4;
 
+/// Drives of a step (see Drive in engine/physics.h), na rows each. Torques alone: only `tau` is not null.
+struct DriveView {
+  const double* tau;
+  const double *q, *v, *kp, *kd, *lower, *upper, *prescribed;
+};
+
+/// Numbers of a drive that are kept: mode, flips, torque, asked; see drive_of_step.h.
+inline constexpr int kServoRows = 4;
+
 struct LaneBlock {
   TopologyView topology;
   int na;
-  const int* actuated_dof;  // na
-  int watched_count;        // joints that have limits or dry friction in some lane
+  const int* actuated_body;  // na
+  const int* actuated_dof;   // na
+  int watched_count;         // joints that have limits or dry friction in some lane
   const int* watched_body;
   int collider_count;
   const ColliderView* colliders;
@@ -96,7 +107,11 @@ struct LaneBlock {
   double *motion, *origin, *balance, *M, *inverse_D, *bias, *z, *dz, *free, *scratch;
   double* pose;           // 12 per collider
   double* speed;          // 1 per collider, bound of the speed of its points, m/s
-  double* joints;         // JointRowT per watched joint
+  double* servo;          // kServoRows per actuated joint
+  double* servo_rows;     // 2 (depth + 1) per actuated joint
+  double* M_kept;         // M without drives
+  unsigned* locked;       // per body: lanes in which prescribed motion holds its joint
+  double* joints;         // JointRowT per watched joint and actuated joint
   double* joint_rows;     // 2 (depth + 1) per watched joint
   double* joint_impulse;  // 3 per body: lower, upper, dry; warm start
   double* slot_impulse;   // kKept kSlots per pair, warm start
@@ -127,9 +142,9 @@ struct LaneKernel {
   /// Everything that follows from q and v: poses, M, bias.
   void (*settle)(LaneBlock& block);
   /// First half of a step: free motion, and which pairs are near.
-  void (*begin)(LaneBlock& block, double h, unsigned active, const double* tau);
+  void (*begin)(LaneBlock& block, double h, unsigned active, const DriveView& drive);
   /// Second half: contacts, impulses, new state. Lanes that are not active keep q and v.
-  void (*finish)(LaneBlock& block, double h, unsigned active, const double* tau);
+  void (*finish)(LaneBlock& block, double h, unsigned active, const DriveView& drive);
 };
 
 /// The kernel of a width, or null: 1 and 8 lanes exist everywhere, 4 in the AVX2 build. Builds for x86 exist if the

@@ -129,6 +129,8 @@ LaneEngine::LaneEngine(const Model& nominal, const LaneKernel& kernel, StateRows
                        std::unique_ptr<ExternalContacts> external)
     : kernel_(kernel), topology_(nominal), paths_(topology_.view()), external_(std::move(external)) {
   for (int body : nominal.actuated) actuated_dof_.push_back(nominal.bodies[body].v);
+  actuated_body_ = nominal.actuated;
+  locked_.resize(nominal.bodies.size());
   number_contacts(nominal);
   assert(external_ || std::none_of(pairs_.begin(), pairs_.end(), [](const PairView& pair) { return pair.external; }));
   memory_.grow(lay_out(nullptr));
@@ -199,14 +201,22 @@ std::size_t LaneEngine::lay_out(double* base) {
   b.scratch = rows(3 * std::max(t.nv, nb));
   b.joint_impulse = rows(3 * nb);
   b.joint_rows = rows(chains);
+  const int na = static_cast<int>(actuated_dof_.size());
+  int driven = 0;
+  for (const int dof : actuated_dof_) driven += 2 * (t.dof_depth[dof] + 1);
+  b.servo = rows(kServoRows * na);
+  b.servo_rows = rows(driven);
+  b.M_kept = rows(t.row[t.nv]);
   b.joints = base ? base + used : nullptr;
-  used += static_cast<std::size_t>(nb) * kernel_.joint_doubles;
+  used += static_cast<std::size_t>(nb + na) * kernel_.joint_doubles;
   b.collider = rows(nc * kColliderRows);
   b.pose = rows(12 * nc);
   b.speed = rows(nc);
   b.pair = rows(2 * np);
   b.slot_impulse = rows(kKept * kSlots * np);
-  b.na = static_cast<int>(actuated_dof_.size());
+  b.na = na;
+  b.actuated_body = actuated_body_.data();
+  b.locked = locked_.data();
   b.actuated_dof = actuated_dof_.data();
   b.collider_count = nc;
   b.colliders = colliders_.data();
@@ -276,6 +286,7 @@ void LaneEngine::forget_contacts(int lane) {
   clear(block_.slot_impulse, kKept * kSlots * pairs_.size());
   clear(block_.joint_impulse, 3 * block_.topology.bodies);
   clear(block_.worth, 3);
+  clear(block_.servo, static_cast<std::size_t>(kServoRows) * block_.na);
   std::fill(gap_.begin(), gap_.end(), -std::numeric_limits<double>::infinity());
 }
 
@@ -352,10 +363,14 @@ void LaneEngine::find_external_contacts(double h, unsigned active) {
 }
 
 void LaneEngine::step(double h, unsigned active, const double* tau) {
-  kernel_.begin(block_, h, active, tau);
+  drive(h, active, {tau, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr});
+}
+
+void LaneEngine::drive(double h, unsigned active, const DriveView& drive) {
+  kernel_.begin(block_, h, active, drive);
   make_room_for_contacts();
   if (external_) find_external_contacts(h, active);
-  kernel_.finish(block_, h, active, tau);
+  kernel_.finish(block_, h, active, drive);
 }
 
 }  // namespace graze

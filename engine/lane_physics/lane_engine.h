@@ -49,6 +49,10 @@ class LaneEngine {
   void start(int lane, const Model& model, const State& initial);
   /// tau: [na][lane]. `active`: bit l is lane l.
   void step(double h, unsigned active, const double* tau);
+  void drive(double h, unsigned active, const DriveView& drive);
+  /// Of actuated joint k after drive(), a row of lanes each: the torque of the step, and the one asked for.
+  const double* torque(int k) const { return block_.servo + (kServoRows * k + 2) * kernel_.lanes; }
+  const double* asked(int k) const { return block_.servo + (kServoRows * k + 3) * kernel_.lanes; }
 
   const LaneBlock& block() const { return block_; }
   LaneBlock& block() { return block_; }
@@ -78,8 +82,8 @@ class LaneEngine {
   Topology topology_;
   Paths paths_;
   std::unique_ptr<ExternalContacts> external_;
-  std::vector<int> actuated_dof_, watched_, near_, slot_used_, report_pair_;
-  std::vector<unsigned> report_lanes_;
+  std::vector<int> actuated_dof_, actuated_body_, watched_, near_, slot_used_, report_pair_;
+  std::vector<unsigned> report_lanes_, locked_;
   std::vector<double> gap_, gap_travel_;
   std::vector<std::shared_ptr<const HeightGrid>> grids_;  // keeps alive what terrain_ points to
   std::vector<HeightView> terrain_;

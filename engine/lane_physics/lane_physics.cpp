@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cassert>
 #include <cmath>
 
 #include "engine/bullet/convex_pairs.h"
@@ -51,6 +53,47 @@ void LanePhysics::step(double h, LaneMask active, const BlockArray& tau) {
   }
   engine_.step(h, active.bits(), tau.rows() > 0 ? tau.row(0) : nullptr);
   report_contacts();
+  find_faults();
+}
+
+void LanePhysics::drive(double h, LaneMask active, const Drive& drive, DriveResult& result) {
+  for (int lane = 0; lane < kLanes; ++lane) {
+    if (fault_[lane]) active.set(lane, false);
+  }
+  const int na = drive.tau.rows();
+  assert(na == engine_.block().na && result.torque.rows() == na && result.asked.rows() == na);
+  if (na == 0) {
+    engine_.step(h, active.bits(), nullptr);
+  } else {
+    // Prescribed motion is rare, and costs nothing where there is none.
+    bool prescribed = false;
+    for (int k = 0; k < na; ++k) {
+      for (int lane = 0; lane < kLanes; ++lane) prescribed |= drive.prescribed(k, lane) != 0;
+    }
+    const DriveView view{
+        drive.tau.row(0), drive.q.row(0),     drive.v.row(0),     drive.kp.row(0),
+        drive.kd.row(0),  drive.lower.row(0), drive.upper.row(0), prescribed ? drive.prescribed.row(0) : nullptr};
+    engine_.drive(h, active.bits(), view);
+  }
+  for (int k = 0; k < na; ++k) {
+    for (int lane = 0; lane < kLanes; ++lane) {
+      if (!active[lane]) continue;
+      // A row's impulse is at its bound to rounding.
+      result.torque(k, lane) = std::min(std::max(engine_.torque(k)[lane], drive.lower(k, lane)), drive.upper(k, lane));
+      result.asked(k, lane) = engine_.asked(k)[lane];
+    }
+  }
+  report_contacts();
+  find_faults();
+}
+
+SolverEffort LanePhysics::effort(int lane) const {
+  const SolverSettings& settings = engine_.block().settings;
+  const double sweeps = engine_.sweeps(lane), residual = engine_.residual(lane);
+  return {sweeps, residual, sweeps >= settings.most_sweeps && residual > settings.tolerance};
+}
+
+void LanePhysics::find_faults() {
   if (engine_.suspect() == 0) return;
   for (int lane = 0; lane < kLanes; ++lane) {
     if (engine_.suspect() >> lane & 1) fault_[lane] = why_not_physical(lane);

@@ -16,6 +16,10 @@ class LanePhysics : public BlockPhysics {
   void start(int lane, const Particle& particle) override;
   void step(double h, LaneMask active, const BlockArray& tau) override;
 
+  bool solves_drives() const override { return true; }
+  void drive(double h, LaneMask active, const Drive& drive, DriveResult& result) override;
+  SolverEffort effort(int lane) const override;
+
   /// Effort and result of the contact solver in the last step: sweeps, and the largest change of a contact's velocity
   /// in the last of them, m/s.
   double sweeps(int lane) const { return engine_.sweeps(lane); }
@@ -27,6 +31,7 @@ class LanePhysics : public BlockPhysics {
 
  private:
   void report_contacts();
+  void find_faults();
   std::string why_not_physical(int lane) const;
 
   LaneEngine engine_;

@@ -8,6 +8,7 @@
 #include "engine/contact/brake.h"
 #include "engine/lane_physics/audit.h"
 #include "engine/lane_physics/contacts_of_step.h"
+#include "engine/lane_physics/drive_of_step.h"
 #include "engine/lane_physics/integrate.h"
 #include "engine/lane_physics/joints_of_step.h"
 
@@ -65,18 +66,20 @@ inline double place_colliders(LaneBlock& block, const TreeT<T>& tree, unsigned a
   return greatest(fastest, active);
 }
 
+/// M + h D and drives = L^T D L, and dz: the change of L v by all but constraints.
 template <class T>
-void begin(LaneBlock& block, double h, unsigned active, const double* tau) {
-  const TreeT<T> tree = tree_of<T>(block);
+inline void move_freely(LaneBlock& block, const TreeT<T>& tree, double h, unsigned active, const DriveView& drive) {
   const TopologyView& t = tree.topology;
-  const double fastest = place_colliders<T>(block, tree, active);
-  find_near_pairs<T>(block, h, active, fastest);
   T* dz = rows<T>(block.dz);
   const T* v = rows<T>(block.v);
   for (int k = 0; k < t.nv; ++k) dz[k] = -(T(h) * tree.bias[k]);
-  for (int k = 0; k < block.na; ++k) {
-    T& at = dz[block.actuated_dof[k]];
-    at = fma(T(h), load<T>(tau + k * kWidth<T>), at);
+  if (drive.q) {
+    add_drives<T>(block, tree, drive, h, active, dz);
+  } else {
+    for (int k = 0; k < block.na; ++k) {
+      T& at = dz[block.actuated_dof[k]];
+      at = fma(T(h), load<T>(drive.tau + k * kWidth<T>), at);
+    }
   }
   for (int i = 0; i < t.bodies; ++i) {
     if (t.kind[i] == kFloating) continue;
@@ -87,24 +90,40 @@ void begin(LaneBlock& block, double h, unsigned active, const double* tau) {
     T& diagonal = tree.M[t.row[k] + t.dof_depth[k]];
     diagonal += damping;
   }
+  if (drive.prescribed) hold_joints<T>(block, tree, drive, h, dz);
   factor_and_solve<T>(tree, dz);
+  if (drive.prescribed) move_joints<T>(block, tree, drive, h, dz);
 }
 
-/// v+, q+ and all that follows from them. impulse_work: of the constraints, J.
 template <class T>
-inline void advance(LaneBlock& block, const TreeT<T>& tree, double h, unsigned active, const double* tau,
+void begin(LaneBlock& block, double h, unsigned active, const DriveView& drive) {
+  const TreeT<T> tree = tree_of<T>(block);
+  const double fastest = place_colliders<T>(block, tree, active);
+  find_near_pairs<T>(block, h, active, fastest);
+  for (int i = 0; i < tree.topology.bodies; ++i) block.locked[i] = 0;
+  if (drive.q) {
+    const int entries = tree.topology.row[tree.topology.nv];
+    T* kept = rows<T>(block.M_kept);
+    for (int i = 0; i < entries; ++i) kept[i] = tree.M[i];
+    begin_servos<T>(block, drive, h);
+  }
+  move_freely<T>(block, tree, h, active, drive);
+}
+
+/// v+, q+ and all that follows from them. dz: the change of v. impulse_work: of the constraints, J.
+template <class T>
+inline void advance(LaneBlock& block, const TreeT<T>& tree, double h, unsigned active, const DriveView& drive,
                     const T& impulse_work) {
   const TopologyView& t = tree.topology;
   const auto live = mask_from_bits<T>(active);
   T *v = rows<T>(block.v), *a = rows<T>(block.a), *dz = rows<T>(block.dz), *z = rows<T>(block.z);
-  for (int k = 0; k < t.nv; ++k) z[k] += dz[k];
-  solve_L<T>(tree, dz);
-  rows<T>(block.worth)[2] = work<T>(block, dz, h, tau);
+  rows<T>(block.worth)[2] = work<T>(block, dz, h, drive);
   for (int k = 0; k < t.nv; ++k) {
     a[k] = v[k];
     v[k] = select(live, v[k] + dz[k], v[k]);
   }
-  const T gravity_work = expect_energy<T>(block, tree, v, z, a, h), before = rows<T>(block.ledger)[kKinetic];
+  const T gravity_work = expect_energy<T>(block, tree, v, z, a, h, drive.q != nullptr);
+  const T before = rows<T>(block.ledger)[kKinetic];
   integrate<T>(block, tree, h, live);
   update_poses<T>(tree, rows<T>(block.q));
   update_mass<T>(tree);
@@ -117,13 +136,13 @@ inline void advance(LaneBlock& block, const TreeT<T>& tree, double h, unsigned a
   audit<T>(block, tree, h, active, before, impulse_work, gravity_work, rows<T>(block.worth)[2]);
 }
 
+/// Impulses of the step's constraints; dz becomes the change of v. Returns their work, J.
 template <class T>
-void finish(LaneBlock& block, double h, unsigned active, const double* tau) {
-  const TreeT<T> tree = tree_of<T>(block);
+inline T solve(LaneBlock& block, const TreeT<T>& tree, double h, unsigned active, const DriveView& drive,
+               ConstraintsT<T>& set) {
   T* dz = rows<T>(block.dz);
   const ContactLawT<T>& law = *reinterpret_cast<const ContactLawT<T>*>(block.law);
   find_contacts<T>(block, h, active);
-  ConstraintsT<T> set;
   set.contacts = reinterpret_cast<ContactT<T>*>(block.contacts);
   set.contact_count = block.contact_count;
   set.paths = block.paths;
@@ -134,6 +153,8 @@ void finish(LaneBlock& block, double h, unsigned active, const double* tau) {
   }
   set.joints = reinterpret_cast<JointRowT<T>*>(block.joints);
   set.joint_count = set_up_joints<T>(block, tree, h, active);
+  set.servo_count = drive.q ? add_servo_rows<T>(block, tree, drive, h, active, set.joints + set.joint_count) : 0;
+  set.joint_count += set.servo_count;
   T *z = rows<T>(block.z), *free = rows<T>(block.free);
   times_L<T>(tree, rows<T>(block.v), z);
   for (int k = 0; k < tree.topology.nv; ++k) free[k] = dz[k];
@@ -141,11 +162,36 @@ void finish(LaneBlock& block, double h, unsigned active, const double* tau) {
   T* worth = rows<T>(block.worth);
   solve_constraints<T>(tree.topology, law, block.settings.most_sweeps, block.settings.tolerance, active, set, dz,
                        worth[0], worth[1]);
-  const T impulse_work = brake<T>(tree, set, z, free, dz);
+  // Drives may give energy: lanes in which some are impulses or infinite inertias are neither braked nor, as their work
+  // is not in the books, audited for energy.
+  unsigned driven = 0;
+  for (int i = 0; i < tree.topology.bodies; ++i) driven |= block.locked[i];
+  for (int i = set.joint_count - set.servo_count; i < set.joint_count; ++i) driven |= set.joints[i].lanes;
+  const T impulse_work = select(mask_from_bits<T>(driven), T(1e300), brake<T>(tree, set, z, free, ~driven, dz));
+  for (int k = 0; k < tree.topology.nv; ++k) z[k] += dz[k];
+  solve_L<T>(tree, dz);
+  return impulse_work;
+}
+
+template <class T>
+void finish(LaneBlock& block, double h, unsigned active, const DriveView& drive) {
+  const TreeT<T> tree = tree_of<T>(block);
+  ConstraintsT<T> set;
+  T impulse_work = solve<T>(block, tree, h, active, drive, set);
+  if (drive.q) {
+    T* M = tree.M;
+    while (settle_servos<T>(block, tree, drive, set, h, active, rows<T>(block.dz)) != 0) {
+      const int entries = tree.topology.row[tree.topology.nv];
+      for (int i = 0; i < entries; ++i) M[i] = rows<T>(block.M_kept)[i];
+      move_freely<T>(block, tree, h, active, drive);
+      impulse_work = solve<T>(block, tree, h, active, drive, set);
+    }
+    keep_servos<T>(block, drive, h, active);
+  }
   keep_impulses<T>(block, set);
-  report_contacts<T>(block, set);
   expect_momentum<T>(block, tree, set, h);
-  advance<T>(block, tree, h, active, tau, impulse_work);
+  advance<T>(block, tree, h, active, drive, impulse_work);
+  report_contacts<T>(block, tree, set, h);
 }
 
 }  // namespace GRAZE_ISA_NAMESPACE

@@ -3,6 +3,9 @@
 
 namespace graze {
 
+/// Speed of a contact point over a round surface from which on it rolls, m/s.
+inline constexpr double kRollSpeed = 1e-3;
+
 /// Numbers of a contact point, each a row of W lanes.
 enum ContactRow : int {
   kPoint = 0,           // 3, world, m

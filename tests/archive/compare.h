@@ -37,6 +37,10 @@ inline void expect_row(const TraceTable& table, std::size_t i, const TraceRecord
   EXPECT_EQ(table.violated[i], want.violated);
   EXPECT_EQ(bits(table.end_time[i]), bits(want.end_time));
   EXPECT_EQ(bits(table.objective_margin[i]), bits(want.objective_margin));
+  EXPECT_EQ(bits(table.solver.at(i).mean_sweeps), bits(want.solver.mean_sweeps));
+  EXPECT_EQ(bits(table.solver.at(i).most_sweeps), bits(want.solver.most_sweeps));
+  EXPECT_EQ(bits(table.solver.at(i).largest_residual), bits(want.solver.largest_residual));
+  EXPECT_EQ(bits(table.solver.at(i).capped_steps), bits(want.solver.capped_steps));
   EXPECT_EQ(table.digest[i], want.digest);
   EXPECT_EQ(table.sequence[i], want.sequence);
   EXPECT_EQ(table.invalid_reason[i], want.invalid_reason);

@@ -105,6 +105,7 @@ TEST(Schema, HasTheKeysOfEveryPolicy) {
       {"tracker.joint_pd", "{hold: {}, control: {joint_pd: {" + wrong + "}}}"},
       {"tracker.operational_pd",
        "{gait: {" + gait + ", velocity: [0, 0, 0]}, control: {operational_pd: {" + wrong + "}}}"},
+      {"tracker.prescribed", "{hold: {}, control: {prescribed: {" + wrong + "}}}"},
       {"tracker.torque", "{torque: {}, control: {torque: {" + wrong + "}}}"},
   };
   for (const auto& [section, policy] : cases) {

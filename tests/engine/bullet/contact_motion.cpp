@@ -100,7 +100,7 @@ TEST_P(ContactMotion, SlidingSphereEndsRolling) {
   run.run(1.0, h);
   EXPECT_NEAR(run.v(3), 5.0 / 7 * v, 1e-4);
   EXPECT_NEAR(run.v(1) * r, run.v(3), 1e-4);
-  EXPECT_EQ(run.contacts().front().mode, ContactMode::stick);
+  EXPECT_EQ(run.contacts().front().mode, ContactMode::roll);
   EXPECT_EQ(run.fault(), "");
 }
 

@@ -45,7 +45,7 @@ class ControllerTest : public testing::Test {
 // Policies and trackers are found by name.
 TEST_F(ControllerTest, Names) {
   EXPECT_EQ(policy_names(), (std::vector<std::string>{"gait", "hold", "joint_trajectory", "torque"}));
-  EXPECT_EQ(tracker_names(), (std::vector<std::string>{"joint_pd", "operational_pd", "torque"}));
+  EXPECT_EQ(tracker_names(), (std::vector<std::string>{"joint_pd", "operational_pd", "prescribed", "torque"}));
 }
 
 // hold with joint_pd asks the servos for the nominal initial positions, with gains by joint glob.

@@ -1,0 +1,50 @@
+// Tracker `prescribed`: {limited: true}. Joints follow the policy's positions exactly (dissertation §8.4): at the end
+// of every physics step each stands where its encoder reads the target, by whatever torque that takes; with `limited`
+// by no more than the actuator has. The back end solves it together with contact.
+
+#include "engine/control/policy.h"
+
+namespace graze {
+
+namespace {
+
+class Prescribed : public Tracker {
+ public:
+  Prescribed(const ControlContext& context, const Settings& settings) {
+    settings.allow({"limited"});
+    if (!context.solves_drives) {
+      settings.fail(
+          "prescribed motion is part of the contact solve of physics: lanes; other back ends know torques "
+          "only (joint_pd comes nearest)");
+    }
+    value_ = settings.flag_or("limited", true) ? 1 : 2;
+  }
+
+  TargetKind kind() const override { return TargetKind::joint; }
+  unsigned reads() const override { return 0; }
+
+  void track(const Observation&, const Targets& targets, LaneMask active, ActuatorCommand& command) override {
+    for (int k = 0; k < targets.q.rows(); ++k) {
+      for (int lane = 0; lane < kLanes; ++lane) {
+        if (!active[lane]) continue;
+        command.q(k, lane) = targets.q(k, lane);
+        command.v(k, lane) = targets.v(k, lane);
+        command.tau(k, lane) = command.kp(k, lane) = command.kd(k, lane) = command.ki(k, lane) = 0;
+        command.prescribed(k, lane) = value_;
+      }
+    }
+  }
+
+ private:
+  double value_ = 1;  // see ActuatorCommand
+};
+
+const TrackerRegistration registration("prescribed", TargetKind::joint,
+                                       [](const ControlContext& context, const Settings& settings,
+                                          const std::vector<int>&) -> std::unique_ptr<Tracker> {
+                                         return std::make_unique<Prescribed>(context, settings);
+                                       });
+
+}  // namespace
+
+}  // namespace graze
