@@ -16,14 +16,12 @@
 namespace graze {
 inline namespace GRAZE_ISA_NAMESPACE {
 
-/// lambda(alpha) = (A + alpha K)^-1 rhs with K = diag(kappa mu^2, 1, 1), kappa = 1 for the convex model and 0 for the
-/// others, by elimination of the normal. `flow`: kappa mu^2 alpha.
+/// lambda(alpha) = (A + alpha K)^-1 rhs with K = diag(0, 1, 1), by elimination of the normal.
 template <class T>
 struct SlipSystemT {
   T inverse_nn, ks, kt, Sss, Sst, Stt, inverse_det;
 
-  SlipSystemT(const ContactT<T>& c, const T& alpha, const T& flow, bool some_flow) {
-    inverse_nn = some_flow ? recip(c.ann + flow) : c.inverse_ann;
+  SlipSystemT(const ContactT<T>& c, const T& alpha) : inverse_nn(c.inverse_ann) {
     ks = c.ans * inverse_nn, kt = c.ant * inverse_nn;
     Sss = fnma(c.ans, ks, c.ass + alpha);
     Sst = fnma(c.ans, kt, c.ast);
@@ -38,29 +36,77 @@ struct SlipSystemT {
   }
 };
 
-/// The impulse of a sliding contact: u_n = 0 (convex: mu |u_t|), u_t = -alpha lambda_t with alpha > 0, and
-/// |lambda_t| = mu lambda_n, which leaves one equation for alpha. Newton on mu lambda_n / |lambda_t| = 1, which is
-/// nearly linear (as the radius equation of trust-region methods: Conn, Gould, Toint 2000, §7.3), one step per visit:
-/// later sweeps go on from where it stopped.
+/// A lambda for the contact's own A.
 template <class T>
-inline Vec3T<T> slip_impulse(ContactT<T>& c, const mask_of<T>& slides, const Vec3T<T>& free, const T& kappa_mu2,
-                             bool some_flow) {
+inline Vec3T<T> times_A(const ContactT<T>& c, const Vec3T<T>& v) {
+  return {fma(c.ant, v.z, fma(c.ans, v.y, c.ann * v.x)), fma(c.ast, v.z, fma(c.ass, v.y, c.ans * v.x)),
+          fma(c.att, v.z, fma(c.ast, v.y, c.ant * v.x))};
+}
+
+/// lambda(alpha) and the Newton step from it towards mu lambda_n / |lambda_t| = 1, which is nearly linear in alpha (as
+/// the radius equation of trust-region methods: Conn, Gould, Toint 2000, section 7.3).
+template <class T>
+struct SlipStepT {
+  Vec3T<T> at;
+  T excess;  // |lambda_t| - mu lambda_n: positive where alpha is too small
+  T next;    // alpha of the Newton step
+  mask_of<T> sound;
+
+  SlipStepT(const ContactT<T>& c, const Vec3T<T>& rhs, const T& alpha) {
+    const SlipSystemT<T> system(c, alpha);
+    at = system.solve(rhs);
+    const Vec3T<T> rate = -system.solve({T(0.0), at.y, at.z});  // d lambda / d alpha
+    const T length2 = fma(at.y, at.y, at.z * at.z), length = sqrt(length2);
+    const T slope = c.friction * fnma(at.x, fma(at.y, rate.y, at.z * rate.z), rate.x * length2);
+    excess = fnma(c.friction, at.x, length);
+    next = fma(excess, length2 * recip(slope), alpha);
+    sound = (slope > T(0.0)) & (next < T(1e12));
+  }
+};
+
+/// alpha by bisection and Newton where one step has not got there: excess is positive at alpha = 0, where the contact
+/// would stick beyond its cone, and negative for large alpha, where friction vanishes; so there is a root.
+template <class T>
+inline T find_slip_rate(const ContactT<T>& c, mask_of<T> searching, const Vec3T<T>& rhs, T alpha) {
+  T low(0.0), high(1e300);
+  const T scale = T(0.1) * (c.ass + c.att);
+  for (int i = 0; i < 60 && any(searching); ++i) {
+    const SlipStepT<T> step(c, rhs, alpha);
+    searching = searching & !(abs(step.excess) <= T(1e-9) * c.friction * step.at.x);
+    const auto below = step.excess > T(0.0);
+    low = select(searching & below, alpha, low);
+    high = select(searching & !below, alpha, high);
+    const auto good = step.sound & (step.next > low) & (step.next < high);
+    const T middle = select(high < T(1e299), T(0.5) * (low + high), fma(T(4.0), low, scale));
+    alpha = select(searching, select(good, step.next, middle), alpha);
+  }
+  return alpha;
+}
+
+/// How near a Newton step must have come: |lambda_t| / (mu lambda_n) - 1.
+inline constexpr double kNear = 0.1;
+
+/// The impulse of a sliding contact: u_n = 0, u_t = -alpha lambda_t with alpha > 0, and |lambda_t| = mu lambda_n, which
+/// leaves one equation for alpha. One Newton step per visit, because later sweeps go on from where it stopped, and more
+/// where that has not come near.
+template <class T>
+inline Vec3T<T> slip_impulse(ContactT<T>& c, const mask_of<T>& slides, const Vec3T<T>& free) {
   const Vec3T<T> rhs = -free;
-  const T alpha = c.slip_rate;
-  const SlipSystemT<T> system(c, alpha, kappa_mu2 * alpha, some_flow);
-  const Vec3T<T> at = system.solve(rhs);
-  const Vec3T<T> rate = -system.solve({kappa_mu2 * at.x, at.y, at.z});  // d lambda / d alpha
-  const T length2 = fma(at.y, at.y, at.z * at.z), length = sqrt(length2);
-  const T slope = c.friction * fnma(at.x, fma(at.y, rate.y, at.z * rate.z), rate.x * length2);
-  const T next = fma(length - c.friction * at.x, length2 * recip(slope), alpha);
-  const T better = select((slope > T(0.0)) & (next < T(1e12)), max(next, T(0.0)), alpha);
-  c.slip_rate = select(slides, better, c.slip_rate);
-  const Vec3T<T> x = SlipSystemT<T>(c, better, kappa_mu2 * better, some_flow).solve(rhs);
-  const T tangent2 = fma(x.y, x.y, x.z * x.z);
-  const auto regular = (x.x > T(0.0)) & (tangent2 > T(0.0));
-  // On the cone exactly. Where friction jams the normal (Painleve) the tangent is given up.
-  const T normal = select(regular, x.x, max(T(0.0), rhs.x * c.inverse_ann));
-  const T scale = select(regular, c.friction * normal * recip(sqrt(select(regular, tangent2, T(1.0)))), T(0.0));
+  const SlipStepT<T> step(c, rhs, c.slip_rate);
+  T alpha = select(step.sound, max(step.next, T(0.0)), c.slip_rate);
+  Vec3T<T> x = SlipSystemT<T>(c, alpha).solve(rhs);
+  T length = sqrt(fma(x.y, x.y, x.z * x.z));
+  const T reach = c.friction * x.x;
+  const auto far = slides & !(abs(length - reach) <= T(kNear) * reach);
+  if (any(far)) {
+    alpha = select(far, find_slip_rate<T>(c, far, rhs, alpha), alpha);
+    const Vec3T<T> found = SlipSystemT<T>(c, alpha).solve(rhs);
+    x = select(far, found, x);
+    length = select(far, sqrt(fma(found.y, found.y, found.z * found.z)), length);
+  }
+  c.slip_rate = select(slides, alpha, c.slip_rate);
+  // On the cone exactly.
+  const T normal = max(x.x, T(0.0)), scale = c.friction * normal * recip(max(length, T(1e-300)));
   return {normal, scale * x.y, scale * x.z};
 }
 
@@ -114,13 +160,6 @@ inline void apply_impulse(const PathView& path, const ContactT<T>& c, const Vec3
   for (int d = 0; d < 6; ++d) dz.base(d) = dot_add(scaled[loose + 5 - d], change, dz.base(d));
 }
 
-/// A lambda for the contact's own A.
-template <class T>
-inline Vec3T<T> times_A(const ContactT<T>& c, const Vec3T<T>& v) {
-  return {fma(c.ant, v.z, fma(c.ans, v.y, c.ann * v.x)), fma(c.ast, v.z, fma(c.ass, v.y, c.ans * v.x)),
-          fma(c.att, v.z, fma(c.ast, v.y, c.ant * v.x))};
-}
-
 template <class T>
 inline Vec3T<T> times_inverse_A(const ContactT<T>& c, const Vec3T<T>& v) {
   return {fma(c.bnt, v.z, fma(c.bns, v.y, c.bnn * v.x)), fma(c.bst, v.z, fma(c.bss, v.y, c.bns * v.x)),
@@ -142,6 +181,49 @@ inline Vec3T<T> contact_velocity(const PathView& path, const ContactT<T>& c, Cha
   return even + odd;
 }
 
+/// The point of the cone |t| <= mu n that is nearest to x.
+template <class T>
+inline Vec3T<T> onto_cone(const Vec3T<T>& x, const T& mu) {
+  const T length = sqrt(fma(x.y, x.y, x.z * x.z));
+  const T normal = fma(mu, length, x.x) * recip(fma(mu, mu, T(1.0)));
+  const T scale = mu * normal * recip(max(length, T(1e-300)));
+  const Vec3T<T> side{normal, scale * x.y, scale * x.z}, zero{T(0.0), T(0.0), T(0.0)};
+  return select(length <= mu * x.x, x, select(normal <= T(0.0), zero, side));
+}
+
+/// The impulse of a contact of the convex model that slides: the least of E = 1/2 x^T A x + x^T free on the cone's
+/// side. There x = rho w with w = (1, mu e), rho = -w^T free / w^T A w, which leaves the direction e: two Newton steps
+/// from the gradient projection of the impulse that is there. The better of projection and Newton is taken, so that
+/// every visit lowers the energy of all contacts (Beck & Tetruashvili 2013: block descent then converges).
+template <class T>
+inline Vec3T<T> convex_slip(const ContactT<T>& c, const Vec3T<T>& u, const Vec3T<T>& free) {
+  const T mu = c.friction;
+  const Vec3T<T> projected = onto_cone(c.lambda - recip(c.ann + c.ass + c.att) * u, mu);
+  const auto energy = [&](const Vec3T<T>& x) { return dot(x, T(0.5) * times_A(c, x) + free); };
+  const T length = sqrt(fma(projected.y, projected.y, projected.z * projected.z));
+  const auto some = length > T(1e-150);
+  const T scale = recip(select(some, length, T(1.0)));
+  T y = select(some, scale * projected.y, T(1.0)), z = select(some, scale * projected.z, T(0.0));
+  for (int i = 0; i < 2; ++i) {
+    const Vec3T<T> w{T(1.0), mu * y, mu * z}, g = times_A(c, w);
+    const T q = dot(w, g), b = dot(w, free);
+    // d E / d angle is proportional to G = e' . (free_t q - b g_t), with e' = (-z, y).
+    const T fy = fnma(b, g.y, free.y * q), fz = fnma(b, g.z, free.z * q);
+    const T G = fma(y, fz, -(z * fy));
+    const T across = fma(y, g.z, -(z * g.y)), pull = fma(y, free.z, -(z * free.y));
+    const T stiff = fma(y, fma(c.att, y, -(c.ast * z)), -(z * fma(c.ast, y, -(c.ass * z))));
+    const T bend = fma(mu, fma(pull, across, -(b * stiff)), -fma(y, fy, z * fz));
+    const T turn = select(bend > T(0.0), max(min(-(G * recip(bend)), T(1.0)), T(-1.0)), T(0.0));
+    const T shorter = recip(sqrt(fma(turn, turn, T(1.0))));
+    const T next = shorter * fnma(turn, z, y);
+    z = shorter * fma(turn, y, z);
+    y = next;
+  }
+  const Vec3T<T> w{T(1.0), mu * y, mu * z};
+  const Vec3T<T> newton = max(T(0.0), -(dot(w, free) * recip(dot(w, times_A(c, w))))) * w;
+  return select(energy(newton) < energy(projected), newton, projected);
+}
+
 /// One contact's turn: the impulse that solves its own problem, given all others', or a share of the
 /// way there. Returns how much its velocity changed, m/s.
 template <class T>
@@ -153,17 +235,17 @@ inline T relax_contact(const ContactLawT<T>& law, const PathView& path, bool som
   const T radius = c.friction * still.x;
   const auto sticks = (still.x >= T(0.0)) & (fma(still.y, still.y, still.z * still.z) <= radius * radius);
   auto parts = free.x >= T(0.0);
-  T kappa_mu2(0.0);
+  const auto convex = law.convex > T(0.0);
   if (some_convex) {
-    const auto convex = law.convex > T(0.0);
     const T opening = c.friction * sqrt(fma(free.y, free.y, free.z * free.z));
     parts = free.x >= select(convex, opening, T(0.0));  // the dual cone
-    kappa_mu2 = select(convex, c.friction * c.friction, T(0.0));
   }
   const auto turn = moving & mask_from_bits<T>(c.lanes);
   const auto slides = !(sticks | parts);
   Vec3T<T> next = select(sticks, still, zero);
-  if (any(turn & slides)) next = select(slides, slip_impulse(c, turn & slides, free, kappa_mu2, some_convex), next);
+  const auto cone = turn & slides & convex, disc = turn & slides & !convex;
+  if (any(disc)) next = select(disc, slip_impulse(c, disc, free), next);
+  if (any(cone)) next = select(cone, convex_slip(c, u, free), next);
   next = select(turn, next, c.lambda);
   const Vec3T<T> change = T(share) * (next - c.lambda);
   c.lambda += change;
@@ -172,6 +254,14 @@ inline T relax_contact(const ContactLawT<T>& law, const PathView& path, bool som
   const T most = max(max(abs(change.x) * c.ann, abs(change.y) * c.ass), abs(change.z) * c.att);
   return T(1.0 / share) * most;
 }
+
+/// What a contact's impulses were in the sweeps before, for accelerate().
+template <class T>
+struct SweepMemoryT {
+  Vec3T<T> start;          // lambda before the sweep, N s
+  Vec3T<T> change, swept;  // change of its own velocity in the sweep before, m/s, and lambda after that
+  Vec3T<T> step;           // lambda after this sweep less `swept`
+};
 
 /// The constraints of a block in one step.
 template <class T>
@@ -182,11 +272,46 @@ struct ConstraintsT {
   int joint_count;
   int servo_count = 0;  // rows of bounded drives, the last of the joints
   const PathView* paths;
+  SweepMemoryT<T>* memory;  // per contact
 };
 
-/// Sweeps after which impulses go half the way only: a foot wedged between two surfaces can make full steps cycle, and
-/// a cone is convex, so that half steps stay on it.
-inline constexpr int kFullSweeps = 10;
+/// Anderson's acceleration of depth one (J. ACM 12, 1965; Walker & Ni 2011): with f = change of the impulses in a sweep
+/// that ends at g, the next one starts from g - gamma (g - g_before), gamma = the least squares of f - gamma (f -
+/// f_before). Contacts that wedge a body share one slow mode, which this removes. `first`: there is no f_before yet.
+/// `worst`, `before`: residuals of this sweep and the last; where they grow, the step is not taken.
+template <class T>
+inline void accelerate(ConstraintsT<T>& set, const mask_of<T>& moving, bool first, const T& worst, const T& before,
+                       ChangeT<T>& dz) {
+  T along(0.0), length(0.0);
+  for (int i = 0; i < set.contact_count; ++i) {
+    const ContactT<T>& c = set.contacts[i];
+    SweepMemoryT<T>& memory = set.memory[i];
+    const Vec3T<T> f = c.lambda - memory.start;
+    const Vec3T<T> change{c.ann * f.x, c.ass * f.y, c.att * f.z};
+    const Vec3T<T> more = change - memory.change;
+    memory.step = c.lambda - memory.swept;
+    memory.change = change;
+    memory.swept = c.lambda;
+    along = dot_add(more, change, along);
+    length = dot_add(more, more, length);
+  }
+  const auto sound = moving & (length > T(0.0)) & (worst < T(2.0) * before);
+  const T gamma = select(sound, along * recip(max(length, T(1e-300))), T(0.0));
+  for (int i = 0; i < set.contact_count; ++i) {
+    ContactT<T>& c = set.contacts[i];
+    if (!first) {
+      const Vec3T<T> change = -gamma * set.memory[i].step;
+      c.lambda += change;
+      dz.turn_to(set.paths[c.path]);
+      apply_impulse(set.paths[c.path], c, change, dz);
+    }
+    set.memory[i].start = c.lambda;
+  }
+}
+
+/// Sweeps are plain at first, which is all that most steps need; then accelerated; and where that has not converged
+/// either, impulses go half the way only: full steps can cycle. (Cones are convex, so that half steps stay on them.)
+inline constexpr int kPlainSweeps = 4, kAcceleratedSweeps = 40;
 
 /// Sweeps until all lanes of `lanes` are done. `sweeps` and `residual` (m/s) are per lane.
 template <class T>
@@ -198,7 +323,11 @@ inline void solve_constraints(const TopologyView& t, const ContactLawT<T>& law, 
   residual = T(0.0);
   ChangeT<T> change(dz);
   for (int sweep = 0; sweep < most_sweeps && any(moving); ++sweep) {
-    const double share = sweep < kFullSweeps ? 1.0 : 0.5;
+    if (sweep == kPlainSweeps) {
+      for (int i = 0; i < set.contact_count; ++i) set.memory[i].start = set.contacts[i].lambda;
+    }
+    const bool damped = sweep >= kPlainSweeps + kAcceleratedSweeps;
+    const double share = damped ? 0.5 : 1.0;
     T worst(0.0);
     for (int i = 0; i < set.joint_count; ++i)
       worst = max(worst, relax_joint<T>(t, moving, set.joints[i], change.in_memory()));
@@ -207,9 +336,14 @@ inline void solve_constraints(const TopologyView& t, const ContactLawT<T>& law, 
       change.turn_to(set.paths[c.path]);
       worst = max(worst, relax_contact<T>(law, set.paths[c.path], some_convex, moving, share, c, change));
     }
-    residual = select(moving, worst, residual);
     sweeps = select(moving, T(sweep + 1.0), sweeps);
-    moving = moving & (worst > T(tolerance));
+    const auto going = moving & (worst > T(tolerance));
+    const bool last = sweep + 1 == most_sweeps || sweep + 1 == kPlainSweeps + kAcceleratedSweeps;
+    if (sweep >= kPlainSweeps && !damped && !last) {
+      accelerate<T>(set, going, sweep == kPlainSweeps, worst, residual, change);
+    }
+    residual = select(moving, worst, residual);
+    moving = going;
   }
   change.in_memory();
 }

@@ -33,6 +33,7 @@ struct SolverSettings {
   int most_sweeps = 60;
   double tolerance = 1e-6;    // m/s (rad/s): a lane ends when a sweep changes no velocity of a constraint by more
   bool sweep_servos = false;  // solve every servo as a row of the sweeps, for comparison
+  bool measure = false;       // fills `measured`, which no step needs
 };
 
 /// Numbers of a collider, each a row of W lanes.
@@ -72,6 +73,8 @@ struct DriveView {
 
 /// Numbers of a drive that are kept: mode, flips, torque, asked; see drive_of_step.h.
 inline constexpr int kServoRows = 4;
+/// Rows of SweepMemoryT.
+inline constexpr int kSweepMemory = 12;
 
 struct LaneBlock {
   TopologyView topology;
@@ -97,8 +100,9 @@ struct LaneBlock {
 
   // State.
   double *q, *v, *a, *X;
-  double* energy;  // 1: kinetic and potential, J
-  double* worth;   // 3 of the last step: sweeps, residual (m/s), work of the joint torques (J)
+  double* energy;    // 1: kinetic and potential, J
+  double* worth;     // 3 of the last step: sweeps, residual (m/s), work of the joint torques (J)
+  double* measured;  // 4 of the last step, if the settings ask for it: ContactResidualsT, m/s
 
   double* ledger;    // kLedgerRows
   unsigned suspect;  // lanes whose last step was not physical
@@ -128,6 +132,7 @@ struct LaneBlock {
   // Contacts of the step; room for kSlots per near pair is made between begin and finish.
   double* contacts;        // ContactT
   double* contact_rows;    // Y and D^-1 Y
+  double* sweep_memory;    // SweepMemoryT per contact
   double* report;          // kContactRows per contact
   int* report_pair;        // per contact
   unsigned* report_lanes;  // per contact: where it is valid

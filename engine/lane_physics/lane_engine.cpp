@@ -110,6 +110,11 @@ ContactLawT<double> law_of(const Model& model) {
 
 }  // namespace
 
+const std::vector<std::string>& lane_contact_models() {
+  static const std::vector<std::string> names = {"complementarity", "complementarity_free", "compliant"};
+  return names;
+}
+
 const LaneKernel& kernel_of(Isa isa, int lanes) {
   const LaneKernel* kernel = GRAZE_KERNEL(isa, find_lane_kernel, lanes);
   assert(kernel != nullptr);
@@ -189,6 +194,7 @@ std::size_t LaneEngine::lay_out(double* base) {
   b.energy = rows(1);
   b.ledger = rows(kLedgerRows);
   b.worth = rows(3);
+  b.measured = rows(4);
   b.motion = rows(nb * kernel_.motion_rows);
   b.origin = rows(3 * nb);
   b.balance = rows(nb * kernel_.balance_rows);
@@ -331,6 +337,7 @@ void LaneEngine::make_room_for_contacts() {
   const std::size_t count = static_cast<std::size_t>(kSlots) * block_.near_count;
   contacts_.grow(count * kernel_.contact_doubles);
   contact_rows_.grow(rows * kernel_.lanes);
+  sweep_memory_.grow(count * kSweepMemory * kernel_.lanes);
   report_.grow(count * kContactRows * kernel_.lanes);
   if (report_pair_.size() < count) {
     report_pair_.resize(count);
@@ -342,6 +349,7 @@ void LaneEngine::make_room_for_contacts() {
   block_.manifolds = manifolds_.data();
   block_.contacts = contacts_.data();
   block_.contact_rows = contact_rows_.data();
+  block_.sweep_memory = sweep_memory_.data();
   block_.report = report_.data();
   block_.report_pair = report_pair_.data();
   block_.report_lanes = report_lanes_.data();

@@ -3,6 +3,7 @@
 // (lane_physics.h) runs it with W = 8; benchmarks and tests compare widths and instruction sets.
 
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "engine/contact/external.h"
@@ -37,6 +38,9 @@ class LaneMemory {
 
 /// The kernel of an available instruction set. `lanes`: 8; for comparison also 1, and 4 with avx2.
 const LaneKernel& kernel_of(Isa isa, int lanes = 8);
+
+/// complementarity (Coulomb's cone, Stewart-Trinkle / Anitescu-Potra), complementarity_free (convex), compliant.
+const std::vector<std::string>& lane_contact_models();
 
 class LaneEngine {
  public:
@@ -89,7 +93,7 @@ class LaneEngine {
   std::vector<HeightView> terrain_;
   std::vector<ColliderView> colliders_;
   std::vector<PairView> pairs_;
-  LaneMemory memory_, contacts_, contact_rows_, report_, manifolds_;
+  LaneMemory memory_, contacts_, contact_rows_, sweep_memory_, report_, manifolds_;
   LaneBlock block_{};
 };
 

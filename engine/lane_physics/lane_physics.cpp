@@ -32,11 +32,6 @@ StateRows prepare(BlockState& state, const Model& model) {
 
 }  // namespace
 
-const std::vector<std::string>& lane_contact_models() {
-  static const std::vector<std::string> names = {"complementarity", "complementarity_free", "compliant"};
-  return names;
-}
-
 LanePhysics::LanePhysics(const Model& nominal)
     : engine_(nominal, kernel_of(chosen_isa(), kLanes), prepare(state_, nominal),
               std::make_unique<bullet::ConvexPairs>(nominal, kLanes)) {}

@@ -6,9 +6,6 @@
 
 namespace graze {
 
-/// complementarity (Coulomb's cone, Stewart-Trinkle / Anitescu-Potra), complementarity_free (convex), compliant.
-const std::vector<std::string>& lane_contact_models();
-
 class LanePhysics : public BlockPhysics {
  public:
   explicit LanePhysics(const Model& nominal);

@@ -6,6 +6,7 @@
 // Reads and writes a LaneBlock (kernel.h); allocates nothing.
 
 #include "engine/contact/brake.h"
+#include "engine/contact/residuals.h"
 #include "engine/lane_physics/audit.h"
 #include "engine/lane_physics/contacts_of_step.h"
 #include "engine/lane_physics/drive_of_step.h"
@@ -146,6 +147,7 @@ inline T solve(LaneBlock& block, const TreeT<T>& tree, double h, unsigned active
   set.contacts = reinterpret_cast<ContactT<T>*>(block.contacts);
   set.contact_count = block.contact_count;
   set.paths = block.paths;
+  set.memory = reinterpret_cast<SweepMemoryT<T>*>(block.sweep_memory);
   Vec3T<T>* scratch = reinterpret_cast<Vec3T<T>*>(block.scratch);
   for (int i = 0; i < set.contact_count; ++i) {
     ContactT<T>& c = set.contacts[i];
@@ -162,6 +164,9 @@ inline T solve(LaneBlock& block, const TreeT<T>& tree, double h, unsigned active
   T* worth = rows<T>(block.worth);
   solve_constraints<T>(tree.topology, law, block.settings.most_sweeps, block.settings.tolerance, active, set, dz,
                        worth[0], worth[1]);
+  if (block.settings.measure) {
+    *reinterpret_cast<ContactResidualsT<T>*>(block.measured) = contact_residuals<T>(law, set, dz);
+  }
   // Drives may give energy: lanes in which some are impulses or infinite inertias are neither braked nor, as their work
   // is not in the books, audited for energy.
   unsigned driven = 0;
