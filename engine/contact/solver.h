@@ -275,6 +275,9 @@ struct ConstraintsT {
   SweepMemoryT<T>* memory;  // per contact
 };
 
+/// Bound of gamma: beyond it the two changes are nearly equal, and their difference is noise.
+inline constexpr double kFarthest = 4.0;
+
 /// Anderson's acceleration of depth one (J. ACM 12, 1965; Walker & Ni 2011): with f = change of the impulses in a sweep
 /// that ends at g, the next one starts from g - gamma (g - g_before), gamma = the least squares of f - gamma (f -
 /// f_before). Contacts that wedge a body share one slow mode, which this removes. `first`: there is no f_before yet.
@@ -296,7 +299,7 @@ inline void accelerate(ConstraintsT<T>& set, const mask_of<T>& moving, bool firs
     length = dot_add(more, more, length);
   }
   const auto sound = moving & (length > T(0.0)) & (worst < T(2.0) * before);
-  const T gamma = select(sound, along * recip(max(length, T(1e-300))), T(0.0));
+  const T gamma = select(sound, max(min(along * recip(max(length, T(1e-300))), T(kFarthest)), T(-kFarthest)), T(0.0));
   for (int i = 0; i < set.contact_count; ++i) {
     ContactT<T>& c = set.contacts[i];
     if (!first) {
