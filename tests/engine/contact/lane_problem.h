@@ -42,7 +42,8 @@ class LaneProblem {
       apply_impulse(path_, c, c.lambda, change);
     }
     change.in_memory();
-    ConstraintsT<double> set{contacts_.data(), static_cast<int>(contacts_.size()), nullptr, 0, &path_, memory_.data()};
+    ConstraintsT<double> set{contacts_.data(), static_cast<int>(contacts_.size()), nullptr, 0, 0, &path_,
+                             memory_.data()};
     LaneSolution out;
     solve_constraints<double>({}, law, most_sweeps, tolerance, 1, set, dz.data(), out.sweeps, out.residual);
     out.measured = contact_residuals<double>(law, set, dz.data());
