@@ -11,7 +11,7 @@ inline namespace GRAZE_ISA_NAMESPACE {
 /// The most that the impulses may give, J: each times the velocity of its bodies at the end, as far as its constraint
 /// has asked them to part.
 template <class T>
-inline T recovery_work(const TopologyView& t, const ConstraintsT<T>& set, T* dz) {
+GRAZE_OUT_OF_LINE T recovery_work(const TopologyView& t, const ConstraintsT<T>& set, T* dz) {
   T work(0.0);
   for (int i = 0; i < set.joint_count; ++i) {
     const JointRowT<T>& row = set.joints[i];

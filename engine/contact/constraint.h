@@ -212,8 +212,10 @@ inline T gap_term(const ContactLawT<T>& law, const ContactT<T>& c, const T& h, c
   T rigid = select(rate < T(0.0), max(law.correction * rate, -law.recovery), rate);
   const auto bounces = (c.restitution > T(0.0)) & (before < T(0.0)) & (fma(h, free, c.phi) < T(0.0));
   rigid = select(bounces, min(rigid, c.restitution * before), rigid);
+  const auto soft = law.compliance > T(0.0);
+  if (!any(soft)) return rigid;
   const T compliant = law.stiffness * c.phi * recip(fma(h, law.stiffness, law.damping));
-  return select(law.compliance > T(0.0), compliant, rigid);
+  return select(soft, compliant, rigid);
 }
 
 /// A^-1 by elimination of the normal, which is the best conditioned way: A is nearly singular where fewer than three
@@ -262,7 +264,9 @@ inline void set_up_contact(const TreeT<T>& tree, const PathView& path, const Con
   c.ann = select(held, T(1.0), c.ann);
   c.b.x = select(held, T(1e30), c.b.x);
   c.guard = guard_of(c);
-  c.compliance = c.guard + select(law.compliance > T(0.0), recip(h * fma(h, law.stiffness, law.damping)), T(0.0));
+  c.compliance = c.guard;
+  const auto soft = law.compliance > T(0.0);
+  if (any(soft)) c.compliance += select(soft, recip(h * fma(h, law.stiffness, law.damping)), T(0.0));
   c.ann += c.compliance;
   c.ass += c.guard;
   c.att += c.guard;

@@ -67,7 +67,7 @@ struct SlipStepT {
 /// alpha by bisection and Newton where one step has not got there: excess is positive at alpha = 0, where the contact
 /// would stick beyond its cone, and negative for large alpha, where friction vanishes; so there is a root.
 template <class T>
-inline T find_slip_rate(const ContactT<T>& c, mask_of<T> searching, const Vec3T<T>& rhs, T alpha) {
+GRAZE_OUT_OF_LINE T find_slip_rate(const ContactT<T>& c, mask_of<T> searching, const Vec3T<T>& rhs, T alpha) {
   T low(0.0), high(1e300);
   const T scale = T(0.1) * (c.ass + c.att);
   for (int i = 0; i < 60 && any(searching); ++i) {
@@ -196,7 +196,7 @@ inline Vec3T<T> onto_cone(const Vec3T<T>& x, const T& mu) {
 /// from the gradient projection of the impulse that is there. The better of projection and Newton is taken, so that
 /// every visit lowers the energy of all contacts (Beck & Tetruashvili 2013: block descent then converges).
 template <class T>
-inline Vec3T<T> convex_slip(const ContactT<T>& c, const Vec3T<T>& u, const Vec3T<T>& free) {
+GRAZE_OUT_OF_LINE Vec3T<T> convex_slip(const ContactT<T>& c, const Vec3T<T>& u, const Vec3T<T>& free) {
   const T mu = c.friction;
   const Vec3T<T> projected = onto_cone(c.lambda - recip(c.ann + c.ass + c.att) * u, mu);
   const auto energy = [&](const Vec3T<T>& x) { return dot(x, T(0.5) * times_A(c, x) + free); };
@@ -230,22 +230,27 @@ template <class T>
 inline T relax_contact(const ContactLawT<T>& law, const PathView& path, bool some_convex, const mask_of<T>& moving,
                        double share, ContactT<T>& c, ChangeT<T>& dz) {
   const Vec3T<T> zero{T(0.0), T(0.0), T(0.0)};
-  const Vec3T<T> u = contact_velocity(path, c, dz), free = u - times_A(c, c.lambda);
+  const Vec3T<T> u = contact_velocity(path, c, dz);
   const Vec3T<T> still = c.lambda - times_inverse_A(c, u);
   const T radius = c.friction * still.x;
   const auto sticks = (still.x >= T(0.0)) & (fma(still.y, still.y, still.z * still.z) <= radius * radius);
-  auto parts = free.x >= T(0.0);
-  const auto convex = law.convex > T(0.0);
-  if (some_convex) {
-    const T opening = c.friction * sqrt(fma(free.y, free.y, free.z * free.z));
-    parts = free.x >= select(convex, opening, T(0.0));  // the dual cone
-  }
   const auto turn = moving & mask_from_bits<T>(c.lanes);
-  const auto slides = !(sticks | parts);
   Vec3T<T> next = select(sticks, still, zero);
-  const auto cone = turn & slides & convex, disc = turn & slides & !convex;
-  if (any(disc)) next = select(disc, slip_impulse(c, disc, free), next);
-  if (any(cone)) next = select(cone, convex_slip(c, u, free), next);
+  auto slides = turn & !sticks;
+  if (any(slides)) {
+    const Vec3T<T> free = u - times_A(c, c.lambda);
+    if (some_convex) {
+      const auto convex = law.convex > T(0.0);
+      const T opening = c.friction * sqrt(fma(free.y, free.y, free.z * free.z));
+      slides = slides & !(free.x >= select(convex, opening, T(0.0)));  // the dual cone
+      const auto cone = slides & convex, disc = slides & !convex;
+      if (any(disc)) next = select(disc, slip_impulse(c, disc, free), next);
+      if (any(cone)) next = select(cone, convex_slip(c, u, free), next);
+    } else {
+      slides = slides & !(free.x >= T(0.0));
+      if (any(slides)) next = select(slides, slip_impulse(c, slides, free), next);
+    }
+  }
   next = select(turn, next, c.lambda);
   const Vec3T<T> change = T(share) * (next - c.lambda);
   c.lambda += change;
@@ -283,8 +288,9 @@ inline constexpr double kFarthest = 4.0;
 /// f_before). Contacts that wedge a body share one slow mode, which this removes. `first`: there is no f_before yet.
 /// `worst`, `before`: residuals of this sweep and the last; where they grow, the step is not taken.
 template <class T>
-inline void accelerate(ConstraintsT<T>& set, const mask_of<T>& moving, bool first, const T& worst, const T& before,
-                       ChangeT<T>& dz) {
+GRAZE_OUT_OF_LINE void accelerate(ConstraintsT<T>& set, const mask_of<T>& moving, bool first, const T& worst,
+                                  const T& before, T* change_of_Lv) {
+  ChangeT<T> dz(change_of_Lv);
   T along(0.0), length(0.0);
   for (int i = 0; i < set.contact_count; ++i) {
     const ContactT<T>& c = set.contacts[i];
@@ -310,6 +316,7 @@ inline void accelerate(ConstraintsT<T>& set, const mask_of<T>& moving, bool firs
     }
     set.memory[i].start = c.lambda;
   }
+  dz.in_memory();
 }
 
 /// Sweeps are plain at first, which is all that most steps need; then accelerated; and where that has not converged
@@ -331,11 +338,15 @@ inline void solve_constraints(const TopologyView& t, const ContactLawT<T>& law, 
     }
     const bool damped = sweep >= kPlainSweeps + kAcceleratedSweeps;
     const double share = damped ? 0.5 : 1.0;
+    const unsigned going_on = bits(moving);
     T worst(0.0);
-    for (int i = 0; i < set.joint_count; ++i)
+    for (int i = 0; i < set.joint_count; ++i) {
+      if ((set.joints[i].lanes & going_on) == 0) continue;
       worst = max(worst, relax_joint<T>(t, moving, set.joints[i], change.in_memory()));
+    }
     for (int i = 0; i < set.contact_count; ++i) {
       ContactT<T>& c = set.contacts[i];
+      if ((c.lanes & going_on) == 0) continue;
       change.turn_to(set.paths[c.path]);
       worst = max(worst, relax_contact<T>(law, set.paths[c.path], some_convex, moving, share, c, change));
     }
@@ -343,7 +354,7 @@ inline void solve_constraints(const TopologyView& t, const ContactLawT<T>& law, 
     const auto going = moving & (worst > T(tolerance));
     const bool last = sweep + 1 == most_sweeps || sweep + 1 == kPlainSweeps + kAcceleratedSweeps;
     if (sweep >= kPlainSweeps && !damped && !last) {
-      accelerate<T>(set, going, sweep == kPlainSweeps, worst, residual, change);
+      accelerate<T>(set, going, sweep == kPlainSweeps, worst, residual, change.in_memory());
     }
     residual = select(moving, worst, residual);
     moving = going;

@@ -74,9 +74,13 @@ inline void find_near_pairs(LaneBlock& block, double h, unsigned active, double 
     if (block.gap[i] - 2 * (block.travel - block.gap_travel[i]) > safe) continue;
     const PairView& pair = block.pairs[i];
     const T distance = separation<T>(block, pair);
-    block.gap[i] = least(distance, active);
+    if ((active & ~bits(distance - reach<T>(block, pair, h) > T(0.0))) != 0) {
+      block.near[block.near_count++] = i;
+      block.gap[i] = 0;
+    } else {
+      block.gap[i] = least(distance, active);
+    }
     block.gap_travel[i] = block.travel;
-    if (!(least(distance - reach<T>(block, pair, h), active) > 0)) block.near[block.near_count++] = i;
   }
 }
 

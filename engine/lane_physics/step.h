@@ -130,9 +130,12 @@ inline void advance(LaneBlock& block, const TreeT<T>& tree, double h, unsigned a
   update_mass<T>(tree);
   restore<T>(block, tree, live);
   const T rate(1.0 / h);
-  // The sum with 0 turns -0, whose sign may depend on neighbours, into +0.
-  for (int k = 0; k < t.nv; ++k) v[k] = v[k] + T(0.0);
-  for (int k = 0; k < t.nv; ++k) a[k] = (v[k] - a[k]) * rate;
+  for (int k = 0; k < t.nv; ++k) {
+    // The sum with 0 turns -0, whose sign may depend on neighbours, into +0.
+    const T now = v[k] + T(0.0);
+    v[k] = now;
+    a[k] = (now - a[k]) * rate;
+  }
   settle_velocity<T>(block, tree);
   audit<T>(block, tree, h, active, before, impulse_work, gravity_work, rows<T>(block.worth)[2]);
 }

@@ -13,6 +13,9 @@
 #endif
 
 // Before a loop of few turns that must become straight code, so that its arrays live in registers.
+// For what is rarely called: keeps its variables out of the callers' registers.
+#define GRAZE_OUT_OF_LINE __attribute__((noinline))
+
 #if defined(__clang__)
 #define GRAZE_UNROLL _Pragma("clang loop unroll(full)")
 #else
