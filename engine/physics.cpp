@@ -101,7 +101,7 @@ std::vector<std::string> contact_models_of(const std::string& physics) {
 }
 
 std::unique_ptr<BlockPhysics> make_physics(const std::string& name, const Model& nominal) {
-  assert(name == "bullet" || name == "lanes");
+  contact_model_index(nominal.contact_model, name, contact_models_of(name));
   if (name == "lanes") return std::make_unique<LanePhysics>(nominal);
   return std::make_unique<bullet::BulletPhysics>(nominal);
 }

@@ -139,7 +139,8 @@ class ContactLists {
 std::vector<std::string> physics_names();
 /// Contact models that a back end knows, in the order of contact.model's choices.
 std::vector<std::string> contact_models_of(const std::string& physics);
-/// `nominal`: any particle of the campaign (all share its numbering).
+/// `nominal`: any particle of the campaign (all share its numbering). Throws InputError for a contact model that the
+/// back end does not have.
 std::unique_ptr<BlockPhysics> make_physics(const std::string& name, const Model& nominal);
 
 }  // namespace graze

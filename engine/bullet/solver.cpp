@@ -6,6 +6,8 @@
 
 #include <cassert>
 
+#include "engine/model/model.h"
+
 namespace graze::bullet {
 namespace {
 
@@ -120,11 +122,11 @@ const std::vector<std::string>& contact_model_names() {
 }
 
 std::unique_ptr<ContactSolver> make_contact_solver(const std::string& name) {
-  if (name == "dantzig") return std::make_unique<MixedLcp>(std::make_unique<btDantzigSolver>());
-  if (name == "projected_gauss_seidel") {
+  const std::string& known = contact_model_names()[contact_model_index(name, "bullet", contact_model_names())];
+  if (known == "dantzig") return std::make_unique<MixedLcp>(std::make_unique<btDantzigSolver>());
+  if (known == "projected_gauss_seidel") {
     return std::make_unique<MixedLcp>(std::make_unique<btSolveProjectedGaussSeidel>());
   }
-  assert(name == "sequential_impulse");
   return std::make_unique<SequentialImpulse>(0.0);
 }
 

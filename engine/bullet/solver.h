@@ -31,7 +31,7 @@ class ContactSolver {
   virtual btVector3 impulse(int i) const = 0;
 };
 
-/// Asserts that the name is one of contact_model_names().
+/// Empty: the first of contact_model_names(). Throws InputError if the name is none of them.
 std::unique_ptr<ContactSolver> make_contact_solver(const std::string& name);
 
 }  // namespace graze::bullet

@@ -93,13 +93,15 @@ double radius_of(const Shape& shape) {
   }
 }
 
-/// Law of a contact model by its name; models that this engine does not know behave as its first.
+/// Law of a contact model by its name. Throws InputError for one that this engine does not know.
 ContactLawT<double> law_of(const Model& model) {
   double mass = 0;  // of the robot, or of what there is
   for (const Body& body : model.bodies) mass += body.mass;
   ContactLawT<double> law{};
-  law.convex = model.contact_model == "complementarity_free" ? 1 : 0;
-  law.compliance = model.contact_model == "compliant" ? 1 : 0;
+  const std::vector<std::string>& names = lane_contact_models();
+  const std::string& name = names[contact_model_index(model.contact_model, "lanes", names)];
+  law.convex = name == "complementarity_free" ? 1 : 0;
+  law.compliance = name == "compliant" ? 1 : 0;
   // Everything standing on one point sinks in by half a millimetre, and is critically damped.
   law.stiffness = mass * 9.81 / 0.5e-3;
   law.damping = 2 * std::sqrt(law.stiffness * mass);

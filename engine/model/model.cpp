@@ -340,4 +340,14 @@ State initial_state(const World& world, const Model& model) {
   return state;
 }
 
+std::size_t contact_model_index(const std::string& name, const std::string& back_end,
+                                const std::vector<std::string>& models) {
+  if (name.empty()) return 0;
+  const auto found = std::find(models.begin(), models.end(), name);
+  if (found != models.end()) return static_cast<std::size_t>(found - models.begin());
+  const std::string near = nearest(name, models);
+  throw InputError(fmt::format("contact.model: {}: unknown to the back end '{}', which has {}{}", name, back_end,
+                               fmt::join(models, ", "), near.empty() ? "" : fmt::format("; did you mean '{}'?", near)));
+}
+
 }  // namespace graze

@@ -55,8 +55,8 @@ struct Model {
   std::vector<Frame> frames;
   std::vector<int> actuated;  // bodies with a driven joint, in order; actuator k drives v[bodies[actuated[k]].v]
   Vec3 gravity = {0, 0, -9.81};
-  std::string contact_model;
-  int nq = 0;  // floating: quaternion (w x y z) then position (x y z); other joints one each
+  std::string contact_model;  // one of the back end's models; empty: its first
+  int nq = 0;                 // floating: quaternion (w x y z) then position (x y z); other joints one each
   int nv = 0;  // floating: angular velocity then velocity of the body origin, both in world axes; other joints one each
   bool floating_base = true;  // then body 0 is the base
 
@@ -74,6 +74,11 @@ struct State {
 /// Throws InputError that names the link when a moving body has no mass or an inertia that breaks the triangle
 /// inequality.
 Model compile(const World& world);
+
+/// Index of the contact model `name` in `models`, those of `back_end`; empty: the first. Throws InputError that names
+/// the model, the back end and what it has.
+std::size_t contact_model_index(const std::string& name, const std::string& back_end,
+                                const std::vector<std::string>& models);
 
 /// World::initial as a state of `model`, `on_ground` resolved by kinematics; movable objects at their poses.
 State initial_state(const World& world, const Model& model);

@@ -129,9 +129,9 @@ struct ContactPair {
 /// Contact of a link and an object: mu = link.friction * object.friction; of two links: contact.friction times both
 /// factors; of two objects: the smaller. Restitution: the larger of both sides. `pairs` override; `ignore` removes.
 struct ContactSettings {
-  double friction = 1.0;                     // default of objects
-  double restitution = 0.0;                  // default of objects and links
-  std::string model = "sequential_impulse";  // one of the back end's models
+  double friction = 1.0;     // default of objects
+  double restitution = 0.0;  // default of objects and links
+  std::string model;         // one of the back end's models; empty: its first
   std::vector<ContactPair> pairs;
   std::vector<std::pair<std::string, std::string>> ignore;  // globs; pairs of parts that never touch
   bool self_collision = true;  // links of one robot that are not adjacent (parent and child) may touch
@@ -151,8 +151,7 @@ struct World {
   Robot robot;
   std::vector<Object> objects;
   ContactSettings contact;
-  std::vector<std::string> contact_models = {
-      "sequential_impulse"};  // of the back end, in the order of a choice's index
+  std::vector<std::string> contact_models = {""};  // of the back end, in the order of a choice's index; "": its first
   InitialState initial;
   Vec3 gravity = {0, 0, -9.81};
   double control_lag = 0;                     // s, between the policy's command and the tracker that follows it
