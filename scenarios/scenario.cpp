@@ -169,7 +169,16 @@ int Timing::steps() const { return static_cast<int>(std::lround(end / step)); }
 int Timing::steps_per_control() const { return static_cast<int>(std::lround(control / step)); }
 
 Scenario load_scenario(const std::string& file, const ScenarioOptions& options) {
-  return read_scenario(Settings::load(file, options.overrides), file, options);
+  const InputRecord record;
+  Scenario out = read_scenario(Settings::load(file, options.overrides), file, options);
+  out.source = {file, input_folder(), options, record.files()};
+  return out;
+}
+
+Scenario reload_scenario(const ScenarioSource& source) {
+  Scenario out = read_scenario(Settings::load(source.file, source.options.overrides), source.file, source.options);
+  out.source = source;
+  return out;
 }
 
 Scenario parse_scenario(const std::string& text, const std::string& name, const ScenarioOptions& options) {

@@ -9,6 +9,7 @@
 
 #include "engine/control/policy.h"
 #include "engine/model/fabrication.h"
+#include "engine/settings/inputs.h"
 #include "engine/settings/settings.h"
 #include "sampling/design.h"
 #include "scenarios/task.h"
@@ -37,9 +38,23 @@ struct Recording {
   bool events = true;
 };
 
+struct ScenarioOptions {
+  std::vector<Override> overrides;
+  bool ignore_missing_meshes = false;
+};
+
+/// What a scenario was read from: enough to read it again on another machine.
+struct ScenarioSource {
+  std::string file;    // as given
+  std::string folder;  // that relative paths began in
+  ScenarioOptions options;
+  InputFiles inputs;  // every file that was read
+};
+
 struct Scenario {
   std::string name, description;
-  std::string file;                    // as given
+  std::string file;  // as given
+  ScenarioSource source;
   std::string text;                    // resolved YAML: includes merged, overrides applied
   std::string sha256;                  // of text
   std::shared_ptr<const World> world;  // p0
@@ -57,15 +72,14 @@ struct Scenario {
   std::vector<std::string> warnings;  // what was left out (visual meshes, …)
 };
 
-struct ScenarioOptions {
-  std::vector<Override> overrides;
-  bool ignore_missing_meshes = false;
-};
-
 /// Reads and checks a scenario: robot, environment, timing, every path of `uncertain`, every policy (its controller is
 /// built once) and the task. Throws InputError.
 Scenario load_scenario(const std::string& file, const ScenarioOptions& options = {});
 Scenario parse_scenario(const std::string& text, const std::string& name, const ScenarioOptions& options = {});
+
+/// The scenario as it was when `source` was recorded. An InputReplay of the source's files must be alive as long as the
+/// scenario is used, because policies read their tables anew.
+Scenario reload_scenario(const ScenarioSource& source);
 
 /// The jitter of the channels and of control.lag, taken from the space.
 SensorNoise sensor_noise(const Scenario& scenario, std::uint64_t seed);

@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <sstream>
+
+#include "engine/settings/inputs.h"
 
 namespace graze {
 
@@ -58,11 +59,8 @@ std::vector<int> read_header(const std::string& name, const std::vector<std::str
 
 JointTable JointTable::load(const Settings& file, const std::vector<std::string>& joints, Interpolation interpolation) {
   const std::string path = file.resolve_file(file.text());
-  std::ifstream stream(path);
-  if (!stream) file.fail("'" + path + "' cannot be read; a CSV file 'time,JOINT,…' must be there");
-  std::stringstream text;
-  text << stream.rdbuf();
-  return parse(text.str(), path, joints, interpolation);
+  if (!input_exists(path)) file.fail("'" + path + "' cannot be read; a CSV file 'time,JOINT,…' must be there");
+  return parse(read_input(path), path, joints, interpolation);
 }
 
 JointTable JointTable::parse(const std::string& text, const std::string& name, const std::vector<std::string>& joints,

@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "engine/model/urdf.h"
+#include "engine/settings/inputs.h"
 #include "engine/settings/settings.h"
 
 namespace graze {
@@ -37,14 +38,16 @@ void append(const aiMesh& part, Mesh& mesh) {
 }  // namespace
 
 std::shared_ptr<const Mesh> load_mesh(const std::string& file) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error)) throw InputError(fmt::format("{}: no such mesh file", file));
+  if (!input_exists(file)) throw InputError(fmt::format("{}: no such mesh file", file));
   if (!readable_kind(file)) {
     throw InputError(fmt::format("{}: meshes must be OBJ or STL files; convert it to one of them", file));
   }
   Assimp::Importer importer;
-  const aiScene* scene =
-      importer.ReadFile(file, aiProcess_Triangulate | aiProcess_JoinIdenticalVertices | aiProcess_PreTransformVertices);
+  const std::string bytes = read_input(file);
+  const aiScene* scene = importer.ReadFileFromMemory(
+      bytes.data(), bytes.size(),
+      aiProcess_Triangulate | aiProcess_JoinIdenticalVertices | aiProcess_PreTransformVertices,
+      std::filesystem::path(file).extension().string().substr(1).c_str());
   if (!scene) throw InputError(fmt::format("{}: cannot be read as a mesh: {}", file, importer.GetErrorString()));
   auto mesh = std::make_shared<Mesh>();
   mesh->file = file;

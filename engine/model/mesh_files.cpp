@@ -4,6 +4,7 @@
 
 #include "engine/model/convex_hull.h"
 #include "engine/model/urdf.h"
+#include "engine/settings/inputs.h"
 #include "engine/settings/settings.h"
 
 namespace graze {
@@ -19,8 +20,7 @@ std::optional<std::string> after(const std::string& text, const std::string& pre
 }
 
 std::vector<fs::path> parents_of(const fs::path& folder) {
-  std::error_code error;
-  fs::path absolute = fs::absolute(folder.empty() ? fs::path(".") : folder, error).lexically_normal();
+  fs::path absolute = input_path(folder.string());
   if (!absolute.has_filename()) absolute = absolute.parent_path();  // "a/b/" -> "a/b"
   std::vector<fs::path> out;
   for (fs::path p = absolute; !p.empty(); p = p.parent_path()) {
@@ -54,8 +54,7 @@ std::vector<fs::path> MeshFiles::candidates(const std::string& name) const {
 
 fs::path MeshFiles::find(const std::string& name) const {
   for (const fs::path& file : candidates(name)) {
-    std::error_code error;
-    if (fs::is_regular_file(file, error)) return file;
+    if (input_exists(file.string())) return file;
   }
   return {};
 }

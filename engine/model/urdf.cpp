@@ -7,13 +7,12 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <mutex>
-#include <sstream>
 
 #include "engine/model/mesh_files.h"
 #include "engine/model/model.h"
 #include "engine/model/urdf_outline.h"
+#include "engine/settings/inputs.h"
 #include "engine/settings/settings.h"
 
 namespace graze {
@@ -329,13 +328,9 @@ Robot parse_urdf(const std::string& xml, const std::string& name, const UrdfOpti
 }
 
 Robot load_urdf(const std::string& file, const UrdfOptions& options) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error)) throw InputError(fmt::format("{}: no such file", file));
-  std::ifstream stream(file, std::ios::binary);
-  std::ostringstream text;
-  text << stream.rdbuf();
-  if (!stream || text.str().empty()) throw InputError(fmt::format("{}: cannot be read, or is empty", file));
-  return parse_urdf(text.str(), file, options);
+  const std::string text = read_input(file);
+  if (text.empty()) throw InputError(fmt::format("{}: is empty", file));
+  return parse_urdf(text, file, options);
 }
 
 }  // namespace graze

@@ -6,10 +6,10 @@
 #include <yaml-cpp/parser.h>
 
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
 #include <map>
 #include <sstream>
+
+#include "engine/settings/inputs.h"
 
 namespace graze {
 
@@ -211,17 +211,10 @@ NodePtr parse_yaml(const std::string& text, const std::string& name) { return pa
 NodePtr parse_override(const std::string& text, const std::string& name) { return parse(text, name, false); }
 
 std::string read_text(const std::string& file, const std::string& where) {
-  std::error_code error;
-  const auto status = std::filesystem::status(file, error);
-  if (!std::filesystem::exists(status)) throw InputError(fmt::format("{}{}: there is no such file", where, file));
-  if (!std::filesystem::is_regular_file(status)) throw InputError(fmt::format("{}{}: not a file", where, file));
-  const auto size = std::filesystem::file_size(file, error);
-  if (!error && size > kMaxBytes) {
-    throw InputError(fmt::format("{}{}: {} bytes; at most {} are read", where, file, size, kMaxBytes));
+  std::string text = read_input(file, where);
+  if (text.size() > kMaxBytes) {
+    throw InputError(fmt::format("{}{}: {} bytes; at most {} are read", where, file, text.size(), kMaxBytes));
   }
-  std::ifstream stream(file, std::ios::binary);
-  std::string text((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
-  if (!stream) throw InputError(fmt::format("{}{}: cannot be read", where, file));
   return text;
 }
 
