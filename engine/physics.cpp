@@ -93,7 +93,7 @@ std::vector<ContactPoint> ContactLists::gather() {
   return points;
 }
 
-std::vector<std::string> physics_names() { return {"bullet", "lanes"}; }
+std::vector<std::string> physics_names() { return {"lanes", "bullet"}; }
 
 std::vector<std::string> contact_models_of(const std::string& physics) {
   assert(physics == "bullet" || physics == "lanes");

@@ -135,7 +135,7 @@ class ContactLists {
   BlockArray rows_;
 };
 
-/// Back ends by name ("bullet").
+/// Back ends by name, the default first ("lanes", "bullet").
 std::vector<std::string> physics_names();
 /// Contact models that a back end knows, in the order of contact.model's choices.
 std::vector<std::string> contact_models_of(const std::string& physics);

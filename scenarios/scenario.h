@@ -59,7 +59,7 @@ struct Scenario {
   std::string sha256;                  // of text
   std::shared_ptr<const World> world;  // p0
   Model model;                         // compiled p0
-  std::string physics = "bullet";
+  std::string physics = "lanes";
   Timing timing;
   ParameterSpace space;  // all uncertain parameters
   Design design = Design::random;

@@ -33,7 +33,7 @@ std::vector<std::string> names_of(const std::vector<PolicySpec>& policies) {
 TEST(Scenario, DefaultsOfTheSmallestFile) {
   const Scenario s = read(
       "graze: 1\nrobot: {urdf: robots/hopper.urdf}\npolicies: {rest: {hold: {}, control: {joint_pd: {kp: 10}}}}\n");
-  EXPECT_EQ(s.physics, "bullet");
+  EXPECT_EQ(s.physics, "lanes");
   EXPECT_EQ(s.timing.steps(), 1000);
   EXPECT_EQ(s.timing.steps_per_control(), 1);
   EXPECT_EQ(s.design, Design::random);
