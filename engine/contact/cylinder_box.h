@@ -181,7 +181,8 @@ inline void cap_on_box(const CylinderT<T>& a, const Vec3T<T>& h, const Vec3T<T>&
     const T phi = dot(rim - face.centre, face.normal) * rise;
     const Vec3T<T> x = axpy(-phi, m, rim), on_face = x - face.centre;
     const T at_1 = abs(dot(on_face, face.e1)), at_2 = abs(dot(on_face, face.e2)), inside(1.0 - kLoose);
-    const mask_of<T> over = (at_1 < inside * norm2(face.e1)) & (at_2 < inside * norm2(face.e2));
+    const mask_of<T> over_1 = at_1 < inside * norm2(face.e1), over_2 = at_2 < inside * norm2(face.e2);
+    const mask_of<T> over = over_1 & over_2;
     const mask_of<T> here = wanted & (!some) & over & (phi < margin);
     put_where<T>(out, 2 * k, here, phi, axpy(T(0.5) * phi, m, x), m);
   }

@@ -81,7 +81,7 @@ struct CylinderPairT {
     // Caps that nearly lie on each other: from between their normals.
     const T za = dot(best.n, a.u), zb = dot(best.n, b.u);
     const Vec3T<T> between = sign(za) * a.u + sign(zb) * b.u, again = nearest_direction(best.n);
-    const mask_of<T> flat = (abs(za) > T(0.9)) & (abs(zb) > T(0.9));
+    const mask_of<T> flat_a = abs(za) > T(0.9), flat_b = abs(zb) > T(0.9), flat = flat_a & flat_b;
     const Vec3T<T> start = select(flat, between, again);
     keep_rim(refined_rims(recip(sqrt(norm2(start))) * start), true);
     keep_rim(refined_rims(off_axes(best.n)), true);

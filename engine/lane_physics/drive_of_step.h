@@ -267,7 +267,8 @@ inline void keep_servos(const LaneBlock& block, const DriveView& view, double h,
     ServoT<T>& servo = servos_of<T>(block)[k];
     const DriveT<T> drive(block, view, k, h);
     const T side = select(servo.torque >= drive.upper, T(1.0), select(servo.torque <= drive.lower, T(-1.0), T(0.0)));
-    servo.mode = select(mask_from_bits<T>(active) & servo.swept(), side, servo.mode);
+    const auto live = mask_from_bits<T>(active), swept = servo.swept();
+    servo.mode = select(live & swept, side, servo.mode);
   }
 }
 
