@@ -46,7 +46,12 @@ struct CampaignInfo {
   std::vector<std::string> bodies;                            // for joint-limit events
   std::vector<std::string> q_names, v_names, actuator_names;  // columns of states and telemetry: "base.qw", "LF_X_1"
   bool store_values = true;                                   // /particles/values is kept
+  std::string results_version;  // of the sources that bits depend on; empty in archives that do not know it
+  ScenarioSource source;        // every file that the scenario was read from; empty in archives without
 };
+
+/// Names what this program computes: programs of the same results version give the same bits ("0.1.0+3f2a…").
+std::string results_version();
 
 CampaignInfo describe_campaign(const Scenario& scenario, std::uint64_t particles, const std::string& command_line);
 
@@ -56,6 +61,9 @@ class CampaignWriter {
   /// Creates the directory. Throws InputError if it exists and is not empty (unless `force`, which moves the old one
   /// aside until the first shard is complete, then removes it) and MachineError if it cannot be written.
   CampaignWriter(std::filesystem::path directory, const CampaignInfo& info, bool force);
+  /// Takes up the campaign in an existing directory, which `info` describes from now on.
+  struct Existing {};
+  CampaignWriter(std::filesystem::path directory, const CampaignInfo& info, Existing);
   ~CampaignWriter();
 
   /// Adds the finished traces of one block under one policy. `values`: [trace][parameter], row-major, same order as
@@ -108,6 +116,9 @@ class Archive {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
+
+/// The facts of a campaign directory alone; its shards need not be whole. Throws InputError.
+CampaignInfo read_description(const std::filesystem::path& directory);
 
 /// One file of a campaign directory. Written under a temporary name, synced, renamed. Throws InputError if `file`
 /// exists (unless force) or the directory is no campaign, MachineError on a failing disk. Deterministic: equal traces

@@ -31,7 +31,8 @@ bool is_archive_file(const fs::path& path) {
 /// The first entry that no campaign has: --force must never remove somebody's other files.
 std::optional<fs::path> foreign_entry(const fs::path& directory) {
   for (const fs::path& entry : entries_of(directory)) {
-    if (entry.filename() != kShardFolder) {
+    if (entry.filename() == kLockFile) continue;
+    if (entry.filename() != kShardFolder && entry.filename() != kDamagedFolder) {
       if (entry.stem().stem() != fs::path(kDescriptionFile).stem() || !is_archive_file(entry)) return entry;
       continue;
     }
@@ -49,6 +50,9 @@ bool must_replace(const fs::path& path, bool force) {
     throw InputError(fmt::format("{}: is a file; a campaign needs a directory of its own", path.string()));
   }
   if (entries_of(path).empty()) return false;
+  if (const auto writer = writer_of(path)) {
+    throw MachineError(fmt::format("{}: {} is writing here", path.string(), *writer));
+  }
   if (!force) {
     throw InputError(
         fmt::format("{}: exists and is not empty; choose another --output or give --force", path.string()));
@@ -96,6 +100,7 @@ CampaignDirectory::CampaignDirectory(fs::path directory, const CampaignInfo& inf
   try {
     made_ = !fs::exists(path_);
     if (made_) make_directory(path_);
+    lock_.emplace(path_);
     make_directory(path_ / kShardFolder);
     describe(path_, info, false);
   } catch (...) {
@@ -104,11 +109,21 @@ CampaignDirectory::CampaignDirectory(fs::path directory, const CampaignInfo& inf
   }
 }
 
+CampaignDirectory::CampaignDirectory(fs::path directory, const CampaignInfo& info, Existing)
+    : path_(std::move(directory)), info_(info), kept_(true) {
+  if (!path_.has_filename()) path_ = path_.parent_path();
+  check_policy_names(info.policies);
+  lock_.emplace(path_);
+  for (const fs::path& shard : shard_files(path_)) shards_ = std::max(shards_, std::atoi(shard.stem().c_str()));
+  describe(path_, info_, false);
+}
+
 CampaignDirectory::~CampaignDirectory() {
   if (!kept_) restore();
 }
 
 void CampaignDirectory::restore() noexcept {
+  lock_.reset();
   std::error_code error;
   fs::remove(path_ / kDescriptionFile, error);
   fs::remove(path_ / kShardFolder, error);  // an empty folder, or it stays

@@ -7,12 +7,14 @@
 #include <vector>
 
 #include "archive/archive.h"
+#include "archive/lock.h"
 #include "archive/shard.h"
 
 namespace graze {
 
 inline constexpr const char* kDescriptionFile = "campaign.h5";
 inline constexpr const char* kShardFolder = "shards";
+inline constexpr const char* kDamagedFolder = "damaged";  // shards that could not be read
 
 /// The shards of a campaign directory, sorted by name; unfinished ones (*.tmp) are not among them.
 std::vector<std::filesystem::path> shard_files(const std::filesystem::path& directory);
@@ -21,6 +23,9 @@ class CampaignDirectory {
  public:
   /// As CampaignWriter's constructor.
   CampaignDirectory(std::filesystem::path directory, const CampaignInfo& info, bool force);
+  /// Takes up an existing campaign, which `info` describes from now on; shards are added to those that are there.
+  struct Existing {};
+  CampaignDirectory(std::filesystem::path directory, const CampaignInfo& info, Existing);
   /// Leaves things as they were before if no shard was added and the campaign was not completed.
   ~CampaignDirectory();
 
@@ -38,7 +43,8 @@ class CampaignDirectory {
   CampaignInfo info_;
   std::optional<std::filesystem::path> old_;  // where the old campaign lies meanwhile
   bool made_ = false, kept_ = false;
-  int shards_ = 0;
+  int shards_ = 0;  // highest number of a shard
+  std::optional<DirectoryLock> lock_;
 };
 
 }  // namespace graze

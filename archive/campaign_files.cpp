@@ -50,4 +50,8 @@ CampaignFiles open_campaign(const fs::path& path) {
   return {std::move(stored), Parts(std::move(shards))};
 }
 
+CampaignInfo read_description(const fs::path& directory) {
+  return with_file(description_of(directory), [](const hdf5::Handle& file) { return read_info(file).info; });
+}
+
 }  // namespace graze

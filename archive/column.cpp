@@ -23,7 +23,8 @@ Handle enumeration_type(const std::vector<std::string>& labels, hid_t base) {
 
 Handle file_type(const Spec& spec) {
   if (spec.type == Type::enumeration) return enumeration_type(spec.labels, H5T_STD_U8LE);
-  const hid_t type = spec.type == Type::i32   ? H5T_STD_I32LE
+  const hid_t type = spec.type == Type::u8    ? H5T_STD_U8LE
+                     : spec.type == Type::i32 ? H5T_STD_I32LE
                      : spec.type == Type::u32 ? H5T_STD_U32LE
                      : spec.type == Type::u64 ? H5T_STD_U64LE
                                               : H5T_IEEE_F64LE;
@@ -32,7 +33,8 @@ Handle file_type(const Spec& spec) {
 
 Handle memory_type(const Spec& spec) {
   if (spec.type == Type::enumeration) return enumeration_type(spec.labels, H5T_NATIVE_UINT8);
-  const hid_t type = spec.type == Type::i32   ? H5T_NATIVE_INT32
+  const hid_t type = spec.type == Type::u8    ? H5T_NATIVE_UINT8
+                     : spec.type == Type::i32 ? H5T_NATIVE_INT32
                      : spec.type == Type::u32 ? H5T_NATIVE_UINT32
                      : spec.type == Type::u64 ? H5T_NATIVE_UINT64
                                               : H5T_NATIVE_DOUBLE;
@@ -78,6 +80,7 @@ bool same_type(hid_t stored, const Spec& spec) {
 std::size_t size_of(Type type) {
   switch (type) {
     case Type::enumeration:
+    case Type::u8:
       return 1;
     case Type::i32:
     case Type::u32:

@@ -2,6 +2,7 @@
 #include <ctime>
 
 #include "archive/archive.h"
+#include "graze_results_version.h"
 #include "graze_version.h"
 
 namespace graze {
@@ -56,6 +57,8 @@ CampaignInfo::ParameterRow row_of(const UncertainParameter& parameter) {
 
 }  // namespace
 
+std::string results_version() { return std::string(GRAZE_VERSION) + "+" + GRAZE_RESULTS_HASH; }
+
 CampaignInfo describe_campaign(const Scenario& scenario, std::uint64_t particles, const std::string& command_line) {
   CampaignInfo info;
   info.scenario_name = scenario.name;
@@ -65,6 +68,8 @@ CampaignInfo describe_campaign(const Scenario& scenario, std::uint64_t particles
   info.start_time = now_utc();
   info.program_version = GRAZE_VERSION;
   info.program_revision = GRAZE_REVISION;
+  info.results_version = results_version();
+  info.source = scenario.source;
   info.physics = scenario.physics;
   info.design = design_text(scenario.design);
   info.seed = scenario.seed;

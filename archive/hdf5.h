@@ -81,7 +81,7 @@ void write_strings(hid_t parent, const std::string& path, const std::vector<std:
 std::vector<std::string> read_strings(hid_t parent, const std::string& path);
 
 // ---- columns
-enum class Type { enumeration, i32, u32, u64, f64 };  // enumeration: of u8
+enum class Type { enumeration, u8, i32, u32, u64, f64 };  // enumeration: of u8
 std::size_t size_of(Type type);
 
 /// What a dataset is: one value per row (rank 1), or, as a matrix, `width` values per row (rank 2).

@@ -108,6 +108,56 @@ void each_text(Info& info, const Do& act) {
   act("objective", info.objective);
 }
 
+const hdf5::Spec kInputOffset{"offset", hdf5::Type::u64};
+const hdf5::Spec kInputBytes{"bytes", hdf5::Type::u8};
+constexpr int kInputDeflate = 6;
+
+/// The files one behind the other, and where each begins.
+void write_source(const Handle& file, const ScenarioSource& source) {
+  const hid_t root = file.id();
+  hdf5::write_attribute(root, "source_file", source.file);
+  hdf5::write_attribute(root, "source_folder", source.folder);
+  hdf5::write_attribute(root, "source_ignores_missing_meshes", std::uint64_t{source.options.ignore_missing_meshes});
+  std::vector<std::string> keys, values, paths;
+  for (const Override& one : source.options.overrides) keys.push_back(one.path), values.push_back(one.value);
+  std::vector<std::uint64_t> offset = {0};
+  std::vector<std::uint8_t> bytes;
+  for (const auto& [path, content] : source.inputs) {
+    paths.push_back(path);
+    bytes.insert(bytes.end(), content.begin(), content.end());
+    offset.push_back(bytes.size());
+  }
+  hdf5::write_strings(root, "inputs/set_path", keys);
+  hdf5::write_strings(root, "inputs/set_value", values);
+  hdf5::write_strings(root, "inputs/path", paths);
+  hdf5::write_column(root, "inputs", kInputOffset, offset, 0);
+  hdf5::write_column(root, "inputs", kInputBytes, bytes, kInputDeflate);
+}
+
+ScenarioSource read_source(const Handle& file, std::uint64_t file_bytes) {
+  const hid_t root = file.id();
+  ScenarioSource source;
+  if (!hdf5::has_attribute(root, "source_file")) return source;
+  source.file = hdf5::read_text(root, "source_file");
+  source.folder = hdf5::read_text(root, "source_folder");
+  source.options.ignore_missing_meshes = hdf5::read_count(root, "source_ignores_missing_meshes") != 0;
+  const auto keys = hdf5::read_strings(root, "inputs/set_path"), values = hdf5::read_strings(root, "inputs/set_value");
+  if (keys.size() != values.size()) throw hdf5::Error("dataset 'inputs/set_value' is not as long as its neighbours");
+  for (std::size_t i = 0; i < keys.size(); ++i) source.options.overrides.push_back({keys[i], values[i]});
+  const auto paths = hdf5::read_strings(root, "inputs/path");
+  const auto offset = hdf5::read_column<std::uint64_t>(root, "inputs", kInputOffset, file_bytes);
+  const auto bytes = hdf5::read_column<std::uint8_t>(root, "inputs", kInputBytes, file_bytes);
+  if (offset.size() != paths.size() + 1 || offset.front() != 0 || offset.back() != bytes.size() ||
+      !std::is_sorted(offset.begin(), offset.end())) {
+    throw hdf5::Error("dataset 'inputs/offset' does not divide the bytes");
+  }
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    source.inputs[paths[i]].assign(bytes.begin() + static_cast<std::ptrdiff_t>(offset[i]),
+                                   bytes.begin() + static_cast<std::ptrdiff_t>(offset[i + 1]));
+  }
+  return source;
+}
+
 template <class Info, class Do>
 void each_number(Info& info, const Do& act) {
   act("step", info.step);
@@ -163,6 +213,7 @@ void write_info_attributes(const Handle& file, const CampaignInfo& info, Layout 
   hdf5::write_attribute(root, "seed", info.seed);
   hdf5::write_attribute(root, "particles", info.particles);
   hdf5::write_attribute(root, "store_values", std::uint64_t{info.store_values});
+  hdf5::write_attribute(root, "results_version", info.results_version);
 }
 
 void write_info(const Handle& file, const CampaignInfo& info, Layout layout, bool complete) {
@@ -170,6 +221,7 @@ void write_info(const Handle& file, const CampaignInfo& info, Layout layout, boo
   write_info_attributes(file, info, layout, complete);
   each_list(info, [&](const char* path, const auto& list) { hdf5::write_strings(root, path, list); });
   write_parameters(file, info.parameters);
+  write_source(file, info.source);
   hdf5::write_strings(root, "requirements/name", member(info.requirements, &RequirementRow::name));
   hdf5::write_strings(root, "requirements/description", member(info.requirements, &RequirementRow::description));
   hdf5::write_strings(root, "requirements/unit", member(info.requirements, &RequirementRow::unit));
@@ -190,6 +242,8 @@ StoredInfo read_info(const Handle& file) {
   info.particles = hdf5::read_count(root, "particles");
   info.store_values = hdf5::read_count(root, "store_values") != 0;
   each_list(info, [&](const char* path, auto& list) { list = hdf5::read_strings(root, path); });
+  if (hdf5::has_attribute(root, "results_version")) info.results_version = hdf5::read_text(root, "results_version");
+  info.source = read_source(file, bytes);
   info.parameters = read_parameters(file, bytes);
   info.requirements.resize(hdf5::read_strings(root, "requirements/name").size());
   read_member(file, "requirements/name", info.requirements, &RequirementRow::name);

@@ -24,6 +24,8 @@ constexpr std::size_t kShardBytes = std::size_t{32} << 20;
 struct CampaignWriter::Impl {
   Impl(std::filesystem::path path, const CampaignInfo& facts, bool force)
       : directory(std::move(path), facts, force), buffer(facts.policies.size()) {}
+  Impl(std::filesystem::path path, const CampaignInfo& facts)
+      : directory(std::move(path), facts, CampaignDirectory::Existing{}), buffer(facts.policies.size()) {}
 
   const CampaignInfo& info() const { return directory.info(); }
 
@@ -53,6 +55,9 @@ struct CampaignWriter::Impl {
 
 CampaignWriter::CampaignWriter(std::filesystem::path directory, const CampaignInfo& info, bool force)
     : impl_(std::make_unique<Impl>(std::move(directory), info, force)) {}
+
+CampaignWriter::CampaignWriter(std::filesystem::path directory, const CampaignInfo& info, Existing)
+    : impl_(std::make_unique<Impl>(std::move(directory), info)) {}
 
 CampaignWriter::~CampaignWriter() {
   try {

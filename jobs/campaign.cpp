@@ -76,7 +76,7 @@ class Campaign {
           },
           tbb::simple_partitioner());
     });
-    return progress_.traces == options_.particles * scenario_.policies.size();
+    return progress_.traces + options_.finished == options_.particles * scenario_.policies.size();
   }
 
  private:
@@ -85,7 +85,8 @@ class Campaign {
   void run_unit(std::uint64_t unit) {
     const int policies = static_cast<int>(scenario_.policies.size());
     const int policy = static_cast<int>(unit % policies);
-    Group group = make_group(unit / policies);
+    Group group = make_group(unit / policies, scenario_.policies[policy].name);
+    if (group.particles.empty() && group.failed.empty()) return;
     auto& runs = runs_.local();
     auto run = runs.find(policy);
     if (run == runs.end()) {
@@ -99,10 +100,12 @@ class Campaign {
     sink_(policy, std::move(records), std::move(group.values));
   }
 
-  Group make_group(std::uint64_t index) {
+  /// The particles of a group that are not finished under a policy.
+  Group make_group(std::uint64_t index, const std::string& policy) {
     Group group;
     const std::uint64_t end = std::min<std::uint64_t>(options_.particles, (index + 1) * group_);
     for (std::uint64_t i = index * group_; i < end; ++i) {
+      if (options_.is_finished && options_.is_finished(policy, i)) continue;
       const auto id = static_cast<std::uint32_t>(i);
       const std::vector<double> values = sampler_.draw(id);
       try {

@@ -16,6 +16,8 @@ struct CampaignOptions {
   std::uint64_t seed = 1;
   int threads = 0;                          // 0: as many as the machine has
   const std::atomic<bool>* stop = nullptr;  // set from outside: finish the blocks under way, start no more
+  std::uint64_t finished = 0;               // traces that are there already
+  std::function<bool(const std::string& policy, std::uint64_t particle)> is_finished;  // which; none: null
 };
 
 /// How far a campaign is. Counters only grow; read from any thread.

@@ -2,16 +2,12 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
-#include <csignal>
 #include <filesystem>
-#include <iostream>
 #include <memory>
 
-#include "analysis/score.h"
 #include "archive/archive.h"
-#include "jobs/campaign.h"
 #include "jobs/commands.h"
-#include "jobs/progress.h"
+#include "jobs/simulate.h"
 
 namespace graze {
 namespace {
@@ -25,29 +21,6 @@ struct Arguments {
   bool force = false, json = false, quiet = false;
   std::string command_line;
 };
-
-std::atomic<bool> stop_requested{false};
-
-void request_stop(int) { stop_requested = true; }
-
-/// Keeps the policies that the globs choose, in the order of the scenario (so that an archive does not depend on the
-/// order in which they were asked for).
-void choose_policies(Scenario& scenario, const std::vector<std::string>& patterns) {
-  if (patterns.empty()) return;
-  std::vector<std::string> names;
-  for (const PolicySpec& policy : scenario.policies) names.push_back(policy.name);
-  for (const std::string& pattern : patterns) {
-    const auto chosen = [&](const std::string& name) { return matches(pattern, name); };
-    if (std::none_of(names.begin(), names.end(), chosen)) {
-      throw InputError(fmt::format("--policy {}: no policy of that name in {}; nearest: {}", pattern, scenario.file,
-                                   nearest(pattern, names)));
-    }
-  }
-  std::erase_if(scenario.policies, [&](const PolicySpec& policy) {
-    return std::none_of(patterns.begin(), patterns.end(),
-                        [&](const std::string& pattern) { return matches(pattern, policy.name); });
-  });
-}
 
 /// Where the campaign is written, and the file that it is packed into if the output ends in .h5.
 struct Destination {
@@ -66,20 +39,6 @@ Destination destination(const Arguments& arguments, const Scenario& scenario) {
   return {fs::path(output).replace_extension(".graze"), output};
 }
 
-/// Runs into the archive; false if stopped by a signal.
-bool simulate(const Scenario& scenario, const CampaignOptions& options, CampaignWriter& writer, bool quiet) {
-  CampaignProgress progress;
-  bool complete = false;
-  {
-    const ProgressReport report(progress, options.particles * scenario.policies.size(), quiet);
-    complete = run_campaign(scenario, options, progress,
-                            [&](int policy, std::vector<TraceRecord> traces, std::vector<double> values) {
-                              writer.append(policy, std::move(traces), std::move(values));
-                            });
-  }
-  return complete;
-}
-
 int run(const Arguments& arguments) {
   Scenario scenario = arguments.scenario.load();
   arguments.draw.apply_to(scenario);
@@ -88,20 +47,10 @@ int run(const Arguments& arguments) {
   options.particles = scenario.particles;
   options.seed = scenario.seed;
   options.threads = arguments.threads;
-  options.stop = &stop_requested;
   const Destination out = destination(arguments, scenario);
   CampaignWriter writer(out.directory, describe_campaign(scenario, options.particles, arguments.command_line),
                         arguments.force);
-  std::signal(SIGINT, request_stop);
-  std::signal(SIGTERM, request_stop);
-  const bool complete = simulate(scenario, options, writer, arguments.quiet);
-  writer.finish(complete);
-  const Score result = score(Archive(out.directory));
-  std::cout << (arguments.json ? score_json(result) + "\n" : format_score(result));
-  if (!complete) {
-    throw MachineError(
-        fmt::format("{}: stopped before the campaign was complete; what was finished is kept", out.directory.string()));
-  }
+  simulate_into(writer, scenario, options, {arguments.json, arguments.quiet});
   if (out.packed) {
     pack(out.directory, *out.packed, arguments.force);
     std::filesystem::remove_all(out.directory);

@@ -42,6 +42,8 @@ int parse_and_run(int argc, char** argv) {
   add_check(app, action);
   add_sample(app, action);
   add_run(app, action, join(argc, argv));
+  add_resume(app, action);
+  add_status(app, action);
   add_score(app, action);
   add_pack(app, action);
   check_verb(app, argc, argv);

@@ -1,0 +1,92 @@
+#include "archive/lock.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <ctime>
+#include <span>
+
+#include "archive/archive.h"
+
+namespace graze {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Locks the whole file, or says that somebody else has. Returns 0, EAGAIN or another errno. Locks of the open file
+/// (not of the process) work between threads of one process, too.
+int try_lock(int descriptor) {
+  struct flock lock {};
+  lock.l_type = F_WRLCK;
+  lock.l_whence = SEEK_SET;
+  if (fcntl(descriptor, F_OFD_SETLK, &lock) == 0) return 0;
+  return errno == EACCES ? EAGAIN : errno;
+}
+
+std::string content(int descriptor) {
+  std::array<char, 256> text{};
+  const ssize_t size = pread(descriptor, text.data(), text.size(), 0);
+  return size > 0 ? std::string(text.data(), static_cast<std::size_t>(size)) : "an unknown process";
+}
+
+std::string who_i_am() {
+  std::array<char, 256> host{};
+  if (gethostname(host.data(), host.size() - 1) != 0) host[0] = '?';
+  const std::time_t now = std::time(nullptr);
+  std::tm parts{};
+  gmtime_r(&now, &parts);
+  std::array<char, 32> time{};
+  std::strftime(time.data(), time.size(), "%Y-%m-%dT%H:%M:%SZ", &parts);
+  return fmt::format("process {} on {} since {}", getpid(), host.data(), time.data());
+}
+
+/// True if `path` still names the open file: whoever held the lock before may have removed it meanwhile.
+bool names(const fs::path& path, int descriptor) {
+  struct stat named {
+  }, opened{};
+  return stat(path.c_str(), &named) == 0 && fstat(descriptor, &opened) == 0 && named.st_ino == opened.st_ino &&
+         named.st_dev == opened.st_dev;
+}
+
+int open_locked(const fs::path& path) {
+  while (true) {
+    const int descriptor = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    if (descriptor < 0) fail_writing(path, errno);
+    const int error = try_lock(descriptor);
+    // A file system without locks (ENOLCK, EINVAL) leaves it to the user that only one writes.
+    const bool locked = error == 0 || error == ENOLCK || error == EINVAL;
+    if (locked && names(path, descriptor)) return descriptor;
+    const std::string holder = content(descriptor);
+    close(descriptor);
+    if (locked) continue;
+    if (error != EAGAIN) fail_writing(path, error);
+    throw MachineError(
+        fmt::format("{}: {} is writing here; wait for it, or end it first", path.parent_path().string(), holder));
+  }
+}
+
+}  // namespace
+
+DirectoryLock::DirectoryLock(const fs::path& directory) : path_(directory / kLockFile), file_(open_locked(path_)) {
+  const std::string text = who_i_am();
+  if (ftruncate(file_.number(), 0) != 0) fail_writing(path_, errno);
+  if (const int failed = write_all(file_.number(), std::as_bytes(std::span(text)))) fail_writing(path_, failed);
+}
+
+DirectoryLock::~DirectoryLock() { unlink(path_.c_str()); }
+
+std::optional<std::string> writer_of(const fs::path& directory) {
+  const Descriptor file(open((directory / kLockFile).c_str(), O_RDWR | O_CLOEXEC));
+  if (file.number() < 0) return std::nullopt;
+  struct flock lock {};
+  lock.l_type = F_WRLCK;
+  lock.l_whence = SEEK_SET;
+  if (fcntl(file.number(), F_OFD_GETLK, &lock) != 0 || lock.l_type == F_UNLCK) return std::nullopt;
+  return content(file.number());
+}
+
+}  // namespace graze

@@ -1,0 +1,131 @@
+// graze resume: finishes a campaign that was stopped or killed, or makes it larger.
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <memory>
+
+#include "archive/finished.h"
+#include "jobs/commands.h"
+#include "jobs/simulate.h"
+
+namespace graze {
+namespace {
+
+struct Arguments {
+  std::string directory;
+  std::uint64_t particles = 0;  // 0: as many as before
+  int threads = 0;
+  std::vector<std::string> policies;  // globs of policies to add
+  bool json = false, quiet = false;
+};
+
+/// Refuses what could not come out as if it had never been interrupted.
+void check_version(const std::string& directory, const CampaignInfo& info) {
+  if (info.source.inputs.empty()) {
+    throw InputError(
+        fmt::format("{}: was made by graze {}, which did not keep the scenario's files; it cannot be resumed",
+                    directory, info.program_version));
+  }
+  if (info.results_version == results_version()) return;
+  throw InputError(
+      fmt::format("{}: was made by results version {}; this program is {}, whose traces may have other bits. Resume "
+                  "it with that program ({}), or run the scenario anew",
+                  directory, info.results_version, results_version(), info.program_revision));
+}
+
+Scenario reload(const std::string& directory, const CampaignInfo& info) {
+  Scenario scenario = reload_scenario(info.source);
+  if (scenario.sha256 != info.scenario_sha256) {
+    throw InputError(fmt::format("{}: the scenario reads as {} now and as {} when it was run", directory,
+                                 scenario.sha256, info.scenario_sha256));
+  }
+  scenario.seed = info.seed;
+  return scenario;
+}
+
+/// As many as before, or more.
+std::uint64_t number_of_particles(const Arguments& arguments, const CampaignInfo& info) {
+  if (arguments.particles == 0 || arguments.particles == info.particles) return info.particles;
+  if (arguments.particles < info.particles) {
+    throw InputError(
+        fmt::format("-n {}: the campaign has {} particles; it can only grow", arguments.particles, info.particles));
+  }
+  if (info.design == "latin_hypercube") {
+    throw InputError(
+        fmt::format("-n {}: a Latin hypercube of {} points has none of the points of one of {}; run the "
+                    "scenario anew, or use the designs random or sobol for campaigns that grow",
+                    arguments.particles, arguments.particles, info.particles));
+  }
+  return arguments.particles;
+}
+
+/// The campaign's policies and those that are asked for.
+void choose(Scenario& scenario, const CampaignInfo& info, const std::vector<std::string>& added) {
+  Scenario more = scenario;
+  choose_policies(more, added.empty() ? info.policies : added);
+  const auto kept = [&](const PolicySpec& policy) {
+    const auto same = [&](const PolicySpec& other) { return other.name == policy.name; };
+    return std::count(info.policies.begin(), info.policies.end(), policy.name) > 0 ||
+           std::any_of(more.policies.begin(), more.policies.end(), same);
+  };
+  std::erase_if(scenario.policies, [&](const PolicySpec& policy) { return !kept(policy); });
+}
+
+int resume(const Arguments& arguments) {
+  const std::string& directory = arguments.directory;
+  if (!std::filesystem::is_directory(directory)) {
+    throw InputError(fmt::format("{}: is no campaign directory{}", directory,
+                                 std::filesystem::exists(directory) ? "; a packed archive is complete" : ""));
+  }
+  const CampaignInfo before = read_description(directory);
+  check_version(directory, before);
+  const InputReplay inputs(before.source.inputs, before.source.folder);
+  Scenario scenario = reload(directory, before);
+  choose(scenario, before, arguments.policies);
+  CampaignOptions options;
+  options.particles = number_of_particles(arguments, before);
+  options.seed = before.seed;
+  options.threads = arguments.threads;
+  CampaignInfo info = describe_campaign(scenario, options.particles, before.command_line);
+  info.start_time = before.start_time;
+  info.program_revision = before.program_revision;
+  CampaignWriter writer(directory, info, CampaignWriter::Existing{});
+  const FinishedTraces finished = repair_and_list(directory, info);
+  for (const std::string& note : finished.notes) spdlog::warn("{}", note);
+  options.finished = finished.count;
+  options.is_finished = [&](const std::string& policy, std::uint64_t particle) {
+    return finished.has(policy, particle);
+  };
+  if (!arguments.quiet) {
+    spdlog::info("{}: {} of {} traces are there", directory, finished.count,
+                 options.particles * scenario.policies.size());
+  }
+  simulate_into(writer, scenario, options, {arguments.json, arguments.quiet});
+  return kDone;
+}
+
+}  // namespace
+
+void add_resume(CLI::App& app, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* verb = add_verb(app, "resume", "Finish a campaign that was stopped or killed, or make it larger",
+                            "  graze resume quadruped_curb.graze\n"
+                            "  graze resume quadruped_curb.graze -n 1000\n"
+                            "  graze resume quadruped_curb.graze --policy 'step/5cm'\n\n"
+                            "What is finished stays; the result has the same bits as a campaign that was never "
+                            "interrupted. The scenario's files\nare taken from the archive.\n");
+  verb->add_option("directory", arguments->directory, "Campaign directory")->required();
+  verb->add_option("-n,--particles", arguments->particles, "Particles in all, if there shall be more")
+      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{0xffffffff}));
+  verb->add_option("--threads", arguments->threads, "Threads; 0: all of this machine's")
+      ->check(CLI::Range(0, 4096))
+      ->capture_default_str();
+  verb->add_option("--policy", arguments->policies, "Add these policies of the scenario (globs; may be repeated)")
+      ->allow_extra_args(false);
+  verb->add_flag("--json", arguments->json, "Print the table as JSON");
+  verb->add_flag("--quiet", arguments->quiet, "No progress");
+  verb->callback([arguments, &action] { action = [arguments] { return resume(*arguments); }; });
+}
+
+}  // namespace graze

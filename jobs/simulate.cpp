@@ -1,0 +1,64 @@
+#include "jobs/simulate.h"
+
+#include <fmt/format.h>
+
+#include <atomic>
+#include <csignal>
+#include <iostream>
+
+#include "analysis/score.h"
+#include "jobs/progress.h"
+
+namespace graze {
+namespace {
+
+std::atomic<bool> stop_requested{false};
+
+void request_stop(int) { stop_requested = true; }
+
+}  // namespace
+
+void choose_policies(Scenario& scenario, const std::vector<std::string>& patterns) {
+  if (patterns.empty()) return;
+  std::vector<std::string> names;
+  for (const PolicySpec& policy : scenario.policies) names.push_back(policy.name);
+  for (const std::string& pattern : patterns) {
+    const auto chosen = [&](const std::string& name) { return matches(pattern, name); };
+    if (std::none_of(names.begin(), names.end(), chosen)) {
+      throw InputError(fmt::format("--policy {}: no policy of that name in {}; nearest: {}", pattern, scenario.file,
+                                   nearest(pattern, names)));
+    }
+  }
+  std::erase_if(scenario.policies, [&](const PolicySpec& policy) {
+    return std::none_of(patterns.begin(), patterns.end(),
+                        [&](const std::string& pattern) { return matches(pattern, policy.name); });
+  });
+}
+
+void simulate_into(CampaignWriter& writer, const Scenario& scenario, CampaignOptions options,
+                   const Printing& printing) {
+  options.stop = &stop_requested;
+  std::signal(SIGINT, request_stop);
+  std::signal(SIGTERM, request_stop);
+  CampaignProgress progress;
+  bool complete = false;
+  {
+    const std::uint64_t total = options.particles * scenario.policies.size() - options.finished;
+    const ProgressReport report(progress, total, printing.quiet);
+    complete = run_campaign(scenario, options, progress,
+                            [&](int policy, std::vector<TraceRecord> traces, std::vector<double> values) {
+                              writer.append(policy, std::move(traces), std::move(values));
+                            });
+  }
+  writer.finish(complete);
+  const Score result = score(Archive(writer.directory()));
+  std::cout << (printing.json ? score_json(result) + "\n" : format_score(result));
+  if (complete) return;
+  const std::string directory = writer.directory().string();
+  throw MachineError(
+      fmt::format("{}: stopped before the campaign was complete; what was finished is kept, and 'graze resume {}' does "
+                  "the rest",
+                  directory, directory));
+}
+
+}  // namespace graze

@@ -1,0 +1,24 @@
+#pragma once
+// What `run` and `resume` share: simulate into an archive, heed signals, print the table.
+
+#include <string>
+#include <vector>
+
+#include "archive/archive.h"
+#include "jobs/campaign.h"
+
+namespace graze {
+
+/// Keeps the policies that the globs choose, in the order of the scenario (so that an archive does not depend on the
+/// order in which they were asked for). No globs: all. Throws InputError with the nearest name.
+void choose_policies(Scenario& scenario, const std::vector<std::string>& patterns);
+
+struct Printing {
+  bool json = false, quiet = false;
+};
+
+/// Simulates what is not finished yet and writes it. SIGINT and SIGTERM end it after the blocks under way. Prints the
+/// table of all that the archive holds. Throws MachineError if it was stopped.
+void simulate_into(CampaignWriter& writer, const Scenario& scenario, CampaignOptions options, const Printing& printing);
+
+}  // namespace graze
