@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <random>
 
 #include "archive/archive.h"
@@ -71,7 +72,10 @@ void torture(int rounds) {
 }
 
 TEST(Resume, SurvivesKillsAtRandomInstants) { torture(5); }
-TEST(SlowResume, SurvivesManyKillsAtRandomInstants) { torture(50); }
+TEST(Resume, SurvivesManyKillsAtRandomInstants) {
+  if (!std::getenv("GRAZE_LONG")) GTEST_SKIP() << "tests/run --long runs it";
+  torture(50);
+}
 
 TEST(Resume, StoppedBySignalSaysHowToGoOn) {
   const Campaign campaign;
@@ -104,7 +108,8 @@ TEST(Resume, NeedsNoFilesOfTheScenario) {
 
 TEST(Resume, RefusesALargerLatinHypercube) {
   const Campaign campaign;
-  ASSERT_EQ(campaign.graze("run ball.yaml -n 20 --set sampling.design=latin_hypercube --quiet -o a.graze").code, 0);
+  testing::write_ball(campaign.folder, "sampling: {design: latin_hypercube}\n");
+  ASSERT_EQ(campaign.graze("run ball.yaml -n 20 --quiet -o a.graze").code, 0);
   const testing::Result refused = campaign.graze("resume a.graze -n 30");
   EXPECT_EQ(refused.code, 2);
   EXPECT_THAT(refused.err, HasSubstr("Latin hypercube"));
