@@ -112,7 +112,7 @@ void add_resume(CLI::App& app, Action& action) {
   CLI::App* verb = add_verb(app, "resume", "Finish a campaign that was stopped or killed, or make it larger",
                             "  graze resume quadruped_curb.graze\n"
                             "  graze resume quadruped_curb.graze -n 1000\n"
-                            "  graze resume quadruped_curb.graze --policy 'step/5cm'\n\n"
+                            "  graze resume quadruped_curb.graze --policy 'step/4cm'\n\n"
                             "What is finished stays; the result has the same bits as a campaign that was never "
                             "interrupted. The scenario's files\nare taken from the archive.\n");
   verb->add_option("directory", arguments->directory, "Campaign directory")->required();
