@@ -48,7 +48,15 @@ std::vector<Particle> draw(const Scenario& scenario, int first, int count, int a
 void replay(const Scenario& scenario, const std::vector<Particle>& particles, const std::vector<TraceRecord>& traces,
             std::vector<Sample>& samples) {
   const Model& model = scenario.model;
-  BlockArray q(model.nq), v(model.nv), a(model.nv), X(12 * static_cast<int>(model.bodies.size())), tau(model.na());
+  BlockArray q(model.nq), v(model.nv), a(model.nv), X(12 * static_cast<int>(model.bodies.size()));
+  // As campaigns step: drives, here of torques that are given.
+  BlockArray tau(model.na()), none(model.na()), lower(model.na()), upper(model.na());
+  for (int k = 0; k < model.na(); ++k) {
+    std::fill_n(lower.row(k), kLanes, -std::numeric_limits<double>::infinity());
+    std::fill_n(upper.row(k), kLanes, std::numeric_limits<double>::infinity());
+  }
+  const DriveView drive{tau.row(0),  none.row(0),  none.row(0),  none.row(0),
+                        none.row(0), lower.row(0), upper.row(0), none.row(0)};
   LaneEngine engine(model, kernel_of(chosen_isa()), {q.row(0), v.row(0), a.row(0), X.row(0)},
                     std::make_unique<bullet::ConvexPairs>(model, kLanes));
   engine.block().settings.measure = true;
@@ -63,7 +71,7 @@ void replay(const Scenario& scenario, const std::vector<Particle>& particles, co
       for (int k = 0; k < tau.rows(); ++k) tau(k, static_cast<int>(lane)) = traces[lane].telemetry[frame].tau[k];
     }
     if (active.bits() == 0) break;
-    engine.step(scenario.timing.step, active.bits(), tau.row(0));
+    engine.drive(scenario.timing.step, active.bits(), drive);
     const LaneBlock& block = engine.block();
     for (int lane = 0; lane < static_cast<int>(traces.size()); ++lane) {
       if (!active[lane] || engine.sweeps(lane) == 0) continue;
