@@ -41,7 +41,7 @@ ContactProblem make_contact_problem(const MatrixXd& J, const MatrixXd& mass, con
                                     const VectorXd& phi, double h, const VectorXd& mu) {
   assert(J.rows() == 3 * mu.size() && phi.size() == mu.size());
   ContactProblem out;
-  out.A = J * mass.llt().solve(J.transpose());
+  if (J.rows() > 0) out.A = J * mass.llt().solve(J.transpose());  // Eigen binds a null pointer to solve for no columns
   out.b = J * v_free;
   for (int i = 0; i < phi.size(); ++i) out.b[3 * i] += phi[i] / h;
   out.mu = mu;

@@ -181,9 +181,9 @@ std::size_t LaneEngine::lay_out(double* base) {
   const TopologyView t = topology_.view();
   std::size_t used = 0;
   const auto rows = [&](int count) {
-    double* place = base + used;
+    double* place = base ? base + used : nullptr;
     used += (static_cast<std::size_t>(count) * kernel_.lanes + 7) / 8 * 8;
-    return base ? place : nullptr;
+    return place;
   };
   LaneBlock& b = block_;
   const int nb = t.bodies, nc = static_cast<int>(colliders_.size()), np = static_cast<int>(pairs_.size());
