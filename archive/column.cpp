@@ -70,7 +70,19 @@ void check_storage(hid_t dataset, const std::string& path) {
   if (!good) throw Error("dataset '" + path + "' is stored in an unexpected way");
 }
 
+/// Whether a stored enumeration's members are the first of `labels`, all at the same values: programs add kinds at the
+/// end, and what an older one wrote stays readable.
+bool leading_labels(hid_t stored, const std::vector<std::string>& labels) {
+  if (H5Tget_class(stored) != H5T_ENUM || H5Tget_size(stored) != 1) return false;
+  const int count = H5Tget_nmembers(stored);
+  if (count < 1 || static_cast<std::size_t>(count) > labels.size()) return false;
+  const std::vector<std::string> leading(labels.begin(), labels.begin() + count);
+  const Handle wanted = enumeration_type(leading, H5T_STD_U8LE);
+  return H5Tequal(stored, wanted.id()) > 0;
+}
+
 bool same_type(hid_t stored, const Spec& spec) {
+  if (spec.type == Type::enumeration) return leading_labels(stored, spec.labels);
   const Handle wanted = file_type(spec);
   return H5Tequal(stored, wanted.id()) > 0;
 }

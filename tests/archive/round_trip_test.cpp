@@ -192,6 +192,38 @@ TEST(RoundTrip, BareCampaign) {
   }
 }
 
+// Claim: an archive of a program that knew six kinds of events and logged no solver's residual is still read in full.
+TEST(RoundTrip, ArchivesOfOlderProgramsAreRead) {
+  const Archive archive(GRAZE_SOURCE_DIR "/tests/archive/six_event_kinds.h5");
+  const std::string policy = archive.info().policies.at(0);
+  ASSERT_EQ(archive.traces(policy).size(), 3u);
+  EXPECT_EQ(archive.traces(policy).digest[2], 1002u);
+  EXPECT_TRUE(archive.traces(policy).solver.empty());
+  EXPECT_EQ(archive.events(policy).at(2).size(), 2u);
+  EXPECT_EQ(archive.telemetry(policy, 2).size(), 2u);
+  EXPECT_FALSE(archive.particle_values(2).empty());
+}
+
+// Claim: an enumeration may have grown at its end since a file was written; labels that moved or changed are refused.
+TEST(RoundTrip, EnumerationsGrowAtTheirEnd) {
+  const Folder folder;
+  const hdf5::Lock lock;
+  const hdf5::Handle file = hdf5::create_file(folder / "kinds.h5", hdf5::file_access());
+  const auto kinds = [](std::vector<std::string> labels) {
+    return hdf5::Spec{"kind", hdf5::Type::enumeration, false, 1, {}, std::move(labels)};
+  };
+  hdf5::write_column<std::uint8_t>(file.id(), "events", kinds({"begin", "end"}), {1, 0, 1}, 0);
+  constexpr std::uint64_t kBytes = 1 << 20;
+  const auto read = [&](std::vector<std::string> labels) {
+    return hdf5::read_column<std::uint8_t>(file.id(), "events", kinds(std::move(labels)), kBytes);
+  };
+  EXPECT_THAT(read({"begin", "end"}), ElementsAre(1, 0, 1));
+  EXPECT_THAT(read({"begin", "end", "slip"}), ElementsAre(1, 0, 1));
+  EXPECT_THROW(read({"begin"}), hdf5::Error);
+  EXPECT_THROW(read({"end", "begin", "slip"}), hdf5::Error);
+  EXPECT_THROW(read({"begin", "stop"}), hdf5::Error);
+}
+
 // Claim: without store_values the values are left out and all else stays.
 TEST(RoundTrip, ValuesMayBeLeftOut) {
   const Folder folder;
