@@ -1,5 +1,6 @@
 #pragma once
-// A campaign: all particles x all policies of a scenario, in blocks over the threads of this machine.
+// A campaign: all particles x all policies of a scenario, in blocks over the threads of this process and, if it is one
+// of several ranks, together with the others.
 
 #include <atomic>
 #include <functional>
@@ -7,6 +8,7 @@
 #include <vector>
 
 #include "archive/archive.h"
+#include "jobs/crew.h"
 #include "scenarios/scenario.h"
 
 namespace graze {
@@ -14,24 +16,26 @@ namespace graze {
 struct CampaignOptions {
   std::uint64_t particles = 0;
   std::uint64_t seed = 1;
-  int threads = 0;                          // 0: as many as the machine has
+  int threads = 0;                          // of this process; 0: as many as it may use
+  std::uint64_t workers = 0;                // threads of all ranks, the same number at each; 0: threads
   const std::atomic<bool>* stop = nullptr;  // set from outside: finish the blocks under way, start no more
   std::uint64_t finished = 0;               // traces that are there already
   std::function<bool(const std::string& policy, std::uint64_t particle)> is_finished;  // which; none: null
 };
 
-/// How far a campaign is. Counters only grow; read from any thread.
+/// How far the whole crew is.
 struct CampaignProgress {
-  std::atomic<std::uint64_t> traces{0}, success{0}, known{0}, unknown{0}, invalid{0}, steps{0};
+  std::uint64_t traces = 0, success = 0, known = 0, unknown = 0, invalid = 0, steps = 0;
 };
+CampaignProgress progress_of(Crew& crew);
 
 /// Where finished traces go: policy index, records, and the particles' values [trace][parameter]. Called from any
 /// thread, one block at a time per thread.
 using TraceSink = std::function<void(int policy, std::vector<TraceRecord> traces, std::vector<double> values)>;
 
-/// Runs everything. Returns true if all was done, false if it was stopped. The first exception of a sink or a block
-/// ends the campaign and is rethrown here; a particle that cannot be fabricated becomes an `invalid` trace.
-bool run_campaign(const Scenario& scenario, const CampaignOptions& options, CampaignProgress& progress,
-                  const TraceSink& sink);
+/// Runs this process's share of everything; all ranks of the crew call it. Returns true if no work was left undone,
+/// false if it was stopped (here or elsewhere). The first exception of a sink or a block ends the campaign of all ranks
+/// and is rethrown here; a particle that cannot be fabricated becomes an `invalid` trace.
+bool run_campaign(const Scenario& scenario, const CampaignOptions& options, Crew& crew, const TraceSink& sink);
 
 }  // namespace graze

@@ -16,8 +16,8 @@ std::string duration_text(double seconds) {
   return fmt::format("{} h {:02} min", s / 3600, s / 60 % 60);
 }
 
-ProgressReport::ProgressReport(const CampaignProgress& progress, std::uint64_t total_traces, bool quiet)
-    : progress_(progress), total_(total_traces), terminal_(isatty(STDERR_FILENO) != 0) {
+ProgressReport::ProgressReport(Crew& crew, std::uint64_t total_traces, bool quiet)
+    : crew_(crew), total_(total_traces), terminal_(isatty(STDERR_FILENO) != 0) {
   if (!quiet) thread_ = std::thread([this] { loop(); });
 }
 
@@ -38,14 +38,15 @@ double ProgressReport::seconds() const {
 
 std::string ProgressReport::line() const {
   const double elapsed = seconds();
-  const std::uint64_t done = progress_.traces;
+  const CampaignProgress progress = progress_of(crew_);
+  const std::uint64_t done = progress.traces;
   const double rate = static_cast<double>(done) / elapsed;
   std::string text = fmt::format("{}/{} traces, {:.3g} traces/s, {:.3g} particle-steps/s, ", done, total_, rate,
-                                 static_cast<double>(progress_.steps) / elapsed);
+                                 static_cast<double>(progress.steps) / elapsed);
   text += done == total_ ? fmt::format("done in {}", duration_text(elapsed))
                          : fmt::format("{} left", duration_text(static_cast<double>(total_ - done) / rate));
-  text += fmt::format("; S {} K {} U {}", progress_.success.load(), progress_.known.load(), progress_.unknown.load());
-  if (progress_.invalid > 0) text += fmt::format(" invalid {}", progress_.invalid.load());
+  text += fmt::format("; S {} K {} U {}", progress.success, progress.known, progress.unknown);
+  if (progress.invalid > 0) text += fmt::format(" invalid {}", progress.invalid);
   return text;
 }
 

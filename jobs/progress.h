@@ -18,7 +18,7 @@ std::string duration_text(double seconds);
 /// Reports from a thread of its own until it is destroyed.
 class ProgressReport {
  public:
-  ProgressReport(const CampaignProgress& progress, std::uint64_t total_traces, bool quiet);
+  ProgressReport(Crew& crew, std::uint64_t total_traces, bool quiet);
   ~ProgressReport();
 
   /// One line: done, rate, time left, outcomes so far.
@@ -27,7 +27,7 @@ class ProgressReport {
 
  private:
   void loop();
-  const CampaignProgress& progress_;
+  Crew& crew_;
   const std::uint64_t total_;
   const bool terminal_;
   const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();

@@ -40,12 +40,12 @@ void simulate_into(CampaignWriter& writer, const Scenario& scenario, CampaignOpt
   options.stop = &stop_requested;
   std::signal(SIGINT, request_stop);
   std::signal(SIGTERM, request_stop);
-  CampaignProgress progress;
+  const std::unique_ptr<Crew> crew = make_local_crew();
   bool complete = false;
   {
     const std::uint64_t total = options.particles * scenario.policies.size() - options.finished;
-    const ProgressReport report(progress, total, printing.quiet);
-    complete = run_campaign(scenario, options, progress,
+    const ProgressReport report(*crew, total, printing.quiet);
+    complete = run_campaign(scenario, options, *crew,
                             [&](int policy, std::vector<TraceRecord> traces, std::vector<double> values) {
                               writer.append(policy, std::move(traces), std::move(values));
                             });

@@ -27,10 +27,10 @@ Count crossings(const std::string& physics, const std::string& models, const std
   CampaignOptions campaign;
   campaign.particles = particles;
   campaign.seed = 21;
-  CampaignProgress progress;
+  const std::unique_ptr<Crew> crew = make_local_crew();
   Count out;
   std::mutex mutex;
-  run_campaign(scenario, campaign, progress, [&](int, std::vector<TraceRecord> traces, const std::vector<double>&) {
+  run_campaign(scenario, campaign, *crew, [&](int, std::vector<TraceRecord> traces, const std::vector<double>&) {
     const std::lock_guard lock(mutex);
     for (const TraceRecord& trace : traces) {
       ++out.traces;

@@ -19,10 +19,10 @@ Digests digests(const Scenario& scenario, std::uint64_t particles, int threads) 
   options.particles = particles;
   options.seed = 11;
   options.threads = threads;
-  CampaignProgress progress;
+  const std::unique_ptr<Crew> crew = make_local_crew();
   Digests out;
   std::mutex mutex;
-  EXPECT_TRUE(run_campaign(scenario, options, progress,
+  EXPECT_TRUE(run_campaign(scenario, options, *crew,
                            [&](int policy, std::vector<TraceRecord> traces, const std::vector<double>&) {
                              const std::lock_guard lock(mutex);
                              for (const TraceRecord& trace : traces) {

@@ -1,0 +1,63 @@
+#pragma once
+// The processes that work on one campaign together: this one alone, or the ranks that mpirun (or srun) started. They
+// share what a campaign needs at one place: counters. Units of work are handed out by counting tickets, progress and
+// outcomes are sums; nothing else is sent around, so that nothing grows with the number of ranks.
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace graze {
+
+/// What the shared counters count. From kFirstFreeCounter on they are for whoever needs more of them.
+enum SharedCounter : std::size_t {
+  kTickets,  // handed out so far
+  kTraces,   // finished by this run; kSuccess … kInvalid: of these, by outcome
+  kSuccess,
+  kKnownFailure,
+  kUnknownFailure,
+  kInvalid,
+  kSteps,        // physics steps, of one particle each
+  kFailedRanks,  // that ended by an error
+  kFirstFreeCounter = 16,
+  kSharedCounters = 16384
+};
+
+/// All methods may be called from any thread.
+class Crew {
+ public:
+  virtual ~Crew() = default;
+  virtual int rank() const = 0;
+  virtual int size() const = 0;
+
+  /// Adds to one counter; gives its value before. All counters begin at 0.
+  virtual std::uint64_t fetch_add(std::size_t counter, std::uint64_t delta) = 0;
+  /// Adds to neighbouring counters, each atomically.
+  virtual void add(std::size_t first, std::span<const std::uint64_t> deltas) = 0;
+  virtual std::vector<std::uint64_t> read(std::size_t first, std::size_t count) = 0;
+
+  /// Waits until all ranks have come here.
+  virtual void barrier() = 0;
+  /// All ranks call it and get the text that rank 0 gave.
+  virtual std::string broadcast(const std::string& text) = 0;
+  /// Ends all ranks at once: for a rank that cannot take part in the end of a campaign any more.
+  [[noreturn]] virtual void abort(int exit_code) = 0;
+};
+
+/// This process alone.
+std::unique_ptr<Crew> make_local_crew();
+
+/// All ranks if this process was started as one of several, else this process alone. Throws MachineError if it was, but
+/// MPI cannot be had (the program was built without it, or its library is not on this machine).
+std::unique_ptr<Crew> make_crew();
+
+/// Threads that this process should use when it was not told: the processors that it may run on, shared with the ranks
+/// that are on the same machine and may run on them, too.
+int default_threads();
+
+/// "rank 3 of 8 on node7"; empty for a process alone.
+std::string rank_name(const Crew& crew);
+
+}  // namespace graze
