@@ -13,6 +13,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* kManifestName = "shards";  // of the one process that writes
+
 std::vector<fs::path> entries_of(const fs::path& directory) {
   std::error_code error;
   std::vector<fs::path> entries;
@@ -28,16 +30,22 @@ bool is_archive_file(const fs::path& path) {
   return path.extension() == ".h5" || (path.extension() == ".tmp" && path.stem().extension() == ".h5");
 }
 
+bool is_manifest_file(const fs::path& path) {
+  return path.extension() == ".jsonl" || (path.extension() == ".tmp" && path.stem().extension() == ".jsonl");
+}
+
 /// The first entry that no campaign has: --force must never remove somebody's other files.
 std::optional<fs::path> foreign_entry(const fs::path& directory) {
   for (const fs::path& entry : entries_of(directory)) {
-    if (entry.filename() == kLockFile) continue;
-    if (entry.filename() != kShardFolder && entry.filename() != kDamagedFolder) {
+    const fs::path name = entry.filename();
+    if (name == kLockFile) continue;
+    if (name != kShardFolder && name != kDamagedFolder && name != kManifestFolder) {
       if (entry.stem().stem() != fs::path(kDescriptionFile).stem() || !is_archive_file(entry)) return entry;
       continue;
     }
-    for (const fs::path& shard : entries_of(entry)) {
-      if (!is_archive_file(shard) || !fs::is_regular_file(shard)) return shard;
+    for (const fs::path& one : entries_of(entry)) {
+      const bool ours = name == kManifestFolder ? is_manifest_file(one) : is_archive_file(one);
+      if (!ours || !fs::is_regular_file(one)) return one;
     }
   }
   return std::nullopt;
@@ -114,7 +122,10 @@ CampaignDirectory::CampaignDirectory(fs::path directory, const CampaignInfo& inf
   if (!path_.has_filename()) path_ = path_.parent_path();
   check_policy_names(info.policies);
   lock_.emplace(path_);
-  for (const fs::path& shard : shard_files(path_)) shards_ = std::max(shards_, std::atoi(shard.stem().c_str()));
+  // Names are not used again, not even those of shards that are gone.
+  const auto taken = [&](const fs::path& shard) { shards_ = std::max(shards_, std::atoi(shard.stem().c_str())); };
+  for (const fs::path& shard : shard_files(path_)) taken(shard);
+  for (const auto& [shard, entry] : read_manifest(path_)) taken(shard);
   describe(path_, info_, false);
 }
 
@@ -127,6 +138,7 @@ void CampaignDirectory::restore() noexcept {
   std::error_code error;
   fs::remove(path_ / kDescriptionFile, error);
   fs::remove(path_ / kShardFolder, error);  // an empty folder, or it stays
+  fs::remove(path_ / kManifestFolder, error);
   if (made_) fs::remove(path_, error);
   if (old_) fs::rename(*old_, path_, error);
 }
@@ -140,11 +152,15 @@ void CampaignDirectory::keep() {
 }
 
 void CampaignDirectory::add_shard(ShardBuffer shard) {
-  shard.publish(path_ / kShardFolder / fmt::format("{:06}.h5", ++shards_), info_);
+  const ShardEntry entry = shard.publish(path_ / kShardFolder / fmt::format("{:06}.h5", ++shards_), info_);
   keep();
+  if (!manifest_) manifest_.emplace(path_, kManifestName);
+  manifest_->append(entry);
 }
 
 void CampaignDirectory::complete() {
+  manifest_.reset();
+  replace_manifest(path_, read_manifest(path_));
   describe(path_, info_, true);
   keep();
 }

@@ -1,6 +1,7 @@
 #pragma once
-// The directory that a campaign is written into: campaign.h5 and shards/NNNNNN.h5, each appearing by rename. With
-// `force` an old campaign in its place is moved aside and comes back if the new one never gets a shard.
+// The directory that a campaign is written into: campaign.h5 and shards/NNNNNN.h5, each appearing by rename, and the
+// manifest of the shards. With `force` an old campaign in its place is moved aside and comes back if the new one never
+// gets a shard.
 
 #include <filesystem>
 #include <optional>
@@ -8,6 +9,7 @@
 
 #include "archive/archive.h"
 #include "archive/lock.h"
+#include "archive/manifest.h"
 #include "archive/shard.h"
 
 namespace graze {
@@ -31,8 +33,9 @@ class CampaignDirectory {
 
   const std::filesystem::path& path() const { return path_; }
   const CampaignInfo& info() const { return info_; }
+  /// Writes it under its name, then tells the manifest.
   void add_shard(ShardBuffer shard);
-  /// Writes campaign.h5 anew, marked complete.
+  /// Makes one file of the manifest and writes campaign.h5 anew, marked complete.
   void complete();
 
  private:
@@ -44,6 +47,7 @@ class CampaignDirectory {
   std::optional<std::filesystem::path> old_;  // where the old campaign lies meanwhile
   bool made_ = false, kept_ = false;
   int shards_ = 0;  // highest number of a shard
+  std::optional<ManifestWriter> manifest_;
   std::optional<DirectoryLock> lock_;
 };
 

@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "archive/campaign_directory.h"
+#include "archive/manifest.h"
 #include "archive/seal.h"
 
 namespace graze {
@@ -34,6 +37,17 @@ fs::path description_of(const fs::path& path) {
   return path / kDescriptionFile;
 }
 
+void check_shards_are_there(const fs::path& directory) {
+  constexpr std::size_t kTold = 3;
+  const std::vector<ShardEntry> missing = missing_shards(directory, read_manifest(directory));
+  if (missing.empty()) return;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(kTold, missing.size()); ++i) text += missing_text(missing[i]) + "; ";
+  if (missing.size() > kTold) text += fmt::format("{} more are gone; ", missing.size() - kTold);
+  throw InputError(
+      fmt::format("{}: {}'graze resume {}' simulates that again", directory.string(), text, directory.string()));
+}
+
 }  // namespace
 
 CampaignFiles open_campaign(const fs::path& path) {
@@ -43,6 +57,7 @@ CampaignFiles open_campaign(const fs::path& path) {
   if (description == path) {
     throw InputError(fmt::format("{}: only describes a campaign; give the directory that it lies in", path.string()));
   }
+  check_shards_are_there(path);
   std::vector<fs::path> shards = shard_files(path);
   for (const fs::path& shard : shards) {
     with_file(shard, [&](const hdf5::Handle& file) { check_shard_identity(file, stored.info); });

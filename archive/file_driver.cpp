@@ -10,7 +10,6 @@
 
 #include "archive/archive.h"
 #include "archive/files.h"
-#include "archive/seal.h"
 
 namespace graze::hdf5 {
 namespace {
@@ -142,7 +141,7 @@ Handle create_on(int descriptor, DriverStatus& status) {
 
 namespace graze {
 
-void publish_hdf5(const std::filesystem::path& path, const std::function<void(const hdf5::Handle& file)>& fill) {
+Seal publish_hdf5(const std::filesystem::path& path, const std::function<void(const hdf5::Handle& file)>& fill) {
   NewFile target(path);
   {
     const hdf5::Lock lock;
@@ -156,8 +155,10 @@ void publish_hdf5(const std::filesystem::path& path, const std::function<void(co
     }
     if (status.error != 0) fail_writing(path, status.error);
   }
-  if (const int error = seal_file(target.descriptor()); error != 0) fail_writing(path, error);
+  Seal seal;
+  if (const int error = seal_file(target.descriptor(), &seal); error != 0) fail_writing(path, error);
   target.publish();
+  return seal;
 }
 
 }  // namespace graze

@@ -7,12 +7,13 @@
 #include <functional>
 
 #include "archive/hdf5.h"
+#include "archive/seal.h"
 
 namespace graze {
 
 /// A new HDF5 file, sealed, that appears whole or not at all: `fill` writes its content. Takes the library's lock.
-/// Throws MachineError, and what `fill` throws.
-void publish_hdf5(const std::filesystem::path& path, const std::function<void(const hdf5::Handle& file)>& fill);
+/// Throws MachineError, and what `fill` throws. Gives the file's seal.
+Seal publish_hdf5(const std::filesystem::path& path, const std::function<void(const hdf5::Handle& file)>& fill);
 
 namespace hdf5 {
 

@@ -24,9 +24,10 @@ struct FinishedTraces {
 /// Traces of all policies in one shard. Throws InputError.
 std::uint64_t traces_in_shard(const std::filesystem::path& shard, const CampaignInfo& info);
 
-/// Reads all shards. A shard whose seal, structure or campaign does not fit is moved to `damaged/`; leftovers (*.tmp)
-/// are removed. To be called by whoever holds the directory's lock. Throws InputError if the description cannot be
-/// read, MachineError if a damaged shard cannot be moved.
+/// Reads all shards and writes the manifest anew. A shard that the manifest names and that is gone is noted. A shard
+/// whose seal, structure or campaign does not fit is moved to `damaged/`; leftovers (*.tmp) are removed. To be called
+/// by whoever holds the directory's lock. Throws InputError if the description cannot be read, MachineError if a
+/// damaged shard cannot be moved.
 FinishedTraces repair_and_list(const std::filesystem::path& directory, const CampaignInfo& info);
 
 }  // namespace graze

@@ -34,11 +34,11 @@ T load(const std::byte* from) {
 
 std::uint64_t mix(std::uint64_t lane, std::uint64_t input) { return std::rotl(lane + input * kPrime2, 31) * kPrime1; }
 
-std::array<std::byte, kSealBytes> make_seal(std::uint64_t length, std::uint64_t hash) {
+std::array<std::byte, kSealBytes> make_seal(const Seal& seal) {
   std::array<std::byte, kSealBytes> out;
   std::memcpy(out.data(), kMagic.data(), 8);
-  std::memcpy(out.data() + 8, &length, 8);
-  std::memcpy(out.data() + 16, &hash, 8);
+  std::memcpy(out.data() + 8, &seal.bytes, 8);
+  std::memcpy(out.data() + 16, &seal.digest, 8);
   return out;
 }
 
@@ -109,15 +109,17 @@ std::uint64_t Xxh64::digest() const {
   return h ^ (h >> 32);
 }
 
-int seal_file(int descriptor) {
+int seal_file(int descriptor, Seal* made) {
   const off_t length = lseek(descriptor, 0, SEEK_END);
   if (length < 0) return errno;
   Xxh64 hash;
   if (const int error = hash_file(descriptor, static_cast<std::uint64_t>(length), hash); error != 0) return error;
-  return write_all(descriptor, make_seal(static_cast<std::uint64_t>(length), hash.digest()));
+  const Seal seal{static_cast<std::uint64_t>(length), hash.digest()};
+  if (made != nullptr) *made = seal;
+  return write_all(descriptor, make_seal(seal));
 }
 
-void check_seal(const std::filesystem::path& path) {
+Seal check_seal(const std::filesystem::path& path) {
   const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC));
   if (file.number() < 0) refuse(path, fmt::format("cannot be read: {}", std::strerror(errno)));
   if (!begins_as_hdf5(file.number())) refuse(path, "is not an HDF5 file; give a campaign directory or a packed file");
@@ -134,9 +136,11 @@ void check_seal(const std::filesystem::path& path) {
   if (const int error = hash_file(file.number(), length, hash); error != 0) {
     refuse(path, fmt::format("cannot be read: {}", std::strerror(error)));
   }
-  if (found != make_seal(length, hash.digest())) {
+  const Seal seal{length, hash.digest()};
+  if (found != make_seal(seal)) {
     refuse(path, "is damaged: its content does not fit its checksum; take it from a copy, or run the campaign again");
   }
+  return seal;
 }
 
 }  // namespace graze

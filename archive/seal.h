@@ -26,9 +26,16 @@ class Xxh64 {
   std::uint64_t length_ = 0;
 };
 
-/// Reads the file behind `descriptor` from its start and appends the seal. Returns 0 or errno.
-int seal_file(int descriptor);
+/// What a seal says of the bytes before it.
+struct Seal {
+  std::uint64_t bytes = 0, digest = 0;
+  bool operator==(const Seal&) const = default;
+};
+
+/// Reads the file behind `descriptor` from its start and appends the seal, which it gives to `made`. Returns 0 or
+/// errno.
+int seal_file(int descriptor, Seal* made = nullptr);
 /// Throws InputError unless `path` is an HDF5 file with its seal intact.
-void check_seal(const std::filesystem::path& path);
+Seal check_seal(const std::filesystem::path& path);
 
 }  // namespace graze

@@ -172,8 +172,15 @@ void ShardBuffer::add(int policy, std::vector<TraceRecord> traces, const std::ve
   std::move(traces.begin(), traces.end(), std::back_inserter(all));
 }
 
-void ShardBuffer::publish(const std::filesystem::path& path, const CampaignInfo& info) {
-  publish_hdf5(path, [&](const hdf5::Handle& file) { write(file, info); });
+ShardEntry ShardBuffer::publish(const std::filesystem::path& path, const CampaignInfo& info) {
+  const Seal seal = publish_hdf5(path, [&](const hdf5::Handle& file) { write(file, info); });
+  ShardEntry entry{path.filename().string(), seal.bytes, seal.digest, {}};
+  for (std::size_t policy = 0; policy < traces_.size(); ++policy) {
+    const Traces& traces = traces_[policy];  // sorted by now
+    if (traces.empty()) continue;
+    entry.traces.push_back({info.policies[policy], traces.size(), traces.front().particle, traces.back().particle});
+  }
+  return entry;
 }
 
 void ShardBuffer::write(const hdf5::Handle& file, const CampaignInfo& info) {

@@ -7,6 +7,7 @@
 
 #include "archive/archive.h"
 #include "archive/hdf5.h"
+#include "archive/manifest.h"
 
 namespace graze {
 
@@ -19,9 +20,9 @@ class ShardBuffer {
   bool empty() const { return count_ == 0; }
   /// About how much memory is held.
   std::size_t bytes() const { return bytes_; }
-  /// Writes it as a file that appears whole. Sorted by particle: the order of adding leaves no mark. Throws
-  /// MachineError.
-  void publish(const std::filesystem::path& path, const CampaignInfo& info);
+  /// Writes it as a file that appears whole. Sorted by particle: the order of adding leaves no mark. Gives
+  /// what the manifest says of it. Throws MachineError.
+  ShardEntry publish(const std::filesystem::path& path, const CampaignInfo& info);
 
  private:
   void write(const hdf5::Handle& file, const CampaignInfo& info);

@@ -128,6 +128,26 @@ TEST(Resume, PutsDamagedShardsAside) {
   EXPECT_EQ(digests(campaign.folder / "a.graze"), wanted);
 }
 
+TEST(Resume, DoesLostShardsAgain) {
+  const Campaign campaign;
+  ASSERT_EQ(campaign.graze("run ball.yaml -n 40 --quiet -o a.graze").code, 0);
+  const auto wanted = digests(campaign.folder / "a.graze");
+  ASSERT_EQ(campaign.graze("resume a.graze -n 60 --quiet").code, 0);
+  std::filesystem::remove(campaign.folder / "a.graze" / "shards" / "000001.h5");
+  for (const std::string verb : {"score", "status", "pack"}) {
+    const testing::Result refused = campaign.graze(verb + " a.graze");
+    EXPECT_EQ(refused.code, 2) << verb;
+    EXPECT_THAT(refused.err, AllOf(HasSubstr("shards/000001.h5 is gone"), HasSubstr("40 traces of 'still'"),
+                                   HasSubstr("graze resume a.graze")));
+  }
+  const testing::Result mended = campaign.graze("resume a.graze");
+  EXPECT_EQ(mended.code, 0) << mended.err;
+  EXPECT_THAT(mended.err, AllOf(HasSubstr("shards/000001.h5 is gone"), HasSubstr("20 of 60 traces")));
+  const auto now = digests(campaign.folder / "a.graze").at("still");
+  EXPECT_EQ(now.size(), 60u);
+  for (const auto& [particle, digest] : wanted.at("still")) EXPECT_EQ(now.at(particle), digest);
+}
+
 TEST(Resume, OneWriterAtATime) {
   const Campaign campaign;
   ASSERT_EQ(campaign.graze("run ball.yaml -n 20 --quiet -o a.graze").code, 0);
