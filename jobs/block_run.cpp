@@ -71,6 +71,8 @@ struct BlockRun::Impl {
   LaneMask active;
   std::uint64_t steps_done = 0;
   PhaseClock clock;
+  TraceObserver* observer = nullptr;
+  BlockArray requirement_values, objective_values;  // for the observer
 
   Impl(const Scenario& s, const PolicySpec& policy, std::uint64_t seed)
       : scenario(s),
@@ -109,7 +111,9 @@ struct BlockRun::Impl {
     if (keep_telemetry()) add_frame(lane);
     LaneMask fresh;
     fresh.set(lane);
-    finish(judge(fresh));
+    const LaneMask ended = judge(fresh);
+    if (observer) show(fresh);
+    finish(ended);
   }
 
   bool keep_telemetry() const { return scenario.recording.telemetry != Telemetry::none; }
@@ -134,6 +138,15 @@ struct BlockRun::Impl {
     const LaneMask violated = monitor.update(witness_input(LaneMask(of.bits() & ~faulty.bits())));
     const unsigned stopped = scenario.task.stop_at_violation ? violated.bits() : 0;
     return LaneMask(faulty.bits() | over.bits() | stopped);
+  }
+
+  void show(LaneMask some) {
+    monitor.values(witness_input(some), requirement_values, objective_values);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      if (!some[lane]) continue;
+      observer->see({lane, lanes[lane].particle->id, lanes[lane].step, time(lane), *physics, tau, command,
+                     requirement_values, objective_values});
+    }
   }
 
   /// Ends the traces of some lanes.
@@ -220,6 +233,7 @@ struct BlockRun::Impl {
     clock.ended(Phase::events);
     const LaneMask ended = judge(active);
     clock.ended(Phase::witnesses);
+    if (observer) show(active);
     if (keep_telemetry()) add_frames(ended);
     finish(ended);
     clock.ended(Phase::records);
@@ -247,8 +261,9 @@ BlockRun::BlockRun(const Scenario& scenario, const PolicySpec& policy, std::uint
 BlockRun::~BlockRun() = default;
 BlockRun::BlockRun(BlockRun&&) noexcept = default;
 
-std::vector<TraceRecord> BlockRun::run(std::span<const Particle> particles, RunCost* cost) {
+std::vector<TraceRecord> BlockRun::run(std::span<const Particle> particles, RunCost* cost, TraceObserver* observer) {
   Impl& run = *impl_;
+  run.observer = observer;
   std::vector<TraceRecord> records(particles.size());
   for (std::size_t i = 0; i < particles.size(); ++i) records[i].particle = particles[i].id;
   run.steps_done = 0;

@@ -21,6 +21,26 @@ struct RunCost {
   PhaseSeconds seconds{};   // by phase
 };
 
+/// One trace after a physics step, or at its start. Arrays are [quantity][lane] and valid during the call.
+struct StepView {
+  int lane;
+  std::uint32_t particle;
+  std::uint32_t step;              // physics steps done; 0 at the start
+  double time;                     // s
+  const BlockPhysics& physics;     // state and contacts
+  const BlockArray& tau;           // [na], of the step; 0 at the start
+  const ActuatorCommand& command;  // that the step ran under; means nothing at the start
+  const BlockArray& requirements;  // [requirement], witness values
+  const BlockArray& objective;     // [leaf of the objective], witness values
+};
+
+/// Watches traces, step by step, without touching them.
+class TraceObserver {
+ public:
+  virtual ~TraceObserver() = default;
+  virtual void see(const StepView& step) = 0;
+};
+
 /// Simulates blocks of one scenario under one policy. Owned by one thread; reused for many blocks. What a trace comes
 /// out as depends on (scenario, policy, seed, particle) alone.
 class BlockRun {
@@ -30,8 +50,10 @@ class BlockRun {
   ~BlockRun();
   BlockRun(BlockRun&&) noexcept;
 
-  /// One record per particle, in the same order.
-  std::vector<TraceRecord> run(std::span<const Particle> particles, RunCost* cost = nullptr);
+  /// One record per particle, in the same order. `observer` sees every step of every trace; without one nothing is
+  /// gathered for it.
+  std::vector<TraceRecord> run(std::span<const Particle> particles, RunCost* cost = nullptr,
+                               TraceObserver* observer = nullptr);
 
  private:
   struct Impl;

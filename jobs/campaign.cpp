@@ -10,15 +10,10 @@
 
 #include "jobs/block_run.h"
 #include "jobs/hand_out.h"
+#include "jobs/particles.h"
 
 namespace graze {
 namespace {
-
-std::vector<std::string> parameter_paths(const Scenario& scenario) {
-  std::vector<std::string> paths;
-  for (const UncertainParameter& parameter : scenario.space.parameters) paths.push_back(parameter.name);
-  return paths;
-}
 
 /// The particles of one unit of work: those that could be made, and the records of those that could not.
 struct Group {
@@ -27,20 +22,6 @@ struct Group {
   std::vector<TraceRecord> failed;
   std::vector<double> failed_values;
 };
-
-TraceRecord unfabricated(std::uint32_t id, const Scenario& scenario, const std::string& reason) {
-  TraceRecord record;
-  record.particle = id;
-  record.outcome = Outcome::invalid;
-  record.invalid_reason = reason;
-  const double never = std::numeric_limits<double>::quiet_NaN();
-  record.margins.assign(scenario.task.requirements.size(), never);
-  record.first_violations.assign(scenario.task.requirements.size(), never);
-  record.objective_margin = never;
-  record.q.assign(scenario.model.nq, never);
-  record.v.assign(scenario.model.nv, never);
-  return record;
-}
 
 /// Particles per unit of work: a block. Where lanes cost the same whether they are busy or not and traces may end
 /// early, several blocks, so that lanes that have ended can be refilled; but no less than 8 units for each worker.
@@ -89,8 +70,7 @@ class Campaign {
         crew_(crew),
         sink_(sink),
         threads_(options.threads > 0 ? options.threads : default_threads()),
-        sampler_(scenario.space, scenario.design, options.seed, options.particles),
-        fabricator_(scenario.world, parameter_paths(scenario)),
+        source_(scenario, options.seed, options.particles),
         group_(group_size(scenario, options.particles, workers())),
         hand_out_((options.particles + group_ - 1) / group_ * scenario.policies.size(), workers(), kMostUnits) {}
 
@@ -167,9 +147,9 @@ class Campaign {
     for (std::uint64_t i = index * group_; i < end; ++i) {
       if (options_.is_finished && options_.is_finished(policy, i)) continue;
       const auto id = static_cast<std::uint32_t>(i);
-      const std::vector<double> values = sampler_.draw(id);
+      const std::vector<double> values = source_.draw(id);
       try {
-        group.particles.push_back(fabricator_.fabricate(id, values));
+        group.particles.push_back(source_.fabricate(id, values));
         group.values.insert(group.values.end(), values.begin(), values.end());
       } catch (const InputError& error) {
         group.failed.push_back(unfabricated(id, scenario_, error.what()));
@@ -184,8 +164,7 @@ class Campaign {
   Crew& crew_;
   const TraceSink& sink_;
   const int threads_;
-  const Sampler sampler_;
-  const Fabricator fabricator_;
+  const ParticleSource source_;
   const std::uint64_t group_;  // particles per unit of work
   const HandOut hand_out_;
   std::atomic<bool> stopped_{false};

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "archive/finished.h"
+#include "jobs/archived_scenario.h"
 #include "jobs/commands.h"
 #include "jobs/simulate.h"
 
@@ -19,30 +20,6 @@ struct Arguments {
   std::vector<std::string> policies;  // globs of policies to add
   bool json = false, quiet = false;
 };
-
-/// Refuses what could not come out as if it had never been interrupted.
-void check_version(const std::string& directory, const CampaignInfo& info) {
-  if (info.source.inputs.empty()) {
-    throw InputError(
-        fmt::format("{}: was made by graze {}, which did not keep the scenario's files; it cannot be resumed",
-                    directory, info.program_version));
-  }
-  if (info.results_version == results_version()) return;
-  throw InputError(
-      fmt::format("{}: was made by results version {}; this program is {}, whose traces may have other bits. Resume "
-                  "it with that program ({}), or run the scenario anew",
-                  directory, info.results_version, results_version(), info.program_revision));
-}
-
-Scenario reload(const std::string& directory, const CampaignInfo& info) {
-  Scenario scenario = reload_scenario(info.source);
-  if (scenario.sha256 != info.scenario_sha256) {
-    throw InputError(fmt::format("{}: the scenario reads as {} now and as {} when it was run", directory,
-                                 scenario.sha256, info.scenario_sha256));
-  }
-  scenario.seed = info.seed;
-  return scenario;
-}
 
 /// As many as before, or more.
 std::uint64_t number_of_particles(const Arguments& arguments, const CampaignInfo& info) {
@@ -79,9 +56,9 @@ int resume(const Arguments& arguments) {
                                  std::filesystem::exists(directory) ? "; a packed archive is complete" : ""));
   }
   const CampaignInfo before = read_description(directory);
-  check_version(directory, before);
-  const InputReplay inputs(before.source.inputs, before.source.folder);
-  Scenario scenario = reload(directory, before);
+  check_results_version(directory, before, "resume it with that program, or run the scenario anew");
+  const ArchivedScenario archived(directory, before, "it cannot be resumed");
+  Scenario scenario = archived.scenario();
   choose(scenario, before, arguments.policies);
   CampaignOptions options;
   options.particles = number_of_particles(arguments, before);

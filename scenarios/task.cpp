@@ -99,7 +99,10 @@ class TaskReader {
       return inner_node(inner, settings.at(inner));
     }
     Objective out;
-    out.witness = the_witness(settings, timing).witness;
+    const ReadWitness witness = the_witness(settings, timing);
+    out.witness = witness.witness;
+    out.description = witness.description;
+    out.unit = witness.unit;
     read_timing(settings, out);
     return out;
   }
@@ -164,6 +167,12 @@ void lower(double* row, const double* value, unsigned lanes, double sign = 1) {
 
 }  // namespace
 
+std::vector<const Objective*> leaves(const Objective& objective) {
+  std::vector<const Objective*> out;
+  collect_leaves(objective, out);
+  return out;
+}
+
 Task read_task(const Settings& settings, const Model& nominal) {
   settings.allow(keys_of("task"));
   const TaskReader reader(nominal);
@@ -179,8 +188,7 @@ Task read_task(const Settings& settings, const Model& nominal) {
   return task;
 }
 
-TaskMonitor::TaskMonitor(const Task& task) : task_(&task) {
-  collect_leaves(task.objective, leaves_);
+TaskMonitor::TaskMonitor(const Task& task) : task_(&task), leaves_(leaves(task.objective)) {
   for (const Requirement& one : task.requirements) {
     watched_.push_back({one.witness.get(), BlockArray(one.witness->numbers())});
   }
@@ -223,6 +231,17 @@ LaneMask TaskMonitor::update(const WitnessInput& input) {
   LaneMask out;
   for (int lane = 0; lane < kLanes; ++lane) out.set(lane, input.lanes[lane] && violated_[lane] >= 0);
   return out;
+}
+
+void TaskMonitor::values(const WitnessInput& input, BlockArray& requirements, BlockArray& objective) const {
+  requirements = BlockArray(static_cast<int>(watched_.size()));
+  objective = BlockArray(static_cast<int>(judging_.size()));
+  for (int i = 0; i < requirements.rows(); ++i) {
+    watched_[i].witness->evaluate(input, watched_[i].own, requirements.row(i));
+  }
+  for (int i = 0; i < objective.rows(); ++i) {
+    judging_[i].witness->evaluate(input, judging_[i].own, objective.row(i));
+  }
 }
 
 void TaskMonitor::note_violations(int requirement, unsigned lanes, const WitnessInput& input) {

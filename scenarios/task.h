@@ -58,6 +58,7 @@ struct Objective {
   std::string name;
   Window window;
   std::shared_ptr<const Witness> witness;  // leaves
+  std::string description, unit;           // of a leaf's witness
   std::vector<Objective> parts;            // inner nodes
 };
 
@@ -66,6 +67,9 @@ struct Task {
   Objective objective;
   bool stop_at_violation = true;  // a trace ends at its first violated requirement
 };
+
+/// The nodes that have a witness, in the order in which TaskMonitor::values gives theirs.
+std::vector<const Objective*> leaves(const Objective& objective);
 
 /// Reads `requirements` (map name -> witness) and `objective` (map with one name -> predicate, or the predicate
 /// itself). Names are checked against the model: a pattern that matches nothing is refused with the nearest name.
@@ -82,6 +86,9 @@ class TaskMonitor {
   void start(int lane, const Model& model);
   /// After each step (and once at t = 0). Returns the lanes in which a requirement is violated now or was before.
   LaneMask update(const WitnessInput& input);
+  /// The witnesses of requirements and of the objective's leaves, a row each, whatever their windows say. Has no effect
+  /// on the judgement.
+  void values(const WitnessInput& input, BlockArray& requirements, BlockArray& objective) const;
   /// At the end of the traces in `input.lanes`, whose last update has been made: judges what counts at the end.
   void finish(const WitnessInput& input);
   /// Of a trace that is finished.

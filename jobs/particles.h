@@ -1,0 +1,33 @@
+#pragma once
+// The particles of a campaign: drawn, fabricated, or the record that says why one could not be.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "archive/trace.h"
+#include "scenarios/scenario.h"
+
+namespace graze {
+
+/// Thread-safe.
+class ParticleSource {
+ public:
+  /// `count`: particles of the campaign, which a Latin hypercube depends on.
+  ParticleSource(const Scenario& scenario, std::uint64_t seed, std::uint64_t count);
+  /// Persistent values [parameter], in the order of the scenario's space.
+  std::vector<double> draw(std::uint32_t id) const { return sampler_.draw(id); }
+  /// Throws InputError that names the parameter if a value is impossible.
+  Particle fabricate(std::uint32_t id, const std::vector<double>& values) const {
+    return fabricator_.fabricate(id, values);
+  }
+
+ private:
+  Sampler sampler_;
+  Fabricator fabricator_;
+};
+
+/// The trace of a particle that could not be fabricated: invalid, NaN where there is nothing to tell.
+TraceRecord unfabricated(std::uint32_t id, const Scenario& scenario, const std::string& reason);
+
+}  // namespace graze

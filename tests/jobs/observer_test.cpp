@@ -1,0 +1,88 @@
+// Claim: whoever watches a block sees every step of every trace, at whatever time and in whatever lane it runs, with
+// the numbers that it is judged by; and watching changes nothing.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+
+#include "jobs/block_run.h"
+#include "jobs/particles.h"
+#include "tests/jobs/program.h"
+
+namespace graze {
+namespace {
+
+/// What an observer saw of one trace.
+struct Seen {
+  std::vector<std::uint32_t> steps;
+  double time = -1;
+  std::vector<double> q, v, least;  // of the last step, and the least of each requirement's witness
+  std::vector<double> objective;
+};
+
+std::vector<double> column(const BlockArray& array, int lane) {
+  std::vector<double> out;
+  for (int i = 0; i < array.rows(); ++i) out.push_back(array(i, lane));
+  return out;
+}
+
+class Watcher : public TraceObserver {
+ public:
+  void see(const StepView& step) override {
+    Seen& seen = traces[step.particle];
+    seen.steps.push_back(step.step);
+    seen.time = step.time;
+    seen.q = column(step.physics.state().q, step.lane);
+    seen.v = column(step.physics.state().v, step.lane);
+    seen.objective = column(step.objective, step.lane);
+    const std::vector<double> now = column(step.requirements, step.lane);
+    if (seen.least.empty()) seen.least = now;
+    for (std::size_t i = 0; i < now.size(); ++i) seen.least[i] = std::min(seen.least[i], now[i]);
+  }
+  std::map<std::uint32_t, Seen> traces;
+};
+
+/// The curb on a back end; traces end one by one, so that lanes are refilled.
+Scenario scenario_on(const std::string& physics) {
+  ScenarioOptions options;
+  options.overrides = {{"physics", physics},
+                       {"time.end", "60 ms"},
+                       {"task.stop_at_violation", "true"},
+                       {"task.requirements.level", "{height: {link: BODY0, above: 17.5 cm}}"}};
+  if (physics == "bullet") options.overrides.push_back({"uncertain.contact.model", "{choice: [dantzig]}"});
+  return load_scenario(testing::data("scenarios/quadruped_curb.yaml"), options);
+}
+
+void check(const std::string& physics) {
+  const Scenario scenario = scenario_on(physics);
+  const ParticleSource source(scenario, 3, 21);
+  std::vector<Particle> particles;
+  for (std::uint32_t i = 0; i < 21; ++i) particles.push_back(source.fabricate(i, source.draw(i)));
+  BlockRun run(scenario, scenario.policies.back(), 3);
+  const std::vector<TraceRecord> unwatched = run.run(particles);
+  Watcher watcher;
+  const std::vector<TraceRecord> watched = run.run(particles, nullptr, &watcher);
+  ASSERT_EQ(watcher.traces.size(), particles.size());
+  std::map<double, int> ends;
+  for (std::size_t i = 0; i < watched.size(); ++i) {
+    const TraceRecord& trace = watched[i];
+    EXPECT_EQ(trace.digest, unwatched[i].digest);
+    EXPECT_EQ(trace.margins, unwatched[i].margins);
+    const Seen& seen = watcher.traces.at(trace.particle);
+    EXPECT_EQ(seen.time, trace.end_time);
+    for (std::uint32_t k = 0; k < seen.steps.size(); ++k) ASSERT_EQ(seen.steps[k], k);
+    EXPECT_EQ(seen.steps.size() - 1, std::lround(trace.end_time / scenario.timing.step));
+    EXPECT_EQ(seen.q, trace.q);
+    EXPECT_EQ(seen.v, trace.v);
+    EXPECT_EQ(seen.least, trace.margins) << "no requirement of the curb has a window";
+    EXPECT_EQ(seen.objective.size(), leaves(scenario.task.objective).size());
+    ++ends[trace.end_time];
+  }
+  EXPECT_GT(ends.size(), 2u) << "the traces are meant to end at different times";
+}
+
+TEST(Observer, SeesEveryStepOnLanes) { check("lanes"); }
+TEST(Observer, SeesEveryStepOnBullet) { check("bullet"); }
+
+}  // namespace
+}  // namespace graze
