@@ -36,6 +36,14 @@ std::string policy_table(const std::vector<PolicyScore>& policies) {
   return text_table(rows, 1);
 }
 
+std::string answer_table(const Score& score) {
+  Rows rows = {{"question", "policy", "answer", "N", fmt::format("{:g} % sequence", 100 * score.confidence)}};
+  for (const Answer& a : score.answers) {
+    rows.push_back({a.question, a.policy, a.verdict, std::to_string(a.n), interval_text(a.interval)});
+  }
+  return text_table(rows, 3);
+}
+
 std::string requirement_table(const Score& score) {
   Rows rows = {{"policy"}};
   rows[0].insert(rows[0].end(), score.requirements.begin(), score.requirements.end());
@@ -77,6 +85,14 @@ Json json_of(const PolicyScore& p, const std::vector<std::string>& requirements)
           {"interval", json_of(p.interval)}};
 }
 
+Json json_of(const Answer& a) {
+  return {{"question", a.question},
+          {"policy", a.policy},
+          {"answer", a.verdict},
+          {"n", a.n},
+          {"interval", json_of(a.interval)}};
+}
+
 Json json_of(const PairedComparison& p) {
   return {{"a", p.a},
           {"b", p.b},
@@ -96,6 +112,9 @@ std::string format_score(const Score& score) {
   std::string out = score.campaign;
   out.append(score.complete ? "\n" : " (INCOMPLETE: not all traces have been simulated)\n");
   out.append("\n").append(policy_table(score.policies));
+  if (!score.answers.empty()) {
+    out.append(fmt::format("\nAsked by --until; {} particles\n", score.particles)).append(answer_table(score));
+  }
   if (!score.requirements.empty()) {
     out.append("\nKnown failures by the requirement that was violated first\n").append(requirement_table(score));
   }
@@ -110,6 +129,12 @@ std::string score_json(const Score& score) {
                {"requirements", score.requirements}, {"policies", Json::array()},  {"pairs", Json::array()}};
   for (const PolicyScore& policy : score.policies) json["policies"].push_back(json_of(policy, score.requirements));
   for (const PairedComparison& pair : score.pairs) json["pairs"].push_back(json_of(pair));
+  json["interval_method"] = score.stopped_by_question ? "confidence_sequence" : "clopper_pearson";
+  json["particles"] = score.particles;
+  if (score.stopped_by_question) {
+    json["until"] = {{"confidence", score.confidence}, {"answers", Json::array()}};
+    for (const Answer& answer : score.answers) json["until"]["answers"].push_back(json_of(answer));
+  }
   return json.dump(2, ' ', false, Json::error_handler_t::replace);
 }
 

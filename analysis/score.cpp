@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "analysis/proportions.h"
+#include "analysis/sequential.h"
 
 namespace graze {
 namespace {
@@ -61,6 +62,24 @@ PairedComparison compare(const TraceTable& a, const TraceTable& b) {
   return pair;
 }
 
+/// The size of the campaign was found by looking: only the confidence sequence holds then, and it answers the
+/// questions.
+void answer_questions(const CampaignInfo& info, Score& out) {
+  const std::vector<Question> questions = questions_of(info);
+  out.stopped_by_question = !questions.empty();
+  out.confidence = info.until.confidence;
+  for (PolicyScore& policy : out.policies) {
+    if (out.stopped_by_question) policy.interval = confidence_sequence(policy.success, policy.n);
+    if (!out.complete) continue;  // what is there is not the first particles
+    const Interval interval = confidence_sequence(policy.success, policy.n, out.confidence);
+    for (const Question& question : questions) {
+      if (!matches(question.selector, policy.policy)) continue;
+      out.answers.push_back(
+          {question.text, policy.policy, verdict_name(judge(question, interval)), policy.n, interval});
+    }
+  }
+}
+
 }  // namespace
 
 Score score(const Archive& archive) {
@@ -68,10 +87,12 @@ Score score(const Archive& archive) {
   Score out;
   out.campaign = info.scenario_name;
   out.complete = archive.complete();
+  out.particles = info.particles;
   for (const auto& requirement : info.requirements) out.requirements.push_back(requirement.name);
   std::vector<TraceTable> tables;
   for (const std::string& policy : info.policies) tables.push_back(archive.traces(policy));
   for (const TraceTable& table : tables) out.policies.push_back(score_policy(table, out.requirements.size()));
+  answer_questions(info, out);
   for (std::size_t i = 0; i < tables.size(); ++i) {
     for (std::size_t k = i + 1; k < tables.size(); ++k) out.pairs.push_back(compare(tables[i], tables[k]));
   }

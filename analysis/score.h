@@ -26,7 +26,7 @@ struct PolicyScore {
   std::vector<std::uint64_t> by_requirement;  // known failures, by the requirement that was violated first
   std::uint64_t objective_met = 0;            // valid traces that met the objective, whatever they violated on the way
   double rate = 0;                            // success / n; NaN if n = 0
-  Interval interval;                          // Clopper-Pearson, 95 %
+  Interval interval;  // 95 %: Clopper-Pearson, or the confidence sequence if --until chose the number of particles
 };
 
 /// Policies a and b on the particles for which both traces are valid.
@@ -38,12 +38,23 @@ struct PairedComparison {
   double p_value = 1;     // McNemar, exact
 };
 
+/// What became of one question of --until for one policy.
+struct Answer {
+  std::string question, policy, verdict;  // "holds", "refuted", "undecided"
+  std::uint64_t n = 0;                    // valid traces
+  Interval interval;                      // of the confidence sequence, at the questions' confidence
+};
+
 struct Score {
   std::string campaign;
   std::vector<std::string> requirements;
   std::vector<PolicyScore> policies;
   std::vector<PairedComparison> pairs;
   bool complete = true;
+  std::uint64_t particles = 0;       // of the campaign; with --until those that it stopped at
+  bool stopped_by_question = false;  // --until chose the number of particles: intervals are of the confidence sequence
+  double confidence = 0.95;          // of the answers
+  std::vector<Answer> answers;       // of a complete campaign with --until
 };
 
 Score score(const Archive& archive);

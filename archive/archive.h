@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -24,12 +23,21 @@ class MachineError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// A campaign that stops by itself: what it was asked (graze run --until). No questions: it has a fixed size.
+struct UntilInfo {
+  std::vector<std::string> questions;
+  double confidence = 0.95;
+  std::uint64_t most = 0;         // particles at most (-n)
+  std::uint64_t least = 0;        // no answer is taken from fewer particles
+  std::uint64_t answered_at = 0;  // particles that answered all questions; 0: not answered
+};
+
 /// Facts of a campaign that do not depend on its traces.
 struct CampaignInfo {
   std::string scenario_name, scenario_text, scenario_sha256, command_line, start_time;  // ISO 8601, UTC
   std::string program_version, program_revision, physics, design;
   std::uint64_t seed = 0;
-  std::uint64_t particles = 0;            // asked for
+  std::uint64_t particles = 0;            // asked for, or what --until stopped at; traces beyond do not count
   double step = 0, control = 0, end = 0;  // s
   struct ParameterRow {
     std::string name, unit, distribution, jitter;
@@ -48,7 +56,8 @@ struct CampaignInfo {
   std::vector<std::string> q_names, v_names, actuator_names;  // columns of states and telemetry: "base.qw", "LF_X_1"
   bool store_values = true;                                   // /particles/values is kept
   std::string results_version;  // of the sources that bits depend on; empty in archives that do not know it
-  ScenarioSource source;        // every file that the scenario was read from; empty in archives without
+  UntilInfo until;
+  ScenarioSource source;  // every file that the scenario was read from; empty in archives without
 };
 
 /// Names what this program computes: programs of the same results version give the same bits ("0.1.0+3f2a…").
@@ -71,8 +80,9 @@ class CampaignWriter {
   /// traces. Buffered; a shard is written when enough has gathered. Throws MachineError (disk full, …): what is on disk
   /// stays.
   void append(int policy, std::vector<TraceRecord> traces, std::vector<double> values);
-  /// Writes what is buffered; marks the campaign complete unless it was stopped early.
-  void finish(bool complete = true);
+  /// Writes what is buffered; marks the campaign complete unless it was stopped early. `answered_at`: so many particles
+  /// answered its questions (info.until), and it has no more than these from now on; 0: all that were asked for.
+  void finish(bool complete = true, std::uint64_t answered_at = 0);
   const std::filesystem::path& directory() const;
 
  private:
@@ -94,7 +104,14 @@ struct TraceTable {
   std::size_t size() const { return particle.size(); }
 };
 
-/// Reads a campaign directory or a packed file.
+/// How the traces of one policy ended, in order of particle id.
+struct OutcomeTable {
+  std::vector<std::uint32_t> particle;
+  std::vector<Outcome> outcome;
+};
+
+/// Reads a campaign directory or a packed file. Traces of particles beyond info().particles (work that ran ahead of
+/// --until) are not among what it gives.
 class Archive {
  public:
   /// Throws InputError: not there, not HDF5, cut short, not a Graze archive, made by a newer format (both versions
@@ -106,9 +123,7 @@ class Archive {
   bool complete() const;
   /// By policy name; empty table if it has no traces yet.
   TraceTable traces(const std::string& policy) const;
-  /// One trace with its events, without telemetry and contact sequence; none if it is not there. Reads that trace
-  /// alone.
-  std::optional<TraceRecord> trace(const std::string& policy, std::uint32_t particle) const;
+  OutcomeTable outcomes(const std::string& policy) const;
   /// Persistent values of one particle, in the order of info().parameters; empty when they are not stored.
   std::vector<double> particle_values(std::uint32_t particle) const;
   /// Events of all traces of a policy: one vector per row of traces(policy).

@@ -158,9 +158,11 @@ void CampaignDirectory::add_shard(ShardBuffer shard) {
   manifest_->append(entry);
 }
 
-void CampaignDirectory::complete() {
+void CampaignDirectory::complete(std::uint64_t answered_at) {
   manifest_.reset();
   replace_manifest(path_, read_manifest(path_));
+  info_.until.answered_at = answered_at;
+  if (answered_at > 0) info_.particles = answered_at;
   describe(path_, info_, true);
   keep();
 }

@@ -35,8 +35,9 @@ class CampaignDirectory {
   const CampaignInfo& info() const { return info_; }
   /// Writes it under its name, then tells the manifest.
   void add_shard(ShardBuffer shard);
-  /// Makes one file of the manifest and writes campaign.h5 anew, marked complete.
-  void complete();
+  /// Makes one file of the manifest and writes campaign.h5 anew, marked complete; `answered_at` as
+  /// CampaignWriter::finish.
+  void complete(std::uint64_t answered_at = 0);
 
  private:
   void keep();              // from now on the new campaign counts: the old one is removed

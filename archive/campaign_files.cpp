@@ -53,7 +53,8 @@ void check_shards_are_there(const fs::path& directory) {
 CampaignFiles open_campaign(const fs::path& path) {
   const fs::path description = description_of(path);
   StoredInfo stored = with_file(description, [](const hdf5::Handle& file) { return read_info(file); });
-  if (stored.layout == Layout::packed) return {std::move(stored), Parts({description})};
+  const std::uint64_t particles = stored.info.particles;
+  if (stored.layout == Layout::packed) return {std::move(stored), Parts({description}, particles)};
   if (description == path) {
     throw InputError(fmt::format("{}: only describes a campaign; give the directory that it lies in", path.string()));
   }
@@ -62,7 +63,7 @@ CampaignFiles open_campaign(const fs::path& path) {
   for (const fs::path& shard : shards) {
     with_file(shard, [&](const hdf5::Handle& file) { check_shard_identity(file, stored.info); });
   }
-  return {std::move(stored), Parts(std::move(shards))};
+  return {std::move(stored), Parts(std::move(shards), particles)};
 }
 
 CampaignInfo read_description(const fs::path& directory) {

@@ -97,6 +97,7 @@ FinishedTraces repair_and_list(const fs::path& directory, const CampaignInfo& in
     for (const auto& [policy, particles] : content.particles) {
       std::vector<bool>& done = out.done[policy];
       for (const std::uint32_t particle : particles) {
+        if (particle >= info.particles) continue;  // ran ahead of --until, and does not count
         if (particle >= done.size()) done.resize(std::size_t{particle} + 1);
         if (!done[particle]) ++out.count;
         done[particle] = true;

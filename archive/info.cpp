@@ -1,8 +1,10 @@
 #include "archive/info.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <sstream>
 
 #include "archive/schema.h"
 
@@ -165,6 +167,30 @@ void each_number(Info& info, const Do& act) {
   act("end", info.end);
 }
 
+void write_until(const Handle& file, const UntilInfo& until) {
+  if (until.questions.empty()) return;
+  const hid_t root = file.id();
+  hdf5::write_attribute(root, "until", fmt::format("{}", fmt::join(until.questions, "\n")));
+  hdf5::write_attribute(root, "until_confidence", until.confidence);
+  hdf5::write_attribute(root, "until_most", until.most);
+  hdf5::write_attribute(root, "until_least", until.least);
+  hdf5::write_attribute(root, "until_answered_at", until.answered_at);
+}
+
+UntilInfo read_until(const Handle& file) {
+  const hid_t root = file.id();
+  UntilInfo until;
+  if (!hdf5::has_attribute(root, "until")) return until;
+  std::istringstream lines(hdf5::read_text(root, "until"));
+  for (std::string line; std::getline(lines, line);) until.questions.push_back(line);
+  until.confidence = hdf5::read_number(root, "until_confidence");
+  if (!(until.confidence > 0 && until.confidence < 1)) throw hdf5::Error("until_confidence is not within (0, 1)");
+  until.most = hdf5::read_count(root, "until_most");
+  until.least = hdf5::read_count(root, "until_least");
+  until.answered_at = hdf5::read_count(root, "until_answered_at");
+  return until;
+}
+
 template <class Info, class Do>
 void each_list(Info& info, const Do& act) {
   act("policies/name", info.policies);
@@ -214,6 +240,7 @@ void write_info_attributes(const Handle& file, const CampaignInfo& info, Layout 
   hdf5::write_attribute(root, "particles", info.particles);
   hdf5::write_attribute(root, "store_values", std::uint64_t{info.store_values});
   hdf5::write_attribute(root, "results_version", info.results_version);
+  write_until(file, info.until);
 }
 
 void write_info(const Handle& file, const CampaignInfo& info, Layout layout, bool complete) {
@@ -243,6 +270,7 @@ StoredInfo read_info(const Handle& file) {
   info.store_values = hdf5::read_count(root, "store_values") != 0;
   each_list(info, [&](const char* path, auto& list) { list = hdf5::read_strings(root, path); });
   if (hdf5::has_attribute(root, "results_version")) info.results_version = hdf5::read_text(root, "results_version");
+  info.until = read_until(file);
   info.source = read_source(file, bytes);
   info.parameters = read_parameters(file, bytes);
   info.requirements.resize(hdf5::read_strings(root, "requirements/name").size());

@@ -239,7 +239,7 @@ void pack(const std::filesystem::path& directory, const std::filesystem::path& f
     Packer(files, out).pack();
   });
   const hdf5::Lock lock;  // closes the shards
-  files.parts = Parts({});
+  files.parts = Parts({}, 0);
 }
 
 }  // namespace graze

@@ -98,6 +98,7 @@ std::vector<RowRef> Parts::traces(const std::string& policy) {
     const auto particle = file.read<std::uint32_t>(group, schema::particle(), count);
     const auto digest = file.read<std::uint64_t>(group, schema::digest(), count);
     for (std::uint64_t row = 0; row < count; ++row) {
+      if (particle[row] >= particles_) continue;
       rows.push_back({{particle[row], static_cast<std::uint32_t>(part), row}, digest[row]});
     }
   }
@@ -126,6 +127,7 @@ std::vector<RowRef> Parts::particles() {
     const std::uint64_t count = file.column(schema::kParticles, schema::particle()).rows();
     const auto particle = file.read<std::uint32_t>(schema::kParticles, schema::particle(), count);
     for (std::uint64_t row = 0; row < count; ++row) {
+      if (particle[row] >= particles_) continue;
       rows.push_back({particle[row], static_cast<std::uint32_t>(part), row});
     }
   }

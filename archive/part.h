@@ -64,7 +64,9 @@ struct RowRef {
 /// All parts of a campaign. Keeps a few of them open. Needs the library's lock.
 class Parts {
  public:
-  explicit Parts(std::vector<std::filesystem::path> files) : files_(std::move(files)), open_(files_.size()) {}
+  /// `particles`: how many the campaign has; rows of particles beyond are passed over.
+  Parts(std::vector<std::filesystem::path> files, std::uint64_t particles)
+      : files_(std::move(files)), open_(files_.size()), particles_(particles) {}
   std::size_t size() const { return files_.size(); }
   OpenPart& open(std::size_t part);
 
@@ -78,6 +80,7 @@ class Parts {
   std::vector<std::filesystem::path> files_;
   std::vector<std::optional<OpenPart>> open_;
   std::size_t opened_ = 0;
+  std::uint64_t particles_;
 };
 
 }  // namespace graze

@@ -79,7 +79,7 @@ void CampaignWriter::append(int policy, std::vector<TraceRecord> traces, std::ve
   if (due) impl_->write(std::move(*due));
 }
 
-void CampaignWriter::finish(bool complete) {
+void CampaignWriter::finish(bool complete, std::uint64_t answered_at) {
   std::optional<ShardBuffer> rest;
   {
     const std::lock_guard guard(impl_->adding);
@@ -87,7 +87,7 @@ void CampaignWriter::finish(bool complete) {
   }
   if (rest) impl_->write(std::move(*rest));
   const std::lock_guard guard(impl_->writing);
-  if (complete && !impl_->failed) impl_->directory.complete();
+  if (complete && !impl_->failed) impl_->directory.complete(answered_at);
 }
 
 const std::filesystem::path& CampaignWriter::directory() const { return impl_->directory.path(); }

@@ -72,7 +72,8 @@ class Campaign {
         threads_(options.threads > 0 ? options.threads : default_threads()),
         source_(scenario, options.seed, options.particles),
         group_(group_size(scenario, options.particles, workers())),
-        hand_out_((options.particles + group_ - 1) / group_ * scenario.policies.size(), workers(), kMostUnits) {}
+        hand_out_((options.particles + group_ - 1) / group_ * scenario.policies.size(), workers(),
+                  options.looks ? 1 : kMostUnits) {}
 
   bool run() {
     std::vector<std::thread> threads;
@@ -80,7 +81,7 @@ class Campaign {
     work();
     for (std::thread& thread : threads) thread.join();
     if (error_) std::rethrow_exception(error_);
-    return !stopped_;
+    return !stopped_ || (options_.looks && options_.looks->answered_at() > 0);
   }
 
  private:
@@ -137,6 +138,7 @@ class Campaign {
     std::move(group.failed.begin(), group.failed.end(), std::back_inserter(records));
     group.values.insert(group.values.end(), group.failed_values.begin(), group.failed_values.end());
     tally.count(records, cost);
+    if (options_.looks && options_.looks->count(policy, records)) stop();
     sink_(policy, std::move(records), std::move(group.values));
   }
 

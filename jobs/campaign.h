@@ -9,6 +9,7 @@
 
 #include "archive/archive.h"
 #include "jobs/crew.h"
+#include "jobs/until.h"
 #include "scenarios/scenario.h"
 
 namespace graze {
@@ -21,6 +22,7 @@ struct CampaignOptions {
   const std::atomic<bool>* stop = nullptr;  // set from outside: finish the blocks under way, start no more
   std::uint64_t finished = 0;               // traces that are there already
   std::function<bool(const std::string& policy, std::uint64_t particle)> is_finished;  // which; none: null
+  Looks* looks = nullptr;  // ends the campaign when its questions are answered; none: null
 };
 
 /// How far the whole crew is.
@@ -34,8 +36,9 @@ CampaignProgress progress_of(Crew& crew);
 using TraceSink = std::function<void(int policy, std::vector<TraceRecord> traces, std::vector<double> values)>;
 
 /// Runs this process's share of everything; all ranks of the crew call it. Returns true if no work was left undone,
-/// false if it was stopped (here or elsewhere). The first exception of a sink or a block ends the campaign of all ranks
-/// and is rethrown here; a particle that cannot be fabricated becomes an `invalid` trace.
+/// or the questions of --until are answered, false if it was stopped (here or elsewhere). The first exception of a sink
+/// or a block ends the campaign of all ranks and is rethrown here; a particle that cannot be fabricated becomes an
+/// `invalid` trace.
 bool run_campaign(const Scenario& scenario, const CampaignOptions& options, Crew& crew, const TraceSink& sink);
 
 }  // namespace graze

@@ -49,6 +49,17 @@ void choose(Scenario& scenario, const CampaignInfo& info, const std::vector<std:
   std::erase_if(scenario.policies, [&](const PolicySpec& policy) { return !kept(policy); });
 }
 
+/// A campaign that was stopped goes on with its questions. One that has its answers gets the number of particles that
+/// it is asked for, and its questions are answered from these.
+UntilInfo ask_again(const CampaignInfo& before, std::uint64_t particles) {
+  UntilInfo until = before.until;
+  if (until.questions.empty()) return until;
+  until.most = particles;
+  if (until.answered_at > 0) until.least = particles;
+  until.answered_at = 0;
+  return until;
+}
+
 int resume(const Arguments& arguments) {
   const std::string& directory = arguments.directory;
   if (!std::filesystem::is_directory(directory)) {
@@ -66,6 +77,7 @@ int resume(const Arguments& arguments) {
   options.threads = arguments.threads;
   CampaignInfo info = describe_campaign(scenario, options.particles, before.command_line);
   info.start_time = before.start_time;
+  info.until = ask_again(before, options.particles);
   info.program_revision = before.program_revision;
   CampaignWriter writer(directory, info, CampaignWriter::Existing{});
   const FinishedTraces finished = repair_and_list(directory, info);
@@ -78,8 +90,7 @@ int resume(const Arguments& arguments) {
     spdlog::info("{}: {} of {} traces are there", directory, finished.count,
                  options.particles * scenario.policies.size());
   }
-  simulate_into(writer, scenario, options, {arguments.json, arguments.quiet});
-  return kDone;
+  return simulate_into(writer, scenario, options, info, {arguments.json, arguments.quiet});
 }
 
 }  // namespace

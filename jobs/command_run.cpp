@@ -17,6 +17,8 @@ struct Arguments {
   DrawArguments draw;
   int threads = 0;
   std::vector<std::string> policies;
+  std::vector<std::string> until;
+  std::string confidence;
   std::string output;
   bool force = false, json = false, quiet = false;
   std::string command_line;
@@ -39,24 +41,50 @@ Destination destination(const Arguments& arguments, const Scenario& scenario) {
   return {fs::path(output).replace_extension(".graze"), output};
 }
 
+/// Checks the questions of --until against the scenario; gives what the archive keeps of them.
+UntilInfo ask(const Arguments& arguments, Scenario& scenario) {
+  UntilInfo out;
+  if (arguments.until.empty()) {
+    if (!arguments.confidence.empty()) throw InputError("--confidence is that of the answers to --until; give both");
+    return out;
+  }
+  std::vector<Question> questions;
+  for (const std::string& text : arguments.until) questions.push_back(parse_question(text, "--until"));
+  std::vector<std::string> policies;
+  for (const PolicySpec& policy : scenario.policies) policies.push_back(policy.name);
+  check_selectors(questions, policies);
+  if (scenario.design == Design::latin_hypercube) {
+    throw InputError(
+        "--until: a Latin hypercube is one for the number of particles that was asked for, its first particles are "
+        "none; use --set sampling.design=random (or sobol)");
+  }
+  for (const Question& question : questions) out.questions.push_back(question.text);
+  if (!arguments.confidence.empty()) out.confidence = parse_fraction(arguments.confidence, "--confidence");
+  if (arguments.draw.particles == 0) scenario.particles = kMostParticles;
+  out.most = scenario.particles;
+  return out;
+}
+
 int run(const Arguments& arguments) {
   Scenario scenario = arguments.scenario.load();
   arguments.draw.apply_to(scenario);
   choose_policies(scenario, arguments.policies);
+  const UntilInfo until = ask(arguments, scenario);
   CampaignOptions options;
   options.particles = scenario.particles;
   options.seed = scenario.seed;
   options.threads = arguments.threads;
   const Destination out = destination(arguments, scenario);
-  CampaignWriter writer(out.directory, describe_campaign(scenario, options.particles, arguments.command_line),
-                        arguments.force);
-  simulate_into(writer, scenario, options, {arguments.json, arguments.quiet});
+  CampaignInfo info = describe_campaign(scenario, options.particles, arguments.command_line);
+  info.until = until;
+  CampaignWriter writer(out.directory, info, arguments.force);
+  const ExitCode code = simulate_into(writer, scenario, options, info, {arguments.json, arguments.quiet});
   if (out.packed) {
     pack(out.directory, *out.packed, arguments.force);
     std::filesystem::remove_all(out.directory);
   }
   if (!arguments.quiet) spdlog::info("archive: {}", (out.packed ? *out.packed : out.directory).string());
-  return kDone;
+  return code;
 }
 
 }  // namespace
@@ -67,7 +95,9 @@ void add_run(CLI::App& app, Action& action, const std::string& command_line) {
   CLI::App* verb = add_verb(app, "run", "Simulate a campaign, write its archive, print its table",
                             "  graze run data/scenarios/quadruped_curb.yaml -n 100\n"
                             "  graze run my.yaml -n 1000 --threads 8 --seed 7 -o out/first.graze\n"
-                            "  graze run my.yaml --policy 'step/4cm' --set time.end='2 s' -o one.h5\n");
+                            "  graze run my.yaml --policy 'step/4cm' --set time.end='2 s' -o one.h5\n"
+                            "  graze run my.yaml --until 'p >= 0.95' -n 5000       # exit 0 holds, 1 refuted, 4 open\n"
+                            "  graze run my.yaml --until 'ci < 2 %' --until 'step/4cm: p >= 0.9' --confidence 99%\n");
   arguments->scenario.add_to(*verb);
   arguments->draw.add_to(*verb);
   verb->add_option("--threads", arguments->threads, "Threads; 0: all of this machine's")
@@ -75,6 +105,13 @@ void add_run(CLI::App& app, Action& action, const std::string& command_line) {
       ->capture_default_str();
   verb->add_option("--policy", arguments->policies, "Only these policies (globs; may be repeated)")
       ->allow_extra_args(false);
+  verb->add_option("--until", arguments->until,
+                   "Stop as soon as this is answered: '[POLICY:] p >= RATE', 'p < RATE' or 'ci < WIDTH' (may be "
+                   "repeated: all of them); -n is then the most particles (default 1,000,000)")
+      ->type_name("QUESTION")
+      ->allow_extra_args(false);
+  verb->add_option("--confidence", arguments->confidence, "Of the answers to --until (default: 95%)")
+      ->type_name("FRACTION");
   verb->add_option("-o,--output", arguments->output,
                    "Campaign directory, or a file ending in .h5 to be packed into (default: SCENARIO.graze)");
   verb->add_flag("--force", arguments->force, "Replace an existing archive");

@@ -6,6 +6,7 @@
 
 #include "archive/archive.h"
 #include "jobs/campaign.h"
+#include "jobs/commands.h"
 
 namespace graze {
 
@@ -18,7 +19,9 @@ struct Printing {
 };
 
 /// Simulates what is not finished yet and writes it. SIGINT and SIGTERM end it after the blocks under way. Prints the
-/// table of all that the archive holds. Throws MachineError if it was stopped.
-void simulate_into(CampaignWriter& writer, const Scenario& scenario, CampaignOptions options, const Printing& printing);
+/// table of all that the archive holds. Gives what the questions of --until came to: kDone, kGateMissed (one of them is
+/// refuted) or kInconclusive. Throws MachineError if it was stopped.
+ExitCode simulate_into(CampaignWriter& writer, const Scenario& scenario, CampaignOptions options,
+                       const CampaignInfo& info, const Printing& printing);
 
 }  // namespace graze

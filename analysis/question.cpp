@@ -1,0 +1,117 @@
+// Questions of --until as text: `[POLICY:] p >= RATE`, `p < RATE`, `ci < WIDTH`.
+#include <fmt/format.h>
+
+#include <charconv>
+#include <cmath>
+
+#include "analysis/sequential.h"
+
+namespace graze {
+namespace {
+
+/// Walks through a text; complaints name the option, the text and the place (characters, from 1).
+class Words {
+ public:
+  Words(const std::string& text, const std::string& option, std::size_t at) : text_(text), option_(option), at_(at) {}
+
+  /// The next run of letters, or of signs of relation.
+  std::string letters() { return take("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"); }
+  std::string relation() { return take("<>=!~"); }
+
+  /// A number, in percent if it says so.
+  double fraction(const std::string& example) {
+    skip_blanks();
+    double value = 0;
+    const char* const begin = text_.data() + at_;
+    const auto [end, error] = std::from_chars(begin, text_.data() + text_.size(), value);
+    if (error != std::errc{} || !std::isfinite(value)) fail("a number is missing", example);
+    const std::string number(begin, end);
+    const std::size_t place = at_;
+    at_ += number.size();
+    skip_blanks();
+    const bool percent = at_ < text_.size() && text_[at_] == '%';
+    if (percent) ++at_;
+    skip_blanks();
+    if (at_ < text_.size()) fail(fmt::format("'{}' behind the number", text_.substr(at_)), example);
+    const double out = percent ? value / 100 : value;
+    if (out > 0 && out < 1) return out;
+    at_ = place;
+    const bool forgot = !percent && value > 1 && value < 100;
+    fail(fmt::format("{}{} is not between 0 and 1, both excluded", number, percent ? " %" : ""),
+         forgot ? example.substr(0, example.find_last_of(' ') + 1) + number + "%" : example);
+  }
+
+  [[noreturn]] void fail(const std::string& what, const std::string& nearest) const {
+    throw InputError(fmt::format("{} '{}':{}: {}; nearest right answer: '{}'", option_, text_, at_ + 1, what, nearest));
+  }
+
+  std::size_t at() const { return at_; }
+  void go_to(std::size_t place) { at_ = place; }
+  void skip_blanks() { at_ = std::min(text_.find_first_not_of(" \t", at_), text_.size()); }
+
+ private:
+  std::string take(const char* kind) {
+    skip_blanks();
+    const std::size_t end = std::min(text_.find_first_not_of(kind, at_), text_.size());
+    const std::string word = text_.substr(at_, end - at_);
+    at_ = end;
+    return word;
+  }
+
+  const std::string& text_;
+  const std::string& option_;
+  std::size_t at_;
+};
+
+std::string trimmed(const std::string& text) {
+  const std::size_t first = text.find_first_not_of(" \t"), last = text.find_last_not_of(" \t");
+  return first == std::string::npos ? "" : text.substr(first, last - first + 1);
+}
+
+}  // namespace
+
+std::vector<Question> questions_of(const CampaignInfo& info) {
+  std::vector<Question> out;
+  for (const std::string& text : info.until.questions) out.push_back(parse_question(text, "--until"));
+  return out;
+}
+
+double parse_fraction(const std::string& text, const std::string& option) {
+  return Words(text, option, 0).fraction("0.95");
+}
+
+Question parse_question(const std::string& text, const std::string& option) {
+  Question out;
+  out.text = trimmed(text);
+  const std::size_t colon = text.rfind(':');
+  const std::string before = colon == std::string::npos ? "" : text.substr(0, colon + 1) + " ";
+  Words words(text, option, colon == std::string::npos ? 0 : colon + 1);
+  if (colon != std::string::npos) out.selector = trimmed(text.substr(0, colon));
+  if (out.selector.empty()) {
+    words.go_to(0);
+    words.fail("no policy before ':'", trimmed(text.substr(colon + 1)));
+  }
+  words.skip_blanks();
+  const std::size_t start = words.at();
+  const std::string what = words.letters();
+  if (what != "p" && what != "ci") {
+    words.go_to(start);
+    words.fail(fmt::format("'{}' is neither p (the success rate) nor ci (the width of its interval)", what),
+               before + "p >= 0.95");
+  }
+  words.skip_blanks();
+  const std::size_t place = words.at();
+  const std::string relation = words.relation();
+  const bool above = relation == ">=" || relation == ">", below = relation == "<" || relation == "<=";
+  if (what == "ci" ? !below : !above && !below) {
+    words.go_to(place);
+    const std::string rule = what == "ci" ? "an interval can only be asked to be narrow: ci < WIDTH"
+                                          : "a rate is asked to be at least (>=) or below (<) a bound";
+    words.fail(fmt::format("'{}': {}", relation, rule), before + (what == "ci" ? "ci < 0.02" : "p >= 0.95"));
+  }
+  out.kind = what == "ci" ? Question::Kind::narrow : above ? Question::Kind::rate_above : Question::Kind::rate_below;
+  out.bound = words.fraction(before + what + " " + relation + (what == "ci" ? " 0.02" : " 0.95"));
+  return out;
+}
+
+}  // namespace graze

@@ -1,0 +1,104 @@
+#include "analysis/sequential.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <boost/math/special_functions/gamma.hpp>
+#include <boost/math/tools/roots.hpp>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+namespace graze {
+namespace {
+
+/// log B(a + 1/2, b + 1/2) by the C++ library's lgamma would lean on its state and precision; Boost's gives the same
+/// everywhere.
+double log_beta_half(double a, double b) {
+  using boost::math::lgamma;
+  return lgamma(a + 0.5) + lgamma(b + 0.5) - lgamma(a + b + 1);
+}
+
+/// k log p + (n - k) log(1 - p), with 0 log 0 = 0.
+double log_likelihood(double k, double n, double p) {
+  return (k > 0 ? k * std::log(p) : 0.0) + (n > k ? (n - k) * std::log1p(-p) : 0.0);
+}
+
+/// Root of a monotone function between `outer`, where it is positive, and `inner`, where it is not: the end of the last
+/// bracket that lies outside, so that rounding never narrows an interval.
+template <class Function>
+double root_from_outside(const Function& f, double outer, double inner) {
+  std::uintmax_t iterations = 200;
+  const boost::math::tools::eps_tolerance<double> near(48);
+  const double low = std::min(outer, inner), high = std::max(outer, inner);
+  const auto [a, b] = boost::math::tools::toms748_solve(f, low, high, near, iterations);
+  return outer < inner ? a : b;
+}
+
+}  // namespace
+
+Interval confidence_sequence(std::uint64_t k, std::uint64_t n, double confidence) {
+  if (!(confidence > 0 && confidence < 1)) throw std::invalid_argument("confidence must be within (0, 1)");
+  if (n == 0) return {0, 1};
+  const auto successes = static_cast<double>(k), trials = static_cast<double>(n);
+  const double mixture = log_beta_half(successes, trials - successes) - std::log(std::numbers::pi);  // B(1/2, 1/2) = pi
+  const double limit = -std::log1p(-confidence);                                                     // log(1 / alpha)
+  const auto excess = [&](double p) { return mixture - log_likelihood(successes, trials, p) - limit; };
+  const double rate = successes / trials, tiny = 1e-300, most = 1 - 0x1p-53;
+  Interval out{0, 1};
+  if (k > 0 && excess(tiny) > 0) out.low = root_from_outside(excess, tiny, std::min(rate, most));
+  if (k < n && excess(most) > 0) out.high = root_from_outside(excess, most, std::max(rate, tiny));
+  return out;
+}
+
+Verdict judge(const Question& question, const Interval& interval) {
+  const double bound = question.bound;
+  switch (question.kind) {
+    case Question::Kind::rate_above:
+      return interval.low >= bound ? Verdict::holds : interval.high < bound ? Verdict::refuted : Verdict::open;
+    case Question::Kind::rate_below:
+      return interval.high < bound ? Verdict::holds : interval.low >= bound ? Verdict::refuted : Verdict::open;
+    case Question::Kind::narrow:
+      return interval.high - interval.low < bound ? Verdict::holds : Verdict::open;
+  }
+  return Verdict::open;
+}
+
+const char* verdict_name(Verdict verdict) {
+  return verdict == Verdict::holds ? "holds" : verdict == Verdict::refuted ? "refuted" : "undecided";
+}
+
+bool all_answered(const std::vector<Question>& questions, const std::vector<std::string>& policies,
+                  const std::vector<RateCount>& counts, double confidence) {
+  for (std::size_t i = 0; i < policies.size(); ++i) {
+    const Interval interval = confidence_sequence(counts[i].success, counts[i].valid, confidence);
+    for (const Question& question : questions) {
+      if (matches(question.selector, policies[i]) && judge(question, interval) == Verdict::open) return false;
+    }
+  }
+  return true;
+}
+
+void check_selectors(const std::vector<Question>& questions, const std::vector<std::string>& policies) {
+  for (const Question& question : questions) {
+    const auto chosen = [&](const std::string& policy) { return matches(question.selector, policy); };
+    if (std::any_of(policies.begin(), policies.end(), chosen)) continue;
+    const std::string near = nearest(question.selector, policies);
+    throw InputError(fmt::format("--until '{}': '{}' is none of the campaign's policies; nearest: {}", question.text,
+                                 question.selector, near.empty() ? policies.front() : near));
+  }
+}
+
+std::vector<std::uint64_t> look_boundaries(std::uint64_t most) {
+  constexpr std::uint64_t kFirst = 64, kPart = 16, kWidest = std::uint64_t{1} << 20;
+  std::vector<std::uint64_t> looks;
+  for (std::uint64_t look = kFirst; look < most;) {
+    looks.push_back(look);
+    const std::uint64_t stride = look / kPart / kFirst * kFirst;
+    look += std::clamp(stride, kFirst, kWidest);
+  }
+  looks.push_back(most);
+  return looks;
+}
+
+}  // namespace graze

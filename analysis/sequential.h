@@ -1,0 +1,62 @@
+#pragma once
+// Looking at a success rate while the campaign runs. A confidence sequence holds at every look at once, so that a
+// campaign may stop as soon as its question is answered. docs/statistics.md says what it promises and what it costs.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "analysis/score.h"
+
+namespace graze {
+
+/// The confidence sequence of a rate after k successes of n: the rates p at which the beta-binomial mixture martingale
+///   M_n(p) = B(k + 1/2, n - k + 1/2) / (B(1/2, 1/2) p^k (1 - p)^(n - k))
+/// is below 1 / (1 - confidence). By Ville's inequality the true rate is in all intervals n = 1, 2, … together with at
+/// least that probability (Robbins 1970; Howard, Ramdas, McAuliffe and Sekhon, Annals of Statistics 49 (2021) 1055).
+/// A function of k and n alone. n = 0 gives [0, 1]. Throws std::invalid_argument unless 0 < confidence < 1.
+Interval confidence_sequence(std::uint64_t k, std::uint64_t n, double confidence = 0.95);
+
+/// One `--until`: something about the success rate of each policy that the selector chooses.
+struct Question {
+  enum class Kind { rate_above, rate_below, narrow };  // p >= bound, p < bound, ci < bound
+  std::string text;                                    // as asked
+  std::string selector = "*";                          // glob of policies
+  Kind kind = Kind::narrow;
+  double bound = 0;  // a rate, or the full width of the interval (high - low); within (0, 1)
+};
+
+/// `[POLICY:] p >= RATE`, `[POLICY:] p < RATE` or `[POLICY:] ci < WIDTH`; numbers as 0.95 or 95 %. Throws InputError
+/// with the text, the place and the nearest right answer; `option` names where it was given ("--until").
+Question parse_question(const std::string& text, const std::string& option);
+
+/// What a campaign was asked to stop at. Throws InputError if the archive's questions do not read.
+std::vector<Question> questions_of(const CampaignInfo& info);
+
+/// A number within (0, 1), written as 0.95 or 95 %. Throws InputError as parse_question.
+double parse_fraction(const std::string& text, const std::string& option);
+
+enum class Verdict { open, holds, refuted };
+/// "undecided", "holds", "refuted".
+const char* verdict_name(Verdict verdict);
+
+/// What an interval of the rate says to a question. `narrow` is never refuted.
+Verdict judge(const Question& question, const Interval& interval);
+
+/// Successes among valid traces; invalid ones count in neither.
+struct RateCount {
+  std::uint64_t success = 0, valid = 0;
+};
+
+/// Whether each question has its answer for each policy that it is about. counts: by policy.
+bool all_answered(const std::vector<Question>& questions, const std::vector<std::string>& policies,
+                  const std::vector<RateCount>& counts, double confidence);
+
+/// Throws InputError with the nearest name if a selector chooses none of the policies.
+void check_selectors(const std::vector<Question>& questions, const std::vector<std::string>& policies);
+
+/// The looks of a campaign of at most so many particles: numbers of particles, rising, the last one `most`. Each other
+/// one is a multiple of 64 that depends on nothing: 64, 128, … 1024, then growing by a sixteenth, by 2^20 at most.
+std::vector<std::uint64_t> look_boundaries(std::uint64_t most);
+
+}  // namespace graze
