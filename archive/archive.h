@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -123,6 +124,9 @@ class Archive {
   bool complete() const;
   /// By policy name; empty table if it has no traces yet.
   TraceTable traces(const std::string& policy) const;
+  /// One trace with its events, without telemetry and contact sequence; none if it is not there. Reads that trace
+  /// alone.
+  std::optional<TraceRecord> trace(const std::string& policy, std::uint32_t particle) const;
   OutcomeTable outcomes(const std::string& policy) const;
   /// Persistent values of one particle, in the order of info().parameters; empty when they are not stored.
   std::vector<double> particle_values(std::uint32_t particle) const;

@@ -6,6 +6,7 @@
 
 #include "archive/archive.h"
 #include "archive/campaign_files.h"
+#include "archive/part_rows.h"
 
 namespace graze {
 namespace {
@@ -108,75 +109,12 @@ class TableReader {
 /// Values that only a damaged or forged file has.
 void check_values(const TraceTable& table, std::size_t requirements, const std::filesystem::path& path) {
   for (std::size_t i = 0; i < table.size(); ++i) {
-    const bool known = table.outcome[i] == Outcome::known_failure;
-    const auto limit = static_cast<int>(requirements);
-    if (table.outcome[i] > Outcome::invalid || table.violated[i] < -1 || table.violated[i] >= limit ||
-        (known && table.violated[i] < 0)) {
+    if (!possible_outcome(table.outcome[i], table.violated[i], requirements)) {
       throw InputError(fmt::format(
           "{}: policy '{}', particle {}: outcome {} with violated requirement {} is not possible", path.string(),
           table.policy, table.particle[i], static_cast<int>(table.outcome[i]), table.violated[i]));
     }
   }
-}
-
-bool possible(const Event& event, const CampaignInfo& info) {
-  const auto within = [](int index, const std::vector<std::string>& names) {
-    return index >= 0 && index < static_cast<int>(names.size());
-  };
-  if (event.kind > EventKind::roll_to_slip || event.feature_a > Feature::rim || event.feature_b > Feature::rim)
-    return false;
-  const bool limit = event.kind == EventKind::limit_begin || event.kind == EventKind::limit_end;
-  return limit ? within(event.a, info.bodies) && (event.b == -1 || event.b == 1)
-               : within(event.a, info.colliders) && within(event.b, info.colliders);
-}
-
-/// All events of one policy in one part, in file order.
-std::vector<Event> read_events(const OpenPart& file, const std::string& group, std::uint64_t rows,
-                               const CampaignInfo& info) {
-  std::vector<Event> events(rows);
-  const auto fill = [&]<class T>(const hdf5::Spec& spec, auto&& set, T) {
-    const auto data = file.read<T>(group, spec, rows);
-    for (std::uint64_t i = 0; i < rows; ++i) set(events[i], data.data() + i * spec.width);
-  };
-  using Byte = std::uint8_t;
-  using Int = std::int32_t;
-  fill(
-      schema::time(), [](Event& e, const double* x) { e.time = *x; }, double{});
-  fill(
-      schema::kind(), [](Event& e, const Byte* x) { e.kind = static_cast<EventKind>(*x); }, Byte{});
-  fill(
-      schema::collider("a"), [](Event& e, const Int* x) { e.a = *x; }, Int{});
-  fill(
-      schema::collider("b"), [](Event& e, const Int* x) { e.b = *x; }, Int{});
-  fill(
-      schema::feature("feature_a"), [](Event& e, const Byte* x) { e.feature_a = static_cast<Feature>(*x); }, Byte{});
-  fill(
-      schema::feature("feature_b"), [](Event& e, const Byte* x) { e.feature_b = static_cast<Feature>(*x); }, Byte{});
-  fill(
-      schema::impulse(), [](Event& e, const double* x) { e.impulse = *x; }, double{});
-  fill(
-      schema::position(), [](Event& e, const double* x) { e.p_W = Vec3(x[0], x[1], x[2]); }, double{});
-  for (const Event& event : events) {
-    if (!possible(event, info)) file.fail(fmt::format("'{}': an event with an index out of range", group));
-  }
-  return events;
-}
-
-std::vector<TelemetryFrame> read_frames(const OpenPart& file, const std::string& group, std::uint64_t rows,
-                                        std::uint64_t first, std::uint64_t count, const Widths& widths) {
-  const auto time = file.slice<double>(group, schema::time(), rows, first, count);
-  const auto q = file.slice<double>(group, schema::telemetry_q(widths), rows, first, count);
-  const auto v = file.slice<double>(group, schema::telemetry_v(widths), rows, first, count);
-  const auto tau = file.slice<double>(group, schema::telemetry_tau(widths), rows, first, count);
-  const auto row = [](const std::vector<double>& data, std::size_t width, std::uint64_t i) {
-    return std::vector<double>(data.begin() + static_cast<std::ptrdiff_t>(i * width),
-                               data.begin() + static_cast<std::ptrdiff_t>((i + 1) * width));
-  };
-  std::vector<TelemetryFrame> frames;
-  for (std::uint64_t i = 0; i < count; ++i) {
-    frames.push_back({time[i], row(q, widths.q, i), row(v, widths.v, i), row(tau, widths.actuators, i)});
-  }
-  return frames;
 }
 
 const RowRef* find(const std::vector<RowRef>& rows, std::uint32_t particle) {
@@ -250,6 +188,14 @@ TraceTable Archive::traces(const std::string& policy) const {
   return table;
 }
 
+std::optional<TraceRecord> Archive::trace(const std::string& policy, std::uint32_t particle) const {
+  const hdf5::Lock lock;
+  if (!impl_->has_policy(policy)) return std::nullopt;
+  const RowRef* ref = find(impl_->rows(policy), particle);
+  if (ref == nullptr) return std::nullopt;
+  return read_trace(impl_->files.parts.open(ref->part), policy, ref->row, info());
+}
+
 OutcomeTable Archive::outcomes(const std::string& policy) const {
   const hdf5::Lock lock;
   OutcomeTable table;
@@ -285,7 +231,7 @@ std::vector<std::vector<Event>> Archive::events(const std::string& policy) const
     const OpenPart& file = parts.open(part);
     const std::vector<std::uint64_t> offset = file.offsets(group, file.traces(policy));
     if (offset.empty()) continue;
-    const std::vector<Event> all = read_events(file, group, offset.back(), info());
+    const std::vector<Event> all = read_events(file, group, {offset.back(), 0, offset.back()}, info());
     for (std::size_t i = 0; i < order.size(); ++i) {
       if (order[i].part != part) continue;
       out[i].assign(all.begin() + static_cast<std::ptrdiff_t>(offset[order[i].row]),
@@ -305,7 +251,7 @@ std::vector<TelemetryFrame> Archive::telemetry(const std::string& policy, std::u
   const std::vector<std::uint64_t> offset = file.offsets(group, file.traces(policy));
   if (offset.empty()) return {};
   const std::uint64_t first = offset[ref->row], count = offset[ref->row + 1] - first;
-  return read_frames(file, group, offset.back(), first, count, widths_of(info()));
+  return read_frames(file, group, {offset.back(), first, count}, widths_of(info()));
 }
 
 }  // namespace graze

@@ -50,6 +50,26 @@ inline void expect_row(const TraceTable& table, std::size_t i, const TraceRecord
   }
 }
 
+/// One trace read by itself; it comes without telemetry and contact sequence.
+inline void expect_trace(const Archive& archive, const std::string& policy, const TraceRecord& want) {
+  const std::optional<TraceRecord> got = archive.trace(policy, want.particle);
+  ASSERT_TRUE(got);
+  EXPECT_EQ(got->particle, want.particle);
+  EXPECT_EQ(got->outcome, want.outcome);
+  EXPECT_EQ(got->violated, want.violated);
+  EXPECT_EQ(got->digest, want.digest);
+  if (want.outcome == Outcome::invalid) {
+    EXPECT_EQ(got->invalid_reason, want.invalid_reason);
+  }
+  expect_same({got->end_time, got->objective_margin}, {want.end_time, want.objective_margin});
+  expect_same(got->margins, want.margins);
+  expect_same(got->first_violations, want.first_violations);
+  expect_same(got->q, want.q);
+  expect_same(got->v, want.v);
+  ASSERT_EQ(got->events.size(), want.events.size());
+  for (std::size_t k = 0; k < want.events.size(); ++k) expect_same(got->events[k], want.events[k]);
+}
+
 /// Everything about particles 0 … count - 1 of one policy.
 inline void expect_policy(const Archive& archive, int policy, std::uint32_t count) {
   const CampaignInfo& info = archive.info();
@@ -72,7 +92,9 @@ inline void expect_policy(const Archive& archive, int policy, std::uint32_t coun
       expect_same(frames[k].tau, want.telemetry[k].tau);
     }
     expect_same(archive.particle_values(i), values(info, i));
+    expect_trace(archive, name, want);
   }
+  EXPECT_FALSE(archive.trace(name, count));
 }
 
 inline void expect_campaign(const Archive& archive) {
