@@ -19,6 +19,13 @@ using testing::AllOf;
 using testing::HasSubstr;
 namespace fs = std::filesystem;
 
+/// A campaign that may have as many particles as there is space for.
+CampaignInfo endless() {
+  CampaignInfo facts = info();
+  facts.particles = std::uint64_t{1} << 32;
+  return facts;
+}
+
 void add(CampaignWriter& writer, std::uint32_t first, std::uint32_t last) {
   Block one = block(info(), 0, range(first, last));
   writer.append(0, std::move(one.traces), std::move(one.values));
@@ -148,7 +155,7 @@ TEST(Output, EveryFailingWriteIsOneError) {
     {
       const FileSizeLimit limited(limit);
       try {
-        CampaignWriter writer(path, info(), false);
+        CampaignWriter writer(path, endless(), false);
         begun = true;
         add(writer, 0, 400);
         writer.finish();
@@ -208,7 +215,7 @@ TEST(Output, FullDisk) {
   const SmallDisk disk(folder / "disk", "size=1m");
   if (!disk.mounted()) GTEST_SKIP() << "mounting is not permitted";
   const fs::path path = folder / "disk" / "a.graze";
-  CampaignDirectory directory(path, info(), false);
+  CampaignDirectory directory(path, endless(), false);
   std::uint32_t written = 0;
   const std::string message = message_of<MachineError>([&] {
     for (;; written += 400) {
@@ -231,7 +238,7 @@ TEST(Output, KilledWriterLeavesAReadableCampaign) {
     const fs::path path = folder / std::to_string(trial);
     const pid_t child = fork();
     if (child == 0) {
-      CampaignDirectory directory(path, info(), false);
+      CampaignDirectory directory(path, endless(), false);
       for (std::uint32_t first = 0;; first += 8) {
         ShardBuffer buffer(3);
         Block one = block(info(), 0, range(first, first + 8));
