@@ -7,6 +7,7 @@
 #include "archive/file_driver.h"
 #include "archive/files.h"
 #include "archive/info.h"
+#include "archive/unfinished.h"
 
 namespace graze {
 namespace {
@@ -38,7 +39,7 @@ bool is_manifest_file(const fs::path& path) {
 std::optional<fs::path> foreign_entry(const fs::path& directory) {
   for (const fs::path& entry : entries_of(directory)) {
     const fs::path name = entry.filename();
-    if (name == kLockFile) continue;
+    if (name == kLockFile || name == kUnfinishedFile) continue;
     if (name != kShardFolder && name != kDamagedFolder && name != kManifestFolder) {
       if (entry.stem().stem() != fs::path(kDescriptionFile).stem() || !is_archive_file(entry)) return entry;
       continue;
@@ -122,6 +123,7 @@ CampaignDirectory::CampaignDirectory(fs::path directory, const CampaignInfo& inf
   if (!path_.has_filename()) path_ = path_.parent_path();
   check_policy_names(info.policies);
   lock_.emplace(path_);
+  forget_unfinished(path_);
   // Names are not used again, not even those of shards that are gone.
   const auto taken = [&](const fs::path& shard) { shards_ = std::max(shards_, std::atoi(shard.stem().c_str())); };
   for (const fs::path& shard : shard_files(path_)) taken(shard);

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 
+#include "jobs/watchdog.h"
 #include "sampling/stream.h"
 
 namespace graze {
@@ -73,6 +74,7 @@ struct BlockRun::Impl {
   PhaseClock clock;
   TraceObserver* observer = nullptr;
   BlockArray requirement_values, objective_values;  // for the observer
+  TraceWatch* watch = nullptr;
 
   Impl(const Scenario& s, const PolicySpec& policy, std::uint64_t seed)
       : scenario(s),
@@ -99,6 +101,7 @@ struct BlockRun::Impl {
 
   void start(int lane, const Particle& particle, TraceRecord& record) {
     lanes[lane] = {&particle, &record, 0};
+    if (watch) watch->begin(lane);
     digests[lane] = particle.id;
     events.start(lane, particle.model);
     physics->start(lane, particle);
@@ -184,6 +187,7 @@ struct BlockRun::Impl {
     if (scenario.recording.telemetry == Telemetry::failures && !failed) record.telemetry.clear();
     if (!scenario.recording.events) record.events.clear();
     active.set(lane, false);
+    if (watch) watch->end(lane);
   }
 
   /// Senses and acts in the lanes whose control step is due.
@@ -261,6 +265,8 @@ BlockRun::BlockRun(const Scenario& scenario, const PolicySpec& policy, std::uint
 BlockRun::~BlockRun() = default;
 BlockRun::BlockRun(BlockRun&&) noexcept = default;
 
+void BlockRun::watch(TraceWatch* watch) { impl_->watch = watch; }
+
 std::vector<TraceRecord> BlockRun::run(std::span<const Particle> particles, RunCost* cost, TraceObserver* observer) {
   Impl& run = *impl_;
   run.observer = observer;
@@ -279,6 +285,7 @@ std::vector<TraceRecord> BlockRun::run(std::span<const Particle> particles, RunC
       }
     }
     if (run.active.any()) run.advance();
+    if (run.watch) run.watch->check();
   }
   if (cost) cost->steps += run.steps_done;
   return records;

@@ -41,6 +41,8 @@ class TraceObserver {
   virtual void see(const StepView& step) = 0;
 };
 
+class TraceWatch;
+
 /// Simulates blocks of one scenario under one policy. Owned by one thread; reused for many blocks. What a trace comes
 /// out as depends on (scenario, policy, seed, particle) alone.
 class BlockRun {
@@ -50,8 +52,10 @@ class BlockRun {
   ~BlockRun();
   BlockRun(BlockRun&&) noexcept;
 
+  /// From now on traces are shown to `watch` (which outlives this), and run() throws Overtime if it says so.
+  void watch(TraceWatch* watch);
   /// One record per particle, in the same order. `observer` sees every step of every trace; without one nothing is
-  /// gathered for it.
+  /// gathered for it. What it throws leaves the object unusable.
   std::vector<TraceRecord> run(std::span<const Particle> particles, RunCost* cost = nullptr,
                                TraceObserver* observer = nullptr);
 

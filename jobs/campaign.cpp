@@ -4,24 +4,16 @@
 #include <array>
 #include <chrono>
 #include <exception>
-#include <map>
 #include <mutex>
-#include <thread>
+#include <utility>
 
-#include "jobs/block_run.h"
+#include "jobs/contained.h"
 #include "jobs/hand_out.h"
 #include "jobs/particles.h"
+#include "jobs/workers.h"
 
 namespace graze {
 namespace {
-
-/// The particles of one unit of work: those that could be made, and the records of those that could not.
-struct Group {
-  std::vector<Particle> particles;
-  std::vector<double> values;  // of `particles`, [particle][parameter]
-  std::vector<TraceRecord> failed;
-  std::vector<double> failed_values;
-};
 
 /// Particles per unit of work: a block. Where lanes cost the same whether they are busy or not and traces may end
 /// early, several blocks, so that lanes that have ended can be refilled; but no less than 8 units for each worker.
@@ -40,7 +32,7 @@ constexpr std::uint64_t kNoMoreTickets = std::uint64_t{1} << 48;
 /// What a worker has counted and not yet told the crew.
 class Tally {
  public:
-  explicit Tally(Crew& crew) : crew_(crew) {}
+  explicit Tally(Crew& crew) : crew_(&crew) {}
 
   void count(const std::vector<TraceRecord>& records, const RunCost& cost) {
     at(kTraces) += records.size();
@@ -49,7 +41,7 @@ class Tally {
     if (Clock::now() - told_ > std::chrono::seconds(1)) tell();
   }
   void tell() {
-    crew_.add(kTraces, counts_);
+    crew_->add(kTraces, counts_);
     counts_ = {};
     told_ = Clock::now();
   }
@@ -57,7 +49,7 @@ class Tally {
  private:
   using Clock = std::chrono::steady_clock;
   std::uint64_t& at(std::size_t counter) { return counts_[counter - kTraces]; }
-  Crew& crew_;
+  Crew* crew_;
   std::array<std::uint64_t, kSteps - kTraces + 1> counts_{};
   Clock::time_point told_ = Clock::now();
 };
@@ -75,30 +67,57 @@ class Campaign {
         hand_out_((options.particles + group_ - 1) / group_ * scenario.policies.size(), workers(),
                   options.looks ? 1 : kMostUnits) {}
 
-  bool run() {
-    std::vector<std::thread> threads;
-    for (int i = 1; i < threads_; ++i) threads.emplace_back([this] { work(); });
-    work();
-    for (std::thread& thread : threads) thread.join();
-    if (error_) std::rethrow_exception(error_);
-    return !stopped_ || (options_.looks && options_.looks->answered_at() > 0);
+  CampaignEnd run() {
+    Workers workers(options_.watchdog);
+    for (int i = 0; i < threads_; ++i) seat(std::make_shared<Desk>(crew_), workers);
+    CampaignEnd end;
+    end.hanging = workers.wait();
+    end.stopped = stopped_ && !(options_.looks && options_.looks->answered_at() > 0);
+    end.unfinished = unfinished_;
+    end.error = error_;
+    return end;
   }
 
  private:
-  using Runs = std::map<int, BlockRun>;  // by policy, made when first needed
+  /// What lies before one thread. Another goes on with it if the thread hangs.
+  struct Desk {
+    explicit Desk(Crew& crew) : tally(crew) {}
+    TraceWatch watch;
+    HandOut::Range units{0, 0};      // of its ticket, not begun
+    std::shared_ptr<WorkUnit> unit;  // under way
+    Tally tally;
+  };
 
   std::uint64_t workers() const { return options_.workers > 0 ? options_.workers : threads_; }
 
+  /// Puts a thread before a desk.
+  void seat(const std::shared_ptr<Desk>& desk, Workers& workers) {
+    const auto hand_on = [this, desk, &workers] {
+      const auto next = std::make_shared<Desk>(crew_);
+      next->units = desk->units;
+      next->unit = desk->unit;
+      next->tally = desk->tally;
+      take_over(*next->unit);
+      seat(next, workers);
+    };
+    workers.start(
+        {desk, &desk->watch}, [this, desk] { work(*desk); }, hand_on);
+  }
+
   /// One thread's part: units of work until there are none left.
-  void work() {
-    Runs runs;
-    Tally tally(crew_);
+  void work(Desk& desk) {
     try {
-      for (std::uint64_t ticket = 0; take(ticket);) {
-        const HandOut::Range units = hand_out_.range(ticket);
-        for (std::uint64_t unit = units.begin; unit < units.end && !stop_asked(); ++unit) run_unit(unit, runs, tally);
-        tally.tell();
-      }
+      ContainedRun run(scenario_, options_.seed, desk.watch);
+      do {
+        while (desk.unit || (!desk.units.empty() && !stop_asked())) {
+          if (!desk.unit) desk.unit = make_unit(desk.units.begin++);
+          run.run(*desk.unit);
+          finish(*std::exchange(desk.unit, nullptr), desk.tally);
+        }
+        desk.tally.tell();
+      } while (take(desk.units));
+    } catch (const GivenUp&) {
+      throw;
     } catch (...) {
       const std::lock_guard lock(error_mutex_);
       if (!error_) error_ = std::current_exception();
@@ -107,11 +126,12 @@ class Campaign {
   }
 
   /// Draws a ticket; false if there is nothing left to do.
-  bool take(std::uint64_t& ticket) {
+  bool take(HandOut::Range& units) {
     if (stop_asked()) return false;
-    ticket = crew_.fetch_add(kTickets, 1);
+    const std::uint64_t ticket = crew_.fetch_add(kTickets, 1);
     if (ticket >= kNoMoreTickets) stopped_ = true;
-    return !hand_out_.range(ticket).empty();
+    units = hand_out_.range(ticket);
+    return !units.empty();
   }
 
   bool stop_asked() {
@@ -124,41 +144,41 @@ class Campaign {
     if (!stopped_.exchange(true)) crew_.fetch_add(kTickets, kNoMoreTickets);
   }
 
-  void run_unit(std::uint64_t unit, Runs& runs, Tally& tally) {
-    const int policies = static_cast<int>(scenario_.policies.size());
-    const int policy = static_cast<int>(unit % policies);
-    Group group = make_group(unit / policies, scenario_.policies[policy].name);
-    if (group.particles.empty() && group.failed.empty()) return;
-    auto run = runs.find(policy);
-    if (run == runs.end()) {
-      run = runs.emplace(policy, BlockRun(scenario_, scenario_.policies[policy], options_.seed)).first;
-    }
-    RunCost cost;
-    std::vector<TraceRecord> records = run->second.run(group.particles, &cost);
-    std::move(group.failed.begin(), group.failed.end(), std::back_inserter(records));
-    group.values.insert(group.values.end(), group.failed_values.begin(), group.failed_values.end());
-    tally.count(records, cost);
-    if (options_.looks && options_.looks->count(policy, records)) stop();
-    sink_(policy, std::move(records), std::move(group.values));
-  }
-
-  /// The particles of a group that are not finished under a policy.
-  Group make_group(std::uint64_t index, const std::string& policy) {
-    Group group;
-    const std::uint64_t end = std::min<std::uint64_t>(options_.particles, (index + 1) * group_);
-    for (std::uint64_t i = index * group_; i < end; ++i) {
+  /// The particles of a unit that are not finished; those that cannot be fabricated are `invalid` at once.
+  std::shared_ptr<WorkUnit> make_unit(std::uint64_t index) {
+    auto unit = std::make_shared<WorkUnit>();
+    const std::uint64_t policies = scenario_.policies.size(), group = index / policies;
+    unit->policy = static_cast<int>(index % policies);
+    const std::string& policy = scenario_.policies[unit->policy].name;
+    const std::uint64_t end = std::min<std::uint64_t>(options_.particles, (group + 1) * group_);
+    for (std::uint64_t i = group * group_; i < end; ++i) {
       if (options_.is_finished && options_.is_finished(policy, i)) continue;
       const auto id = static_cast<std::uint32_t>(i);
       const std::vector<double> values = source_.draw(id);
+      std::vector<double>* to = &unit->values;
       try {
-        group.particles.push_back(source_.fabricate(id, values));
-        group.values.insert(group.values.end(), values.begin(), values.end());
+        unit->particles.push_back(source_.fabricate(id, values));
       } catch (const InputError& error) {
-        group.failed.push_back(unfabricated(id, scenario_, error.what()));
-        group.failed_values.insert(group.failed_values.end(), values.begin(), values.end());
+        unit->records.push_back(unfabricated(id, scenario_, error.what()));
+        to = &unit->record_values;
       }
+      to->insert(to->end(), values.begin(), values.end());
     }
-    return group;
+    return unit;
+  }
+
+  /// Hands over what came out.
+  void finish(WorkUnit& unit, Tally& tally) {
+    for (const UnfinishedParticle& particle : unit.unfinished) {
+      ++unfinished_;
+      crew_.fetch_add(kUnfinished, 1);
+      if (options_.unfinished) options_.unfinished(scenario_.policies[unit.policy].name, particle);
+    }
+    if (options_.looks && !unit.unfinished.empty()) stop();  // the looks wait for it in vain
+    if (unit.records.empty()) return;
+    tally.count(unit.records, unit.cost);
+    if (options_.looks && options_.looks->count(unit.policy, unit.records)) stop();
+    sink_(unit.policy, std::move(unit.records), std::move(unit.record_values));
   }
 
   const Scenario& scenario_;
@@ -170,6 +190,7 @@ class Campaign {
   const std::uint64_t group_;  // particles per unit of work
   const HandOut hand_out_;
   std::atomic<bool> stopped_{false};
+  std::atomic<std::uint64_t> unfinished_{0};
   std::mutex error_mutex_;
   std::exception_ptr error_;  // the first
 };
@@ -182,7 +203,7 @@ CampaignProgress progress_of(Crew& crew) {
   return {of(kTraces), of(kSuccess), of(kKnownFailure), of(kUnknownFailure), of(kInvalid), of(kSteps)};
 }
 
-bool run_campaign(const Scenario& scenario, const CampaignOptions& options, Crew& crew, const TraceSink& sink) {
+CampaignEnd run_campaign(const Scenario& scenario, const CampaignOptions& options, Crew& crew, const TraceSink& sink) {
   return Campaign(scenario, options, crew, sink).run();
 }
 

@@ -3,8 +3,10 @@
 // of several ranks, together with the others.
 
 #include <atomic>
+#include <exception>
 #include <functional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "archive/archive.h"
@@ -13,6 +15,8 @@
 #include "scenarios/scenario.h"
 
 namespace graze {
+
+struct UnfinishedParticle;  // jobs/contained.h
 
 struct CampaignOptions {
   std::uint64_t particles = 0;
@@ -23,6 +27,9 @@ struct CampaignOptions {
   std::uint64_t finished = 0;               // traces that are there already
   std::function<bool(const std::string& policy, std::uint64_t particle)> is_finished;  // which; none: null
   Looks* looks = nullptr;  // ends the campaign when its questions are answered; none: null
+  double watchdog = 0;     // s, longest time for one trace on this machine; 0: any
+  /// Called from any thread for a particle that is left without a trace by the fault of the machine; null: nobody asks.
+  std::function<void(const std::string& policy, const UnfinishedParticle&)> unfinished;
 };
 
 /// How far the whole crew is.
@@ -35,10 +42,17 @@ CampaignProgress progress_of(Crew& crew);
 /// thread, one block at a time per thread.
 using TraceSink = std::function<void(int policy, std::vector<TraceRecord> traces, std::vector<double> values)>;
 
-/// Runs this process's share of everything; all ranks of the crew call it. Returns true if no work was left undone,
-/// or the questions of --until are answered, false if it was stopped (here or elsewhere). The first exception of a sink
-/// or a block ends the campaign of all ranks and is rethrown here; a particle that cannot be fabricated becomes an
-/// `invalid` trace.
-bool run_campaign(const Scenario& scenario, const CampaignOptions& options, Crew& crew, const TraceSink& sink);
+/// How this process's share of a campaign ended.
+struct CampaignEnd {
+  bool stopped = false;              // here or elsewhere: work was left undone
+  std::uint64_t unfinished = 0;      // particles that were cut off
+  std::exception_ptr error;          // the first of a sink, or of making a policy; it stopped all ranks
+  std::vector<std::thread> hanging;  // cannot be joined; they use the scenario for as long as the process lives
+  bool complete() const { return !stopped && unfinished == 0 && !error; }
+};
+
+/// Runs this process's share of everything; all ranks of the crew call it. Faults of particles are contained
+/// (jobs/contained.h).
+CampaignEnd run_campaign(const Scenario& scenario, const CampaignOptions& options, Crew& crew, const TraceSink& sink);
 
 }  // namespace graze

@@ -17,6 +17,7 @@ struct Arguments {
   std::string directory;
   std::uint64_t particles = 0;  // 0: as many as before
   int threads = 0;
+  double watchdog = 0;                // s
   std::vector<std::string> policies;  // globs of policies to add
   bool json = false, quiet = false;
 };
@@ -75,6 +76,7 @@ int resume(const Arguments& arguments) {
   options.particles = number_of_particles(arguments, before);
   options.seed = before.seed;
   options.threads = arguments.threads;
+  options.watchdog = arguments.watchdog;
   CampaignInfo info = describe_campaign(scenario, options.particles, before.command_line);
   info.start_time = before.start_time;
   info.until = ask_again(before, options.particles);
@@ -109,6 +111,7 @@ void add_resume(CLI::App& app, Action& action) {
   verb->add_option("--threads", arguments->threads, "Threads; 0: all of this machine's")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();
+  add_watchdog(*verb, arguments->watchdog);
   verb->add_option("--policy", arguments->policies, "Add these policies of the scenario (globs; may be repeated)")
       ->allow_extra_args(false);
   verb->add_flag("--json", arguments->json, "Print the table as JSON");

@@ -16,6 +16,7 @@ struct Arguments {
   ScenarioArguments scenario;
   DrawArguments draw;
   int threads = 0;
+  double watchdog = 0;  // s
   std::vector<std::string> policies;
   std::vector<std::string> until;
   std::string confidence;
@@ -74,6 +75,7 @@ int run(const Arguments& arguments) {
   options.particles = scenario.particles;
   options.seed = scenario.seed;
   options.threads = arguments.threads;
+  options.watchdog = arguments.watchdog;
   const Destination out = destination(arguments, scenario);
   CampaignInfo info = describe_campaign(scenario, options.particles, arguments.command_line);
   info.until = until;
@@ -103,6 +105,7 @@ void add_run(CLI::App& app, Action& action, const std::string& command_line) {
   verb->add_option("--threads", arguments->threads, "Threads; 0: all of this machine's")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();
+  add_watchdog(*verb, arguments->watchdog);
   verb->add_option("--policy", arguments->policies, "Only these policies (globs; may be repeated)")
       ->allow_extra_args(false);
   verb->add_option("--until", arguments->until,

@@ -3,7 +3,34 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <iostream>
+#include <new>
+
+#include "archive/archive.h"
+
 namespace graze {
+namespace {
+
+ExitCode fail(ExitCode code, const std::string& message) {
+  std::cerr << "graze: " << message << std::endl;
+  return code;
+}
+
+}  // namespace
+
+ExitCode report_error(const std::exception_ptr& error) {
+  try {
+    std::rethrow_exception(error);
+  } catch (const InputError& input) {
+    return fail(kInvalidInput, input.what());
+  } catch (const MachineError& machine) {
+    return fail(kMachineFailed, machine.what());
+  } catch (const std::bad_alloc&) {
+    return fail(kMachineFailed, "out of memory");
+  } catch (const std::exception& other) {
+    return fail(kMachineFailed, fmt::format("internal error: {}", other.what()));
+  }
+}
 
 void ScenarioArguments::add_to(CLI::App& verb) {
   verb.add_option("scenario", file, "Scenario file (YAML)")->required();

@@ -2,6 +2,7 @@
 // The verbs of the command line. Each adds its own subcommand, with help and examples, and runs when it was given.
 
 #include <CLI/CLI.hpp>
+#include <exception>
 #include <functional>
 #include <optional>
 #include <string>
@@ -14,6 +15,9 @@ namespace graze {
 /// Exit codes (design: 0 done and every gate met; 1 a gate was missed; 2 invalid input; 3 incomplete or the machine
 /// failed; 4 inconclusive at the requested confidence).
 enum ExitCode { kDone = 0, kGateMissed = 1, kInvalidInput = 2, kMachineFailed = 3, kInconclusive = 4 };
+
+/// Says on stderr what went wrong and gives the exit code for it.
+ExitCode report_error(const std::exception_ptr& error);
 
 /// A verb that has been given: does its work and returns the exit code.
 using Action = std::function<int()>;

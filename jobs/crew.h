@@ -21,6 +21,7 @@ enum SharedCounter : std::size_t {
   kInvalid,
   kSteps,        // physics steps, of one particle each
   kFailedRanks,  // that ended by an error
+  kUnfinished,   // particles that were cut off
   kFirstFreeCounter = 16,
   kSharedCounters = 16384
 };

@@ -4,10 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <exception>
-#include <iostream>
-#include <new>
 
-#include "archive/archive.h"
 #include "engine/lanes/isa.h"
 #include "graze_version.h"
 #include "jobs/commands.h"
@@ -56,11 +53,6 @@ int parse_and_run(int argc, char** argv) {
   return action();
 }
 
-int fail(ExitCode code, const std::string& message) {
-  std::cerr << "graze: " << message << std::endl;
-  return code;
-}
-
 }  // namespace
 }  // namespace graze
 
@@ -70,13 +62,7 @@ int main(int argc, char** argv) {
   spdlog::set_pattern("%n: %v");
   try {
     return parse_and_run(argc, argv);
-  } catch (const InputError& error) {
-    return fail(kInvalidInput, error.what());
-  } catch (const MachineError& error) {
-    return fail(kMachineFailed, error.what());
-  } catch (const std::bad_alloc&) {
-    return fail(kMachineFailed, "out of memory");
-  } catch (const std::exception& error) {
-    return fail(kMachineFailed, fmt::format("internal error: {}", error.what()));
+  } catch (...) {
+    return report_error(std::current_exception());
   }
 }

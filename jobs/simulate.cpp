@@ -1,20 +1,80 @@
 #include "jobs/simulate.h"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
-#include <atomic>
-#include <csignal>
+#include <cstdio>
+#include <cstdlib>
 #include <iostream>
 
 #include "analysis/score.h"
+#include "archive/campaign_directory.h"
+#include "archive/finished.h"
+#include "archive/unfinished.h"
+#include "jobs/commands.h"
+#include "jobs/contained.h"
 #include "jobs/progress.h"
+#include "jobs/signals.h"
 
 namespace graze {
 namespace {
 
-std::atomic<bool> stop_requested{false};
+/// Traces on disk.
+std::uint64_t traces_kept(const CampaignWriter& writer, const CampaignInfo& info) {
+  std::uint64_t traces = 0;
+  for (const auto& shard : shard_files(writer.directory())) traces += traces_in_shard(shard, info);
+  return traces;
+}
 
-void request_stop(int) { stop_requested = true; }
+/// The machine's failure, and what it has left.
+std::string failed(const CampaignWriter& writer, const CampaignInfo& info, const MachineError& error) {
+  const std::string directory = writer.directory().string();
+  const std::uint64_t kept = traces_kept(writer, info);
+  if (kept == 0) return fmt::format("{}; no trace had been written yet", error.what());
+  return fmt::format("{}; {} of {} traces are kept, and 'graze resume {}' does the rest when that is mended",
+                     error.what(), kept, info.particles * info.policies.size(), directory);
+}
+
+std::string list_of(const std::vector<UnfinishedTrace>& traces, const std::string& directory) {
+  constexpr std::size_t kMost = 20;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(traces.size(), kMost); ++i) {
+    const UnfinishedTrace& trace = traces[i];
+    text += fmt::format("\n  policy {}, particle {}: {}; graze replay {} --policy '{}' --particle {}", trace.policy,
+                        trace.particle, trace.reason, directory, trace.policy, trace.particle);
+  }
+  if (traces.size() > kMost) text += fmt::format("\n  … all {}: {}/{}", traces.size(), directory, kUnfinishedFile);
+  return text;
+}
+
+/// What was left undone without anything having failed.
+std::string incomplete(const std::string& directory, const CampaignEnd& end) {
+  const std::vector<UnfinishedTrace> unfinished = read_unfinished(directory);
+  std::string text;
+  if (end.stopped) {
+    const std::string signal = stop_signal();
+    text = fmt::format("stopped{} before the campaign was complete; what was finished is kept",
+                       signal.empty() ? "" : " by " + signal);
+  }
+  if (!unfinished.empty()) {
+    text += fmt::format("{}traces unfinished by the fault of this machine, not of the robot: {}",
+                        text.empty() ? "" : "; ", unfinished.size());
+  }
+  return fmt::format("{}: {}; 'graze resume {}' does the rest{}", directory, text, directory,
+                     list_of(unfinished, directory));
+}
+
+/// What there is to say about a campaign that is not complete, as an exception.
+std::exception_ptr why_incomplete(const CampaignWriter& writer, const CampaignInfo& info, const CampaignEnd& end) {
+  if (!end.error) return std::make_exception_ptr(MachineError(incomplete(writer.directory().string(), end)));
+  try {
+    std::rethrow_exception(end.error);
+  } catch (const MachineError& error) {
+    return std::make_exception_ptr(MachineError(failed(writer, info, error)));
+  } catch (...) {
+    return end.error;
+  }
+}
 
 /// A refuted question outweighs an open one.
 ExitCode verdict_of(const Score& score) {
@@ -23,6 +83,12 @@ ExitCode verdict_of(const Score& score) {
                        [&](const Answer& answer) { return answer.verdict == verdict_name(verdict); });
   };
   return any(Verdict::refuted) ? kGateMissed : any(Verdict::open) ? kInconclusive : kDone;
+}
+
+/// Prints the table of all that the archive holds.
+void print_table(const Score& result, const Printing& printing) {
+  std::cout << (printing.json ? score_json(result) + "\n" : format_score(result)) << std::flush;
+  if (!std::cout) spdlog::warn("the table could not be printed; 'graze score' prints it again");
 }
 
 }  // namespace
@@ -44,11 +110,24 @@ void choose_policies(Scenario& scenario, const std::vector<std::string>& pattern
   });
 }
 
+void add_watchdog(CLI::App& verb, double& seconds) {
+  seconds = 600;
+  verb.add_option(
+          "--watchdog", seconds,
+          "Cut off a trace that takes longer than this many seconds on the clock, leave it unfinished and go on; "
+          "0: never")
+      ->check(CLI::Range(0.0, 1e8))
+      ->type_name("SECONDS")
+      ->capture_default_str();
+}
+
 ExitCode simulate_into(CampaignWriter& writer, const Scenario& scenario, CampaignOptions options,
                        const CampaignInfo& info, const Printing& printing) {
-  options.stop = &stop_requested;
-  std::signal(SIGINT, request_stop);
-  std::signal(SIGTERM, request_stop);
+  const std::string directory = writer.directory().string();
+  options.stop = &heed_signals(directory);
+  options.unfinished = [&](const std::string& policy, const UnfinishedParticle& particle) {
+    add_unfinished(directory, {policy, particle.particle, particle.reason});
+  };
   const std::unique_ptr<Crew> crew = make_local_crew();
   std::optional<Looks> looks;
   if (!info.until.questions.empty()) {
@@ -56,26 +135,29 @@ ExitCode simulate_into(CampaignWriter& writer, const Scenario& scenario, Campaig
     if (options.finished > 0) looks->count_finished(Archive(writer.directory()));
     options.looks = &*looks;
   }
-  bool complete = false;
-  if (looks && looks->answered_at() > 0) {
-    complete = true;  // by what is there already
-  } else {
+  CampaignEnd end;
+  if (!looks || looks->answered_at() == 0) {  // else by what is there already
     const std::uint64_t total = options.particles * scenario.policies.size() - options.finished;
     const ProgressReport report(*crew, total, printing.quiet);
-    complete = run_campaign(scenario, options, *crew,
-                            [&](int policy, std::vector<TraceRecord> traces, std::vector<double> values) {
-                              writer.append(policy, std::move(traces), std::move(values));
-                            });
+    end = run_campaign(scenario, options, *crew,
+                       [&](int policy, std::vector<TraceRecord> traces, std::vector<double> values) {
+                         writer.append(policy, std::move(traces), std::move(values));
+                       });
   }
-  writer.finish(complete, looks ? looks->answered_at() : 0);
-  const Score result = score(Archive(writer.directory()));
-  std::cout << (printing.json ? score_json(result) + "\n" : format_score(result));
-  if (complete) return verdict_of(result);
-  const std::string directory = writer.directory().string();
-  throw MachineError(
-      fmt::format("{}: stopped before the campaign was complete; what was finished is kept, and 'graze resume {}' does "
-                  "the rest",
-                  directory, directory));
+  try {
+    if (!end.error) writer.finish(end.complete(), looks ? looks->answered_at() : 0);
+  } catch (const MachineError&) {
+    end.error = std::current_exception();
+  }
+  if (!end.error) {
+    const Score result = score(Archive(writer.directory()));
+    print_table(result, printing);
+    if (end.complete()) return verdict_of(result);
+  }
+  if (end.hanging.empty()) std::rethrow_exception(why_incomplete(writer, info, end));
+  const ExitCode code = report_error(why_incomplete(writer, info, end));
+  std::fflush(nullptr);
+  std::_Exit(code);  // threads that hang still use what would be taken down now
 }
 
 }  // namespace graze

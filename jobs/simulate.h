@@ -1,6 +1,7 @@
 #pragma once
 // What `run` and `resume` share: simulate into an archive, heed signals, print the table.
 
+#include <CLI/CLI.hpp>
 #include <string>
 #include <vector>
 
@@ -18,9 +19,14 @@ struct Printing {
   bool json = false, quiet = false;
 };
 
-/// Simulates what is not finished yet and writes it. SIGINT and SIGTERM end it after the blocks under way. Prints the
-/// table of all that the archive holds. Gives what the questions of --until came to: kDone, kGateMissed (one of them is
-/// refuted) or kInconclusive. Throws MachineError if it was stopped.
+/// Adds --watchdog, with its default, to a verb.
+void add_watchdog(CLI::App& verb, double& seconds);
+
+/// Simulates what is not finished yet and writes it. Signals (jobs/signals.h) end it after the blocks under way. Prints
+/// the table of all that the archive holds. Gives what the questions of --until came to: kDone, kGateMissed (one of
+/// them is refuted) or kInconclusive. Throws MachineError if it was stopped, if traces are unfinished or if the disk
+/// fails; it says what is kept and how to go on. Does not return (but leaves with that message and its exit code) if a
+/// thread hangs.
 ExitCode simulate_into(CampaignWriter& writer, const Scenario& scenario, CampaignOptions options,
                        const CampaignInfo& info, const Printing& printing);
 

@@ -148,7 +148,7 @@ TEST_F(CommandLine, GatesAnswerWithTheExitCode) {
 TEST_F(CommandLine, AStoppedRunKeepsWhatWasFinishedAndSaysSo) {
   const Result stopped = shell(folder.path(), std::string("timeout -s INT 1 '") + GRAZE_PROGRAM +
                                                   "' run ball.yaml -n 4000000 --threads 1 --quiet; exit $?");
-  EXPECT_THAT(stopped.err, HasSubstr("stopped before the campaign was complete"));
+  EXPECT_THAT(stopped.err, HasSubstr("stopped by SIGINT before the campaign was complete"));
   const Result score = run("score ball.graze --json");
   EXPECT_EQ(score.code, 3);
   const auto table = nlohmann::json::parse(score.out);

@@ -22,14 +22,15 @@ Digests digests(const Scenario& scenario, std::uint64_t particles, int threads) 
   const std::unique_ptr<Crew> crew = make_local_crew();
   Digests out;
   std::mutex mutex;
-  EXPECT_TRUE(run_campaign(scenario, options, *crew,
-                           [&](int policy, std::vector<TraceRecord> traces, const std::vector<double>&) {
-                             const std::lock_guard lock(mutex);
-                             for (const TraceRecord& trace : traces) {
-                               EXPECT_NE(trace.outcome, Outcome::invalid) << trace.invalid_reason;
-                               out[{scenario.policies[policy].name, trace.particle}] = trace.digest;
-                             }
-                           }));
+  const CampaignEnd end = run_campaign(scenario, options, *crew,
+                                       [&](int policy, std::vector<TraceRecord> traces, const std::vector<double>&) {
+                                         const std::lock_guard lock(mutex);
+                                         for (const TraceRecord& trace : traces) {
+                                           EXPECT_NE(trace.outcome, Outcome::invalid) << trace.invalid_reason;
+                                           out[{scenario.policies[policy].name, trace.particle}] = trace.digest;
+                                         }
+                                       });
+  EXPECT_TRUE(end.complete());
   return out;
 }
 

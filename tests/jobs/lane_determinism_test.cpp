@@ -60,14 +60,15 @@ Traces traces(const Scenario& scenario, std::uint64_t particles, int threads) {
   const std::unique_ptr<Crew> crew = make_local_crew();
   Traces out;
   std::mutex mutex;
-  EXPECT_TRUE(run_campaign(scenario, options, *crew,
-                           [&](int policy, std::vector<TraceRecord> records, const std::vector<double>&) {
-                             const std::lock_guard lock(mutex);
-                             for (const TraceRecord& one : records) {
-                               EXPECT_NE(one.outcome, Outcome::invalid) << one.invalid_reason;
-                               out[{scenario.policies[policy].name, one.particle}] = all_of(one);
-                             }
-                           }));
+  const CampaignEnd end = run_campaign(scenario, options, *crew,
+                                       [&](int policy, std::vector<TraceRecord> records, const std::vector<double>&) {
+                                         const std::lock_guard lock(mutex);
+                                         for (const TraceRecord& one : records) {
+                                           EXPECT_NE(one.outcome, Outcome::invalid) << one.invalid_reason;
+                                           out[{scenario.policies[policy].name, one.particle}] = all_of(one);
+                                         }
+                                       });
+  EXPECT_TRUE(end.complete());
   return out;
 }
 

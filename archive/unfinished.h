@@ -1,0 +1,27 @@
+#pragma once
+// The particles that a campaign left without a trace because the machine failed them (cut off by the watchdog, out of
+// memory): a list beside the shards, a line of JSON each. `resume` tries them again and so begins by forgetting it.
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace graze {
+
+inline constexpr const char* kUnfinishedFile = "unfinished.jsonl";
+
+struct UnfinishedTrace {
+  std::string policy;
+  std::uint32_t particle = 0;
+  std::string reason;
+};
+
+/// Appends one. May be called by several processes at once. Throws MachineError.
+void add_unfinished(const std::filesystem::path& directory, const UnfinishedTrace& trace);
+/// In order of policy, then particle; each once. A line that a crash cut short is left out.
+std::vector<UnfinishedTrace> read_unfinished(const std::filesystem::path& directory);
+/// Throws MachineError.
+void forget_unfinished(const std::filesystem::path& directory);
+
+}  // namespace graze

@@ -1,0 +1,116 @@
+#include "jobs/contained.h"
+
+#include <iterator>
+#include <limits>
+#include <new>
+#include <optional>
+
+#include "archive/archive.h"
+#include "jobs/particles.h"
+
+namespace graze {
+namespace {
+
+/// What went wrong, and whose matter it is.
+struct Fault {
+  bool machine;  // or the robot's
+  std::string reason;
+};
+
+/// Rethrows what no particle can be blamed for.
+Fault fault_of(const std::exception_ptr& thrown) {
+  try {
+    std::rethrow_exception(thrown);
+  } catch (const MachineError&) {
+    throw;
+  } catch (const Overtime&) {
+    return {true, "took longer than the watchdog allows"};
+  } catch (const std::bad_alloc&) {
+    return {true, "out of memory"};
+  } catch (const std::exception& error) {
+    return {false, error.what()};
+  } catch (...) {
+    return {false, "an exception of unknown type"};
+  }
+}
+
+/// Appends the values of the particle that stands at `index`.
+void keep_values(WorkUnit& unit, std::size_t index) {
+  const std::size_t width = unit.values.size() / unit.particles.size();
+  const auto first = unit.values.begin() + static_cast<std::ptrdiff_t>(index * width);
+  std::copy_n(first, width, std::back_inserter(unit.record_values));
+}
+
+}  // namespace
+
+void take_over(WorkUnit& unit) {
+  if (!unit.alone && unit.particles.size() > 1) {
+    unit.alone = true;
+    return;
+  }
+  unit.unfinished.push_back({unit.particles[unit.next].id, "did not come back from a step; its thread was given up"});
+  ++unit.next;
+}
+
+struct ContainedRun::Attempt {
+  std::vector<TraceRecord> records;
+  std::optional<Fault> fault;
+};
+
+ContainedRun::ContainedRun(const Scenario& scenario, std::uint64_t seed, TraceWatch& watch)
+    : scenario_(scenario), seed_(seed), watch_(watch) {}
+
+void ContainedRun::run(WorkUnit& unit) {
+  if (unit.particles.size() > 1 && !unit.alone) {
+    Attempt together = attempt(unit.policy, unit.particles, unit.cost);
+    if (!together.fault) {
+      std::move(together.records.begin(), together.records.end(), std::back_inserter(unit.records));
+      for (; !unit.done(); ++unit.next) keep_values(unit, unit.next);
+      return;
+    }
+    unit.alone = true;
+  }
+  for (; !unit.done(); ++unit.next) {
+    close(unit, attempt(unit.policy, std::span(unit.particles).subspan(unit.next, 1), unit.cost));
+  }
+}
+
+ContainedRun::Attempt ContainedRun::attempt(int policy, std::span<const Particle> particles, RunCost& cost) {
+  auto run = runs_.find(policy);
+  if (run == runs_.end()) {
+    run = runs_.emplace(policy, BlockRun(scenario_, scenario_.policies[policy], seed_)).first;
+    run->second.watch(&watch_);
+  }
+  Attempt out;
+  RunCost mine;
+  std::exception_ptr thrown;
+  watch_.enter();
+  try {
+    out.records = run->second.run(particles, &mine);
+  } catch (...) {
+    thrown = std::current_exception();
+  }
+  watch_.leave();
+  cost.steps += mine.steps;
+  if (!thrown) return out;
+  runs_.erase(run);
+  out.fault = fault_of(thrown);
+  return out;
+}
+
+void ContainedRun::close(WorkUnit& unit, Attempt attempt) {
+  const std::uint32_t particle = unit.particles[unit.next].id;
+  if (attempt.fault && attempt.fault->machine) {
+    unit.unfinished.push_back({particle, attempt.fault->reason});
+    return;
+  }
+  if (attempt.fault) {
+    TraceRecord& record = unit.records.emplace_back(unfabricated(particle, scenario_, attempt.fault->reason));
+    record.end_time = std::numeric_limits<double>::quiet_NaN();  // some time after the start
+  } else {
+    unit.records.push_back(std::move(attempt.records.front()));
+  }
+  keep_values(unit, unit.next);
+}
+
+}  // namespace graze

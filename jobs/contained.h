@@ -1,0 +1,63 @@
+#pragma once
+// Faults stay where they arise: a particle that throws becomes an `invalid` trace, one that takes too long is left
+// unfinished, and the traces of its neighbours have the bits that they have without it. In: a unit of work. Out: its
+// traces, and the particles that have none.
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "jobs/block_run.h"
+#include "jobs/watchdog.h"
+
+namespace graze {
+
+/// A particle without a trace, by the fault of the machine and not of the robot.
+struct UnfinishedParticle {
+  std::uint32_t particle;
+  std::string reason;
+};
+
+/// Some particles under one policy, and how far they are. It outlives a thread that hangs in it: another goes on.
+struct WorkUnit {
+  int policy = 0;
+  std::vector<Particle> particles;
+  std::vector<double> values;  // of `particles`, [particle][parameter]
+  bool alone = false;          // one particle at a time, because something is wrong with one of them
+  std::size_t next = 0;        // particles before it are done
+
+  std::vector<TraceRecord> records;   // finished
+  std::vector<double> record_values;  // of `records`, [record][parameter]
+  std::vector<UnfinishedParticle> unfinished;
+  RunCost cost;
+
+  bool done() const { return next == particles.size(); }
+};
+
+/// For who takes over a unit from a thread that hangs: a particle that was alone is left unfinished; of several each is
+/// tried alone.
+void take_over(WorkUnit& unit);
+
+/// Simulates units of one scenario. Owned by one thread.
+class ContainedRun {
+ public:
+  /// `scenario` and `watch` outlive this.
+  ContainedRun(const Scenario& scenario, std::uint64_t seed, TraceWatch& watch);
+
+  /// Goes on with a unit until it is done. If the block throws or takes too long its state is suspect: it is made anew
+  /// and the particles are simulated one at a time (alone in a lane a trace has the same bits), so that only the guilty
+  /// one is `invalid` or unfinished. Throws InputError if the policy's settings are wrong, MachineError, and GivenUp.
+  void run(WorkUnit& unit);
+
+ private:
+  struct Attempt;
+  Attempt attempt(int policy, std::span<const Particle> particles, RunCost& cost);
+  void close(WorkUnit& unit, Attempt attempt);
+
+  const Scenario& scenario_;
+  const std::uint64_t seed_;
+  TraceWatch& watch_;
+  std::map<int, BlockRun> runs_;  // by policy, made when first needed
+};
+
+}  // namespace graze

@@ -1,0 +1,18 @@
+#pragma once
+// Signals that ask a campaign to stop: Ctrl-C, the end of a terminal, a scheduler's pre-emption or time limit.
+
+#include <atomic>
+#include <string>
+
+namespace graze {
+
+/// From now on SIGINT, SIGTERM, SIGHUP, SIGUSR1 and SIGXCPU set the flag that is given back, unless they were ignored
+/// before (nohup). A second SIGINT leaves the program at once with exit code 3, saying that `directory` can be resumed.
+/// A closed pipe and a file that may not grow (SIGPIPE, SIGXFSZ) no longer end the program; the write that they are
+/// about fails.
+const std::atomic<bool>& heed_signals(const std::string& directory);
+
+/// "SIGTERM": what set the flag first; empty if nothing did.
+std::string stop_signal();
+
+}  // namespace graze

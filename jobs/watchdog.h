@@ -1,0 +1,91 @@
+#pragma once
+// A trace that takes too long is a matter of the machine, not of the robot: it is cut off between two steps, and a
+// thread that does not come back from a step is given up. Time is counted in ticks of the watchdog's own thread, so
+// that neither a clock that jumps nor a process that was suspended for an hour makes a trace look slow.
+
+#include <array>
+#include <atomic>
+#include <condition_variable>
+#include <cstdint>
+#include <functional>
+#include <list>
+#include <memory>
+#include <mutex>
+#include <thread>
+
+#include "engine/lanes/block.h"
+
+namespace graze {
+
+/// Thrown between two steps of a block one of whose traces takes too long. Not a std::exception: no policy shall catch
+/// it by accident.
+struct Overtime {};
+/// Thrown in a thread that was given up when it does come back: somebody else has its work now.
+struct GivenUp {};
+
+/// Where one thread shows what it simulates, and is told to stop.
+class TraceWatch {
+ public:
+  // For the thread that simulates.
+
+  void enter();
+  /// Between enter() and leave() the thread touches nothing that others may take over. Throws GivenUp.
+  void leave();
+  /// A trace begins or ends in a lane.
+  void begin(int lane) { since_[lane].store(now_.load(std::memory_order_relaxed), std::memory_order_relaxed); }
+  void end(int lane) { since_[lane].store(kIdle, std::memory_order_relaxed); }
+  /// Throws Overtime if a trace has been cut off.
+  void check() const {
+    if (cut_.load(std::memory_order_relaxed)) throw Overtime{};
+  }
+
+  // For the watchdog.
+
+  enum class Finding { well, cut, stuck };
+  /// At tick `now`: cuts off what began `limit` ticks ago or earlier; gives the thread up (once) if it has not heeded
+  /// that for `grace` ticks.
+  Finding look(std::uint32_t now, std::uint32_t limit, std::uint32_t grace);
+
+ private:
+  static constexpr std::uint32_t kIdle = 0;
+  std::array<std::atomic<std::uint32_t>, kLanes> since_{};  // tick at which the trace of each lane began
+  std::atomic<std::uint32_t> now_{1};
+  std::atomic<bool> cut_{false};
+  std::mutex mutex_;  // guards the rest
+  bool inside_ = false, given_up_ = false;
+  std::uint32_t cut_at_ = 0;
+};
+
+/// Looks at threads now and then, on a thread of its own.
+class Watchdog {
+ public:
+  /// `seconds`: longest time for one trace; what does not heed the cut for as long again, but no more than a minute, is
+  /// stuck. 0: never looks.
+  explicit Watchdog(double seconds);
+  /// Ends the looking.
+  ~Watchdog();
+  Watchdog(const Watchdog&) = delete;
+  Watchdog& operator=(const Watchdog&) = delete;
+
+  /// Looks at one more thread. `stuck` is called once if it is given up, from the watchdog's thread; it may call add().
+  void add(std::shared_ptr<TraceWatch> watch, std::function<void()> stuck);
+
+ private:
+  struct Watched {
+    std::shared_ptr<TraceWatch> watch;
+    std::function<void()> stuck;
+  };
+  void loop();
+  void look_at_all();
+
+  const double tick_;  // s
+  const std::uint32_t limit_, grace_;
+  std::uint32_t now_ = 1;
+  std::mutex mutex_;  // guards the rest
+  std::condition_variable wake_;
+  bool done_ = false;
+  std::list<Watched> watched_;  // grows at its end only
+  std::thread thread_;
+};
+
+}  // namespace graze
