@@ -42,6 +42,7 @@ int parse_and_run(int argc, char** argv) {
   add_resume(app, action);
   add_status(app, action);
   add_score(app, action);
+  add_replay(app, action);
   add_pack(app, action);
   check_verb(app, argc, argv);
   try {

@@ -1,0 +1,71 @@
+#pragma once
+// What a replay exports: one trace with everything that was known at each of its physics steps, as HDF5 or as CSV.
+// Format: docs/replay.md.
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "archive/archive.h"
+
+namespace graze {
+
+struct NamedColumn {
+  std::string name, unit;  // SI; "1": none
+};
+
+/// Columns that belong together, a row per frame.
+struct FrameTable {
+  std::string name;  // "q", "command/kp"
+  std::vector<NamedColumn> columns;
+  std::vector<double> values = {};  // [frame][column]
+};
+
+/// Frame k is the trace after k physics steps; what acted, acted during the step that led to it, so that in frame 0 all
+/// of that is 0.
+struct StepLog {
+  std::vector<double> time;        // [frame], s
+  std::vector<FrameTable> tables;  // state, torques, commands, witnesses
+  std::vector<std::uint32_t> contact_frame;
+  std::vector<Contact> contacts;  // those that touch, by frame
+};
+
+struct ReplayedParameter {
+  std::string name, unit, distribution;
+  double nominal = 0, value = 0;
+  double deviations = 0;                   // (value - nominal) / std of the distribution; NaN: it has none
+  std::string nominal_label, value_label;  // of choices
+};
+
+struct ReplayedRequirement {
+  std::string name, description, unit;
+  double from = 0, to = 0;  // s: when it counts
+};
+
+struct ReplayFile {
+  std::string archive, policy;
+  CampaignInfo info;  // of the scenario that was replayed
+  TraceRecord trace;
+  std::string verification;                      // "identical", "different", "unverified"
+  std::optional<std::uint64_t> archived_digest;  // none: unverified
+  std::vector<ReplayedRequirement> requirements;
+  std::vector<ReplayedParameter> parameters;
+  StepLog log;
+};
+
+/// The files that write_replay() makes for `output`: one ending in .h5, or, for one ending in .csv, NAME.csv (frames),
+/// NAME.contacts.csv, NAME.events.csv, NAME.parameters.csv and NAME.trace.csv. Throws InputError for other endings.
+std::vector<std::filesystem::path> replay_files(const std::filesystem::path& output);
+
+/// Throws InputError unless write_replay() could begin: a known ending, and (unless `force`) none of the files exists.
+void check_replay_output(const std::filesystem::path& output, bool force);
+/// Each file appears whole or not at all. Throws as check_replay_output(), and MachineError.
+void write_replay(const ReplayFile& replay, const std::filesystem::path& output, bool force);
+
+/// The parts of write_replay().
+void write_replay_hdf5(const ReplayFile& replay, const std::filesystem::path& file);
+void write_replay_csv(const ReplayFile& replay, const std::vector<std::filesystem::path>& files);
+
+}  // namespace graze

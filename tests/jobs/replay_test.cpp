@@ -1,0 +1,380 @@
+// Claim: every trace of an archive can be had again, bit for bit, from the archive alone; what is not the archive's is
+// told; and what is exported is the trace.
+#include "jobs/replay.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "archive/hdf5.h"
+#include "jobs/campaign.h"
+#include "tests/jobs/program.h"
+
+namespace graze {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using testing::TemporaryFolder;
+namespace fs = std::filesystem;
+
+/// Runs a campaign into an archive; `change` may alter what is written of the campaign and of its traces.
+void write_campaign(
+    const fs::path& directory, const Scenario& scenario, std::uint64_t particles,
+    const std::function<void(CampaignInfo&)>& change_info = [](CampaignInfo&) {},
+    const std::function<void(TraceRecord&)>& change_trace = [](TraceRecord&) {}) {
+  CampaignInfo info = describe_campaign(scenario, particles, "test");
+  change_info(info);
+  CampaignWriter writer(directory, info, false);
+  CampaignOptions options;
+  options.particles = particles;
+  options.seed = scenario.seed;
+  options.threads = 2;
+  const auto crew = make_local_crew();
+  run_campaign(scenario, options, *crew, [&](int policy, std::vector<TraceRecord> traces, std::vector<double> values) {
+    for (TraceRecord& trace : traces) change_trace(trace);
+    writer.append(policy, std::move(traces), std::move(values));
+  });
+  writer.finish();
+}
+
+/// The curb on a back end, cut short; traces end one by one, so that lanes are refilled in the middle of others'
+/// traces.
+Scenario curb_on(const std::string& physics, const std::string& stop_at_violation) {
+  ScenarioOptions options;
+  options.overrides = {{"physics", physics},
+                       {"time.end", "60 ms"},
+                       {"time.control", "2 ms"},
+                       {"record", "{telemetry: all, every: 1, events: true}"},
+                       {"task.stop_at_violation", stop_at_violation},
+                       {"task.requirements.level", "{height: {link: BODY0, above: 17.5 cm}}"}};
+  if (physics == "bullet") options.overrides.push_back({"uncertain.contact.model", "{choice: [dantzig]}"});
+  return load_scenario(testing::data("scenarios/quadruped_curb.yaml"), options);
+}
+
+ReplayRequest request(const fs::path& archive, std::uint32_t particle, const std::string& policy) {
+  ReplayRequest out;
+  out.archive = archive.string();
+  out.particle = particle;
+  out.policy = policy;
+  out.record = true;
+  return out;
+}
+
+const FrameTable& table(const StepLog& log, const std::string& name) {
+  for (const FrameTable& one : log.tables) {
+    if (one.name == name) return one;
+  }
+  throw std::runtime_error(name);
+}
+
+std::vector<double> row(const FrameTable& table, std::size_t frame) {
+  const auto begin = table.values.begin() + static_cast<std::ptrdiff_t>(frame * table.columns.size());
+  return {begin, begin + static_cast<std::ptrdiff_t>(table.columns.size())};
+}
+
+/// Replays all traces of some policies; each must be the archive's, and its frames those that the archive recorded.
+void expect_replays(const Scenario& scenario, const fs::path& archive, const std::vector<std::string>& policies,
+                    std::uint32_t particles) {
+  const Archive whole(archive);
+  for (const std::string& policy : policies) {
+    for (std::uint32_t i = 0; i < particles; ++i) {
+      SCOPED_TRACE(policy + ", particle " + std::to_string(i));
+      const Replay got = replay(request(archive, i, policy));
+      ASSERT_TRUE(got.verified()) << (got.differences.empty() ? "" : got.differences[0]);
+      EXPECT_EQ(got.file.trace.events.size(), got.archived->events.size());
+      const std::vector<TelemetryFrame> frames = whole.telemetry(policy, i);
+      ASSERT_EQ(frames.size(), got.file.log.time.size());
+      for (std::size_t k = 0; k < frames.size(); ++k) {
+        ASSERT_EQ(frames[k].time, got.file.log.time[k]);
+        ASSERT_EQ(frames[k].q, row(table(got.file.log, "q"), k));
+        ASSERT_EQ(frames[k].v, row(table(got.file.log, "v"), k));
+        ASSERT_EQ(frames[k].tau, row(table(got.file.log, "tau"), k));
+      }
+    }
+  }
+  EXPECT_EQ(scenario.policies.size(), whole.info().policies.size());
+}
+
+TEST(Replay, GivesTheBitsOfALaneCampaign) {
+  const TemporaryFolder folder;
+  const Scenario scenario = curb_on("lanes", "true");
+  write_campaign(folder / "a.graze", scenario, 21);
+  std::set<double> ends;
+  for (const double end : Archive(folder / "a.graze").traces("step/4cm").end_time) ends.insert(end);
+  EXPECT_GT(ends.size(), 3u) << "the traces are meant to end at different times";
+  expect_replays(scenario, folder / "a.graze", {"step/1cm", "step/4cm"}, 21);
+}
+
+TEST(Replay, GivesTheBitsOfABulletCampaign) {
+  const TemporaryFolder folder;
+  const Scenario scenario = curb_on("bullet", "true");
+  write_campaign(folder / "a.graze", scenario, 19);
+  expect_replays(scenario, folder / "a.graze", {"step/4cm"}, 19);
+}
+
+TEST(Replay, ReadsPackedArchivesAndGoesOnAfterViolations) {
+  const TemporaryFolder folder;
+  const Scenario scenario = curb_on("lanes", "false");
+  write_campaign(folder / "a.graze", scenario, 9);
+  pack(folder / "a.graze", folder / "a.h5", false);
+  expect_replays(scenario, folder / "a.h5", {"step/3cm"}, 9);
+}
+
+// A Latin hypercube's particle depends on how many there are: the archive tells.
+TEST(Replay, KnowsTheSizeOfALatinHypercube) {
+  const TemporaryFolder folder;
+  testing::write_ball(folder, "sampling: {design: latin_hypercube}\n");
+  write_campaign(folder / "a.graze", load_scenario((folder / "ball.yaml").string()), 30);
+  EXPECT_TRUE(replay(request(folder / "a.graze", 29, "still")).verified());
+  EXPECT_THAT(testing::graze(folder.path(), "replay a.graze --particle 30 --unverified").err,
+              AllOf(HasSubstr("has particles 0 to 29"), Not(HasSubstr("--unverified"))));
+}
+
+// The witnesses of a replay are those that its trace was judged by.
+TEST(Replay, WitnessesGiveTheMargins) {
+  const TemporaryFolder folder;
+  const Scenario scenario = curb_on("lanes", "false");
+  write_campaign(folder / "a.graze", scenario, 3);
+  const Replay got = replay(request(folder / "a.graze", 2, "step/4cm"));
+  const FrameTable& witnesses = table(got.file.log, "requirements");
+  std::vector<double> least = row(witnesses, 0);
+  for (std::size_t k = 0; k < got.file.log.time.size(); ++k) {
+    const std::vector<double> now = row(witnesses, k);
+    for (std::size_t i = 0; i < now.size(); ++i) least[i] = std::min(least[i], now[i]);
+  }
+  EXPECT_EQ(least, got.archived->margins);
+  EXPECT_EQ(witnesses.columns.back().name, "level");
+  EXPECT_EQ(witnesses.columns.back().unit, "m");
+}
+
+// Contacts stand beside the frames in which they act: where an event says that a part touches, a contact of it begins.
+TEST(Replay, ContactsAgreeWithEvents) {
+  const TemporaryFolder folder;
+  write_campaign(folder / "a.graze", curb_on("lanes", "false"), 2);
+  const Replay got = replay(request(folder / "a.graze", 1, "step/4cm"));
+  const StepLog& log = got.file.log;
+  int begun = 0;
+  for (const Event& event : got.file.trace.events) {
+    if (event.kind != EventKind::contact_begin) continue;
+    const auto frame = static_cast<std::uint32_t>(std::ceil(event.time / got.file.info.step - 1e-9));
+    bool before = false, now = false;
+    for (std::size_t i = 0; i < log.contacts.size(); ++i) {
+      const bool same = log.contacts[i].a == event.a && log.contacts[i].b == event.b;
+      now = now || (same && log.contact_frame[i] == frame);
+      before = before || (same && log.contact_frame[i] + 1 == frame);
+    }
+    EXPECT_TRUE(now) << event.time;
+    EXPECT_FALSE(before) << event.time;
+    ++begun;
+  }
+  EXPECT_GT(begun, 4);
+}
+
+/// A campaign of dropped balls, by the program; its scenario's files are gone afterwards.
+struct Balls {
+  TemporaryFolder folder;
+  explicit Balls(const std::string& extra = "", const std::string& arguments = "-n 12") {
+    testing::write_ball(folder, extra);
+    const testing::Result run = graze("run ball.yaml --quiet -o a.graze " + arguments);
+    EXPECT_EQ(run.code, 0) << run.err;
+    fs::remove(folder / "ball.yaml");
+    fs::remove(folder / "ball.urdf");
+  }
+  testing::Result graze(const std::string& arguments) const { return testing::graze(folder.path(), arguments); }
+};
+
+TEST(Replay, TellsTheTraceInWords) {
+  const Balls balls;
+  const testing::Result got = balls.graze("replay a.graze --particle 7 --policy still");
+  EXPECT_EQ(got.code, 0) << got.err;
+  EXPECT_THAT(got.out, AllOf(HasSubstr("Ball: particle 7 under policy still"), HasSubstr("the same trace, bit for bit"),
+                             HasSubstr("initial.base.z"), HasSubstr("in std"), HasSubstr("high")));
+  EXPECT_EQ(balls.graze("replay a.graze --particle 7").out, got.out) << "the only policy need not be named";
+}
+
+TEST(Replay, JsonHasEverything) {
+  const Balls balls;
+  const testing::Result got = balls.graze("replay a.graze --particle 7 --json -o a.h5");
+  const auto json = nlohmann::json::parse(got.out);
+  EXPECT_EQ(json["verification"]["verdict"], "identical");
+  EXPECT_EQ(json["verification"]["digest"], json["verification"]["archived_digest"]);
+  EXPECT_EQ(json["parameters"].size(), 2u);
+  EXPECT_EQ(json["requirements"][0]["name"], "high");
+  EXPECT_EQ(json["exported"], nlohmann::json::array({"a.h5"}));
+}
+
+/// The whole numbers of a CSV file: [row][column], head first.
+std::vector<std::vector<std::string>> read_csv(const fs::path& file) {
+  std::vector<std::vector<std::string>> out;
+  std::istringstream in(testing::read_file(file));
+  for (std::string line; std::getline(in, line);) {
+    out.emplace_back();
+    std::istringstream cells(line);
+    for (std::string cell; std::getline(cells, cell, ',');) out.back().push_back(cell);
+  }
+  return out;
+}
+
+// The last row of a CSV export, read as text, has the bits of the archive's final state.
+TEST(Replay, CsvEndsInTheFinalState) {
+  const Balls balls;
+  ASSERT_EQ(balls.graze("replay a.graze --particle 3 -o out.csv").code, 0);
+  const std::optional<TraceRecord> want = Archive(balls.folder / "a.graze").trace("still", 3);
+  const auto rows = read_csv(balls.folder / "out.csv");
+  ASSERT_EQ(rows.size(), 52u) << "a head, the start and 50 steps";
+  std::vector<double> q, v;
+  for (std::size_t i = 0; i < rows[0].size(); ++i) {
+    if (rows[0][i].starts_with("q.")) q.push_back(std::stod(rows.back()[i]));
+    if (rows[0][i].starts_with("v.")) v.push_back(std::stod(rows.back()[i]));
+  }
+  EXPECT_EQ(q, want->q);
+  EXPECT_EQ(v, want->v);
+  EXPECT_EQ(rows[0][0], "time [s]");
+  EXPECT_EQ(std::stod(rows.back()[0]), want->end_time);
+  EXPECT_THAT(testing::read_file(balls.folder / "out.trace.csv"), HasSubstr("verification,identical"));
+  EXPECT_THAT(testing::read_file(balls.folder / "out.parameters.csv"), HasSubstr("initial.base.z,m,0,"));
+  EXPECT_THAT(testing::read_file(balls.folder / "out.contacts.csv"), HasSubstr("frame,time [s],a,b"));
+  EXPECT_THAT(testing::read_file(balls.folder / "out.events.csv"), HasSubstr("time [s],kind,a,b"));
+}
+
+TEST(Replay, Hdf5EndsInTheFinalState) {
+  const Balls balls;
+  ASSERT_EQ(balls.graze("replay a.graze --particle 3 -o out.h5").code, 0);
+  const std::optional<TraceRecord> want = Archive(balls.folder / "a.graze").trace("still", 3);
+  const hdf5::Lock lock;
+  const hdf5::Handle file = hdf5::open_for_reading(balls.folder / "out.h5");
+  const auto read = [&](const std::string& group, const hdf5::Spec& spec) {
+    return hdf5::read_column<double>(file.id(), group, spec, fs::file_size(balls.folder / "out.h5"));
+  };
+  const auto time = read("telemetry", {"time"});
+  ASSERT_EQ(time.size(), 51u);
+  EXPECT_EQ(time.back(), want->end_time);
+  const auto q = read("telemetry", {"q", hdf5::Type::f64, true, 7});
+  const auto v = read("telemetry", {"v", hdf5::Type::f64, true, 6});
+  EXPECT_EQ(std::vector<double>(q.end() - 7, q.end()), want->q);
+  EXPECT_EQ(std::vector<double>(v.end() - 6, v.end()), want->v);
+  EXPECT_EQ(hdf5::read_strings(file.id(), "names/q").at(6), "base.z");
+  EXPECT_EQ(hdf5::read_strings(file.id(), "units/q").at(6), "m");
+  EXPECT_EQ(read("requirements", {"margin"}), want->margins);
+  EXPECT_EQ(hdf5::read_count(file.id(), "digest"), want->digest);
+  EXPECT_EQ(hdf5::read_text(file.id(), "verification"), "identical");
+}
+
+TEST(Replay, OverwritesOnlyWhenForced) {
+  const Balls balls;
+  testing::write_file(balls.folder / "out.events.csv", "mine");
+  const testing::Result refused = balls.graze("replay a.graze --particle 3 -o out.csv");
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_THAT(refused.err, AllOf(HasSubstr("out.events.csv: exists already"), HasSubstr("--force")));
+  EXPECT_FALSE(fs::exists(balls.folder / "out.csv"));
+  EXPECT_EQ(testing::read_file(balls.folder / "out.events.csv"), "mine");
+  EXPECT_EQ(balls.graze("replay a.graze --particle 3 -o out.csv --force").code, 0);
+  EXPECT_EQ(balls.graze("replay a.graze --particle 3 -o out.txt").code, 2);
+  EXPECT_EQ(balls.graze("replay a.graze --particle 3 -o nowhere/out.h5").code, 3);
+}
+
+TEST(Replay, MisspeltThingsAreNamed) {
+  const Balls balls;
+  const auto refusal = [&](const std::string& arguments) {
+    const testing::Result got = balls.graze("replay a.graze " + arguments);
+    EXPECT_EQ(got.code, 2);
+    return got.err;
+  };
+  EXPECT_THAT(refusal("--particle 3 --policy stil"), HasSubstr("nearest: still"));
+  EXPECT_THAT(refusal("--particle 12"), AllOf(HasSubstr("particles 0 to 11"), HasSubstr("--unverified")));
+  const testing::Result other = balls.graze("replay a.graze --particle 12 --unverified");
+  EXPECT_EQ(other.code, 0);
+  EXPECT_THAT(other.out, HasSubstr("NOT VERIFIED"));
+}
+
+// An archive whose digest says something else is told apart, loudly, with what differs.
+TEST(Replay, AForgedDigestIsFound) {
+  const TemporaryFolder folder;
+  testing::write_ball(folder);
+  const Scenario scenario = load_scenario((folder / "ball.yaml").string());
+  write_campaign(
+      folder / "a.graze", scenario, 9, [](CampaignInfo&) {},
+      [](TraceRecord& trace) {
+        if (trace.particle == 4) trace.digest ^= 1;
+        if (trace.particle == 5) trace.margins[0] += 1;
+      });
+  EXPECT_EQ(testing::graze(folder.path(), "replay a.graze --particle 3").code, 0);
+  const testing::Result forged = testing::graze(folder.path(), "replay a.graze --particle 4 -o four.h5");
+  EXPECT_EQ(forged.code, 1);
+  EXPECT_THAT(forged.out, HasSubstr("DIFFERENT"));
+  EXPECT_THAT(forged.err, AllOf(HasSubstr("ANOTHER WAY"), HasSubstr("digest: 0x"), HasSubstr("in the archive")));
+  const Replay margin = replay(request(folder / "a.graze", 5, "still"));
+  ASSERT_EQ(margin.differences.size(), 1u);
+  EXPECT_THAT(margin.differences[0], HasSubstr("margin of high"));
+}
+
+TEST(Replay, AnotherVersionIsRefusedUnlessAskedFor) {
+  const TemporaryFolder folder;
+  testing::write_ball(folder);
+  const Scenario scenario = load_scenario((folder / "ball.yaml").string());
+  write_campaign(folder / "old.graze", scenario, 4, [](CampaignInfo& info) { info.results_version = "0.0.9+abc"; });
+  const testing::Result refused = testing::graze(folder.path(), "replay old.graze --particle 1");
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_THAT(refused.err, AllOf(HasSubstr("0.0.9+abc"), HasSubstr(results_version()), HasSubstr("--any-version")));
+  const testing::Result anyway = testing::graze(folder.path(), "replay old.graze --particle 1 --any-version");
+  EXPECT_EQ(anyway.code, 0);
+  EXPECT_THAT(anyway.out, AllOf(HasSubstr("0.0.9+abc"), HasSubstr("bit for bit")));
+
+  write_campaign(folder / "older.graze", scenario, 4, [](CampaignInfo& info) { info.source = {}; });
+  const testing::Result older = testing::graze(folder.path(), "replay older.graze --particle 1 --any-version");
+  EXPECT_EQ(older.code, 2);
+  EXPECT_THAT(older.err, HasSubstr("did not keep the scenario's files; it cannot be replayed"));
+}
+
+// A particle that cannot be fabricated is replayed as what it is: the reason, and an export without frames.
+TEST(Replay, ExplainsAParticleThatCouldNotBeFabricated) {
+  TemporaryFolder folder;
+  std::string text = testing::ball_scenario();
+  text.replace(text.find("{normal: {std: 2%}}"), 19, "{choice: [200, 1e-323]}");
+  testing::write_file(folder / "ball.urdf", testing::kBallUrdf);
+  testing::write_file(folder / "ball.yaml", text);
+  ASSERT_EQ(testing::graze(folder.path(), "run ball.yaml --quiet -n 20 -o a.graze").code, 0);
+  const TraceTable traces = Archive(folder / "a.graze").traces("still");
+  const auto found = std::find(traces.outcome.begin(), traces.outcome.end(), Outcome::invalid);
+  ASSERT_NE(found, traces.outcome.end()) << "some balls are meant to have no mass";
+  const auto particle = traces.particle[static_cast<std::size_t>(found - traces.outcome.begin())];
+  const testing::Result got =
+      testing::graze(folder.path(), "replay a.graze -o a.csv --particle " + std::to_string(particle));
+  EXPECT_EQ(got.code, 0) << got.err;
+  EXPECT_THAT(got.out, AllOf(HasSubstr("outcome    invalid: "), HasSubstr("mass 0"), HasSubstr("never began"), HasSubstr("bit for bit")));
+  EXPECT_EQ(read_csv(folder / "a.csv").size(), 1u);
+}
+
+TEST(Replay, DifferencesAreNamedOneByOne) {
+  const TemporaryFolder folder;
+  testing::write_ball(folder);
+  const Scenario scenario = load_scenario((folder / "ball.yaml").string());
+  const CampaignInfo info = describe_campaign(scenario, 4, "test");
+  TraceRecord a;
+  a.outcome = Outcome::known_failure;
+  a.violated = 0;
+  a.margins = {-0.5};
+  a.first_violations = {std::nan("")};
+  a.q.assign(7, 0.0);
+  a.v.assign(6, 0.0);
+  EXPECT_TRUE(trace_differences(a, a, info, true).empty()) << "NaN equals itself";
+  TraceRecord b = a;
+  b.q[6] = -0.0;
+  b.outcome = Outcome::success;
+  b.violated = -1;
+  b.events.emplace_back();
+  EXPECT_THAT(trace_differences(a, b, info, true),
+              ElementsAre(HasSubstr("known failure (high) in the archive, success now"),
+                          HasSubstr("final position base.z: 0 in the archive, -0 now"), HasSubstr("number of events")));
+  EXPECT_EQ(trace_differences(a, b, info, false).size(), 2u) << "an archive without events";
+}
+
+}  // namespace
+}  // namespace graze
