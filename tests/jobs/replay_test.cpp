@@ -348,7 +348,8 @@ TEST(Replay, ExplainsAParticleThatCouldNotBeFabricated) {
   const testing::Result got =
       testing::graze(folder.path(), "replay a.graze -o a.csv --particle " + std::to_string(particle));
   EXPECT_EQ(got.code, 0) << got.err;
-  EXPECT_THAT(got.out, AllOf(HasSubstr("outcome    invalid: "), HasSubstr("mass 0"), HasSubstr("never began"), HasSubstr("bit for bit")));
+  EXPECT_THAT(got.out, AllOf(HasSubstr("outcome    invalid: "), HasSubstr("mass 0"), HasSubstr("never began"),
+                             HasSubstr("bit for bit")));
   EXPECT_EQ(read_csv(folder / "a.csv").size(), 1u);
 }
 
