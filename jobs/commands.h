@@ -30,6 +30,7 @@ void add_status(CLI::App& app, Action& action);
 void add_replay(CLI::App& app, Action& action);
 void add_score(CLI::App& app, Action& action);
 void add_pack(CLI::App& app, Action& action);
+void add_submit(CLI::App& app, Action& action);
 
 /// Options that every verb that reads a scenario has.
 struct ScenarioArguments {

@@ -44,6 +44,7 @@ int parse_and_run(int argc, char** argv) {
   add_score(app, action);
   add_replay(app, action);
   add_pack(app, action);
+  add_submit(app, action);
   check_verb(app, argc, argv);
   try {
     app.parse(argc, argv);
