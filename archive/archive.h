@@ -33,6 +33,12 @@ struct UntilInfo {
   std::uint64_t answered_at = 0;  // particles that answered all questions; 0: not answered
 };
 
+/// Consecutive particles: begin … end - 1. end 0: all.
+struct ParticleRange {
+  std::uint64_t begin = 0, end = 0;
+  std::uint64_t count(std::uint64_t all) const { return end == 0 ? all : end - begin; }
+};
+
 /// Facts of a campaign that do not depend on its traces.
 struct CampaignInfo {
   std::string scenario_name, scenario_text, scenario_sha256, command_line, start_time;  // ISO 8601, UTC
@@ -58,6 +64,7 @@ struct CampaignInfo {
   bool store_values = true;                                   // /particles/values is kept
   std::string results_version;  // of the sources that bits depend on; empty in archives that do not know it
   UntilInfo until;
+  ParticleRange part;     // that this directory is about (graze run --part)
   ScenarioSource source;  // every file that the scenario was read from; empty in archives without
 };
 
@@ -147,5 +154,8 @@ CampaignInfo read_description(const std::filesystem::path& directory);
 /// exists (unless force) or the directory is no campaign, MachineError on a failing disk. Deterministic: equal traces
 /// give byte-identical datasets, whatever the order in which shards were written.
 void pack(const std::filesystem::path& directory, const std::filesystem::path& file, bool force);
+/// The same of several directories that hold parts of one campaign (equal scenario, seed, number of particles, policies
+/// and results version; else InputError, which names what differs). Complete if every trace is there.
+void pack(const std::vector<std::filesystem::path>& directories, const std::filesystem::path& file, bool force);
 
 }  // namespace graze

@@ -66,6 +66,47 @@ CampaignFiles open_campaign(const fs::path& path) {
   return {std::move(stored), Parts(std::move(shards), particles)};
 }
 
+namespace {
+
+/// What makes two directories parts of different campaigns; empty: nothing.
+std::string difference(const CampaignInfo& a, const CampaignInfo& b) {
+  if (a.scenario_sha256 != b.scenario_sha256) return "scenarios";
+  if (a.seed != b.seed) return fmt::format("seeds ({} and {})", a.seed, b.seed);
+  if (a.particles != b.particles) return fmt::format("numbers of particles ({} and {})", a.particles, b.particles);
+  if (a.policies != b.policies) return "policies";
+  if (a.results_version != b.results_version) {
+    return fmt::format("results versions ({} and {})", a.results_version, b.results_version);
+  }
+  return "";
+}
+
+}  // namespace
+
+CampaignFiles open_parts(const std::vector<fs::path>& directories) {
+  CampaignFiles all = open_campaign(directories.front());
+  std::vector<fs::path> shards;
+  for (const fs::path& directory : directories) {
+    const CampaignFiles one = open_campaign(directory);
+    if (one.stored.layout == Layout::packed) {
+      throw InputError(fmt::format("{}: is one file already; give campaign directories", directory.string()));
+    }
+    const std::string differ = difference(all.stored.info, one.stored.info);
+    if (!differ.empty()) {
+      throw InputError(fmt::format("{} and {}: are not parts of one campaign: their {} differ",
+                                   directories.front().string(), directory.string(), differ));
+    }
+    for (const fs::path& shard : shard_files(directory)) shards.push_back(shard);
+  }
+  CampaignInfo& info = all.stored.info;
+  info.part = {};
+  const hdf5::Lock lock;
+  all.parts = Parts(std::move(shards), info.particles);
+  all.stored.complete = std::all_of(info.policies.begin(), info.policies.end(), [&](const std::string& policy) {
+    return all.parts.traces(policy).size() == info.particles;
+  });
+  return all;
+}
+
 CampaignInfo read_description(const fs::path& directory) {
   return with_file(description_of(directory), [](const hdf5::Handle& file) { return read_info(file).info; });
 }

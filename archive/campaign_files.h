@@ -2,6 +2,7 @@
 // From a path to an opened campaign: which files it is made of, all of them checked.
 
 #include <filesystem>
+#include <vector>
 
 #include "archive/info.h"
 #include "archive/part.h"
@@ -16,5 +17,7 @@ struct CampaignFiles {
 /// A campaign directory or a packed file. Checks the seals of all files and that the shards belong to the campaign.
 /// Takes the library's lock. Throws InputError.
 CampaignFiles open_campaign(const std::filesystem::path& path);
+/// Directories that hold parts of one campaign, as if they were one. Throws InputError if they are not.
+CampaignFiles open_parts(const std::vector<std::filesystem::path>& directories);
 
 }  // namespace graze

@@ -191,6 +191,19 @@ UntilInfo read_until(const Handle& file) {
   return until;
 }
 
+void write_part(const Handle& file, const ParticleRange& part) {
+  if (part.end == 0) return;
+  hdf5::write_attribute(file.id(), "part_begin", part.begin);
+  hdf5::write_attribute(file.id(), "part_end", part.end);
+}
+
+ParticleRange read_part(const Handle& file, std::uint64_t particles) {
+  if (!hdf5::has_attribute(file.id(), "part_end")) return {};
+  const ParticleRange part = {hdf5::read_count(file.id(), "part_begin"), hdf5::read_count(file.id(), "part_end")};
+  if (part.begin >= part.end || part.end > particles) throw hdf5::Error("part_end does not fit its campaign");
+  return part;
+}
+
 template <class Info, class Do>
 void each_list(Info& info, const Do& act) {
   act("policies/name", info.policies);
@@ -241,6 +254,7 @@ void write_info_attributes(const Handle& file, const CampaignInfo& info, Layout 
   hdf5::write_attribute(root, "store_values", std::uint64_t{info.store_values});
   hdf5::write_attribute(root, "results_version", info.results_version);
   write_until(file, info.until);
+  write_part(file, info.part);
 }
 
 void write_info(const Handle& file, const CampaignInfo& info, Layout layout, bool complete) {
@@ -271,6 +285,7 @@ StoredInfo read_info(const Handle& file) {
   each_list(info, [&](const char* path, auto& list) { list = hdf5::read_strings(root, path); });
   if (hdf5::has_attribute(root, "results_version")) info.results_version = hdf5::read_text(root, "results_version");
   info.until = read_until(file);
+  info.part = read_part(file, info.particles);
   info.source = read_source(file, bytes);
   info.parameters = read_parameters(file, bytes);
   info.requirements.resize(hdf5::read_strings(root, "requirements/name").size());

@@ -224,13 +224,7 @@ class Packer {
   Dictionary sequences_{schema::kSequences}, reasons_{schema::kReasons};
 };
 
-}  // namespace
-
-void pack(const std::filesystem::path& directory, const std::filesystem::path& file, bool force) {
-  CampaignFiles files = open_campaign(directory);
-  if (files.stored.layout == Layout::packed) {
-    throw InputError(fmt::format("{}: is one file already; give a campaign directory", directory.string()));
-  }
+void pack_files(CampaignFiles files, const std::filesystem::path& file, bool force) {
   if (!force && std::filesystem::exists(file)) {
     throw InputError(fmt::format("{}: exists already; choose another --output or give --force", file.string()));
   }
@@ -240,6 +234,20 @@ void pack(const std::filesystem::path& directory, const std::filesystem::path& f
   });
   const hdf5::Lock lock;  // closes the shards
   files.parts = Parts({}, 0);
+}
+
+}  // namespace
+
+void pack(const std::filesystem::path& directory, const std::filesystem::path& file, bool force) {
+  CampaignFiles files = open_campaign(directory);
+  if (files.stored.layout == Layout::packed) {
+    throw InputError(fmt::format("{}: is one file already; give a campaign directory", directory.string()));
+  }
+  pack_files(std::move(files), file, force);
+}
+
+void pack(const std::vector<std::filesystem::path>& directories, const std::filesystem::path& file, bool force) {
+  pack_files(open_parts(directories), file, force);
 }
 
 }  // namespace graze

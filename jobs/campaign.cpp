@@ -63,8 +63,8 @@ class Campaign {
         sink_(sink),
         threads_(options.threads > 0 ? options.threads : default_threads()),
         source_(scenario, options.seed, options.particles),
-        group_(group_size(scenario, options.particles, workers())),
-        hand_out_((options.particles + group_ - 1) / group_ * scenario.policies.size(), workers(),
+        group_(group_size(scenario, options.part.count(options.particles), workers())),
+        hand_out_((options.part.count(options.particles) + group_ - 1) / group_ * scenario.policies.size(), workers(),
                   options.looks ? 1 : kMostUnits) {}
 
   CampaignEnd run() {
@@ -150,8 +150,9 @@ class Campaign {
     const std::uint64_t policies = scenario_.policies.size(), group = index / policies;
     unit->policy = static_cast<int>(index % policies);
     const std::string& policy = scenario_.policies[unit->policy].name;
-    const std::uint64_t end = std::min<std::uint64_t>(options_.particles, (group + 1) * group_);
-    for (std::uint64_t i = group * group_; i < end; ++i) {
+    const std::uint64_t begin = options_.part.begin + group * group_;
+    const std::uint64_t end = options_.part.begin + options_.part.count(options_.particles);
+    for (std::uint64_t i = begin; i < std::min(end, begin + group_); ++i) {
       if (options_.is_finished && options_.is_finished(policy, i)) continue;
       const auto id = static_cast<std::uint32_t>(i);
       const std::vector<double> values = source_.draw(id);

@@ -20,6 +20,7 @@ struct UnfinishedParticle;  // jobs/contained.h
 
 struct CampaignOptions {
   std::uint64_t particles = 0;
+  ParticleRange part;  // to simulate of them
   std::uint64_t seed = 1;
   int threads = 0;                          // of this process; 0: as many as it may use
   std::uint64_t workers = 0;                // threads of all ranks, the same number at each; 0: threads

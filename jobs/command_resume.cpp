@@ -29,6 +29,11 @@ std::uint64_t number_of_particles(const Arguments& arguments, const CampaignInfo
     throw InputError(
         fmt::format("-n {}: the campaign has {} particles; it can only grow", arguments.particles, info.particles));
   }
+  if (info.part.end > 0) {
+    throw InputError(fmt::format(
+        "-n {}: this is one part of a campaign of {} particles; run more particles as a campaign of their own",
+        arguments.particles, info.particles));
+  }
   if (info.design == "latin_hypercube") {
     throw InputError(
         fmt::format("-n {}: a Latin hypercube of {} points has none of the points of one of {}; run the "
@@ -74,11 +79,13 @@ int resume(const Arguments& arguments) {
   choose(scenario, before, arguments.policies);
   CampaignOptions options;
   options.particles = number_of_particles(arguments, before);
+  options.part = before.part;
   options.seed = before.seed;
   options.threads = arguments.threads;
   options.watchdog = arguments.watchdog;
   CampaignInfo info = describe_campaign(scenario, options.particles, before.command_line);
   info.start_time = before.start_time;
+  info.part = before.part;
   info.until = ask_again(before, options.particles);
   info.program_revision = before.program_revision;
   CampaignWriter writer(directory, info, CampaignWriter::Existing{});
@@ -90,7 +97,7 @@ int resume(const Arguments& arguments) {
   };
   if (!arguments.quiet) {
     spdlog::info("{}: {} of {} traces are there", directory, finished.count,
-                 options.particles * scenario.policies.size());
+                 options.part.count(options.particles) * scenario.policies.size());
   }
   return simulate_into(writer, scenario, options, info, {arguments.json, arguments.quiet});
 }

@@ -2,6 +2,8 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+#include <charconv>
 #include <filesystem>
 #include <memory>
 
@@ -19,7 +21,7 @@ struct Arguments {
   double watchdog = 0;  // s
   std::vector<std::string> policies;
   std::vector<std::string> until;
-  std::string confidence;
+  std::string confidence, part;
   std::string output;
   bool force = false, json = false, quiet = false;
   std::string command_line;
@@ -66,6 +68,30 @@ UntilInfo ask(const Arguments& arguments, Scenario& scenario) {
   return out;
 }
 
+/// `2/4`: the second of four parts of the particles.
+ParticleRange part_of(const Arguments& arguments, std::uint64_t particles) {
+  if (arguments.part.empty()) return {};
+  const char* const begin = arguments.part.data();
+  const char* const end = begin + arguments.part.size();
+  std::uint64_t number = 0, parts = 0;
+  const auto first = std::from_chars(begin, end, number);
+  const bool slash = first.ec == std::errc{} && first.ptr != end && *first.ptr == '/';
+  if (!slash || std::from_chars(first.ptr + 1, end, parts).ptr != end || number < 1 || number > parts) {
+    throw InputError(
+        fmt::format("--part {}: is not NUMBER/PARTS, from 1/PARTS to PARTS/PARTS; nearest right answer: 1/{}",
+                    arguments.part, std::max<std::uint64_t>(parts, 2)));
+  }
+  if (parts > particles) {
+    throw InputError(fmt::format("--part {}: there are only {} particles", arguments.part, particles));
+  }
+  if (!arguments.until.empty()) throw InputError("--until: a part knows nothing of the others; leave out --part");
+  if (arguments.output.ends_with(".h5")) {
+    throw InputError("--part: parts are directories until 'graze pack' makes one file of all; give -o DIRECTORY");
+  }
+  const auto edge = [&](std::uint64_t i) { return particles / parts * i + std::min(i, particles % parts); };
+  return {edge(number - 1), edge(number)};
+}
+
 int run(const Arguments& arguments) {
   Scenario scenario = arguments.scenario.load();
   arguments.draw.apply_to(scenario);
@@ -73,12 +99,14 @@ int run(const Arguments& arguments) {
   const UntilInfo until = ask(arguments, scenario);
   CampaignOptions options;
   options.particles = scenario.particles;
+  options.part = part_of(arguments, options.particles);
   options.seed = scenario.seed;
   options.threads = arguments.threads;
   options.watchdog = arguments.watchdog;
   const Destination out = destination(arguments, scenario);
   CampaignInfo info = describe_campaign(scenario, options.particles, arguments.command_line);
   info.until = until;
+  info.part = options.part;
   CampaignWriter writer(out.directory, info, arguments.force);
   const ExitCode code = simulate_into(writer, scenario, options, info, {arguments.json, arguments.quiet});
   if (out.packed) {
@@ -115,6 +143,9 @@ void add_run(CLI::App& app, Action& action, const std::string& command_line) {
       ->allow_extra_args(false);
   verb->add_option("--confidence", arguments->confidence, "Of the answers to --until (default: 95%)")
       ->type_name("FRACTION");
+  verb->add_option("--part", arguments->part,
+                   "Only one part of the particles, e.g. 2/4, into a directory of its own (graze pack joins parts)")
+      ->type_name("NUMBER/PARTS");
   verb->add_option("-o,--output", arguments->output,
                    "Campaign directory, or a file ending in .h5 to be packed into (default: SCENARIO.graze)");
   verb->add_flag("--force", arguments->force, "Replace an existing archive");

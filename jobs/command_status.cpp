@@ -43,7 +43,7 @@ Status status_of(const fs::path& path) {
   const CampaignInfo& info = archive.info();
   Status out;
   out.complete = archive.complete();
-  out.total = info.particles * info.policies.size();
+  out.total = info.part.count(info.particles) * info.policies.size();
   for (const std::string& policy : info.policies) {
     const TraceTable table = archive.traces(policy);
     Counts& counts = out.policies.emplace_back();

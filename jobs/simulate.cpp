@@ -137,7 +137,7 @@ ExitCode simulate_into(CampaignWriter& writer, const Scenario& scenario, Campaig
   }
   CampaignEnd end;
   if (!looks || looks->answered_at() == 0) {  // else by what is there already
-    const std::uint64_t total = options.particles * scenario.policies.size() - options.finished;
+    const std::uint64_t total = options.part.count(options.particles) * scenario.policies.size() - options.finished;
     const ProgressReport report(*crew, total, printing.quiet);
     end = run_campaign(scenario, options, *crew,
                        [&](int policy, std::vector<TraceRecord> traces, std::vector<double> values) {
