@@ -144,6 +144,7 @@ std::string batch_script(const BatchRequest& request, const BatchCampaign& campa
   out += array ? "campaign=" + shell_quoted(campaign.parts_directory()) + "/\"$SLURM_ARRAY_TASK_ID\"\n" + "mkdir -p " +
                      shell_quoted(campaign.parts_directory()) + "\n"
                : "campaign=" + shell_quoted(campaign.directory) + "\n";
+  const std::string more = campaign.resume.empty() ? "" : joined(campaign.resume) + " ";
   const std::string part = array ? fmt::format(" --part \"$SLURM_ARRAY_TASK_ID/{}\"", request.array) : "";
   const std::string start = launcher(request) + "\"$graze\"";
   out +=
@@ -151,8 +152,8 @@ std::string batch_script(const BatchRequest& request, const BatchCampaign& campa
       "again=\n"
       "trap 'again=yes; kill -USR1 \"$work\" 2>/dev/null' USR1\n"
       "trap 'kill -USR1 \"$work\" 2>/dev/null' TERM\n\n";
-  out += "if [ -e \"$campaign/campaign.h5\" ]; then\n  " + start + " resume \"$campaign\" " + threads + " &\nelse\n  " +
-         start + " run " + joined(campaign.run) + part + " " + threads + " -o \"$campaign\" &\nfi\n";
+  out += "if [ -e \"$campaign/campaign.h5\" ]; then\n  " + start + " resume \"$campaign\" " + more + threads +
+         " &\nelse\n  " + start + " run " + joined(campaign.run) + part + " " + threads + " -o \"$campaign\" &\nfi\n";
   out +=
       "work=$!\n"
       "while kill -0 \"$work\" 2>/dev/null; do wait \"$work\"; done  # a signal ends wait, not the work\n"

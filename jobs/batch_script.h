@@ -19,11 +19,12 @@ struct BatchRequest {
 
 /// What the job runs.
 struct BatchCampaign {
-  std::string program;           // path of graze
-  std::string scenario;          // as given
-  std::string directory;         // the campaign's; in array mode the parts lie in parts_directory()
-  std::vector<std::string> run;  // words behind `graze run`, scenario included, without the output and --threads
-  std::string threads;           // as given; empty: Slurm's processors per task
+  std::string program;              // path of graze
+  std::string scenario;             // as given
+  std::string directory;            // the campaign's; in array mode the parts lie in parts_directory()
+  std::vector<std::string> resume;  // words behind `graze resume DIRECTORY`: those that it shares with run
+  std::vector<std::string> run;     // words behind `graze run`, scenario included, without the output and --threads
+  std::string threads;              // as given; empty: Slurm's processors per task
   std::string parts_directory() const;
   std::string packed_file() const;
 };

@@ -162,6 +162,10 @@ int submit(Arguments arguments, const std::vector<std::string>& words) {
   campaign.scenario = run.one("scenario");
   campaign.directory = campaign_directory(run).string();
   campaign.run = run.without({"-o", "--output", "--threads"});
+  for (const char* flag : {"--json", "--quiet"}) {
+    if (run.given(flag)) campaign.resume.push_back(flag);
+  }
+  if (run.given("--watchdog")) campaign.resume.insert(campaign.resume.end(), {"--watchdog", run.one("--watchdog")});
   if (run.given("--threads")) campaign.threads = run.one("--threads");
   if (request.job_name.empty()) request.job_name = "graze-" + fs::path(campaign.directory).stem().string();
   const std::string made = request.array > 0 ? campaign.parts_directory() : campaign.directory;

@@ -76,9 +76,10 @@ TEST(Submit, PrintsAScriptThatTheShellReads) {
                              HasSubstr("#SBATCH --requeue\n"), HasSubstr("#SBATCH --signal=B:USR1@120\n"),
                              HasSubstr("run ball.yaml -n 500 --set 'time.end=40 ms' --until 'p >= 0.9' --threads"),
                              HasSubstr("resume \"$campaign\""), HasSubstr("mpirun -np \"$SLURM_NTASKS\"")));
-  const testing::Result array = campaign.graze("submit ball.yaml --array 4 --time 10 --dry-run");
+  const testing::Result array = campaign.graze("submit ball.yaml --array 4 --time 10 --watchdog 5 --dry-run");
   EXPECT_THAT(array.out, AllOf(HasSubstr("#SBATCH --array=1-4\n"), HasSubstr("--part \"$SLURM_ARRAY_TASK_ID/4\""),
-                               HasSubstr("pack ball.parts/* -o ball.h5"), Not(HasSubstr("mpirun"))));
+                               HasSubstr("pack ball.parts/* -o ball.h5"),
+                               HasSubstr("resume \"$campaign\" --watchdog 5 --threads"), Not(HasSubstr("mpirun"))));
   for (const std::string& script : {mpi.out, array.out}) {
     testing::write_file(campaign.folder / "script", script);
     const testing::Result read = testing::shell(campaign.folder.path(), "bash -n script");
