@@ -66,12 +66,13 @@ PairedComparison compare(const TraceTable& a, const TraceTable& b) {
 /// questions.
 void answer_questions(const CampaignInfo& info, Score& out) {
   const std::vector<Question> questions = questions_of(info);
+  const double mass = mixture_mass(questions);
   out.stopped_by_question = !questions.empty();
   out.confidence = info.until.confidence;
   for (PolicyScore& policy : out.policies) {
-    if (out.stopped_by_question) policy.interval = confidence_sequence(policy.success, policy.n);
+    if (out.stopped_by_question) policy.interval = confidence_sequence(policy.success, policy.n, 0.95, mass);
     if (!out.complete) continue;  // what is there is not the first particles
-    const Interval interval = confidence_sequence(policy.success, policy.n, out.confidence);
+    const Interval interval = confidence_sequence(policy.success, policy.n, out.confidence, mass);
     for (const Question& question : questions) {
       if (!matches(question.selector, policy.policy)) continue;
       out.answers.push_back(

@@ -6,18 +6,18 @@
 #include <boost/math/special_functions/gamma.hpp>
 #include <boost/math/tools/roots.hpp>
 #include <cmath>
-#include <numbers>
 #include <stdexcept>
 
 namespace graze {
 namespace {
 
-/// log B(a + 1/2, b + 1/2) by the C++ library's lgamma would lean on its state and precision; Boost's gives the same
-/// everywhere.
-double log_beta_half(double a, double b) {
+double log_beta(double a, double b) {
   using boost::math::lgamma;
-  return lgamma(a + 0.5) + lgamma(b + 0.5) - lgamma(a + b + 1);
+  return lgamma(a) + lgamma(b) - lgamma(a + b);
 }
+
+/// log of B(a + k, b + n - k) / B(a, b).
+double log_beta_ratio(double a, double b, double k, double n) { return log_beta(a + k, b + (n - k)) - log_beta(a, b); }
 
 /// k log p + (n - k) log(1 - p), with 0 log 0 = 0.
 double log_likelihood(double k, double n, double p) {
@@ -37,18 +37,32 @@ double root_from_outside(const Function& f, double outer, double inner) {
 
 }  // namespace
 
-Interval confidence_sequence(std::uint64_t k, std::uint64_t n, double confidence) {
+Interval confidence_sequence(std::uint64_t k, std::uint64_t n, double confidence, double mass) {
   if (!(confidence > 0 && confidence < 1)) throw std::invalid_argument("confidence must be within (0, 1)");
+  if (!(mass >= 0)) throw std::invalid_argument("mass must be >= 0");
   if (n == 0) return {0, 1};
   const auto successes = static_cast<double>(k), trials = static_cast<double>(n);
-  const double mixture = log_beta_half(successes, trials - successes) - std::log(std::numbers::pi);  // B(1/2, 1/2) = pi
-  const double limit = -std::log1p(-confidence);                                                     // log(1 / alpha)
-  const auto excess = [&](double p) { return mixture - log_likelihood(successes, trials, p) - limit; };
+  const double fixed = log_beta_ratio(0.5, 0.5, successes, trials);
+  const double limit = -std::log1p(-confidence);  // log(1 / alpha)
+  // Convex in p, also when the mixture moves along (each factor is (mass + i / p) or (mass + j / (1 - p)) then), and
+  // below 0 at the rate that was seen, whose likelihood no mixture exceeds: one root on either side.
+  const auto excess = [&](double p) {
+    const double mixture = mass > 0 ? log_beta_ratio(mass * p, mass * (1 - p), successes, trials) : fixed;
+    return mixture - log_likelihood(successes, trials, p) - limit;
+  };
   const double rate = successes / trials, tiny = 1e-300, most = 1 - 0x1p-53;
   Interval out{0, 1};
   if (k > 0 && excess(tiny) > 0) out.low = root_from_outside(excess, tiny, std::min(rate, most));
   if (k < n && excess(most) > 0) out.high = root_from_outside(excess, most, std::max(rate, tiny));
   return out;
+}
+
+double mixture_mass(const std::vector<Question>& questions) {
+  double mass = 0;
+  for (const Question& question : questions) {
+    if (question.kind == Question::Kind::narrow) mass = std::max(mass, 0.4 / (question.bound * question.bound));
+  }
+  return mass;
 }
 
 Verdict judge(const Question& question, const Interval& interval) {
@@ -70,8 +84,9 @@ const char* verdict_name(Verdict verdict) {
 
 bool all_answered(const std::vector<Question>& questions, const std::vector<std::string>& policies,
                   const std::vector<RateCount>& counts, double confidence) {
+  const double mass = mixture_mass(questions);
   for (std::size_t i = 0; i < policies.size(); ++i) {
-    const Interval interval = confidence_sequence(counts[i].success, counts[i].valid, confidence);
+    const Interval interval = confidence_sequence(counts[i].success, counts[i].valid, confidence, mass);
     for (const Question& question : questions) {
       if (matches(question.selector, policies[i]) && judge(question, interval) == Verdict::open) return false;
     }

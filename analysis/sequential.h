@@ -14,8 +14,10 @@ namespace graze {
 ///   M_n(p) = B(k + 1/2, n - k + 1/2) / (B(1/2, 1/2) p^k (1 - p)^(n - k))
 /// is below 1 / (1 - confidence). By Ville's inequality the true rate is in all intervals n = 1, 2, … together with at
 /// least that probability (Robbins 1970; Howard, Ramdas, McAuliffe and Sekhon, Annals of Statistics 49 (2021) 1055).
-/// A function of k and n alone. n = 0 gives [0, 1]. Throws std::invalid_argument unless 0 < confidence < 1.
-Interval confidence_sequence(std::uint64_t k, std::uint64_t n, double confidence = 0.95);
+/// `mass` > 0: the mixture is centred at the rate it tests, Beta(mass p, mass (1 - p)) in place of Beta(1/2, 1/2),
+/// which makes the sequence tightest when n is some ten times the mass, and wider much earlier and later. A function of
+/// k and n alone. n = 0 gives [0, 1]. Throws std::invalid_argument unless 0 < confidence < 1, mass >= 0.
+Interval confidence_sequence(std::uint64_t k, std::uint64_t n, double confidence = 0.95, double mass = 0);
 
 /// One `--until`: something about the success rate of each policy that the selector chooses.
 struct Question {
@@ -29,6 +31,10 @@ struct Question {
 /// `[POLICY:] p >= RATE`, `[POLICY:] p < RATE` or `[POLICY:] ci < WIDTH`; numbers as 0.95 or 95 %. Throws InputError
 /// with the text, the place and the nearest right answer; `option` names where it was given ("--until").
 Question parse_question(const std::string& text, const std::string& option);
+
+/// The mass of the mixture that answers these questions soonest: for the narrowest `ci` of width w, 0.4 / w^2; 0 if
+/// none asks for one. All intervals of a campaign are made with it.
+double mixture_mass(const std::vector<Question>& questions);
 
 /// What a campaign was asked to stop at. Throws InputError if the archive's questions do not read.
 std::vector<Question> questions_of(const CampaignInfo& info);

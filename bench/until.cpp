@@ -30,12 +30,13 @@ Summary summary(std::vector<std::uint64_t> n) {
 /// Particles until a question is answered at a true rate.
 std::vector<std::uint64_t> sequence_sizes(const Question& question, double rate) {
   const std::vector<std::uint64_t> looks = look_boundaries(kMost);
+  const double mass = mixture_mass({question});
   std::vector<std::uint64_t> out;
   for (std::uint32_t campaign = 0; campaign < kCampaigns; ++campaign) {
     std::uint64_t k = 0, n = 0;
     for (const std::uint64_t look : looks) {
       for (; n < look; ++n) k += uniform(1, static_cast<std::uint32_t>(n), campaign, 0) < rate;
-      if (judge(question, confidence_sequence(k, n)) != Verdict::open) break;
+      if (judge(question, confidence_sequence(k, n, 0.95, mass)) != Verdict::open) break;
     }
     out.push_back(n);
   }

@@ -21,20 +21,21 @@ using ::testing::Not;
 using testing::TemporaryFolder;
 
 /// Whether the mixture martingale at rate p, as a bet particle by particle in order of counts, has grown to 1 / alpha.
-bool excluded(std::uint64_t k, std::uint64_t n, double p, double confidence) {
+bool excluded(std::uint64_t k, std::uint64_t n, double p, double confidence, double mass) {
   double stake = 0;
   for (std::uint64_t i = 0; i < n; ++i) {
     const bool success = i < k;
-    const double hits = static_cast<double>(success ? i : k), predicted = (hits + 0.5) / static_cast<double>(i + 1);
+    const double hits = static_cast<double>(success ? i : k);
+    const double predicted = (hits + mass * p) / (static_cast<double>(i) + mass);
     stake += std::log(success ? predicted / p : (1 - predicted) / (1 - p));
   }
   return stake >= -std::log(1 - confidence);
 }
 
 /// By bisection: the simplest thing that could work.
-Interval plain_interval(std::uint64_t k, std::uint64_t n, double confidence) {
+Interval plain_interval(std::uint64_t k, std::uint64_t n, double confidence, double mass) {
   const auto bisect = [&](double out, double in) {
-    for (int i = 0; i < 45; ++i) (excluded(k, n, (out + in) / 2, confidence) ? out : in) = (out + in) / 2;
+    for (int i = 0; i < 45; ++i) (excluded(k, n, (out + in) / 2, confidence, mass) ? out : in) = (out + in) / 2;
     return in;
   };
   const double rate = static_cast<double>(k) / static_cast<double>(n);
@@ -55,7 +56,7 @@ std::uint64_t plain_answer(const std::vector<std::vector<Outcome>>& outcomes, do
       }
     }
     for (std::size_t policy = 0; policy < outcomes.size(); ++policy) {
-      const Interval interval = plain_interval(k[policy], n[policy], confidence);
+      const Interval interval = plain_interval(k[policy], n[policy], confidence, 0.4 / (width * width));
       all = all && interval.high - interval.low < width;
     }
     if (all) return look;
