@@ -82,15 +82,25 @@ class CampaignWriter {
   /// Takes up the campaign in an existing directory, which `info` describes from now on.
   struct Existing {};
   CampaignWriter(std::filesystem::path directory, const CampaignInfo& info, Existing);
+  /// Another process has made or taken up the campaign and holds its lock; this one adds shards under its own name,
+  /// numbered from `shards` + 1 on.
+  struct Member {
+    int rank, shards;
+  };
+  CampaignWriter(std::filesystem::path directory, const CampaignInfo& info, Member);
   ~CampaignWriter();
 
   /// Adds the finished traces of one block under one policy. `values`: [trace][parameter], row-major, same order as
   /// traces. Buffered; a shard is written when enough has gathered. Throws MachineError (disk full, …): what is on disk
   /// stays.
   void append(int policy, std::vector<TraceRecord> traces, std::vector<double> values);
+  /// Writes what is buffered.
+  void flush();
   /// Writes what is buffered; marks the campaign complete unless it was stopped early. `answered_at`: so many particles
   /// answered its questions (info.until), and it has no more than these from now on; 0: all that were asked for.
   void finish(bool complete = true, std::uint64_t answered_at = 0);
+  /// Highest number of a shard that the directory has or had when this began, or that was written since.
+  int shards() const;
   const std::filesystem::path& directory() const;
 
  private:

@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kManifestName = "shards";  // of the one process that writes
+constexpr const char* kManifestName = "shards";
 
 std::vector<fs::path> entries_of(const fs::path& directory) {
   std::error_code error;
@@ -84,6 +84,12 @@ fs::path move_aside(const fs::path& path) {
   }
 }
 
+/// The number in a shard's name: 17 of 000017.h5 and of r00003-000017.h5.
+int shard_number(const fs::path& shard) {
+  const std::string name = shard.stem().string();
+  return std::atoi(name.c_str() + (name.rfind('-') + 1));  // npos + 1 is 0
+}
+
 void describe(const fs::path& directory, const CampaignInfo& info, bool complete) {
   publish_hdf5(directory / kDescriptionFile,
                [&](const hdf5::Handle& file) { write_info(file, info, Layout::directory, complete); });
@@ -125,14 +131,27 @@ CampaignDirectory::CampaignDirectory(fs::path directory, const CampaignInfo& inf
   lock_.emplace(path_);
   forget_unfinished(path_);
   // Names are not used again, not even those of shards that are gone.
-  const auto taken = [&](const fs::path& shard) { shards_ = std::max(shards_, std::atoi(shard.stem().c_str())); };
+  const auto taken = [&](const fs::path& shard) { shards_ = std::max(shards_, shard_number(shard)); };
   for (const fs::path& shard : shard_files(path_)) taken(shard);
   for (const auto& [shard, entry] : read_manifest(path_)) taken(shard);
   describe(path_, info_, false);
 }
 
+CampaignDirectory::CampaignDirectory(fs::path directory, const CampaignInfo& info, CampaignWriter::Member member)
+    : path_(std::move(directory)),
+      info_(info),
+      kept_(true),
+      prefix_(fmt::format("r{:05}-", member.rank)),
+      shards_(member.shards) {}
+
 CampaignDirectory::~CampaignDirectory() {
-  if (!kept_) restore();
+  if (kept_) return;
+  try {
+    if (!shard_files(path_).empty()) return;  // other ranks have written
+  } catch (const InputError&) {
+    return;
+  }
+  restore();
 }
 
 void CampaignDirectory::restore() noexcept {
@@ -154,9 +173,9 @@ void CampaignDirectory::keep() {
 }
 
 void CampaignDirectory::add_shard(ShardBuffer shard) {
-  const ShardEntry entry = shard.publish(path_ / kShardFolder / fmt::format("{:06}.h5", ++shards_), info_);
+  const ShardEntry entry = shard.publish(path_ / kShardFolder / fmt::format("{}{:06}.h5", prefix_, ++shards_), info_);
   keep();
-  if (!manifest_) manifest_.emplace(path_, kManifestName);
+  if (!manifest_) manifest_.emplace(path_, prefix_ + kManifestName);
   manifest_->append(entry);
 }
 

@@ -28,11 +28,15 @@ class CampaignDirectory {
   /// Takes up an existing campaign, which `info` describes from now on; shards are added to those that are there.
   struct Existing {};
   CampaignDirectory(std::filesystem::path directory, const CampaignInfo& info, Existing);
+  /// Adds shards to a campaign that another process holds.
+  CampaignDirectory(std::filesystem::path directory, const CampaignInfo& info, CampaignWriter::Member member);
   /// Leaves things as they were before if no shard was added and the campaign was not completed.
   ~CampaignDirectory();
 
   const std::filesystem::path& path() const { return path_; }
   const CampaignInfo& info() const { return info_; }
+  /// Highest number of a shard so far.
+  int shards() const { return shards_; }
   /// Writes it under its name, then tells the manifest.
   void add_shard(ShardBuffer shard);
   /// Makes one file of the manifest and writes campaign.h5 anew, marked complete; `answered_at` as
@@ -47,7 +51,8 @@ class CampaignDirectory {
   CampaignInfo info_;
   std::optional<std::filesystem::path> old_;  // where the old campaign lies meanwhile
   bool made_ = false, kept_ = false;
-  int shards_ = 0;  // highest number of a shard
+  std::string prefix_;  // of the names of shards
+  int shards_ = 0;      // highest number of a shard
   std::optional<ManifestWriter> manifest_;
   std::optional<DirectoryLock> lock_;
 };

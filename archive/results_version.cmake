@@ -1,5 +1,5 @@
-# Writes HEADER: a hash of every source that the bits of a trace depend on. Run as
-#   cmake -DROOT=… -DHEADER=… -P results_version.cmake
+#Writes HEADER : a hash of every source that the bits of a trace depend on.Run as
+#cmake - DROOT =… - DHEADER =… - P results_version.cmake
 file(GLOB_RECURSE sources RELATIVE ${ROOT} ${ROOT}/engine/*.h ${ROOT}/engine/*.cpp ${ROOT}/sampling/*.h
   ${ROOT}/sampling/*.cpp ${ROOT}/scenarios/*.h ${ROOT}/scenarios/*.cpp ${ROOT}/jobs/block_run.*)
 list(SORT sources)

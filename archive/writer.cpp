@@ -26,6 +26,8 @@ struct CampaignWriter::Impl {
       : directory(std::move(path), facts, force), buffer(facts.policies.size()) {}
   Impl(std::filesystem::path path, const CampaignInfo& facts)
       : directory(std::move(path), facts, CampaignDirectory::Existing{}), buffer(facts.policies.size()) {}
+  Impl(std::filesystem::path path, const CampaignInfo& facts, Member member)
+      : directory(std::move(path), facts, member), buffer(facts.policies.size()) {}
 
   const CampaignInfo& info() const { return directory.info(); }
 
@@ -59,6 +61,9 @@ CampaignWriter::CampaignWriter(std::filesystem::path directory, const CampaignIn
 CampaignWriter::CampaignWriter(std::filesystem::path directory, const CampaignInfo& info, Existing)
     : impl_(std::make_unique<Impl>(std::move(directory), info)) {}
 
+CampaignWriter::CampaignWriter(std::filesystem::path directory, const CampaignInfo& info, Member member)
+    : impl_(std::make_unique<Impl>(std::move(directory), info, member)) {}
+
 CampaignWriter::~CampaignWriter() {
   try {
     if (auto rest = impl_->take(true)) impl_->write(std::move(*rest));
@@ -79,15 +84,24 @@ void CampaignWriter::append(int policy, std::vector<TraceRecord> traces, std::ve
   if (due) impl_->write(std::move(*due));
 }
 
-void CampaignWriter::finish(bool complete, std::uint64_t answered_at) {
+void CampaignWriter::flush() {
   std::optional<ShardBuffer> rest;
   {
     const std::lock_guard guard(impl_->adding);
     rest = impl_->take(true);
   }
   if (rest) impl_->write(std::move(*rest));
+}
+
+void CampaignWriter::finish(bool complete, std::uint64_t answered_at) {
+  flush();
   const std::lock_guard guard(impl_->writing);
   if (complete && !impl_->failed) impl_->directory.complete(answered_at);
+}
+
+int CampaignWriter::shards() const {
+  const std::lock_guard guard(impl_->writing);
+  return impl_->directory.shards();
 }
 
 const std::filesystem::path& CampaignWriter::directory() const { return impl_->directory.path(); }

@@ -141,7 +141,7 @@ class Campaign {
 
   /// No unit is begun any more, here or elsewhere.
   void stop() {
-    if (!stopped_.exchange(true)) crew_.fetch_add(kTickets, kNoMoreTickets);
+    if (!stopped_.exchange(true)) stop_all(crew_);
   }
 
   /// The particles of a unit that are not finished; those that cannot be fabricated are `invalid` at once.
@@ -203,6 +203,8 @@ CampaignProgress progress_of(Crew& crew) {
   const auto of = [&](SharedCounter counter) { return counts[counter - kTraces]; };
   return {of(kTraces), of(kSuccess), of(kKnownFailure), of(kUnknownFailure), of(kInvalid), of(kSteps)};
 }
+
+void stop_all(Crew& crew) { crew.fetch_add(kTickets, kNoMoreTickets); }
 
 CampaignEnd run_campaign(const Scenario& scenario, const CampaignOptions& options, Crew& crew, const TraceSink& sink) {
   return Campaign(scenario, options, crew, sink).run();

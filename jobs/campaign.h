@@ -39,6 +39,9 @@ struct CampaignProgress {
 };
 CampaignProgress progress_of(Crew& crew);
 
+/// No rank begins anything any more.
+void stop_all(Crew& crew);
+
 /// Where finished traces go: policy index, records, and the particles' values [trace][parameter]. Called from any
 /// thread, one block at a time per thread.
 using TraceSink = std::function<void(int policy, std::vector<TraceRecord> traces, std::vector<double> values)>;

@@ -67,6 +67,9 @@ UntilInfo ask_again(const CampaignInfo& before, std::uint64_t particles) {
 }
 
 int resume(const Arguments& arguments) {
+  const std::unique_ptr<Crew> crew = make_crew();
+  if (crew->rank() > 0) return assist(*crew, arguments.threads);
+  Start start(*crew);
   const std::string& directory = arguments.directory;
   if (!std::filesystem::is_directory(directory)) {
     throw InputError(fmt::format("{}: is no campaign directory{}", directory,
@@ -91,15 +94,11 @@ int resume(const Arguments& arguments) {
   CampaignWriter writer(directory, info, CampaignWriter::Existing{});
   const FinishedTraces finished = repair_and_list(directory, info);
   for (const std::string& note : finished.notes) spdlog::warn("{}", note);
-  options.finished = finished.count;
-  options.is_finished = [&](const std::string& policy, std::uint64_t particle) {
-    return finished.has(policy, particle);
-  };
   if (!arguments.quiet) {
     spdlog::info("{}: {} of {} traces are there", directory, finished.count,
                  options.part.count(options.particles) * scenario.policies.size());
   }
-  return simulate_into(writer, scenario, options, info, {arguments.json, arguments.quiet});
+  return simulate_into(writer, scenario, options, info, {arguments.json, arguments.quiet}, start, finished);
 }
 
 }  // namespace

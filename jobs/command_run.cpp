@@ -93,6 +93,9 @@ ParticleRange part_of(const Arguments& arguments, std::uint64_t particles) {
 }
 
 int run(const Arguments& arguments) {
+  const std::unique_ptr<Crew> crew = make_crew();
+  if (crew->rank() > 0) return assist(*crew, arguments.threads);
+  Start start(*crew);
   Scenario scenario = arguments.scenario.load();
   arguments.draw.apply_to(scenario);
   choose_policies(scenario, arguments.policies);
@@ -108,7 +111,7 @@ int run(const Arguments& arguments) {
   info.until = until;
   info.part = options.part;
   CampaignWriter writer(out.directory, info, arguments.force);
-  const ExitCode code = simulate_into(writer, scenario, options, info, {arguments.json, arguments.quiet});
+  const ExitCode code = simulate_into(writer, scenario, options, info, {arguments.json, arguments.quiet}, start);
   if (out.packed) {
     pack(out.directory, *out.packed, arguments.force);
     std::filesystem::remove_all(out.directory);

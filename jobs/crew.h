@@ -43,8 +43,8 @@ class Crew {
   virtual void barrier() = 0;
   /// All ranks call it and get the text that rank 0 gave.
   virtual std::string broadcast(const std::string& text) = 0;
-  /// Ends all ranks at once: for a rank that cannot take part in the end of a campaign any more.
-  [[noreturn]] virtual void abort(int exit_code) = 0;
+  /// As the destructor, for those who end the process without it: waits for all ranks to be through.
+  virtual void leave() = 0;
 };
 
 /// This process alone.

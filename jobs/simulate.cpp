@@ -48,10 +48,13 @@ std::string list_of(const std::vector<UnfinishedTrace>& traces, const std::strin
 }
 
 /// What was left undone without anything having failed.
-std::string incomplete(const std::string& directory, const CampaignEnd& end) {
+std::string incomplete(const std::string& directory, const CampaignEnd& end, std::uint64_t failed_ranks) {
   const std::vector<UnfinishedTrace> unfinished = read_unfinished(directory);
   std::string text;
-  if (end.stopped) {
+  if (failed_ranks > 0) {
+    text =
+        fmt::format("{} of the other ranks failed (their messages are above); what was finished is kept", failed_ranks);
+  } else if (end.stopped) {
     const std::string signal = stop_signal();
     text = fmt::format("stopped{} before the campaign was complete; what was finished is kept",
                        signal.empty() ? "" : " by " + signal);
@@ -65,8 +68,11 @@ std::string incomplete(const std::string& directory, const CampaignEnd& end) {
 }
 
 /// What there is to say about a campaign that is not complete, as an exception.
-std::exception_ptr why_incomplete(const CampaignWriter& writer, const CampaignInfo& info, const CampaignEnd& end) {
-  if (!end.error) return std::make_exception_ptr(MachineError(incomplete(writer.directory().string(), end)));
+std::exception_ptr why_incomplete(const CampaignWriter& writer, const CampaignInfo& info, const CampaignEnd& end,
+                                  std::uint64_t failed_ranks) {
+  if (!end.error) {
+    return std::make_exception_ptr(MachineError(incomplete(writer.directory().string(), end, failed_ranks)));
+  }
   try {
     std::rethrow_exception(end.error);
   } catch (const MachineError& error) {
@@ -122,42 +128,46 @@ void add_watchdog(CLI::App& verb, double& seconds) {
 }
 
 ExitCode simulate_into(CampaignWriter& writer, const Scenario& scenario, CampaignOptions options,
-                       const CampaignInfo& info, const Printing& printing) {
+                       const CampaignInfo& info, const Printing& printing, Start& start,
+                       const FinishedTraces& finished) {
+  Crew& crew = start.crew();
   const std::string directory = writer.directory().string();
-  options.stop = &heed_signals(directory);
-  options.unfinished = [&](const std::string& policy, const UnfinishedParticle& particle) {
-    add_unfinished(directory, {policy, particle.particle, particle.reason});
-  };
-  const std::unique_ptr<Crew> crew = make_local_crew();
+  set_out(options, directory, finished);
+  if (options.threads == 0) options.threads = default_threads();
+  options.workers = static_cast<std::uint64_t>(options.threads) * static_cast<std::uint64_t>(crew.size());
   std::optional<Looks> looks;
   if (!info.until.questions.empty()) {
-    looks.emplace(*crew, info);
+    looks.emplace(crew, info);
     if (options.finished > 0) looks->count_finished(Archive(writer.directory()));
+    if (looks->answered_at() > 0) stop_all(crew);  // by what is there already
     options.looks = &*looks;
   }
+  const std::uint64_t total = options.part.count(options.particles) * scenario.policies.size() - options.finished;
+  start.give({std::filesystem::absolute(directory), options.particles, options.workers, options.watchdog,
+              writer.shards(), finished.done});
   CampaignEnd end;
-  if (!looks || looks->answered_at() == 0) {  // else by what is there already
-    const std::uint64_t total = options.part.count(options.particles) * scenario.policies.size() - options.finished;
-    const ProgressReport report(*crew, total, printing.quiet);
-    end = run_campaign(scenario, options, *crew,
-                       [&](int policy, std::vector<TraceRecord> traces, std::vector<double> values) {
-                         writer.append(policy, std::move(traces), std::move(values));
-                       });
+  {
+    const ProgressReport report(crew, total, printing.quiet);
+    end = together(crew, [&] { return run_share(scenario, options, crew, writer); });
   }
+  const std::uint64_t answered_at = looks ? looks->answered_at() : 0;
+  const std::uint64_t failed_ranks = crew.read(kFailedRanks, 1).front();
+  const bool complete = failed_ranks == 0 && (answered_at > 0 || progress_of(crew).traces == total);
   try {
-    if (!end.error) writer.finish(end.complete(), looks ? looks->answered_at() : 0);
+    if (!end.error) writer.finish(complete, answered_at);
   } catch (const MachineError&) {
     end.error = std::current_exception();
   }
+  ExitCode code = kMachineFailed;
   if (!end.error) {
     const Score result = score(Archive(writer.directory()));
     print_table(result, printing);
-    if (end.complete()) return verdict_of(result);
+    if (complete) code = verdict_of(result);
   }
-  if (end.hanging.empty()) std::rethrow_exception(why_incomplete(writer, info, end));
-  const ExitCode code = report_error(why_incomplete(writer, info, end));
-  std::fflush(nullptr);
-  std::_Exit(code);  // threads that hang still use what would be taken down now
+  if (complete && !end.error && end.hanging.empty()) return code;
+  if (end.hanging.empty()) std::rethrow_exception(why_incomplete(writer, info, end, failed_ranks));
+  if (!complete || end.error) code = report_error(why_incomplete(writer, info, end, failed_ranks));
+  leave_hanging(crew, code);
 }
 
 }  // namespace graze

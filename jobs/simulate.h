@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "archive/archive.h"
-#include "jobs/campaign.h"
+#include "archive/finished.h"
 #include "jobs/commands.h"
+#include "jobs/ranks.h"
 
 namespace graze {
 
@@ -22,12 +22,13 @@ struct Printing {
 /// Adds --watchdog, with its default, to a verb.
 void add_watchdog(CLI::App& verb, double& seconds);
 
-/// Simulates what is not finished yet and writes it. Signals (jobs/signals.h) end it after the blocks under way. Prints
-/// the table of all that the archive holds. Gives what the questions of --until came to: kDone, kGateMissed (one of
-/// them is refuted) or kInconclusive. Throws MachineError if it was stopped, if traces are unfinished or if the disk
-/// fails; it says what is kept and how to go on. Does not return (but leaves with that message and its exit code) if a
-/// thread hangs.
+/// Simulates what is not finished yet and writes it, together with all ranks of the crew. Signals (jobs/signals.h) end
+/// it after the blocks under way. Prints the table of all that the archive holds. Gives what the questions of --until
+/// came to: kDone, kGateMissed (one of them is refuted) or kInconclusive. Throws MachineError if it was stopped, if
+/// traces are unfinished or if the disk fails; it says what is kept and how to go on. Does not return (but leaves with
+/// that message and its exit code) if a thread hangs.
 ExitCode simulate_into(CampaignWriter& writer, const Scenario& scenario, CampaignOptions options,
-                       const CampaignInfo& info, const Printing& printing);
+                       const CampaignInfo& info, const Printing& printing, Start& start,
+                       const FinishedTraces& finished = {});
 
 }  // namespace graze

@@ -211,18 +211,16 @@ void write_campaign(const Scenario& scenario, const std::filesystem::path& direc
   options.threads = 2;
   options.watchdog = watchdog;
   const CampaignInfo info = describe_campaign(scenario, scenario.particles, "test");
+  const std::unique_ptr<Crew> crew = make_local_crew();
+  Start start(*crew);
   if (!std::filesystem::exists(directory)) {
     CampaignWriter writer(directory, info, false);
-    simulate_into(writer, scenario, options, info, {false, true});
+    simulate_into(writer, scenario, options, info, {false, true}, start);
     return;
   }
   CampaignWriter writer(directory, info, CampaignWriter::Existing{});
   const FinishedTraces finished = repair_and_list(directory, info);
-  options.finished = finished.count;
-  options.is_finished = [&](const std::string& policy, std::uint64_t particle) {
-    return finished.has(policy, particle);
-  };
-  simulate_into(writer, scenario, options, info, {false, true});
+  simulate_into(writer, scenario, options, info, {false, true}, start, finished);
 }
 
 std::map<std::uint32_t, std::uint64_t> digests(const std::filesystem::path& directory) {

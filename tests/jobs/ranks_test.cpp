@@ -1,0 +1,197 @@
+// Claims: ranks under mpirun give the datasets that one process gives, whatever their number and that of their threads;
+// a rank that fails is named and costs nothing that was finished; a job that is killed can be resumed.
+#include "jobs/ranks.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <barrier>
+#include <cstdlib>
+#include <random>
+#include <thread>
+
+#include "archive/archive.h"
+#include "tests/jobs/program.h"
+
+namespace graze {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using testing::TemporaryFolder;
+
+#ifdef GRAZE_HAVE_MPI
+constexpr bool kHaveMpi = true;
+#else
+constexpr bool kHaveMpi = false;
+#endif
+
+/// The words before the program: so many ranks on this machine, however few processors it has, and whoever we are.
+std::string mpirun(int ranks) {
+  return "OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 mpirun --oversubscribe --bind-to none -np " +
+         std::to_string(ranks) + " '" GRAZE_PROGRAM "' ";
+}
+
+/// Digest of every trace, by policy and particle.
+std::map<std::string, std::map<std::uint32_t, std::uint64_t>> digests(const std::filesystem::path& path) {
+  const Archive archive(path);
+  std::map<std::string, std::map<std::uint32_t, std::uint64_t>> out;
+  for (const std::string& policy : archive.info().policies) {
+    const TraceTable table = archive.traces(policy);
+    for (std::size_t i = 0; i < table.size(); ++i) out[policy][table.particle[i]] = table.digest[i];
+  }
+  return out;
+}
+
+TEST(RanksAndThreads, GiveTheSameDatasets) {
+  if (!kHaveMpi) GTEST_SKIP() << "built without MPI";
+  const TemporaryFolder folder;
+  testing::write_ball(folder);
+  for (const int ranks : {1, 2, 4}) {
+    for (const int threads : {1, 2}) {
+      const std::string name = std::to_string(ranks) + "x" + std::to_string(threads);
+      const testing::Result run =
+          testing::shell(folder.path(), mpirun(ranks) + "run ball.yaml -n 3000 --quiet --threads " +
+                                            std::to_string(threads) + " -o " + name + ".graze");
+      ASSERT_EQ(run.code, 0) << run.err;
+      ASSERT_EQ(testing::graze(folder.path(), "pack " + name + ".graze -o " + name + ".h5").code, 0);
+      const testing::Result same = testing::shell(
+          folder.path(), "/usr/bin/python3 " GRAZE_SOURCE_DIR "/tests/jobs/same_datasets.py 1x1.h5 " + name + ".h5");
+      EXPECT_EQ(same.code, 0) << name << ": " << same.out << same.err;
+    }
+  }
+}
+
+TEST(Ranks, AMistakeIsToldOnceAndEndsAll) {
+  if (!kHaveMpi) GTEST_SKIP() << "built without MPI";
+  const TemporaryFolder folder;
+  const testing::Result run = testing::shell(folder.path(), mpirun(2) + "run nothing.yaml");
+  EXPECT_EQ(run.code, 2);
+  const std::string message = "graze: nothing.yaml: there is no such file";
+  const auto first = run.err.find(message);
+  ASSERT_NE(first, std::string::npos) << run.err;
+  EXPECT_EQ(run.err.find(message, first + 1), std::string::npos) << run.err;
+}
+
+/// Kills a rank or the whole job at a random instant, several times, and resumes under other numbers of ranks.
+void torture(int rounds) {
+  if (!kHaveMpi) GTEST_SKIP() << "built without MPI";
+  const TemporaryFolder folder;
+  testing::write_ball(folder);
+  const std::string run = "run ball.yaml -n 20000 --threads 1 --quiet -o ";
+  ASSERT_EQ(testing::graze(folder.path(), run + "whole.graze").code, 0);
+  const auto wanted = digests(folder / "whole.graze");
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> instant(0.3, 1.5);
+  int killed = 0;
+  for (int round = 0; round < rounds; ++round) {
+    const std::string name = "killed" + std::to_string(round) + ".graze", path = (folder / name).string();
+    // All processes of the job have the directory's name in their command lines. The newest is a rank.
+    const std::string which = round % 2 ? "-n -f '^[^ ]*graze run .*" : "-f '";
+    const std::string kill = "sleep " + std::to_string(instant(random)) + "; pkill -KILL " + which + path + "'";
+    const testing::Result cut = testing::shell(
+        folder.path(), "(" + kill + ") & exec 3>&1; " + mpirun(2) + run + path + "; code=$?; wait; exit $code");
+    killed += cut.code != 0;
+    if (round % 2 && cut.code != 0) {
+      EXPECT_THAT(cut.err, AllOf(HasSubstr("rank "), HasSubstr(" on node ")))
+          << "round " << round << ", exit code " << cut.code;
+    }
+    if (!std::filesystem::exists(folder / name / "campaign.h5")) continue;  // killed before it had begun
+    const auto before = digests(folder / name);
+    const testing::Result end = testing::shell(folder.path(), mpirun(1 + round % 3) + "resume --quiet " + path);
+    ASSERT_EQ(end.code, 0) << "round " << round << ": " << end.err << "\nbefore: " << cut.err;
+    EXPECT_EQ(digests(folder / name), wanted) << "round " << round;
+    for (const auto& [policy, traces] : before) {
+      for (const auto& [particle, digest] : traces) EXPECT_EQ(wanted.at(policy).at(particle), digest);
+    }
+  }
+  EXPECT_GT(killed, 0) << "no round killed anything";
+}
+
+TEST(Ranks, SurviveKillsAtRandomInstants) { torture(5); }
+TEST(Ranks, SurviveManyKillsAtRandomInstants) {
+  if (!std::getenv("GRAZE_LONG")) GTEST_SKIP() << "tests/run --long runs it";
+  torture(50);
+}
+
+// ---- without MPI: ranks that are threads of this process
+
+/// What the ranks of a fake crew share.
+struct Meeting {
+  explicit Meeting(int size) : size(size), barrier(size) {}
+  int size;
+  std::unique_ptr<Crew> counters = make_local_crew();
+  std::barrier<> barrier;
+  std::string text;
+};
+
+class FakeRank final : public Crew {
+ public:
+  FakeRank(Meeting& meeting, int rank) : meeting_(meeting), rank_(rank) {}
+  int rank() const override { return rank_; }
+  int size() const override { return meeting_.size; }
+  std::uint64_t fetch_add(std::size_t counter, std::uint64_t delta) override {
+    return meeting_.counters->fetch_add(counter, delta);
+  }
+  void add(std::size_t first, std::span<const std::uint64_t> deltas) override { meeting_.counters->add(first, deltas); }
+  std::vector<std::uint64_t> read(std::size_t first, std::size_t count) override {
+    return meeting_.counters->read(first, count);
+  }
+  void barrier() override { meeting_.barrier.arrive_and_wait(); }
+  std::string broadcast(const std::string& text) override {
+    if (rank_ == 0) meeting_.text = text;
+    barrier();
+    return meeting_.text;
+  }
+  void leave() override {}
+
+ private:
+  Meeting& meeting_;
+  int rank_;
+};
+
+// Claim: what rank 0 tells arrives as it was told.
+TEST(Briefing, ComesBackFromText) {
+  Briefing told{"/tmp/a.graze", 17, 4, 2.5, 3, {}};
+  told.finished["step/1cm"] = {true, false, true, true, false, false, false, false, true};
+  told.finished["none"] = {};
+  const Briefing heard = Briefing::from_text(told.to_text());
+  EXPECT_EQ(heard.directory, told.directory);
+  EXPECT_EQ(heard.particles, 17u);
+  EXPECT_EQ(heard.workers, 4u);
+  EXPECT_EQ(heard.watchdog, 2.5);
+  EXPECT_EQ(heard.shards, 3);
+  EXPECT_EQ(heard.finished, told.finished);
+}
+
+// Claim: a rank that cannot begin says who it is and why; rank 0 goes on to the end and knows of it.
+TEST(Ranks, OneThatFailsIsNamedAndHoldsNobodyUp) {
+  Meeting meeting(2);
+  FakeRank leader(meeting, 0), member(meeting, 1);
+  int code = 0;
+  ::testing::internal::CaptureStderr();
+  std::thread other([&] { code = assist(member, 1); });
+  {
+    Start start(leader);
+    start.give({"/nowhere/a.graze", 8, 2, 0, 0, {}});
+    together(leader, [] { return CampaignEnd{}; });
+  }
+  other.join();
+  EXPECT_EQ(code, 3);
+  EXPECT_THAT(::testing::internal::GetCapturedStderr(), AllOf(HasSubstr("rank 1 of 2 on "), HasSubstr("/nowhere")));
+  EXPECT_EQ(leader.read(kFailedRanks, 1).front(), 1u);
+}
+
+// Claim: ranks are sent home when rank 0 fails before the start.
+TEST(Ranks, AreSentHomeWithoutAStart) {
+  Meeting meeting(2);
+  FakeRank leader(meeting, 0), member(meeting, 1);
+  int code = -1;
+  std::thread other([&] { code = assist(member, 1); });
+  { const Start start(leader); }
+  other.join();
+  EXPECT_EQ(code, 0);
+}
+
+}  // namespace
+}  // namespace graze
