@@ -42,7 +42,11 @@ void fail_writing(const std::filesystem::path& path, int error) {
 }
 
 void make_directory(const std::filesystem::path& path) {
-  if (mkdir(path.c_str(), 0777) != 0) fail_writing(path, errno);
+  if (mkdir(path.c_str(), 0777) != 0) {
+    const int error = errno;
+    if (error == EEXIST && std::filesystem::is_directory(path)) return;  // another rank was faster
+    fail_writing(path, error);
+  }
   sync_directory_of(path);
 }
 

@@ -27,7 +27,7 @@ int write_all(int descriptor, std::span<const std::byte> bytes);
 /// Throws MachineError("path: cannot be written: reason of the system").
 [[noreturn]] void fail_writing(const std::filesystem::path& path, int error);
 
-/// Creates a directory; its parent must be there. Throws MachineError.
+/// Creates a directory, if it is not there; its parent must be. Throws MachineError.
 void make_directory(const std::filesystem::path& path);
 
 /// A new file under its temporary name, `path` + ".tmp"; removed again unless it is published.

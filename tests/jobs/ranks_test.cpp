@@ -62,6 +62,20 @@ TEST(RanksAndThreads, GiveTheSameDatasets) {
   }
 }
 
+// Claim: a question has the same answer after the same number of particles, by any number of ranks.
+TEST(Ranks, AnswerQuestionsAfterTheSameNumberOfParticles) {
+  if (!kHaveMpi) GTEST_SKIP() << "built without MPI";
+  const TemporaryFolder folder;
+  testing::write_ball(folder);
+  const std::string question = "run ball.yaml -n 20000 --quiet --threads 1 --until 'ci < 0.1' -o ";
+  ASSERT_EQ(testing::graze(folder.path(), question + "alone.graze").code, 0);
+  ASSERT_EQ(testing::shell(folder.path(), mpirun(3) + question + "three.graze").code, 0);
+  const Archive alone(folder / "alone.graze"), three(folder / "three.graze");
+  EXPECT_LT(alone.info().particles, 20000u);
+  EXPECT_EQ(three.info().particles, alone.info().particles);
+  EXPECT_EQ(digests(folder / "three.graze"), digests(folder / "alone.graze"));
+}
+
 TEST(Ranks, AMistakeIsToldOnceAndEndsAll) {
   if (!kHaveMpi) GTEST_SKIP() << "built without MPI";
   const TemporaryFolder folder;
