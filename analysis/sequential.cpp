@@ -82,16 +82,19 @@ const char* verdict_name(Verdict verdict) {
   return verdict == Verdict::holds ? "holds" : verdict == Verdict::refuted ? "refuted" : "undecided";
 }
 
-bool all_answered(const std::vector<Question>& questions, const std::vector<std::string>& policies,
-                  const std::vector<RateCount>& counts, double confidence) {
+AnswerCount count_answers(const std::vector<Question>& questions, const std::vector<std::string>& policies,
+                          const std::vector<RateCount>& counts, double confidence) {
   const double mass = mixture_mass(questions);
+  AnswerCount out;
   for (std::size_t i = 0; i < policies.size(); ++i) {
     const Interval interval = confidence_sequence(counts[i].success, counts[i].valid, confidence, mass);
     for (const Question& question : questions) {
-      if (matches(question.selector, policies[i]) && judge(question, interval) == Verdict::open) return false;
+      if (!matches(question.selector, policies[i])) continue;
+      ++out.all;
+      if (judge(question, interval) != Verdict::open) ++out.answered;
     }
   }
-  return true;
+  return out;
 }
 
 void check_selectors(const std::vector<Question>& questions, const std::vector<std::string>& policies) {

@@ -54,9 +54,13 @@ struct RateCount {
   std::uint64_t success = 0, valid = 0;
 };
 
-/// Whether each question has its answer for each policy that it is about. counts: by policy.
-bool all_answered(const std::vector<Question>& questions, const std::vector<std::string>& policies,
-                  const std::vector<RateCount>& counts, double confidence);
+/// How many answers the questions ask for, one for each policy that each is about, and how many are there.
+struct AnswerCount {
+  std::size_t answered = 0, all = 0;
+};
+/// counts: by policy.
+AnswerCount count_answers(const std::vector<Question>& questions, const std::vector<std::string>& policies,
+                          const std::vector<RateCount>& counts, double confidence);
 
 /// Throws InputError with the nearest name if a selector chooses none of the policies.
 void check_selectors(const std::vector<Question>& questions, const std::vector<std::string>& policies);

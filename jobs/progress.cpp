@@ -16,8 +16,8 @@ std::string duration_text(double seconds) {
   return fmt::format("{} h {:02} min", s / 3600, s / 60 % 60);
 }
 
-ProgressReport::ProgressReport(Crew& crew, std::uint64_t total_traces, bool quiet)
-    : crew_(crew), total_(total_traces), terminal_(isatty(STDERR_FILENO) != 0) {
+ProgressReport::ProgressReport(Crew& crew, std::uint64_t total_traces, bool quiet, Looks* looks)
+    : crew_(crew), total_(total_traces), looks_(looks), terminal_(isatty(STDERR_FILENO) != 0) {
   if (!quiet) thread_ = std::thread([this] { loop(); });
 }
 
@@ -41,10 +41,16 @@ std::string ProgressReport::line() const {
   const CampaignProgress progress = progress_of(crew_);
   const std::uint64_t done = progress.traces;
   const double rate = static_cast<double>(done) / elapsed;
-  std::string text = fmt::format("{}/{} traces, {:.3g} traces/s, {:.3g} particle-steps/s, ", done, total_, rate,
-                                 static_cast<double>(progress.steps) / elapsed);
-  text += done == total_ ? fmt::format("done in {}", duration_text(elapsed))
-                         : fmt::format("{} left", duration_text(static_cast<double>(total_ - done) / rate));
+  std::string text =
+      fmt::format("{}{}{} traces, {:.3g} traces/s, {:.3g} particle-steps/s, ", done, looks_ ? " of at most " : "/",
+                  total_, rate, static_cast<double>(progress.steps) / elapsed);
+  if (looks_) {
+    const std::string state = looks_->state();
+    text += state.empty() ? "no look yet" : state;
+  } else {
+    text += done == total_ ? fmt::format("done in {}", duration_text(elapsed))
+                           : fmt::format("{} left", duration_text(static_cast<double>(total_ - done) / rate));
+  }
   text += fmt::format("; S {} K {} U {}", progress.success, progress.known, progress.unknown);
   if (progress.invalid > 0) text += fmt::format(" invalid {}", progress.invalid);
   return text;

@@ -147,7 +147,7 @@ ExitCode simulate_into(CampaignWriter& writer, const Scenario& scenario, Campaig
               writer.shards(), finished.done});
   CampaignEnd end;
   {
-    const ProgressReport report(crew, total, printing.quiet);
+    const ProgressReport report(crew, total, printing.quiet, options.looks);
     end = together(crew, [&] { return run_share(scenario, options, crew, writer); });
   }
   const std::uint64_t answered_at = looks ? looks->answered_at() : 0;

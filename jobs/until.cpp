@@ -74,6 +74,14 @@ std::uint64_t Looks::answered_at() {
   return answered_at_;
 }
 
+std::string Looks::state() {
+  const std::uint64_t end = answered_at();  // looks, on ranks that have not ended a stretch themselves
+  const std::lock_guard lock(mutex_);
+  if (end == 0 && next_ == 0) return "";
+  return fmt::format("{} of {} answers after {} particles", answers_.answered, answers_.all,
+                     end > 0 ? end : looks_[next_ - 1]);
+}
+
 /// The next look; false if particles before it have not all ended.
 bool Looks::look() {
   const std::vector<std::uint64_t> stretch = crew_.read(counter(next_), policies_.size());
@@ -84,9 +92,8 @@ bool Looks::look() {
     counts_[policy].success += more.success;
     counts_[policy].valid += more.valid;
   }
-  if (looks_[next_] >= least_ && all_answered(questions_, policies_, counts_, confidence_)) {
-    answered_at_ = looks_[next_];
-  }
+  answers_ = count_answers(questions_, policies_, counts_, confidence_);
+  if (looks_[next_] >= least_ && answers_.answered == answers_.all) answered_at_ = looks_[next_];
   return true;
 }
 

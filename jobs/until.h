@@ -32,6 +32,8 @@ class Looks {
   void count_finished(const Archive& archive);
   /// The number of particles that answered the questions; 0: not yet. Each rank finds the same.
   std::uint64_t answered_at();
+  /// For a progress line: "2 of 3 answers after 512 particles"; empty before the first look.
+  std::string state();
 
  private:
   using ByStretch = std::map<std::size_t, std::uint64_t>;  // packed counts
@@ -50,6 +52,7 @@ class Looks {
   std::mutex mutex_;                        // of what follows
   std::size_t next_ = 0;                    // the next look
   std::vector<RateCount> counts_;           // by policy, of all stretches before next_
+  AnswerCount answers_;                     // at the last look
   std::uint64_t answered_at_ = 0;
 };
 

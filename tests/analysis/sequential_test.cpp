@@ -204,14 +204,20 @@ TEST(Question, SelectorsMustChooseAPolicy) {
   }
 }
 
-// Claim: a question is answered when every policy that it is about has its answer; others do not matter.
-TEST(Question, AllChosenPoliciesMustBeAnswered) {
+// Claim: an answer is asked for by each question for each policy that it is about; others do not matter.
+TEST(Question, AnswersAreCountedForEachPolicyItIsAbout) {
   const std::vector<std::string> policies = {"a", "b"};
   const std::vector<RateCount> counts = {{990, 1000}, {9, 10}};
-  EXPECT_TRUE(all_answered({parse_question("a: p >= 0.9", "-")}, policies, counts, 0.95));
-  EXPECT_FALSE(all_answered({parse_question("p >= 0.9", "-")}, policies, counts, 0.95));
-  EXPECT_FALSE(
-      all_answered({parse_question("a: p >= 0.9", "-"), parse_question("b: ci < 0.1", "-")}, policies, counts, 0.95));
+  const auto count = [&](const std::vector<std::string>& texts) {
+    std::vector<Question> questions;
+    for (const std::string& text : texts) questions.push_back(parse_question(text, "-"));
+    const AnswerCount answers = count_answers(questions, policies, counts, 0.95);
+    return std::pair(answers.answered, answers.all);
+  };
+  EXPECT_EQ(count({"a: p >= 0.9"}), std::pair(1ul, 1ul));
+  EXPECT_EQ(count({"p >= 0.9"}), std::pair(1ul, 2ul));
+  EXPECT_EQ(count({"a: p >= 0.9", "b: ci < 0.1"}), std::pair(1ul, 2ul));
+  EXPECT_EQ(count({"p < 0.1", "a: ci < 0.9"}), std::pair(3ul, 3ul));
 }
 
 }  // namespace
