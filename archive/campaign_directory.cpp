@@ -147,7 +147,7 @@ CampaignDirectory::CampaignDirectory(fs::path directory, const CampaignInfo& inf
 CampaignDirectory::~CampaignDirectory() {
   if (kept_) return;
   try {
-    if (!shard_files(path_).empty()) return;  // other ranks have written
+    if (!shard_files(path_).empty() || !read_unfinished(path_).empty()) return;  // there is something to resume
   } catch (const InputError&) {
     return;
   }

@@ -1,8 +1,8 @@
 // graze status: how far a campaign is, while it runs or afterwards.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
-#include <chrono>
 #include <filesystem>
 #include <iostream>
 #include <memory>
@@ -11,9 +11,11 @@
 #include "analysis/text_table.h"
 #include "archive/archive.h"
 #include "archive/campaign_directory.h"
-#include "archive/finished.h"
+#include "archive/unfinished.h"
 #include "jobs/commands.h"
 #include "jobs/progress.h"
+#include "jobs/shard_rate.h"
+#include "jobs/simulate.h"
 
 namespace graze {
 namespace {
@@ -22,7 +24,7 @@ namespace fs = std::filesystem;
 
 struct Counts {
   std::string policy;
-  std::uint64_t done = 0;
+  std::uint64_t done = 0, unfinished = 0;
   std::array<std::uint64_t, 4> by_outcome{};
 };
 
@@ -31,67 +33,101 @@ struct Status {
   std::optional<std::string> writer;
   std::uint64_t done = 0, total = 0, shards = 0;
   std::vector<Counts> policies;
-  double rate = 0;  // traces per second of the present writer; 0: not known
+  std::vector<std::string> requirements;
+  std::vector<std::uint64_t> violated;  // traces by the requirement that was violated first
+  std::vector<UnfinishedTrace> unfinished;
+  std::optional<double> rate;  // traces per second of the present writer; nothing: not known
+
+  /// Traces that the present writer has still to do.
+  std::uint64_t left() const { return total - std::min<std::uint64_t>(total, done + unfinished.size()); }
+  std::optional<double> seconds_left() const {
+    return rate ? std::optional(static_cast<double>(left()) / *rate) : std::nullopt;
+  }
+  std::uint64_t of(Outcome outcome) const {
+    std::uint64_t sum = 0;
+    for (const Counts& counts : policies) sum += counts.by_outcome[static_cast<std::size_t>(outcome)];
+    return sum;
+  }
 };
 
-double seconds_since(fs::file_time_type time) {
-  return std::chrono::duration<double>(fs::file_time_type::clock::now() - time).count();
+Counts counts_of(const TraceTable& table, Status& status) {
+  Counts counts;
+  counts.policy = table.policy;
+  counts.done = table.size();
+  for (const Outcome outcome : table.outcome) ++counts.by_outcome[static_cast<std::size_t>(outcome)];
+  for (const int violated : table.violated) {
+    if (violated >= 0) ++status.violated[static_cast<std::size_t>(violated)];
+  }
+  for (const UnfinishedTrace& trace : status.unfinished) counts.unfinished += trace.policy == table.policy;
+  return counts;
 }
 
 Status status_of(const fs::path& path) {
+  const bool directory = fs::is_directory(path);
+  Status out;
+  if (directory) {
+    out.writer = writer_of(path);
+    out.rate = writing_rate(path);
+    out.unfinished = read_unfinished(path);
+    out.shards = shard_files(path).size();
+  }
   const Archive archive(path);
   const CampaignInfo& info = archive.info();
-  Status out;
   out.complete = archive.complete();
   out.total = info.part.count(info.particles) * info.policies.size();
+  for (const auto& requirement : info.requirements) out.requirements.push_back(requirement.name);
+  out.violated.resize(out.requirements.size());
   for (const std::string& policy : info.policies) {
-    const TraceTable table = archive.traces(policy);
-    Counts& counts = out.policies.emplace_back();
-    counts.policy = policy;
-    counts.done = table.size();
-    for (const Outcome outcome : table.outcome) ++counts.by_outcome[static_cast<std::size_t>(outcome)];
-    out.done += counts.done;
+    out.policies.push_back(counts_of(archive.traces(policy), out));
+    out.policies.back().policy = policy;
+    out.done += out.policies.back().done;
   }
-  if (!fs::is_directory(path)) return out;
-  out.shards = shard_files(path).size();
-  out.writer = writer_of(path);
   return out;
 }
 
-/// Traces per second since the present writer took the directory: what its shards hold, by their times.
-void measure_rate(const fs::path& path, Status& status) {
-  std::error_code error;
-  const fs::file_time_type begin = fs::last_write_time(path / kLockFile, error);
-  if (error || !status.writer) return;
-  const CampaignInfo info = read_description(path);
-  std::uint64_t fresh = 0;
-  for (const fs::path& shard : shard_files(path)) {
-    if (fs::last_write_time(shard, error) >= begin && !error) fresh += traces_in_shard(shard, info);
+/// "upright 12, clears-curb 3, unknown 4"
+std::string failures(const Status& status) {
+  std::vector<std::string> parts;
+  for (std::size_t i = 0; i < status.requirements.size(); ++i) {
+    if (status.violated[i] > 0) parts.push_back(fmt::format("{} {}", status.requirements[i], status.violated[i]));
   }
-  const double elapsed = seconds_since(begin);
-  if (elapsed > 0) status.rate = static_cast<double>(fresh) / elapsed;
+  const std::uint64_t unknown = status.of(Outcome::unknown_failure);
+  if (unknown > 0) parts.push_back(fmt::format("unknown {}", unknown));
+  return parts.empty() ? "none" : fmt::format("{}", fmt::join(parts, ", "));
+}
+
+std::string progress_of(const Status& status) {
+  std::string out =
+      fmt::format("  {} of {} traces ({:.1f} %)", status.done, status.total,
+                  status.total ? 100.0 * static_cast<double>(status.done) / static_cast<double>(status.total) : 0.0);
+  if (status.shards > 0) out += fmt::format(" in {} shard{}", status.shards, status.shards == 1 ? "" : "s");
+  if (!status.writer || status.complete) return out + "\n";
+  if (!status.rate) return out + "; rate and time left are not known\n";
+  return out + fmt::format(", {:.1f} per second, about {} left\n", *status.rate, duration_text(*status.seconds_left()));
 }
 
 std::string text_of(const std::string& name, const Status& status) {
   const std::string state = status.complete ? "complete"
                             : status.writer ? "running (" + *status.writer + ")"
                                             : "stopped; 'graze resume " + name + "' does the rest";
-  std::string out =
-      fmt::format("{}: {}\n  {} of {} traces ({:.1f} %)", name, state, status.done, status.total,
-                  status.total ? 100.0 * static_cast<double>(status.done) / static_cast<double>(status.total) : 0.0);
-  if (status.shards > 0) out += fmt::format(" in {} shards", status.shards);
-  if (status.rate > 0) {
-    out += fmt::format(", {:.1f} per second, about {} left", status.rate,
-                       duration_text(static_cast<double>(status.total - status.done) / status.rate));
-  }
+  std::string out = fmt::format("{}: {}\n{}", name, state, progress_of(status));
+  out += fmt::format("  failures{}: {}\n", status.complete ? "" : " so far", failures(status));
   std::vector<std::vector<std::string>> table = {
-      {"policy", "done", "success", "known failure", "unknown failure", "invalid"}};
+      {"policy", "done", "success", "known failure", "unknown failure", "invalid", "unfinished"}};
   for (const Counts& counts : status.policies) {
     std::vector<std::string> row = {counts.policy, fmt::format("{}", counts.done)};
     for (const std::uint64_t n : counts.by_outcome) row.push_back(fmt::format("{}", n));
+    row.push_back(fmt::format("{}", counts.unfinished));
     table.push_back(std::move(row));
   }
-  return out + "\n\n" + text_table(table, 1);
+  out += "\n" + text_table(table, 1);
+  if (status.unfinished.empty()) return out;
+  return out + "\nUnfinished, by the fault of the machine; 'graze resume' tries them again" +
+         unfinished_text(status.unfinished, name) + "\n";
+}
+
+nlohmann::ordered_json or_null(const std::optional<double>& number) {
+  return number ? nlohmann::ordered_json(*number) : nlohmann::ordered_json();
 }
 
 std::string json_of(const Status& status) {
@@ -101,13 +137,23 @@ std::string json_of(const Status& status) {
   out["done"] = status.done;
   out["total"] = status.total;
   out["shards"] = status.shards;
-  out["traces_per_second"] = status.rate;
+  out["traces_per_second"] = or_null(status.rate);
+  out["seconds_left"] = or_null(status.seconds_left());
   for (const Counts& counts : status.policies) {
     nlohmann::ordered_json& row = out["policies"][counts.policy];
     row["done"] = counts.done;
     for (std::size_t i = 0; i < counts.by_outcome.size(); ++i) {
       row[std::string(outcome_name(static_cast<Outcome>(i)))] = counts.by_outcome[i];
     }
+    row["unfinished"] = counts.unfinished;
+  }
+  out["violated_first"] = nlohmann::ordered_json::object();
+  for (std::size_t i = 0; i < status.requirements.size(); ++i) {
+    out["violated_first"][status.requirements[i]] = status.violated[i];
+  }
+  out["unfinished"] = nlohmann::ordered_json::array();
+  for (const UnfinishedTrace& trace : status.unfinished) {
+    out["unfinished"].push_back({{"policy", trace.policy}, {"particle", trace.particle}, {"reason", trace.reason}});
   }
   return out.dump(2) + "\n";
 }
@@ -127,8 +173,7 @@ void add_status(CLI::App& app, Action& action) {
   verb->add_flag("--json", arguments->json, "Print as JSON");
   verb->callback([arguments, &action] {
     action = [arguments] {
-      Status status = status_of(arguments->archive);
-      measure_rate(arguments->archive, status);
+      const Status status = status_of(arguments->archive);
       std::cout << (arguments->json ? json_of(status) : text_of(arguments->archive, status));
       return kDone;
     };

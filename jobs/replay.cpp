@@ -70,13 +70,16 @@ void check_there(const ReplayRequest& request, const CampaignInfo& info, const s
 TraceRecord simulate(const Scenario& scenario, const PolicySpec& policy, const Particle& particle,
                      TraceObserver* observer) {
   BlockRun run(scenario, policy, scenario.seed);
+  std::string reason = "an exception of unknown type";
   try {
     return run.run({&particle, 1}, nullptr, observer).front();
   } catch (const std::exception& error) {
-    TraceRecord record = unfabricated(particle.id, scenario, error.what());
-    record.end_time = std::numeric_limits<double>::quiet_NaN();
-    return record;
+    reason = error.what();
+  } catch (...) {
   }
+  TraceRecord record = unfabricated(particle.id, scenario, reason);
+  record.end_time = std::numeric_limits<double>::quiet_NaN();
+  return record;
 }
 
 /// The particle, or why there is none.

@@ -10,7 +10,6 @@
 #include "analysis/score.h"
 #include "archive/campaign_directory.h"
 #include "archive/finished.h"
-#include "archive/unfinished.h"
 #include "jobs/commands.h"
 #include "jobs/contained.h"
 #include "jobs/progress.h"
@@ -32,39 +31,29 @@ std::string failed(const CampaignWriter& writer, const CampaignInfo& info, const
   const std::uint64_t kept = traces_kept(writer, info);
   if (kept == 0) return fmt::format("{}; no trace had been written yet", error.what());
   return fmt::format("{}; {} of {} traces are kept, and 'graze resume {}' does the rest when that is mended",
-                     error.what(), kept, info.particles * info.policies.size(), directory);
-}
-
-std::string list_of(const std::vector<UnfinishedTrace>& traces, const std::string& directory) {
-  constexpr std::size_t kMost = 20;
-  std::string text;
-  for (std::size_t i = 0; i < std::min(traces.size(), kMost); ++i) {
-    const UnfinishedTrace& trace = traces[i];
-    text += fmt::format("\n  policy {}, particle {}: {}; graze replay {} --policy '{}' --particle {}", trace.policy,
-                        trace.particle, trace.reason, directory, trace.policy, trace.particle);
-  }
-  if (traces.size() > kMost) text += fmt::format("\n  … all {}: {}/{}", traces.size(), directory, kUnfinishedFile);
-  return text;
+                     error.what(), kept, info.part.count(info.particles) * info.policies.size(), directory);
 }
 
 /// What was left undone without anything having failed.
 std::string incomplete(const std::string& directory, const CampaignEnd& end, std::uint64_t failed_ranks) {
   const std::vector<UnfinishedTrace> unfinished = read_unfinished(directory);
   std::string text;
+  const std::string by = stop_signal().empty() ? "" : " by " + stop_signal();
+  if (failed_ranks == 0 && end.stopped && unfinished.empty() && shard_files(directory).empty()) {
+    return fmt::format("{}: stopped{} before any trace was finished; nothing is kept", directory, by);
+  }
   if (failed_ranks > 0) {
     text =
         fmt::format("{} of the other ranks failed (their messages are above); what was finished is kept", failed_ranks);
   } else if (end.stopped) {
-    const std::string signal = stop_signal();
-    text = fmt::format("stopped{} before the campaign was complete; what was finished is kept",
-                       signal.empty() ? "" : " by " + signal);
+    text = fmt::format("stopped{} before the campaign was complete; what was finished is kept", by);
   }
   if (!unfinished.empty()) {
     text += fmt::format("{}traces unfinished by the fault of this machine, not of the robot: {}",
                         text.empty() ? "" : "; ", unfinished.size());
   }
   return fmt::format("{}: {}; 'graze resume {}' does the rest{}", directory, text, directory,
-                     list_of(unfinished, directory));
+                     unfinished_text(unfinished, directory));
 }
 
 /// What there is to say about a campaign that is not complete, as an exception.
@@ -114,6 +103,18 @@ void choose_policies(Scenario& scenario, const std::vector<std::string>& pattern
     return std::none_of(patterns.begin(), patterns.end(),
                         [&](const std::string& pattern) { return matches(pattern, policy.name); });
   });
+}
+
+std::string unfinished_text(const std::vector<UnfinishedTrace>& traces, const std::string& directory) {
+  constexpr std::size_t kMost = 20;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(traces.size(), kMost); ++i) {
+    const UnfinishedTrace& trace = traces[i];
+    text += fmt::format("\n  policy {}, particle {}: {}; graze replay {} --policy '{}' --particle {} --unverified",
+                        trace.policy, trace.particle, trace.reason, directory, trace.policy, trace.particle);
+  }
+  if (traces.size() > kMost) text += fmt::format("\n  … all {}: {}/{}", traces.size(), directory, kUnfinishedFile);
+  return text;
 }
 
 void add_watchdog(CLI::App& verb, double& seconds) {

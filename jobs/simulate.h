@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "archive/finished.h"
+#include "archive/unfinished.h"
 #include "jobs/commands.h"
 #include "jobs/ranks.h"
 
@@ -18,6 +19,9 @@ void choose_policies(Scenario& scenario, const std::vector<std::string>& pattern
 struct Printing {
   bool json = false, quiet = false;
 };
+
+/// Some lines, each begun by a line break: unfinished traces, why, and how to replay them.
+std::string unfinished_text(const std::vector<UnfinishedTrace>& traces, const std::string& directory);
 
 /// Adds --watchdog, with its default, to a verb.
 void add_watchdog(CLI::App& verb, double& seconds);

@@ -239,7 +239,8 @@ TEST(Contained, AHangingCampaignEndsIncompleteAndIsResumed) {
   const auto directory = balls.folder / "a.graze";
   EXPECT_EXIT(write_campaign(scenario, directory, 0.5), ::testing::ExitedWithCode(3),
               "a.graze: traces unfinished by the fault of this machine, not of the robot: 1; 'graze resume .*"
-              "policy still, particle [0-9]+: did not come back.*graze replay .*--policy 'still' --particle");
+              "policy still, particle [0-9]+: did not come back.*graze replay .*--policy 'still' --particle [0-9]+ "
+              "--unverified");
   const std::vector<UnfinishedTrace> unfinished = read_unfinished(directory);
   ASSERT_EQ(unfinished.size(), 1u);
   EXPECT_EQ(unfinished[0].particle, bar.guilty[0]);
