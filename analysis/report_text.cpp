@@ -14,6 +14,14 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Rows = std::vector<std::vector<std::string>>;
 
+constexpr std::size_t kMostKinds = 16;  // lines of the table of failures
+
+std::uint64_t failed_traces(const Score& score) {
+  std::uint64_t failed = 0;
+  for (const PolicyScore& policy : score.policies) failed += policy.known + policy.unknown + policy.invalid;
+  return failed;
+}
+
 std::string decimal(double x) { return std::isnan(x) ? "-" : fmt::format("{:.4f}", x); }
 std::string interval_text(const Interval& interval) {
   return fmt::format("{:.4f} .. {:.4f}", interval.low, interval.high);
@@ -108,7 +116,7 @@ Json json_of(const PairedComparison& p) {
 
 }  // namespace
 
-std::string format_score(const Score& score) {
+std::string format_score(const Score& score, bool failures) {
   std::string out = score.campaign;
   out.append(score.complete ? "\n" : " (INCOMPLETE: not all traces have been simulated)\n");
   out.append("\n").append(policy_table(score.policies));
@@ -121,10 +129,11 @@ std::string format_score(const Score& score) {
   if (!score.pairs.empty()) {
     out.append("\nThe same particles under two policies\n").append(pair_table(score.pairs));
   }
+  if (failures) out.append(format_failures(score.failures, score.archive, kMostKinds));
   return out;
 }
 
-std::string score_json(const Score& score) {
+std::string score_json(const Score& score, bool failures) {
   Json json = {{"campaign", score.campaign},         {"complete", score.complete}, {"confidence", 0.95},
                {"requirements", score.requirements}, {"policies", Json::array()},  {"pairs", Json::array()}};
   for (const PolicyScore& policy : score.policies) json["policies"].push_back(json_of(policy, score.requirements));
@@ -134,6 +143,14 @@ std::string score_json(const Score& score) {
   if (score.stopped_by_question) {
     json["until"] = {{"confidence", score.confidence}, {"answers", Json::array()}};
     for (const Answer& answer : score.answers) json["until"]["answers"].push_back(json_of(answer));
+  }
+  json["failed"] = failed_traces(score);
+  if (failures) {
+    json["failures_listed"] = "first_of_each_kind";
+    json["failures"] = Json::array();
+    for (const Failure& failure : score.failures) {
+      json["failures"].push_back(Json::parse(failure_json(failure, score.archive)));
+    }
   }
   return json.dump(2, ' ', false, Json::error_handler_t::replace);
 }

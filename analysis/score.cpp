@@ -83,7 +83,7 @@ void answer_questions(const CampaignInfo& info, Score& out) {
 
 }  // namespace
 
-Score score(const Archive& archive) {
+Score score(const Archive& archive, const std::string& name) {
   const CampaignInfo& info = archive.info();
   Score out;
   out.campaign = info.scenario_name;
@@ -94,6 +94,8 @@ Score score(const Archive& archive) {
   for (const std::string& policy : info.policies) tables.push_back(archive.traces(policy));
   for (const TraceTable& table : tables) out.policies.push_back(score_policy(table, out.requirements.size()));
   answer_questions(info, out);
+  out.archive = name.empty() ? archive.path().string() : name;
+  out.failures = first_failures(archive);
   for (std::size_t i = 0; i < tables.size(); ++i) {
     for (std::size_t k = i + 1; k < tables.size(); ++k) out.pairs.push_back(compare(tables[i], tables[k]));
   }

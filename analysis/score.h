@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "analysis/failures.h"
 #include "archive/archive.h"
 
 namespace graze {
@@ -55,12 +56,15 @@ struct Score {
   bool stopped_by_question = false;  // --until chose the number of particles: intervals are of the confidence sequence
   double confidence = 0.95;          // of the answers
   std::vector<Answer> answers;       // of a complete campaign with --until
+  std::string archive;               // as replay commands name it
+  std::vector<Failure> failures;     // the first of each kind
 };
 
-Score score(const Archive& archive);
+/// `name`: the archive as replay commands shall name it; empty: its path.
+Score score(const Archive& archive, const std::string& name = "");
 
-/// The table as printed, and as JSON text.
-std::string format_score(const Score& score);
-std::string score_json(const Score& score);
+/// The table as printed, and as JSON text; `failures`: with the first of each kind.
+std::string format_score(const Score& score, bool failures = true);
+std::string score_json(const Score& score, bool failures = true);
 
 }  // namespace graze

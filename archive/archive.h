@@ -128,6 +128,20 @@ struct OutcomeTable {
   std::vector<Outcome> outcome;
 };
 
+/// The failed traces of one policy (known, unknown and invalid), in order of particle id.
+struct FailureTable {
+  struct Row {
+    std::uint32_t particle = 0;
+    Outcome outcome = Outcome::invalid;
+    int violated = -1;         // requirement index, known failures only
+    std::uint32_t reason = 0;  // index into `reasons`, invalid traces only
+    double time = 0;           // s: of the violation, else of the end
+    double margin = 0;         // of the violated requirement, else of the objective
+  };
+  std::vector<Row> rows;
+  std::vector<std::string> reasons;
+};
+
 /// Reads a campaign directory or a packed file. Traces of particles beyond info().particles (work that ran ahead of
 /// --until) are not among what it gives.
 class Archive {
@@ -137,6 +151,7 @@ class Archive {
   explicit Archive(const std::filesystem::path& path);
   ~Archive();
 
+  const std::filesystem::path& path() const;  // as given
   const CampaignInfo& info() const;
   bool complete() const;
   /// By policy name; empty table if it has no traces yet.
@@ -145,6 +160,8 @@ class Archive {
   /// alone.
   std::optional<TraceRecord> trace(const std::string& policy, std::uint32_t particle) const;
   OutcomeTable outcomes(const std::string& policy) const;
+  /// Memory: a row per failed trace.
+  FailureTable failures(const std::string& policy) const;
   /// Persistent values of one particle, in the order of info().parameters; empty when they are not stored.
   std::vector<double> particle_values(std::uint32_t particle) const;
   /// Events of all traces of a policy: one vector per row of traces(policy).

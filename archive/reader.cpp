@@ -6,6 +6,7 @@
 
 #include "archive/archive.h"
 #include "archive/campaign_files.h"
+#include "archive/failure_scan.h"
 #include "archive/part_rows.h"
 
 namespace graze {
@@ -151,6 +152,7 @@ struct Archive::Impl {
 Archive::Archive(const std::filesystem::path& path) : impl_(std::make_unique<Impl>(path)) {}
 Archive::~Archive() = default;
 
+const std::filesystem::path& Archive::path() const { return impl_->path; }
 const CampaignInfo& Archive::info() const { return impl_->files.stored.info; }
 bool Archive::complete() const { return impl_->files.stored.complete; }
 
@@ -207,6 +209,11 @@ OutcomeTable Archive::outcomes(const std::string& policy) const {
     table.outcome.push_back(static_cast<Outcome>(code));
   }
   return table;
+}
+
+FailureTable Archive::failures(const std::string& policy) const {
+  const hdf5::Lock lock;
+  return impl_->has_policy(policy) ? scan_failures(impl_->files.parts, policy, info()) : FailureTable{};
 }
 
 std::vector<double> Archive::particle_values(std::uint32_t particle) const {

@@ -111,7 +111,8 @@ int run(const Arguments& arguments) {
   info.until = until;
   info.part = options.part;
   CampaignWriter writer(out.directory, info, arguments.force);
-  const ExitCode code = simulate_into(writer, scenario, options, info, {arguments.json, arguments.quiet}, start);
+  const Printing printing{arguments.json, arguments.quiet, out.packed ? out.packed->string() : ""};
+  const ExitCode code = simulate_into(writer, scenario, options, info, printing, start);
   if (out.packed) {
     pack(out.directory, *out.packed, arguments.force);
     std::filesystem::remove_all(out.directory);

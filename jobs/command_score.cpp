@@ -3,7 +3,6 @@
 
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "analysis/score.h"
@@ -16,7 +15,7 @@ struct Arguments {
   std::vector<std::string> archives;
   std::vector<std::string> require;
   std::string policy = "*";
-  bool json = false;
+  bool failures = false, json = false;
 };
 
 /// `p >= 0.9`: the success rate of each chosen policy must reach a bound.
@@ -69,23 +68,49 @@ ExitCode judge_all(const std::vector<Gate>& gates, const std::string& pattern, c
       fmt::format("--policy '{}' matches no policy of the archive; nearest: {}", pattern, nearest(pattern, names)));
 }
 
+/// The score with every failure, streamed: there may be more of them than memory holds.
+void print_json(const Archive& archive, const Score& result, bool all_failures) {
+  std::string text = score_json(result, !all_failures);
+  if (!all_failures) {
+    std::cout << text;
+    return;
+  }
+  text.resize(text.rfind('}'));
+  while (text.back() == '\n') text.pop_back();
+  std::cout << text << ",\n  \"failures_listed\": \"all\",\n  \"failures\": [";
+  list_failures_json(archive, result.archive, std::cout);
+  std::cout << "\n  ]\n}";
+}
+
+void print_text(const Archive& archive, const Score& result, bool all_failures) {
+  std::cout << format_score(result, !all_failures);
+  if (!all_failures) return;
+  std::cout << "\nFailures\n";
+  list_failures(archive, result.archive, std::cout);
+}
+
 int score_archives(const Arguments& arguments) {
   std::vector<Gate> gates;
   for (const std::string& text : arguments.require) gates.push_back(parse_gate(text));
   ExitCode code = kDone;
-  nlohmann::json all = nlohmann::json::array();
-  for (const std::string& file : arguments.archives) {
-    const Score result = score(Archive(file));
+  const bool several = arguments.archives.size() > 1;
+  if (arguments.json && several) std::cout << "[\n";
+  for (std::size_t i = 0; i < arguments.archives.size(); ++i) {
+    const std::string& file = arguments.archives[i];
+    const Archive archive(file);
+    const Score result = score(archive);
     if (arguments.json) {
-      all.push_back(nlohmann::json::parse(score_json(result)));
+      if (i > 0) std::cout << ",\n";
+      print_json(archive, result, arguments.failures);
     } else {
-      if (arguments.archives.size() > 1) std::cout << file << "\n";
-      std::cout << format_score(result) << (arguments.archives.size() > 1 ? "\n" : "");
+      if (several) std::cout << file << "\n";
+      print_text(archive, result, arguments.failures);
+      if (several) std::cout << "\n";
     }
     code = worse(code, judge_all(gates, arguments.policy, result, arguments.json ? std::cerr : std::cout));
     if (!result.complete && code == kDone) code = kMachineFailed;
   }
-  if (arguments.json) std::cout << (all.size() == 1 ? all[0] : all).dump(2) << "\n";
+  if (arguments.json) std::cout << (several ? "\n]\n" : "\n");
   return code;
 }
 
@@ -93,10 +118,12 @@ int score_archives(const Arguments& arguments) {
 
 void add_score(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<Arguments>();
-  CLI::App* verb = add_verb(app, "score", "Success rates with intervals, failures by requirement, paired comparison",
-                            "  graze score quadruped_curb.graze\n"
-                            "  graze score curb.h5 --json\n"
-                            "  graze score curb.h5 --policy 'step/4cm' --require 'p >= 0.9'   # a gate for CI\n");
+  CLI::App* verb =
+      add_verb(app, "score", "Success rates with intervals, failures by requirement, paired comparison",
+               "  graze score quadruped_curb.graze\n"
+               "  graze score curb.h5 --json\n"
+               "  graze score curb.h5 --policy 'step/4cm' --require 'p >= 0.9'   # a gate for CI\n"
+               "  graze score curb.h5 --failures                                  # with replay commands\n");
   verb->add_option("archives", arguments->archives, "Campaign directories or packed files")->required();
   verb->add_option(
           "--require", arguments->require,
@@ -104,6 +131,7 @@ void add_score(CLI::App& app, Action& action) {
       ->type_name("'p >= RATE'")
       ->allow_extra_args(false);
   verb->add_option("--policy", arguments->policy, "Policies that the gate is for (glob)")->capture_default_str();
+  verb->add_flag("--failures", arguments->failures, "List every failed trace, each with its replay command");
   verb->add_flag("--json", arguments->json, "Print JSON");
   verb->callback([arguments, &action] { action = [arguments] { return score_archives(*arguments); }; });
 }

@@ -60,9 +60,9 @@ struct ContainedRun::Attempt {
 ContainedRun::ContainedRun(const Scenario& scenario, std::uint64_t seed, TraceWatch& watch)
     : scenario_(scenario), seed_(seed), watch_(watch) {}
 
-void ContainedRun::run(WorkUnit& unit) {
+void ContainedRun::run(WorkUnit& unit, TraceObserver* observer) {
   if (unit.particles.size() > 1 && !unit.alone) {
-    Attempt together = attempt(unit.policy, unit.particles, unit.cost);
+    Attempt together = attempt(unit.policy, unit.particles, unit.cost, observer);
     if (!together.fault) {
       std::move(together.records.begin(), together.records.end(), std::back_inserter(unit.records));
       for (; !unit.done(); ++unit.next) keep_values(unit, unit.next);
@@ -71,11 +71,12 @@ void ContainedRun::run(WorkUnit& unit) {
     unit.alone = true;
   }
   for (; !unit.done(); ++unit.next) {
-    close(unit, attempt(unit.policy, std::span(unit.particles).subspan(unit.next, 1), unit.cost));
+    close(unit, attempt(unit.policy, std::span(unit.particles).subspan(unit.next, 1), unit.cost, observer));
   }
 }
 
-ContainedRun::Attempt ContainedRun::attempt(int policy, std::span<const Particle> particles, RunCost& cost) {
+ContainedRun::Attempt ContainedRun::attempt(int policy, std::span<const Particle> particles, RunCost& cost,
+                                            TraceObserver* observer) {
   auto run = runs_.find(policy);
   if (run == runs_.end()) {
     run = runs_.emplace(policy, BlockRun(scenario_, scenario_.policies[policy], seed_)).first;
@@ -86,7 +87,7 @@ ContainedRun::Attempt ContainedRun::attempt(int policy, std::span<const Particle
   std::exception_ptr thrown;
   watch_.enter();
   try {
-    out.records = run->second.run(particles, &mine);
+    out.records = run->second.run(particles, &mine, observer);
   } catch (...) {
     thrown = std::current_exception();
   }

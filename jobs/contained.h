@@ -47,11 +47,12 @@ class ContainedRun {
   /// Goes on with a unit until it is done. If the block throws or takes too long its state is suspect: it is made anew
   /// and the particles are simulated one at a time (alone in a lane a trace has the same bits), so that only the guilty
   /// one is `invalid` or unfinished. Throws InputError if the policy's settings are wrong, MachineError, and GivenUp.
-  void run(WorkUnit& unit);
+  /// `observer` sees every step, again if particles are simulated again.
+  void run(WorkUnit& unit, TraceObserver* observer = nullptr);
 
  private:
   struct Attempt;
-  Attempt attempt(int policy, std::span<const Particle> particles, RunCost& cost);
+  Attempt attempt(int policy, std::span<const Particle> particles, RunCost& cost, TraceObserver* observer);
   void close(WorkUnit& unit, Attempt attempt);
 
   const Scenario& scenario_;

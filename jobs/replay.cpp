@@ -9,7 +9,7 @@
 #include <cmath>
 #include <limits>
 
-#include "jobs/block_run.h"
+#include "jobs/contained.h"
 #include "jobs/particles.h"
 #include "jobs/step_recorder.h"
 
@@ -51,6 +51,10 @@ const PolicySpec& find_policy(const ReplayRequest& request, const CampaignInfo& 
                                near.empty() ? "" : "; nearest: " + near, fmt::join(names, ", ")));
 }
 
+int index_of(const PolicySpec& policy, const Scenario& scenario) {
+  return static_cast<int>(&policy - scenario.policies.data());
+}
+
 /// Refuses a particle that the campaign cannot have, or has not yet.
 void check_there(const ReplayRequest& request, const CampaignInfo& info, const std::string& policy) {
   const bool hypercube = info.design == "latin_hypercube";
@@ -66,20 +70,16 @@ void check_there(const ReplayRequest& request, const CampaignInfo& info, const s
                   request.particle, request.archive, policy));
 }
 
-/// What one trace comes out as, when nothing else is simulated. A throw makes it invalid, as in a campaign.
-TraceRecord simulate(const Scenario& scenario, const PolicySpec& policy, const Particle& particle,
-                     TraceObserver* observer) {
-  BlockRun run(scenario, policy, scenario.seed);
-  std::string reason = "an exception of unknown type";
-  try {
-    return run.run({&particle, 1}, nullptr, observer).front();
-  } catch (const std::exception& error) {
-    reason = error.what();
-  } catch (...) {
-  }
-  TraceRecord record = unfabricated(particle.id, scenario, reason);
-  record.end_time = std::numeric_limits<double>::quiet_NaN();
-  return record;
+/// What one trace comes out as when nothing else is simulated, with the faults of a campaign contained as there.
+TraceRecord simulate(const Scenario& scenario, int policy, Particle particle, TraceObserver* observer) {
+  TraceWatch watch;
+  ContainedRun run(scenario, scenario.seed, watch);
+  WorkUnit unit;
+  unit.policy = policy;
+  unit.particles.push_back(std::move(particle));
+  run.run(unit, observer);
+  if (unit.records.empty()) throw MachineError(fmt::format("the trace has no end: {}", unit.unfinished.at(0).reason));
+  return std::move(unit.records.front());
 }
 
 /// The particle, or why there is none.
@@ -241,10 +241,11 @@ Replay replay(const ReplayRequest& request) {
   const ParticleSource source(scenario, info.seed, info.particles);
   const std::vector<double> values = source.draw(request.particle);
   file.parameters = describe_parameters(scenario, file.info, values);
-  const std::optional<Particle> particle = fabricate(source, request.particle, values, file.trace, scenario);
+  std::optional<Particle> particle = fabricate(source, request.particle, values, file.trace, scenario);
   if (particle) {
     StepRecorder recorder(scenario, file.info);
-    file.trace = simulate(scenario, policy, *particle, request.record ? &recorder : nullptr);
+    file.trace =
+        simulate(scenario, index_of(policy, scenario), std::move(*particle), request.record ? &recorder : nullptr);
     file.log = recorder.take();
   }
   if (out.archived) {

@@ -161,7 +161,7 @@ ExitCode simulate_into(CampaignWriter& writer, const Scenario& scenario, Campaig
   }
   ExitCode code = kMachineFailed;
   if (!end.error) {
-    const Score result = score(Archive(writer.directory()));
+    const Score result = score(Archive(writer.directory()), printing.archive);
     print_table(result, printing);
     if (complete) code = verdict_of(result);
   }

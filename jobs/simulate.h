@@ -18,6 +18,7 @@ void choose_policies(Scenario& scenario, const std::vector<std::string>& pattern
 
 struct Printing {
   bool json = false, quiet = false;
+  std::string archive = {};  // as replay commands shall name it; empty: the directory
 };
 
 /// Some lines, each begun by a line break: unfinished traces, why, and how to replay them.

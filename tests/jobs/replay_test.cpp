@@ -353,6 +353,46 @@ TEST(Replay, ExplainsAParticleThatCouldNotBeFabricated) {
   EXPECT_EQ(read_csv(folder / "a.csv").size(), 1u);
 }
 
+// A trace that threw in its campaign throws again: the same reason, and the frames up to it. (The policy `faulty` is
+// that of contained_test.cpp.)
+TEST(Replay, ATraceThatThrewThrowsAgain) {
+  const TemporaryFolder folder;
+  std::string text = testing::ball_scenario();
+  const std::string still = "{hold: {}, control: {torque: {}}}";
+  text.replace(text.find(still), still.size(), "{faulty: {does: throw, above: 0.2}, control: {torque: {}}}");
+  testing::write_file(folder / "ball.urdf", testing::kBallUrdf);
+  testing::write_file(folder / "ball.yaml", text);
+  write_campaign(folder / "a.graze", load_scenario((folder / "ball.yaml").string()), 16);
+  const FailureTable failures = Archive(folder / "a.graze").failures("still");
+  int thrown = 0;
+  for (const FailureTable::Row& row : failures.rows) {
+    if (row.outcome != Outcome::invalid) continue;
+    const Replay got = replay(request(folder / "a.graze", row.particle, "still"));
+    EXPECT_TRUE(got.verified()) << (got.differences.empty() ? "" : got.differences[0]);
+    EXPECT_THAT(got.file.trace.invalid_reason, HasSubstr("no fingers"));
+    EXPECT_EQ(got.file.log.time.size(), 11u) << "the start and 10 ms";
+    ++thrown;
+  }
+  EXPECT_GT(thrown, 0);
+}
+
+// Every failure that `score` lists is replayed by the command that it lists.
+TEST(Replay, TheCommandsOfScoreWork) {
+  const Balls balls("", "-n 60");
+  const auto json = nlohmann::json::parse(balls.graze("score a.graze --json --failures").out);
+  ASSERT_GT(json["failures"].size(), 3u);
+  EXPECT_EQ(json["failures"].size(), json["failed"]);
+  EXPECT_EQ(json["failures_listed"], "all");
+  for (const auto& failure : json["failures"]) {
+    const std::string command = failure["replay"];
+    ASSERT_TRUE(command.starts_with("graze "));
+    const testing::Result got = balls.graze(command.substr(6));
+    EXPECT_EQ(got.code, 0) << got.err;
+    EXPECT_THAT(got.out, HasSubstr("outcome    " + failure["outcome"].get<std::string>()));
+  }
+  EXPECT_THAT(balls.graze("score a.graze").out, HasSubstr("graze replay a.graze --particle"));
+}
+
 TEST(Replay, DifferencesAreNamedOneByOne) {
   const TemporaryFolder folder;
   testing::write_ball(folder);

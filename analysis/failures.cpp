@@ -1,0 +1,146 @@
+#include "analysis/failures.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <functional>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <ostream>
+
+#include "analysis/text_table.h"
+
+namespace graze {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Failure describe(const FailureTable& table, const FailureTable::Row& row, const std::string& policy,
+                 const CampaignInfo& info) {
+  Failure out{policy, row.particle, row.outcome, "objective", row.time, row.margin, "", 1};
+  if (row.outcome == Outcome::known_failure) {
+    const auto& requirement = info.requirements[static_cast<std::size_t>(row.violated)];
+    out.what = requirement.name;
+    out.unit = requirement.unit;
+  } else if (row.outcome == Outcome::invalid) {
+    out.what = table.reasons[row.reason];
+  }
+  return out;
+}
+
+void for_each_failure(const Archive& archive, const std::function<void(const Failure&)>& act) {
+  for (const std::string& policy : archive.info().policies) {
+    const FailureTable table = archive.failures(policy);
+    for (const FailureTable::Row& row : table.rows) act(describe(table, row, policy, archive.info()));
+  }
+}
+
+std::string number(double x, const char* unit) { return std::isnan(x) ? "-" : fmt::format("{:.5g}{}", x, unit); }
+
+std::string margin_text(const Failure& failure) {
+  const std::string unit = failure.unit.empty() || failure.unit == "1" ? "" : " " + failure.unit;
+  return number(failure.margin, unit.c_str());
+}
+
+/// Reasons may be long.
+std::string shortened(const std::string& text) {
+  constexpr std::size_t kMost = 60;
+  if (text.size() <= kMost) return text;
+  std::size_t end = kMost - 1;
+  while ((static_cast<unsigned char>(text[end]) & 0xc0u) == 0x80u) --end;  // not within a character of UTF-8
+  return text.substr(0, end) + "…";
+}
+
+}  // namespace
+
+std::string shell_word(const std::string& word) {
+  const auto plain = [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+           std::string_view("_./:=@%+,-").find(c) != std::string_view::npos;
+  };
+  if (!word.empty() && std::all_of(word.begin(), word.end(), plain)) return word;
+  std::string out = "'";
+  for (const char c : word) out += c == '\'' ? "'\\''" : std::string(1, c);
+  return out + "'";
+}
+
+std::string replay_command(const std::string& archive, const std::string& policy, std::uint32_t particle) {
+  return fmt::format("graze replay {} --particle {} --policy {}", shell_word(archive), particle, shell_word(policy));
+}
+
+std::vector<Failure> first_failures(const Archive& archive) {
+  std::vector<Failure> out;
+  for (const std::string& policy : archive.info().policies) {
+    const FailureTable table = archive.failures(policy);
+    std::map<std::pair<Outcome, int>, std::size_t> ways;  // in `out`
+    for (const FailureTable::Row& row : table.rows) {
+      const auto [way, fresh] = ways.emplace(std::pair(row.outcome, row.violated), out.size());
+      if (fresh) {
+        out.push_back(describe(table, row, policy, archive.info()));
+      } else {
+        ++out[way->second].alike;
+      }
+    }
+  }
+  return out;
+}
+
+std::string format_failures(const std::vector<Failure>& failures, const std::string& archive, std::size_t most) {
+  if (failures.empty()) return "";
+  std::vector<std::vector<std::string>> rows = {
+      {"policy", "outcome", "what", "traces", "particle", "time", "margin", "replay"}};
+  for (const Failure& failure : failures) {
+    if (rows.size() > most) break;
+    rows.push_back({failure.policy, std::string(outcome_name(failure.outcome)), shortened(failure.what),
+                    std::to_string(failure.alike), std::to_string(failure.particle), number(failure.time, " s"),
+                    margin_text(failure), replay_command(archive, failure.policy, failure.particle)});
+  }
+  std::uint64_t traces = 0;
+  for (const Failure& failure : failures) traces += failure.alike;
+  std::string out = fmt::format("\nFailures, the first of each kind ('graze score {} --failures' lists all {})\n",
+                                shell_word(archive), traces);
+  out += text_table(rows, rows[0].size());
+  const std::size_t left = failures.size() - (rows.size() - 1);
+  return left == 0 ? out : out + fmt::format("… and {} more kinds\n", left);
+}
+
+void list_failures(const Archive& archive, const std::string& name, std::ostream& out) {
+  std::size_t policy = 6, what = 9;
+  for (const std::string& one : archive.info().policies) policy = std::max(policy, one.size());
+  for (const auto& one : archive.info().requirements) what = std::max(what, one.name.size());
+  const auto line = [&](const auto&... cells) {
+    return fmt::format("{:<{}}  {:>8}  {:<15}  {:<{}}  {:>11}  {:>14}  {}\n", cells...);
+  };
+  out << line("policy", policy, "particle", "outcome", "what", what, "time", "margin", "replay");
+  for_each_failure(archive, [&](const Failure& failure) {
+    out << line(failure.policy, policy, failure.particle, outcome_name(failure.outcome), failure.what, what,
+                number(failure.time, " s"), margin_text(failure),
+                replay_command(name, failure.policy, failure.particle));
+  });
+}
+
+std::string failure_json(const Failure& failure, const std::string& archive) {
+  const auto number = [](double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); };
+  const bool known = failure.outcome == Outcome::known_failure, invalid = failure.outcome == Outcome::invalid;
+  const Json json = {{"policy", failure.policy},
+                     {"particle", failure.particle},
+                     {"outcome", outcome_name(failure.outcome)},
+                     {"requirement", known ? Json(failure.what) : Json(nullptr)},
+                     {"reason", invalid ? Json(failure.what) : Json(nullptr)},
+                     {"time", number(failure.time)},
+                     {"margin", number(failure.margin)},
+                     {"unit", failure.unit},
+                     {"alike", failure.alike},
+                     {"replay", replay_command(archive, failure.policy, failure.particle)}};
+  return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+void list_failures_json(const Archive& archive, const std::string& name, std::ostream& out) {
+  const char* comma = "";
+  for_each_failure(archive, [&](const Failure& failure) {
+    out << comma << "\n    " << failure_json(failure, name);
+    comma = ",";
+  });
+}
+
+}  // namespace graze

@@ -1,0 +1,43 @@
+#pragma once
+// Failed traces, each with the command that replays it.
+
+#include <cstdint>
+#include <iosfwd>
+#include <string>
+#include <vector>
+
+#include "archive/archive.h"
+
+namespace graze {
+
+/// One failed trace.
+struct Failure {
+  std::string policy;
+  std::uint32_t particle = 0;
+  Outcome outcome = Outcome::invalid;
+  std::string what;  // the requirement that was violated first; "objective"; why it is invalid
+  double time = 0;   // s: of the violation, else of the end; NaN: not known
+  double margin = 0;
+  std::string unit;         // of the margin, of known failures
+  std::uint64_t alike = 1;  // traces of the policy that failed in the same way
+};
+
+/// `graze replay …` for a shell.
+std::string replay_command(const std::string& archive, const std::string& policy, std::uint32_t particle);
+/// A word as a shell takes it.
+std::string shell_word(const std::string& word);
+
+/// Of each way in which traces of a policy failed (a requirement, the objective, invalid) the one of the lowest
+/// particle. Takes 40 bytes of memory per failed trace of a policy.
+std::vector<Failure> first_failures(const Archive& archive);
+
+/// The table of such failures, no more than `most` lines; `archive`: as replay commands shall name it.
+std::string format_failures(const std::vector<Failure>& failures, const std::string& archive, std::size_t most);
+/// Every failure, a line each, by policy and particle.
+void list_failures(const Archive& archive, const std::string& name, std::ostream& out);
+/// Every failure as the elements of a JSON array, without its brackets.
+void list_failures_json(const Archive& archive, const std::string& name, std::ostream& out);
+/// One failure as JSON.
+std::string failure_json(const Failure& failure, const std::string& archive);
+
+}  // namespace graze

@@ -1,0 +1,11 @@
+#pragma once
+// The failures of a campaign: what there is to say of each in a line.
+
+#include "archive/part.h"
+
+namespace graze {
+
+/// As Archive::failures(). Needs the library's lock. Throws InputError.
+FailureTable scan_failures(Parts& parts, const std::string& policy, const CampaignInfo& info);
+
+}  // namespace graze

@@ -1,0 +1,111 @@
+// Claim: each failed trace is listed once, with what there is to say of it and a command that replays it.
+#include "analysis/failures.h"
+
+#include <gmock/gmock.h>
+
+#include <map>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "analysis/score.h"
+#include "tests/archive/compare.h"
+
+namespace graze {
+namespace {
+
+using namespace synthetic;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+CampaignInfo facts() {
+  CampaignInfo facts = info();
+  facts.particles = 200;
+  return facts;
+}
+
+// Claim: the table of failures is that of the records, in order of particle, from a directory and from one file.
+TEST(Failures, AreThoseOfTheRecords) {
+  const Folder folder;
+  const CampaignInfo want = facts();
+  write(folder / "a.graze", want);
+  pack(folder / "a.graze", folder / "a.h5", false);
+  for (const char* name : {"a.graze", "a.h5"}) {
+    const Archive archive(folder / name);
+    for (int policy = 0; policy < 3; ++policy) {
+      const FailureTable table = archive.failures(want.policies[static_cast<std::size_t>(policy)]);
+      std::size_t row = 0;
+      for (std::uint32_t i = 0; i < want.particles; ++i) {
+        const TraceRecord record = trace(want, policy, i);
+        if (record.outcome == Outcome::success) continue;
+        ASSERT_LT(row, table.rows.size());
+        const FailureTable::Row& got = table.rows[row++];
+        EXPECT_EQ(got.particle, i);
+        EXPECT_EQ(got.outcome, record.outcome);
+        EXPECT_EQ(got.violated, record.violated);
+        const bool known = record.outcome == Outcome::known_failure;
+        EXPECT_EQ(got.margin, known ? record.margins[static_cast<std::size_t>(record.violated)] : -0.5);
+        EXPECT_EQ(got.time, record.end_time) << "the synthetic traces end at their violation";
+        if (record.outcome == Outcome::invalid) {
+          EXPECT_EQ(table.reasons.at(got.reason), record.invalid_reason);
+        }
+      }
+      EXPECT_EQ(row, table.rows.size());
+      EXPECT_GT(row, 50u);
+    }
+    EXPECT_TRUE(archive.failures("nobody").rows.empty());
+  }
+}
+
+// Claim: of each policy and way of failing the lowest particle stands for all, and the counts are the score's.
+TEST(Failures, TheFirstOfEachKindStandsForAll) {
+  const Folder folder;
+  write(folder / "a.graze", facts());
+  const Archive archive(folder / "a.graze");
+  const Score result = score(archive, "a.graze");
+  std::map<std::string, std::uint64_t> known, others;
+  for (const Failure& failure : result.failures) {
+    (failure.outcome == Outcome::known_failure ? known : others)[failure.policy] += failure.alike;
+    const auto record = archive.trace(failure.policy, failure.particle);
+    ASSERT_TRUE(record);
+    EXPECT_EQ(record->outcome, failure.outcome);
+  }
+  for (const PolicyScore& policy : result.policies) {
+    EXPECT_EQ(known[policy.policy], policy.known);
+    EXPECT_EQ(others[policy.policy], policy.unknown + policy.invalid);
+  }
+  const std::string text = format_score(result);
+  EXPECT_THAT(text, AllOf(HasSubstr("'graze score a.graze --failures' lists all"), HasSubstr("clears-curb"),
+                          HasSubstr("graze replay a.graze --particle "), HasSubstr("state is not finite")));
+  EXPECT_THAT(format_score(result, false), Not(HasSubstr("graze replay")));
+  EXPECT_THAT(format_failures(result.failures, "a.graze", 2), HasSubstr("more kinds"));
+}
+
+// Claim: the whole list, as text and as JSON, has a line for every failure.
+TEST(Failures, TheWholeListHasEveryFailure) {
+  const Folder folder;
+  write(folder / "a.graze", facts());
+  const Archive archive(folder / "a.graze");
+  std::size_t failed = 0;
+  for (const PolicyScore& policy : score(archive).policies) failed += policy.known + policy.unknown + policy.invalid;
+  std::ostringstream text, json;
+  list_failures(archive, "my campaign.h5", text);
+  const std::string lines = text.str();
+  EXPECT_EQ(static_cast<std::size_t>(std::count(lines.begin(), lines.end(), '\n')), failed + 1);
+  list_failures_json(archive, "my campaign.h5", json);
+  const auto list = nlohmann::json::parse("[" + json.str() + "]");
+  ASSERT_EQ(list.size(), failed);
+  for (const auto& one : list) {
+    EXPECT_EQ(one["replay"], replay_command("my campaign.h5", one["policy"], one["particle"]));
+  }
+}
+
+// Claim: commands can be pasted into a shell whatever the names are.
+TEST(Failures, CommandsAreQuotedForAShell) {
+  EXPECT_EQ(replay_command("a.graze", "step/4cm", 7), "graze replay a.graze --particle 7 --policy step/4cm");
+  EXPECT_EQ(replay_command("my runs/a.h5", "it's", 0), "graze replay 'my runs/a.h5' --particle 0 --policy 'it'\\''s'");
+  EXPECT_EQ(shell_word(""), "''");
+}
+
+}  // namespace
+}  // namespace graze
