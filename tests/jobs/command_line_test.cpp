@@ -77,15 +77,22 @@ TEST_F(CommandLine, SampleWritesTheParticlesAndIsRepeatable) {
   expect_refused(run("sample ball.yaml -o no/such/folder/p.csv"), 3, {"no/such/folder/p.csv"});
 }
 
+/// A score without the replay commands, which name the archive.
+nlohmann::json score_of(const std::string& text) {
+  nlohmann::json score = nlohmann::json::parse(text);
+  for (auto& failure : score["failures"]) failure.erase("replay");
+  return score;
+}
+
 TEST_F(CommandLine, RunScoreAndPackAgree) {
   const Result first = run("run ball.yaml -n 20 --threads 2 --json");
   ASSERT_EQ(first.code, 0) << first.err;
-  const auto table = nlohmann::json::parse(first.out);
-  EXPECT_EQ(nlohmann::json::parse(run("score ball.graze --json").out), table);
+  const auto table = score_of(first.out);
+  EXPECT_EQ(score_of(run("score ball.graze --json").out), table);
   ASSERT_EQ(run("pack ball.graze").code, 0);
-  EXPECT_EQ(nlohmann::json::parse(run("score ball.h5 --json").out), table);
+  EXPECT_EQ(score_of(run("score ball.h5 --json").out), table);
   ASSERT_EQ(run("run ball.yaml -n 20 --threads 1 -o direct.h5 --quiet").code, 0);
-  EXPECT_EQ(nlohmann::json::parse(run("score direct.h5 --json").out), table);
+  EXPECT_EQ(score_of(run("score direct.h5 --json").out), table);
   EXPECT_FALSE(fs::exists(folder / "direct.graze"));
 }
 
