@@ -83,9 +83,10 @@ class CampaignWriter {
   struct Existing {};
   CampaignWriter(std::filesystem::path directory, const CampaignInfo& info, Existing);
   /// Another process has made or taken up the campaign and holds its lock; this one adds shards under its own name,
-  /// numbered from `shards` + 1 on.
+  /// numbered from `shards` + 1 on. With many ranks each writes less often, so that all together write no more than 500
+  /// shards per second.
   struct Member {
-    int rank, shards;
+    int rank, shards, ranks;
   };
   CampaignWriter(std::filesystem::path directory, const CampaignInfo& info, Member);
   ~CampaignWriter();

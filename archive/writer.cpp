@@ -17,6 +17,7 @@ using Clock = std::chrono::steady_clock;
 
 // A shard is written when either is reached: what a crash can cost, and what memory may hold.
 constexpr auto kShardAge = std::chrono::seconds(2);
+constexpr auto kShardAgePerRank = std::chrono::milliseconds(2);  // docs/scaling.md
 constexpr std::size_t kShardBytes = std::size_t{32} << 20;
 
 }  // namespace
@@ -27,13 +28,15 @@ struct CampaignWriter::Impl {
   Impl(std::filesystem::path path, const CampaignInfo& facts)
       : directory(std::move(path), facts, CampaignDirectory::Existing{}), buffer(facts.policies.size()) {}
   Impl(std::filesystem::path path, const CampaignInfo& facts, Member member)
-      : directory(std::move(path), facts, member), buffer(facts.policies.size()) {}
+      : directory(std::move(path), facts, member),
+        buffer(facts.policies.size()),
+        age(std::max<Clock::duration>(kShardAge, member.ranks * kShardAgePerRank)) {}
 
   const CampaignInfo& info() const { return directory.info(); }
 
   /// Takes the buffer, if there is something in it and it is `due`.
   std::optional<ShardBuffer> take(bool always) {
-    const bool due = always || buffer.bytes() >= kShardBytes || Clock::now() - last >= kShardAge;
+    const bool due = always || buffer.bytes() >= kShardBytes || Clock::now() - last >= age;
     if (!due || buffer.empty()) return std::nullopt;
     last = Clock::now();
     return std::exchange(buffer, ShardBuffer(info().policies.size()));
@@ -51,6 +54,7 @@ struct CampaignWriter::Impl {
   CampaignDirectory directory;  // `writing` guards it
   std::mutex adding, writing;
   ShardBuffer buffer;  // `adding` guards it
+  Clock::duration age = kShardAge;
   Clock::time_point last = Clock::now();
   bool failed = false;
 };

@@ -50,7 +50,7 @@ class Part {
         info_(read_description(briefing.directory)),
         archived_(briefing.directory, info_, "other ranks cannot read it"),
         scenario_(with_policies_of(info_, archived_.scenario())),
-        writer_(briefing.directory, info_, CampaignWriter::Member{crew.rank(), briefing.shards}) {
+        writer_(briefing.directory, info_, CampaignWriter::Member{crew.rank(), briefing.shards, crew.size()}) {
     finished_.done = briefing.finished;
     set_out(options_, briefing.directory, finished_);
     options_.particles = briefing.particles;
