@@ -177,7 +177,10 @@ TEST(Parts, TogetherAreTheCampaign) {
   const TraceTable a = joined.traces("still"), b = whole.traces("still");
   EXPECT_EQ(a.particle, b.particle);
   EXPECT_EQ(a.digest, b.digest);
-  EXPECT_EQ(campaign.graze("score joined.h5").out, campaign.graze("score whole.h5").out);
+  // Under one name, which the table's replay commands have in them.
+  const std::string table = campaign.graze("score whole.h5").out;
+  std::filesystem::rename(campaign.folder / "joined.h5", campaign.folder / "whole.h5");
+  EXPECT_EQ(campaign.graze("score whole.h5").out, table);
 }
 
 TEST(Parts, AreFinishedByResumeAndKeptApartFromOthers) {
