@@ -10,28 +10,52 @@
 namespace graze {
 namespace {
 
-PolicyScore score_policy(const TraceTable& table, std::size_t requirements) {
-  PolicyScore out;
-  out.policy = table.policy;
-  out.by_requirement.assign(requirements, 0);
-  for (std::size_t i = 0; i < table.size(); ++i) {
-    if (table.outcome[i] != Outcome::invalid && table.objective_margin[i] >= 0) ++out.objective_met;
-    switch (table.outcome[i]) {
-      case Outcome::success:
-        ++out.success;
-        break;
-      case Outcome::known_failure:
-        ++out.known;
-        ++out.by_requirement[static_cast<std::size_t>(table.violated[i])];
-        break;
-      case Outcome::unknown_failure:
-        ++out.unknown;
-        break;
-      case Outcome::invalid:
-        ++out.invalid;
-        break;
+/// Which particles have a valid trace under a policy, and which of these succeeded: two bits each.
+struct Ends {
+  std::vector<bool> valid, success;
+
+  void add(const TraceOutcome& trace) {
+    if (trace.outcome == Outcome::invalid) return;
+    if (trace.particle >= valid.size()) {
+      const std::size_t size = std::max<std::size_t>(std::size_t{trace.particle} + 1, 2 * valid.size());
+      valid.resize(size);
+      success.resize(size);
     }
+    valid[trace.particle] = true;
+    success[trace.particle] = trace.outcome == Outcome::success;
   }
+};
+
+void count(const TraceOutcome& trace, PolicyScore& out) {
+  if (trace.outcome != Outcome::invalid && trace.objective_margin >= 0) ++out.objective_met;
+  switch (trace.outcome) {
+    case Outcome::success:
+      ++out.success;
+      break;
+    case Outcome::known_failure:
+      ++out.known;
+      ++out.by_requirement[static_cast<std::size_t>(trace.violated)];
+      break;
+    case Outcome::unknown_failure:
+      ++out.unknown;
+      break;
+    case Outcome::invalid:
+      ++out.invalid;
+      break;
+  }
+}
+
+/// `ends`: filled, too, if pairs are to be compared.
+PolicyScore score_policy(const Archive& archive, const std::string& policy, Ends* ends) {
+  PolicyScore out;
+  out.policy = policy;
+  out.by_requirement.assign(archive.info().requirements.size(), 0);
+  archive.visit_outcomes(policy, [&](std::span<const TraceOutcome> traces) {
+    for (const TraceOutcome& trace : traces) {
+      count(trace, out);
+      if (ends != nullptr) ends->add(trace);
+    }
+  });
   out.n = out.success + out.known + out.unknown;
   out.rate = out.n > 0 ? static_cast<double>(out.success) / static_cast<double>(out.n)
                        : std::numeric_limits<double>::quiet_NaN();
@@ -39,19 +63,13 @@ PolicyScore score_policy(const TraceTable& table, std::size_t requirements) {
   return out;
 }
 
-/// Both tables are in order of particle id.
-PairedComparison compare(const TraceTable& a, const TraceTable& b) {
+PairedComparison compare(const std::string& name_a, const Ends& a, const std::string& name_b, const Ends& b) {
   PairedComparison pair;
-  pair.a = a.policy;
-  pair.b = b.policy;
-  for (std::size_t i = 0, k = 0; i < a.size() && k < b.size();) {
-    if (a.particle[i] != b.particle[k]) {
-      a.particle[i] < b.particle[k] ? ++i : ++k;
-      continue;
-    }
-    const Outcome of_a = a.outcome[i++], of_b = b.outcome[k++];
-    if (of_a == Outcome::invalid || of_b == Outcome::invalid) continue;
-    const bool met_a = of_a == Outcome::success, met_b = of_b == Outcome::success;
+  pair.a = name_a;
+  pair.b = name_b;
+  for (std::size_t i = 0; i < std::min(a.valid.size(), b.valid.size()); ++i) {
+    if (!a.valid[i] || !b.valid[i]) continue;
+    const bool met_a = a.success[i], met_b = b.success[i];
     ++(met_a ? met_b ? pair.both : pair.only_a : met_b ? pair.only_b : pair.neither);
   }
   pair.n = pair.both + pair.only_a + pair.only_b + pair.neither;
@@ -90,14 +108,18 @@ Score score(const Archive& archive, const std::string& name) {
   out.complete = archive.complete();
   out.particles = info.particles;
   for (const auto& requirement : info.requirements) out.requirements.push_back(requirement.name);
-  std::vector<TraceTable> tables;
-  for (const std::string& policy : info.policies) tables.push_back(archive.traces(policy));
-  for (const TraceTable& table : tables) out.policies.push_back(score_policy(table, out.requirements.size()));
+  const std::vector<std::string>& policies = info.policies;
+  std::vector<Ends> ends(policies.size());
+  for (std::size_t i = 0; i < policies.size(); ++i) {
+    out.policies.push_back(score_policy(archive, policies[i], policies.size() > 1 ? &ends[i] : nullptr));
+  }
   answer_questions(info, out);
   out.archive = name.empty() ? archive.path().string() : name;
   out.failures = first_failures(archive);
-  for (std::size_t i = 0; i < tables.size(); ++i) {
-    for (std::size_t k = i + 1; k < tables.size(); ++k) out.pairs.push_back(compare(tables[i], tables[k]));
+  for (std::size_t i = 0; i < policies.size(); ++i) {
+    for (std::size_t k = i + 1; k < policies.size(); ++k) {
+      out.pairs.push_back(compare(policies[i], ends[i], policies[k], ends[k]));
+    }
   }
   return out;
 }

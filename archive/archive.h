@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -92,8 +93,8 @@ class CampaignWriter {
   ~CampaignWriter();
 
   /// Adds the finished traces of one block under one policy. `values`: [trace][parameter], row-major, same order as
-  /// traces. Buffered; a shard is written when enough has gathered. Throws MachineError (disk full, …): what is on disk
-  /// stays.
+  /// traces. Buffered; a shard is written, by a thread of its own, when enough has gathered. Throws MachineError (disk
+  /// full, …), once, for this shard or one before it: what is on disk stays.
   void append(int policy, std::vector<TraceRecord> traces, std::vector<double> values);
   /// Writes what is buffered.
   void flush();
@@ -143,6 +144,14 @@ struct FailureTable {
   std::vector<std::string> reasons;
 };
 
+/// What counts of one trace.
+struct TraceOutcome {
+  std::uint32_t particle;
+  Outcome outcome;
+  int violated;  // requirement index; -1: none
+  double objective_margin;
+};
+
 /// Reads a campaign directory or a packed file. Traces of particles beyond info().particles (work that ran ahead of
 /// --until) are not among what it gives.
 class Archive {
@@ -163,6 +172,9 @@ class Archive {
   OutcomeTable outcomes(const std::string& policy) const;
   /// Memory: a row per failed trace.
   FailureTable failures(const std::string& policy) const;
+  /// What counts of all traces of a policy, some at a time, each particle once, in no particular order. For campaigns
+  /// of any size: takes a bit of memory per particle.
+  void visit_outcomes(const std::string& policy, const std::function<void(std::span<const TraceOutcome>)>& take) const;
   /// Persistent values of one particle, in the order of info().parameters; empty when they are not stored.
   std::vector<double> particle_values(std::uint32_t particle) const;
   /// Events of all traces of a policy: one vector per row of traces(policy).

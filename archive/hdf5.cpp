@@ -188,20 +188,32 @@ double read_number(hid_t object, const char* name) {
   return value;
 }
 
-void write_strings(hid_t parent, const std::string& path, const std::vector<std::string>& texts) {
-  const hsize_t count = texts.size();
+StringColumn::StringColumn(hid_t parent, const std::string& path, std::uint64_t rows) : path_(path) {
+  const hsize_t count = rows;
   const Handle type = text_type();
   const Handle space(H5Screate_simple(1, &count, nullptr), H5Sclose, path);
   const Handle list = creation(H5P_DATASET_CREATE);
   if (const std::size_t slash = path.rfind('/'); slash != std::string::npos) make_group(parent, path.substr(0, slash));
-  const Handle dataset(H5Dcreate2(parent, path.c_str(), type.id(), space.id(), H5P_DEFAULT, list.id(), H5P_DEFAULT),
-                       H5Dclose, path);
+  dataset_ = Handle(H5Dcreate2(parent, path.c_str(), type.id(), space.id(), H5P_DEFAULT, list.id(), H5P_DEFAULT),
+                    H5Dclose, path);
+}
+
+void StringColumn::write(std::uint64_t first, const std::vector<std::string>& texts) {
   if (texts.empty()) return;
   std::vector<std::string> valid(texts.size());
   std::transform(texts.begin(), texts.end(), valid.begin(), valid_utf8);
   std::vector<const char*> pointers(texts.size());
   std::transform(valid.begin(), valid.end(), pointers.begin(), [](const std::string& text) { return text.c_str(); });
-  check(H5Dwrite(dataset.id(), type.id(), H5S_ALL, H5S_ALL, H5P_DEFAULT, pointers.data()), path);
+  const Handle type = text_type();
+  const Handle file_space(H5Dget_space(dataset_.id()), H5Sclose, path_);
+  const hsize_t start = first, count = texts.size();
+  check(H5Sselect_hyperslab(file_space.id(), H5S_SELECT_SET, &start, nullptr, &count, nullptr), path_);
+  const Handle memory_space(H5Screate_simple(1, &count, nullptr), H5Sclose, path_);
+  check(H5Dwrite(dataset_.id(), type.id(), memory_space.id(), file_space.id(), H5P_DEFAULT, pointers.data()), path_);
+}
+
+void write_strings(hid_t parent, const std::string& path, const std::vector<std::string>& texts) {
+  StringColumn(parent, path, texts.size()).write(0, texts);
 }
 
 std::vector<std::string> read_strings(hid_t parent, const std::string& path) {

@@ -78,6 +78,16 @@ double read_number(hid_t object, const char* name);
 
 // ---- strings: one-dimensional, variable length, UTF-8 (invalid bytes are replaced by U+FFFD)
 void write_strings(hid_t parent, const std::string& path, const std::vector<std::string>& texts);
+/// The same in pieces: a list of so many texts, each piece written once.
+class StringColumn {
+ public:
+  StringColumn(hid_t parent, const std::string& path, std::uint64_t rows);
+  void write(std::uint64_t first, const std::vector<std::string>& texts);
+
+ private:
+  std::string path_;
+  Handle dataset_;
+};
 std::vector<std::string> read_strings(hid_t parent, const std::string& path);
 
 // ---- columns

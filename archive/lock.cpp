@@ -7,8 +7,10 @@
 
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <ctime>
 #include <span>
+#include <thread>
 
 #include "archive/archive.h"
 
@@ -53,6 +55,10 @@ bool names(const fs::path& path, int descriptor) {
 }
 
 int open_locked(const fs::path& path) {
+  // A process that was killed holds its lock until its last write to the disk is through.
+  constexpr std::chrono::seconds kPatience{3};
+  constexpr std::chrono::milliseconds kPause{50};
+  const auto end = std::chrono::steady_clock::now() + kPatience;
   while (true) {
     const int descriptor = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
     if (descriptor < 0) fail_writing(path, errno);
@@ -64,6 +70,10 @@ int open_locked(const fs::path& path) {
     close(descriptor);
     if (locked) continue;
     if (error != EAGAIN) fail_writing(path, error);
+    if (std::chrono::steady_clock::now() < end) {
+      std::this_thread::sleep_for(kPause);
+      continue;
+    }
     throw MachineError(
         fmt::format("{}: {} is writing here; wait for it, or end it first", path.parent_path().string(), holder));
   }

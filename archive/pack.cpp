@@ -1,158 +1,274 @@
-// pack(): one file of a campaign directory. Tables of a few columns are held in memory; everything else is copied in
-// pieces, in order of particle id.
+// pack(): one file of a campaign directory. Shards are merged in order of particle id, a window of particles at a time:
+// memory does not grow with the campaign, but for a bit per particle and a hash per contact sequence.
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <map>
-#include <unordered_map>
+#include <cstring>
 
 #include "archive/archive.h"
 #include "archive/campaign_files.h"
 #include "archive/file_driver.h"
+#include "archive/text_spool.h"
+#include "archive/window.h"
 
 namespace graze {
 namespace {
 
 constexpr int kDeflate = 4;
-constexpr std::size_t kPieceBytes = std::size_t{4} << 20;
-constexpr std::size_t kOpenColumns = 32;
+constexpr std::size_t kSegmentBytes = std::size_t{8} << 20;  // of flat rows that are held at a time
 
-/// Consecutive rows of one part.
-struct Run {
-  std::uint32_t part;
-  std::uint64_t first, count;
-};
+using Bytes = std::vector<std::byte>;
 
-void add_run(std::vector<Run>& runs, const Run& run) {
-  if (run.count == 0) return;
-  if (!runs.empty() && runs.back().part == run.part && runs.back().first + runs.back().count == run.first) {
-    runs.back().count += run.count;
-  } else {
-    runs.push_back(run);
+/// Rows first … first + count of one column of a part.
+Bytes read_rows(const OpenPart& file, const std::string& group, const hdf5::Spec& spec, std::uint64_t first,
+                std::uint64_t count) {
+  Bytes data(count * spec.row_bytes());
+  const hdf5::Column column = file.column(group, spec);
+  if (first + count > column.rows()) {
+    file.fail(fmt::format("dataset '{}/{}' has {} rows instead of {} or more", group, spec.name, column.rows(),
+                          first + count));
   }
+  try {
+    column.read(first, count, data.data());
+  } catch (const hdf5::Error& error) {
+    file.fail(error.what());
+  }
+  return data;
 }
 
-std::vector<Run> runs_of(const std::vector<RowRef>& rows) {
-  std::vector<Run> runs;
-  for (const RowRef& ref : rows) add_run(runs, {ref.part, ref.row, 1});
-  return runs;
-}
-
-std::uint64_t rows_of(const std::vector<Run>& runs) {
-  std::uint64_t rows = 0;
-  for (const Run& run : runs) rows += run.count;
-  return rows;
-}
-
-/// Copies one dataset, run after run, by way of a buffer of kPieceBytes.
-class ColumnCopier {
+/// One column of the packed file, written from its first row to its last.
+class Target {
  public:
-  ColumnCopier(Parts& parts, const hdf5::Handle& out, std::string group, hdf5::Spec spec, int deflate,
-               std::uint64_t rows)
-      : parts_(parts),
-        group_(std::move(group)),
-        spec_(std::move(spec)),
-        target_(hdf5::Column::create(out.id(), group_, spec_, rows, deflate)),
-        capacity_(std::max<std::size_t>(1, kPieceBytes / std::max<std::size_t>(1, spec_.row_bytes()))) {
-    buffer_.resize(capacity_ * spec_.row_bytes());
-  }
+  Target(const hdf5::Handle& out, const std::string& group, hdf5::Spec spec, std::uint64_t rows, int deflate)
+      : spec_(std::move(spec)), column_(hdf5::Column::create(out.id(), group, spec_, rows, deflate)) {}
 
-  void copy(const std::vector<Run>& runs) {
-    for (const Run& run : runs) {
-      for (std::uint64_t done = 0; done < run.count;) {
-        const std::uint64_t count = std::min<std::uint64_t>(run.count - done, capacity_ - held_);
-        read(run.part, run.first + done, count);
-        held_ += count;
-        done += count;
-        if (held_ == capacity_) flush();
-      }
-    }
-    flush();
+  const hdf5::Spec& spec() const { return spec_; }
+  void begin(std::size_t rows) { buffer_.resize(rows * spec_.row_bytes()); }
+  /// Puts `count` rows at a place of what was begun.
+  void put(std::size_t place, const std::byte* from, std::size_t count) {
+    std::copy_n(from, count * spec_.row_bytes(), buffer_.data() + place * spec_.row_bytes());
+  }
+  void write(std::size_t rows) {
+    column_.write(written_, rows, buffer_.data());
+    written_ += rows;
   }
 
  private:
-  void read(std::uint32_t part, std::uint64_t first, std::uint64_t count) {
-    const hdf5::Column& from = source(part);
-    try {
-      from.read(first, count, buffer_.data() + held_ * spec_.row_bytes());
-    } catch (const hdf5::Error& error) {
-      parts_.open(part).fail(error.what());
+  hdf5::Spec spec_;
+  hdf5::Column column_;
+  std::uint64_t written_ = 0;
+  Bytes buffer_;
+};
+
+/// The plain columns of a group.
+class TablePacker {
+ public:
+  TablePacker(Parts& parts, const hdf5::Handle& out, std::string group, std::uint64_t rows,
+              const std::vector<hdf5::Spec>& specs)
+      : parts_(parts), group_(std::move(group)) {
+    for (const hdf5::Spec& spec : specs) targets_.emplace_back(out, group_, spec, rows, 0);
+  }
+
+  void add(const RowWindow& window) {
+    for (Target& target : targets_) target.begin(window.rows);
+    for (const WindowSlice& slice : window.slices) {
+      const OpenPart& file = parts_.open(slice.part);
+      for (Target& target : targets_) {
+        const Bytes data = read_rows(file, group_, target.spec(), slice.first, slice.place.size());
+        for (std::size_t i = 0; i < slice.place.size(); ++i) {
+          if (slice.place[i] == WindowSlice::kNowhere) continue;
+          target.put(slice.place[i], data.data() + i * target.spec().row_bytes(), 1);
+        }
+      }
     }
+    for (Target& target : targets_) target.write(window.rows);
   }
 
-  const hdf5::Column& source(std::uint32_t part) {
-    const auto found = sources_.find(part);
-    if (found != sources_.end()) return found->second;
-    if (sources_.size() == kOpenColumns) sources_.clear();
-    return sources_.emplace(part, parts_.open(part).column(group_, spec_)).first->second;
+ private:
+  Parts& parts_;
+  std::string group_;
+  std::vector<Target> targets_;
+};
+
+/// An index column, renumbered for the common dictionary. Numbers go by order of particle id, so that they do not
+/// depend on how traces were spread over shards.
+class IndexPacker {
+ public:
+  IndexPacker(Parts& parts, const hdf5::Handle& out, std::string group, const hdf5::Spec& spec, std::uint64_t rows,
+              const char* path, TextSpool& dictionary)
+      : parts_(parts),
+        group_(std::move(group)),
+        path_(path),
+        target_(out, group_, spec, rows, 0),
+        dictionary_(dictionary) {}
+
+  void add(const RowWindow& window) {
+    std::vector<std::string> texts(window.rows);
+    for (const WindowSlice& slice : window.slices) {
+      const OpenPart& file = parts_.open(slice.part);
+      const Bytes data = read_rows(file, group_, target_.spec(), slice.first, slice.place.size());
+      const std::vector<std::string> words = file.texts(path_);
+      for (std::size_t i = 0; i < slice.place.size(); ++i) {
+        std::uint32_t word = 0;
+        std::memcpy(&word, data.data() + i * sizeof word, sizeof word);
+        if (word >= words.size()) file.fail(fmt::format("'{}/{}': index out of range", group_, target_.spec().name));
+        if (slice.place[i] != WindowSlice::kNowhere) texts[slice.place[i]] = words[word];
+      }
+    }
+    target_.begin(window.rows);
+    for (std::size_t place = 0; place < window.rows; ++place) {
+      const std::uint32_t number = dictionary_.number(texts[place]);
+      target_.put(place, reinterpret_cast<const std::byte*>(&number), 1);
+    }
+    target_.write(window.rows);
   }
 
-  void flush() {
-    target_.write(written_, held_, buffer_.data());
-    written_ += held_;
-    held_ = 0;
+ private:
+  Parts& parts_;
+  std::string group_;
+  const char* path_;
+  Target target_;
+  TextSpool& dictionary_;
+};
+
+/// The flat rows of each trace (events, frames), and their offsets.
+class FlatPacker {
+ public:
+  FlatPacker(Parts& parts, const hdf5::Handle& out, std::string group, std::string policy, std::uint64_t traces,
+             std::uint64_t rows, const std::vector<hdf5::Spec>& specs)
+      : parts_(parts),
+        group_(std::move(group)),
+        policy_(std::move(policy)),
+        offset_(out, group_, schema::offset(), traces + 1, kDeflate) {
+    for (const hdf5::Spec& spec : specs) {
+      targets_.emplace_back(out, group_, spec, rows, kDeflate);
+      widest_ = std::max(widest_, spec.row_bytes());
+    }
+    write_offsets({0});
+  }
+
+  void add(const RowWindow& window) {
+    std::vector<std::vector<std::uint64_t>> offsets;  // [slice][row + 1], empty: no flat rows
+    std::vector<std::uint64_t> begin(window.rows + 1);
+    for (const WindowSlice& slice : window.slices) {
+      const OpenPart& file = parts_.open(slice.part);
+      offsets.push_back(file.offsets(group_, file.traces(policy_)));
+      for (std::size_t i = 0; i < slice.place.size() && !offsets.back().empty(); ++i) {
+        if (slice.place[i] == WindowSlice::kNowhere) continue;
+        begin[slice.place[i] + 1] = offsets.back()[slice.first + i + 1] - offsets.back()[slice.first + i];
+      }
+    }
+    std::vector<std::uint64_t> ends(window.rows);
+    for (std::size_t i = 0; i < window.rows; ++i) {
+      begin[i + 1] += begin[i];
+      ends[i] = written_ + begin[i + 1];
+    }
+    for (std::size_t first = 0, last = 0; first < window.rows; first = last) {
+      last = first + 1;
+      while (last < window.rows && (begin[last + 1] - begin[first]) * widest_ <= kSegmentBytes) ++last;
+      add_segment(window, offsets, begin, first, last);
+    }
+    write_offsets(ends);
+    written_ += begin.back();
+  }
+
+ private:
+  /// The flat rows of the traces at places first … last - 1: in each part, neighbours.
+  void add_segment(const RowWindow& window, const std::vector<std::vector<std::uint64_t>>& offsets,
+                   const std::vector<std::uint64_t>& begin, std::size_t first, std::size_t last) {
+    const std::uint64_t rows = begin[last] - begin[first];
+    if (rows == 0) return;
+    for (Target& target : targets_) target.begin(rows);
+    for (std::size_t s = 0; s < window.slices.size(); ++s) {
+      const WindowSlice& slice = window.slices[s];
+      if (offsets[s].empty()) continue;
+      std::vector<std::size_t> inside;  // rows of the slice
+      for (std::size_t i = 0; i < slice.place.size(); ++i) {
+        if (slice.place[i] != WindowSlice::kNowhere && slice.place[i] >= first && slice.place[i] < last) {
+          inside.push_back(i);
+        }
+      }
+      if (inside.empty()) continue;
+      const std::uint64_t* offset = offsets[s].data() + slice.first;
+      const std::uint64_t from = offset[inside.front()], count = offset[inside.back() + 1] - from;
+      if (count == 0) continue;
+      const OpenPart& file = parts_.open(slice.part);
+      for (Target& target : targets_) {
+        const Bytes data = read_rows(file, group_, target.spec(), from, count);
+        for (const std::size_t i : inside) {
+          target.put(begin[slice.place[i]] - begin[first], data.data() + (offset[i] - from) * target.spec().row_bytes(),
+                     offset[i + 1] - offset[i]);
+        }
+      }
+    }
+    for (Target& target : targets_) target.write(rows);
+  }
+
+  void write_offsets(const std::vector<std::uint64_t>& values) {
+    offset_.begin(values.size());
+    offset_.put(0, reinterpret_cast<const std::byte*>(values.data()), values.size());
+    offset_.write(values.size());
   }
 
   Parts& parts_;
-  std::string group_;
-  hdf5::Spec spec_;
-  hdf5::Column target_;
-  std::uint64_t capacity_;  // rows
-  std::uint64_t held_ = 0, written_ = 0;
-  std::vector<std::byte> buffer_;
-  std::map<std::uint32_t, hdf5::Column> sources_;
-};
-
-/// One dictionary of the packed file; numbered in order of first appearance.
-class Dictionary {
- public:
-  explicit Dictionary(const char* path) : path_(path) {}
-
-  const char* path() const { return path_; }
-  std::uint32_t number(const std::string& text) {
-    const auto [entry, fresh] = numbers_.emplace(text, static_cast<std::uint32_t>(texts_.size()));
-    if (fresh) texts_.push_back(text);
-    return entry->second;
-  }
-  void write(const hdf5::Handle& file) const { hdf5::write_strings(file.id(), path_, texts_); }
-
- private:
-  const char* path_;
-  std::unordered_map<std::string, std::uint32_t> numbers_;  // only looked up, never walked through
-  std::vector<std::string> texts_;
+  std::string group_, policy_;
+  Target offset_;
+  std::vector<Target> targets_;
+  std::size_t widest_ = 1;     // bytes of a row
+  std::uint64_t written_ = 0;  // rows
 };
 
 class Packer {
  public:
-  Packer(CampaignFiles& files, const hdf5::Handle& out)
-      : parts_(files.parts), info_(files.stored.info), widths_(widths_of(info_)), out_(out) {}
+  Packer(CampaignFiles& files, const hdf5::Handle& out, const std::filesystem::path& path)
+      : parts_(files.parts),
+        info_(files.stored.info),
+        widths_(widths_of(info_)),
+        out_(out),
+        sequences_(path),
+        reasons_(path) {}
 
   void pack() {
-    for (const std::string& policy : info_.policies) {
-      const std::vector<RowRef> rows = parts_.traces(policy);
-      if (rows.empty()) continue;
-      pack_traces(policy, rows);
-      pack_flat(schema::events_group(policy), policy, rows, schema::events());
-      pack_flat(schema::telemetry_group(policy), policy, rows, schema::telemetry(widths_));
-    }
-    sequences_.write(out_);
-    reasons_.write(out_);
+    for (const std::string& policy : info_.policies) pack_policy(policy);
+    sequences_.write(out_, schema::kSequences);
+    reasons_.write(out_, schema::kReasons);
     pack_particles();
   }
 
  private:
-  void pack_traces(const std::string& policy, const std::vector<RowRef>& rows) {
+  void pack_policy(const std::string& policy) {
     const std::string group = schema::traces_group(policy);
-    const std::vector<Run> runs = runs_of(rows);
-    for (const hdf5::Spec& spec :
-         {schema::particle(), schema::outcome(), schema::violated(), schema::end_time(), schema::objective_margin(),
-          schema::digest(), schema::margins(widths_), schema::first_violations(widths_), schema::final_q(widths_),
-          schema::final_v(widths_), schema::solver()}) {
-      if (spec.name == schema::solver().name && !everywhere(group + "/" + spec.name, policy)) continue;
-      ColumnCopier(parts_, out_, group, spec, 0, rows.size()).copy(runs);
+    const std::vector<std::string> flat = {schema::events_group(policy), schema::telemetry_group(policy)};
+    WindowWalk walk(parts_, group, policy, flat);
+    const std::uint64_t rows = walk.rows();
+    if (rows == 0) return;
+    TablePacker table(parts_, out_, group, rows, trace_columns(policy));
+    IndexPacker sequence(parts_, out_, group, schema::sequence(), rows, schema::kSequences, sequences_);
+    IndexPacker reason(parts_, out_, group, schema::invalid_reason(), rows, schema::kReasons, reasons_);
+    std::vector<FlatPacker> flats;
+    for (std::size_t i = 0; i < flat.size(); ++i) {
+      if (walk.flat_rows(i) == 0) continue;
+      flats.emplace_back(parts_, out_, flat[i], policy, rows, walk.flat_rows(i),
+                         i == 0 ? schema::events() : schema::telemetry(widths_));
     }
-    pack_texts(group, schema::sequence(), policy, rows, sequences_);
-    pack_texts(group, schema::invalid_reason(), policy, rows, reasons_);
+    while (const std::optional<RowWindow> window = walk.next()) {
+      table.add(*window);
+      sequence.add(*window);
+      reason.add(*window);
+      for (FlatPacker& one : flats) one.add(*window);
+    }
+  }
+
+  std::vector<hdf5::Spec> trace_columns(const std::string& policy) {
+    std::vector<hdf5::Spec> specs = {schema::particle(),         schema::outcome(),
+                                     schema::violated(),         schema::end_time(),
+                                     schema::objective_margin(), schema::digest(),
+                                     schema::margins(widths_),   schema::first_violations(widths_),
+                                     schema::final_q(widths_),   schema::final_v(widths_)};
+    if (everywhere(schema::traces_group(policy) + "/" + schema::solver().name, policy)) {
+      specs.push_back(schema::solver());
+    }
+    return specs;
   }
 
   /// Whether all parts with traces of the policy have a dataset that older ones lack.
@@ -164,64 +280,18 @@ class Packer {
     return true;
   }
 
-  /// An index column in the order of `rows`, renumbered for the common dictionary. Numbers go by order of particle id,
-  /// so that they do not depend on how traces were spread over shards.
-  void pack_texts(const std::string& group, const hdf5::Spec& spec, const std::string& policy,
-                  const std::vector<RowRef>& rows, Dictionary& dictionary) {
-    std::vector<std::vector<std::size_t>> by_part(parts_.size());
-    for (std::size_t i = 0; i < rows.size(); ++i) by_part[rows[i].part].push_back(i);
-    std::vector<std::uint32_t> index(rows.size());
-    std::vector<std::vector<std::string>> texts(parts_.size());
-    for (std::size_t part = 0; part < parts_.size(); ++part) {
-      if (by_part[part].empty()) continue;
-      const OpenPart& file = parts_.open(part);
-      const auto local = file.read<std::uint32_t>(group, spec, file.traces(policy));
-      texts[part] = file.texts(dictionary.path());
-      for (const std::size_t i : by_part[part]) {
-        index[i] = local[rows[i].row];
-        if (index[i] >= texts[part].size()) file.fail(fmt::format("'{}/{}': index out of range", group, spec.name));
-      }
-    }
-    for (std::size_t i = 0; i < rows.size(); ++i) index[i] = dictionary.number(texts[rows[i].part][index[i]]);
-    hdf5::write_column(out_.id(), group, spec, index, 0);
-  }
-
-  /// The flat rows of each trace, and their offsets.
-  void pack_flat(const std::string& group, const std::string& policy, const std::vector<RowRef>& rows,
-                 const std::vector<hdf5::Spec>& columns) {
-    std::vector<std::vector<std::uint64_t>> offsets(parts_.size());
-    for (std::size_t part = 0; part < parts_.size(); ++part) {
-      const OpenPart& file = parts_.open(part);
-      offsets[part] = file.offsets(group, file.traces(policy));
-    }
-    std::vector<Run> runs;
-    std::vector<std::uint64_t> offset = {0};
-    for (const RowRef& ref : rows) {
-      const auto& source = offsets[ref.part];
-      const std::uint64_t count = source.empty() ? 0 : source[ref.row + 1] - source[ref.row];
-      if (count > 0) add_run(runs, {ref.part, source[ref.row], count});
-      offset.push_back(offset.back() + count);
-    }
-    if (offset.back() == 0) return;
-    hdf5::write_column(out_.id(), group, schema::offset(), offset, kDeflate);
-    for (const hdf5::Spec& spec : columns) {
-      ColumnCopier(parts_, out_, group, spec, kDeflate, offset.back()).copy(runs);
-    }
-  }
-
   void pack_particles() {
-    const std::vector<Run> runs = runs_of(parts_.particles());
-    if (runs.empty()) return;
-    for (const hdf5::Spec& spec : {schema::particle(), schema::values(widths_)}) {
-      ColumnCopier(parts_, out_, schema::kParticles, spec, 0, rows_of(runs)).copy(runs);
-    }
+    WindowWalk walk(parts_, schema::kParticles, "", {});
+    if (walk.rows() == 0) return;
+    TablePacker table(parts_, out_, schema::kParticles, walk.rows(), {schema::particle(), schema::values(widths_)});
+    while (const std::optional<RowWindow> window = walk.next()) table.add(*window);
   }
 
   Parts& parts_;
   const CampaignInfo& info_;
   const Widths widths_;
   const hdf5::Handle& out_;
-  Dictionary sequences_{schema::kSequences}, reasons_{schema::kReasons};
+  TextSpool sequences_, reasons_;
 };
 
 void pack_files(CampaignFiles files, const std::filesystem::path& file, bool force) {
@@ -230,7 +300,7 @@ void pack_files(CampaignFiles files, const std::filesystem::path& file, bool for
   }
   publish_hdf5(file, [&](const hdf5::Handle& out) {
     write_info(out, files.stored.info, Layout::packed, files.stored.complete);
-    Packer(files, out).pack();
+    Packer(files, out, file).pack();
   });
   const hdf5::Lock lock;  // closes the shards
   files.parts = Parts({}, 0);

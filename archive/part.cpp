@@ -76,6 +76,12 @@ std::vector<std::string> OpenPart::texts(const char* path) const {
   return texts;
 }
 
+void fail_two_ways(const OpenPart& file, std::uint32_t particle, const std::string& policy, const std::string& other) {
+  file.fail(
+      fmt::format("particle {} of policy '{}' went another way here than in {}; these shards are not of one campaign",
+                  particle, policy, other));
+}
+
 OpenPart& Parts::open(std::size_t part) {
   if (!open_[part]) {
     if (opened_ == kOpenParts) {
@@ -110,10 +116,7 @@ std::vector<RowRef> Parts::traces(const std::string& policy) {
     if (i == 0 || rows[i].ref.particle != rows[i - 1].ref.particle) {
       unique.push_back(rows[i].ref);
     } else if (rows[i].digest != rows[i - 1].digest) {
-      open(rows[i].ref.part)
-          .fail(fmt::format("particle {} of policy '{}' went another way here than in {}; these shards are not of one "
-                            "campaign",
-                            rows[i].ref.particle, policy, files_[rows[i - 1].ref.part].string()));
+      fail_two_ways(open(rows[i].ref.part), rows[i].ref.particle, policy, files_[rows[i - 1].ref.part].string());
     }
   }
   return unique;

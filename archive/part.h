@@ -61,6 +61,10 @@ struct RowRef {
   std::uint64_t row;
 };
 
+/// Throws InputError: a particle stands in two parts with different digests.
+[[noreturn]] void fail_two_ways(const OpenPart& file, std::uint32_t particle, const std::string& policy,
+                                const std::string& other);
+
 /// All parts of a campaign. Keeps a few of them open. Needs the library's lock.
 class Parts {
  public:
@@ -69,6 +73,8 @@ class Parts {
       : files_(std::move(files)), open_(files_.size()), particles_(particles) {}
   std::size_t size() const { return files_.size(); }
   OpenPart& open(std::size_t part);
+  const std::filesystem::path& path(std::size_t part) const { return files_[part]; }
+  std::uint64_t particles_that_count() const { return particles_; }
 
   /// The traces of a policy in order of particle id. A particle that stands in two parts counts once; throws InputError
   /// if its digests differ.

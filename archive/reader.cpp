@@ -7,6 +7,7 @@
 #include "archive/archive.h"
 #include "archive/campaign_files.h"
 #include "archive/failure_scan.h"
+#include "archive/outcome_scan.h"
 #include "archive/part_rows.h"
 
 namespace graze {
@@ -214,6 +215,12 @@ OutcomeTable Archive::outcomes(const std::string& policy) const {
 FailureTable Archive::failures(const std::string& policy) const {
   const hdf5::Lock lock;
   return impl_->has_policy(policy) ? scan_failures(impl_->files.parts, policy, info()) : FailureTable{};
+}
+
+void Archive::visit_outcomes(const std::string& policy,
+                             const std::function<void(std::span<const TraceOutcome>)>& take) const {
+  const hdf5::Lock lock;
+  if (impl_->has_policy(policy)) scan_outcomes(impl_->files.parts, policy, info().requirements.size(), take);
 }
 
 std::vector<double> Archive::particle_values(std::uint32_t particle) const {

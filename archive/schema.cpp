@@ -20,20 +20,6 @@ Spec enumeration(std::string name, std::vector<std::string> labels) {
 
 }  // namespace
 
-std::string_view outcome_name(Outcome outcome) {
-  switch (outcome) {
-    case Outcome::success:
-      return "success";
-    case Outcome::known_failure:
-      return "known failure";
-    case Outcome::unknown_failure:
-      return "unknown failure";
-    case Outcome::invalid:
-      return "invalid";
-  }
-  return "invalid";
-}
-
 Widths widths_of(const CampaignInfo& info) {
   return {info.parameters.size(), info.requirements.size(), info.q_names.size(), info.v_names.size(),
           info.actuator_names.size()};

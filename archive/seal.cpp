@@ -69,8 +69,19 @@ bool begins_as_hdf5(int descriptor) {
 
 Xxh64::Xxh64() : lane_{kPrime1 + kPrime2, kPrime2, 0, 0 - kPrime1} {}
 
-void Xxh64::round(const std::byte* stripe) {
-  for (std::size_t i = 0; i < lane_.size(); ++i) lane_[i] = mix(lane_[i], load<std::uint64_t>(stripe + 8 * i));
+/// Four lanes that do not wait for each other, in registers all along.
+std::span<const std::byte> Xxh64::rounds(std::span<const std::byte> data) {
+  auto [a, b, c, d] = lane_;
+  const std::byte* at = data.data();
+  std::size_t left = data.size();
+  for (; left >= kStripe; left -= kStripe, at += kStripe) {
+    a = mix(a, load<std::uint64_t>(at));
+    b = mix(b, load<std::uint64_t>(at + 8));
+    c = mix(c, load<std::uint64_t>(at + 16));
+    d = mix(d, load<std::uint64_t>(at + 24));
+  }
+  lane_ = {a, b, c, d};
+  return {at, left};
 }
 
 void Xxh64::update(std::span<const std::byte> data) {
@@ -81,10 +92,10 @@ void Xxh64::update(std::span<const std::byte> data) {
     held_ += taken;
     data = data.subspan(taken);
     if (held_ < kStripe) return;
-    round(rest_.data());
+    rounds(rest_);
     held_ = 0;
   }
-  for (; data.size() >= kStripe; data = data.subspan(kStripe)) round(data.data());
+  data = rounds(data);
   std::copy(data.begin(), data.end(), rest_.begin());
   held_ = data.size();
 }

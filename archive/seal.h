@@ -19,7 +19,7 @@ class Xxh64 {
   std::uint64_t digest() const;
 
  private:
-  void round(const std::byte* stripe);
+  std::span<const std::byte> rounds(std::span<const std::byte> data);  // whole stripes; gives the rest
   std::array<std::uint64_t, 4> lane_;
   std::array<std::byte, 32> rest_{};
   std::size_t held_ = 0;  // bytes in rest_

@@ -128,30 +128,44 @@ void write_events(const hdf5::Handle& file, const std::string& policy, const Tra
       schema::position(), rows, [](E e) -> const auto& { return e->p_W; });
 }
 
+/// One column of all traces' frames, trace after trace, straight from where they lie.
+template <class Get>
+void write_frames(const hdf5::Handle& file, const std::string& group, const hdf5::Spec& spec, std::uint64_t rows,
+                  const Traces& traces, const Get& get) {
+  hdf5::Column column = hdf5::Column::create(file.id(), group, spec, rows, 0);
+  std::uint64_t first = 0;
+  for (const TraceRecord& trace : traces) {
+    const std::vector<double>& data = get(trace.telemetry);
+    assert(data.size() == trace.telemetry.size() * spec.width);
+    column.write(first, trace.telemetry.size(), data.data());
+    first += trace.telemetry.size();
+  }
+}
+
+/// Plain: compressing frames of every step would take several times as long as simulating them; left to `pack`.
 void write_telemetry(const hdf5::Handle& file, const std::string& policy, const Traces& traces, const Widths& widths) {
-  using F = const TelemetryFrame*;
+  using Log = FrameLog;
   const std::string group = schema::telemetry_group(policy);
-  const auto rows = flatten<TelemetryFrame>(
-      file, group, traces, [](const TraceRecord& t) -> const auto& { return t.telemetry; });
-  if (rows.empty()) return;
-  const TableWriter table(file, group, kDeflate);
-  table.column<double>(schema::time(), rows, [](F f) { return f->time; });
-  table.matrix(
-      schema::telemetry_q(widths), rows, [](F f) -> const auto& { return f->q; });
-  table.matrix(
-      schema::telemetry_v(widths), rows, [](F f) -> const auto& { return f->v; });
-  table.matrix(
-      schema::telemetry_tau(widths), rows, [](F f) -> const auto& { return f->tau; });
+  std::vector<std::uint64_t> offset = {0};
+  for (const TraceRecord& trace : traces) offset.push_back(offset.back() + trace.telemetry.size());
+  const std::uint64_t rows = offset.back();
+  if (rows == 0) return;
+  hdf5::write_column(file.id(), group, schema::offset(), offset, kDeflate);
+  const auto write = [&](const hdf5::Spec& spec, const std::vector<double>& (Log::*column)() const) {
+    write_frames(
+        file, group, spec, rows, traces, [&](const Log& log) -> const auto& { return (log.*column)(); });
+  };
+  write(schema::time(), &Log::time);
+  write(schema::telemetry_q(widths), &Log::q);
+  write(schema::telemetry_v(widths), &Log::v);
+  write(schema::telemetry_tau(widths), &Log::tau);
 }
 
 std::size_t memory_of(const TraceRecord& trace) {
-  std::size_t doubles = trace.margins.size() * 2 + trace.q.size() + trace.v.size();
-  if (!trace.telemetry.empty()) {
-    const TelemetryFrame& frame = trace.telemetry.front();
-    doubles += trace.telemetry.size() * (frame.q.size() + frame.v.size() + frame.tau.size());
-  }
-  return sizeof(TraceRecord) + 8 * doubles + trace.sequence.size() + trace.events.size() * sizeof(Event) +
-         trace.telemetry.size() * sizeof(TelemetryFrame);
+  const FrameLog& frames = trace.telemetry;
+  const std::size_t doubles = trace.margins.size() * 2 + trace.q.size() + trace.v.size() + frames.time().size() +
+                              frames.q().size() + frames.v().size() + frames.tau().size();
+  return sizeof(TraceRecord) + 8 * doubles + trace.sequence.size() + trace.events.size() * sizeof(Event);
 }
 
 }  // namespace

@@ -2,7 +2,9 @@
 // What is kept of one trace, as it comes from the runner and as it goes into the archive.
 
 #include <cstdint>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "engine/contact/events.h"
@@ -25,6 +27,26 @@ struct TelemetryFrame {
   std::vector<double> q, v, tau;  // nq, nv, na
 };
 
+/// Frames of one trace, in flat columns: frame i is row i of each, of nq, nv and na values.
+class FrameLog {
+ public:
+  std::size_t size() const { return time_.size(); }
+  bool empty() const { return time_.empty(); }
+  void reserve(std::size_t frames, std::size_t nq, std::size_t nv, std::size_t na);
+  /// Every frame has as many values as the first.
+  void add(double time, std::span<const double> q, std::span<const double> v, std::span<const double> tau);
+  void add(const TelemetryFrame& frame) { add(frame.time, frame.q, frame.v, frame.tau); }
+  TelemetryFrame operator[](std::size_t i) const;
+
+  const std::vector<double>& time() const { return time_; }
+  const std::vector<double>& q() const { return q_; }
+  const std::vector<double>& v() const { return v_; }
+  const std::vector<double>& tau() const { return tau_; }
+
+ private:
+  std::vector<double> time_, q_, v_, tau_;
+};
+
 struct TraceRecord {
   std::uint32_t particle = 0;
   Outcome outcome = Outcome::invalid;
@@ -39,7 +61,7 @@ struct TraceRecord {
   std::string invalid_reason;
   SolverLog solver;
   std::vector<Event> events;
-  std::vector<TelemetryFrame> telemetry;
+  FrameLog telemetry;
 };
 
 }  // namespace graze

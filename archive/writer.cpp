@@ -9,6 +9,7 @@
 #include "archive/archive.h"
 #include "archive/campaign_directory.h"
 #include "archive/shard.h"
+#include "archive/shard_queue.h"
 
 namespace graze {
 namespace {
@@ -42,21 +43,12 @@ struct CampaignWriter::Impl {
     return std::exchange(buffer, ShardBuffer(info().policies.size()));
   }
 
-  /// Outside of the buffer's lock: other threads go on adding while one writes.
-  void write(ShardBuffer shard) {
-    const std::lock_guard guard(writing);
-    if (failed) return;  // the first failure has been thrown; the disk is not filled any further
-    failed = true;
-    directory.add_shard(std::move(shard));
-    failed = false;
-  }
-
-  CampaignDirectory directory;  // `writing` guards it
-  std::mutex adding, writing;
+  CampaignDirectory directory;  // the queue's thread writes into it, and nobody else while that is busy
+  std::mutex adding;
   ShardBuffer buffer;  // `adding` guards it
   Clock::duration age = kShardAge;
   Clock::time_point last = Clock::now();
-  bool failed = false;
+  ShardQueue queue{[this](ShardBuffer shard) { directory.add_shard(std::move(shard)); }};
 };
 
 CampaignWriter::CampaignWriter(std::filesystem::path directory, const CampaignInfo& info, bool force)
@@ -70,7 +62,8 @@ CampaignWriter::CampaignWriter(std::filesystem::path directory, const CampaignIn
 
 CampaignWriter::~CampaignWriter() {
   try {
-    if (auto rest = impl_->take(true)) impl_->write(std::move(*rest));
+    if (auto rest = impl_->take(true)) impl_->queue.push(std::move(*rest));
+    impl_->queue.drain();
   } catch (const std::exception&) {
     // Whoever destroys an unfinished writer is handling an error already; the campaign stays incomplete.
   }
@@ -85,7 +78,7 @@ void CampaignWriter::append(int policy, std::vector<TraceRecord> traces, std::ve
     impl_->buffer.add(policy, std::move(traces), values, impl_->info().parameters.size());
     due = impl_->take(false);
   }
-  if (due) impl_->write(std::move(*due));
+  if (due) impl_->queue.push(std::move(*due));  // outside of the lock: other threads go on adding
 }
 
 void CampaignWriter::flush() {
@@ -94,17 +87,17 @@ void CampaignWriter::flush() {
     const std::lock_guard guard(impl_->adding);
     rest = impl_->take(true);
   }
-  if (rest) impl_->write(std::move(*rest));
+  if (rest) impl_->queue.push(std::move(*rest));
+  impl_->queue.drain();
 }
 
 void CampaignWriter::finish(bool complete, std::uint64_t answered_at) {
   flush();
-  const std::lock_guard guard(impl_->writing);
-  if (complete && !impl_->failed) impl_->directory.complete(answered_at);
+  if (complete && !impl_->queue.failed()) impl_->directory.complete(answered_at);
 }
 
 int CampaignWriter::shards() const {
-  const std::lock_guard guard(impl_->writing);
+  impl_->queue.drain();
   return impl_->directory.shards();
 }
 

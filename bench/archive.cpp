@@ -62,8 +62,8 @@ TraceRecord record(const CampaignInfo& info, std::uint32_t particle, int events,
   for (int i = 0; i < events; ++i) r.events.push_back({0.01 * i, EventKind::contact_begin, 0, 1 + i % 7});
   for (int i = 0; i < frames; ++i) {
     const double phase = particle + 0.06 * i;
-    r.telemetry.push_back({0.01 * i, wave(phase, info.q_names.size()), wave(phase + 1, info.v_names.size()),
-                           wave(phase + 2, info.actuator_names.size())});
+    r.telemetry.add({0.01 * i, wave(phase, info.q_names.size()), wave(phase + 1, info.v_names.size()),
+                     wave(phase + 2, info.actuator_names.size())});
   }
   return r;
 }

@@ -68,7 +68,8 @@ void replay(const Scenario& scenario, const std::vector<Particle>& particles, co
     for (std::size_t lane = 0; lane < traces.size(); ++lane) {
       if (frame >= traces[lane].telemetry.size()) continue;
       active.set(static_cast<int>(lane));
-      for (int k = 0; k < tau.rows(); ++k) tau(k, static_cast<int>(lane)) = traces[lane].telemetry[frame].tau[k];
+      const double* values = traces[lane].telemetry.tau().data() + frame * static_cast<std::size_t>(tau.rows());
+      for (int k = 0; k < tau.rows(); ++k) tau(k, static_cast<int>(lane)) = values[k];
     }
     if (active.bits() == 0) break;
     engine.drive(scenario.timing.step, active.bits(), drive);

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 
+#include "jobs/telemetry.h"
 #include "jobs/watchdog.h"
 #include "sampling/stream.h"
 
@@ -61,6 +62,7 @@ struct BlockRun::Impl {
   Actuators actuators;
   TaskMonitor monitor;
   EventTracker events;
+  TelemetryRecorder telemetry;
   LaneNoise lag_jitter;
   Observation observation;
   ActuatorCommand command;
@@ -87,6 +89,7 @@ struct BlockRun::Impl {
         actuators(s.model, s.torque_speed),
         monitor(s.task),
         events(s.model),
+        telemetry(s.recording, s.timing.step),
         lag_jitter(lag_noise(s, seed)),
         command(s.model.na()),
         tau(s.model.na()) {}
@@ -111,7 +114,8 @@ struct BlockRun::Impl {
     monitor.start(lane, particle.model);
     for (int k = 0; k < tau.rows(); ++k) tau(k, lane) = 0;
     active.set(lane);
-    if (keep_telemetry()) add_frame(lane);
+    telemetry.start(lane);
+    if (telemetry.on()) telemetry.take(lane, 0, false, false, frame_source());
     LaneMask fresh;
     fresh.set(lane);
     const LaneMask ended = judge(fresh);
@@ -119,13 +123,7 @@ struct BlockRun::Impl {
     finish(ended);
   }
 
-  bool keep_telemetry() const { return scenario.recording.telemetry != Telemetry::none; }
-
-  void add_frame(int lane) {
-    const BlockState& state = physics->state();
-    lanes[lane].record->telemetry.push_back(
-        {time(lane), to_vector(state.q, lane), to_vector(state.v, lane), to_vector(tau, lane)});
-  }
+  FrameSource frame_source() const { return {physics->state().q, physics->state().v, tau}; }
 
   WitnessInput witness_input(LaneMask of) const {
     return {physics->state(), physics->contact_points(), tau, actuators.headroom(), times(), of};
@@ -183,8 +181,7 @@ struct BlockRun::Impl {
     } else {
       record.outcome = monitor.objective_met(lane) ? Outcome::success : Outcome::unknown_failure;
     }
-    const bool failed = record.outcome != Outcome::success;
-    if (scenario.recording.telemetry == Telemetry::failures && !failed) record.telemetry.clear();
+    if (telemetry.on()) record.telemetry = telemetry.hand_over(lane, record.outcome != Outcome::success);
     if (!scenario.recording.events) record.events.clear();
     active.set(lane, false);
     if (watch) watch->end(lane);
@@ -238,15 +235,15 @@ struct BlockRun::Impl {
     const LaneMask ended = judge(active);
     clock.ended(Phase::witnesses);
     if (observer) show(active);
-    if (keep_telemetry()) add_frames(ended);
+    if (telemetry.on()) add_frames(ended);
     finish(ended);
     clock.ended(Phase::records);
   }
 
   void add_frames(LaneMask ended) {
-    const auto every = static_cast<std::uint32_t>(scenario.recording.every);
     for (int lane = 0; lane < kLanes; ++lane) {
-      if (active[lane] && (ended[lane] || lanes[lane].step % every == 0)) add_frame(lane);
+      if (!active[lane]) continue;
+      telemetry.take(lane, lanes[lane].step, ended[lane], monitor.violated(lane) >= 0, frame_source());
     }
   }
 

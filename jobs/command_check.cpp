@@ -1,5 +1,6 @@
 // graze check: validates everything, simulates nothing.
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <iostream>
@@ -8,13 +9,17 @@
 
 #include "analysis/text_table.h"
 #include "jobs/commands.h"
+#include "jobs/size_estimate.h"
 
 namespace graze {
 namespace {
 
 struct Arguments {
   ScenarioArguments scenario;
-  bool json = false;
+  DrawArguments draw;
+  RecordArguments record;
+  std::string output;
+  bool probe = false, json = false;
 };
 
 bool ends_with(const std::string& text, std::string_view tail) {
@@ -84,6 +89,20 @@ std::string parameter_table(const ParameterSpace& space) {
   return text_table(rows, rows[0].size());
 }
 
+nlohmann::json as_json(const SizeEstimate& e, std::optional<double> free) {
+  return {{"particles", e.particles},
+          {"policies", e.policies},
+          {"bytes", e.total()},
+          {"values", e.values},
+          {"traces", e.traces},
+          {"events", e.events},
+          {"telemetry", e.telemetry},
+          {"probed_traces", e.probed},
+          {"processor_seconds", e.probed > 0 ? nlohmann::json(e.seconds) : nlohmann::json()},
+          {"free", free ? nlohmann::json(*free) : nlohmann::json()},
+          {"fits", free ? nlohmann::json(e.total() <= *free) : nlohmann::json()}};
+}
+
 nlohmann::json as_json(const Scenario& s) {
   const Count c = count(s.space);
   nlohmann::json out = {{"name", s.name},
@@ -104,11 +123,19 @@ nlohmann::json as_json(const Scenario& s) {
 }
 
 int check(const Arguments& arguments) {
-  const Scenario scenario = arguments.scenario.load();
+  ScenarioArguments source = arguments.scenario;
+  arguments.record.apply_to(source);
+  Scenario scenario = source.load();
+  arguments.draw.apply_to(scenario);
+  const SizeEstimate size = arguments.probe ? probe_size(scenario) : estimate_size(scenario);
+  const std::optional<double> free = free_bytes(arguments.output.empty() ? "." : arguments.output);
   if (arguments.json) {
-    std::cout << as_json(scenario).dump(2) << "\n";
+    nlohmann::json out = as_json(scenario);
+    out["archive"] = as_json(size, free);
+    std::cout << out.dump(2) << "\n";
   } else {
-    std::cout << overview(scenario);
+    std::cout << overview(scenario) << "  archive      " << size_text(size, free) << "\n";
+    if (free && size.total() > *free) spdlog::warn("the archive would not fit");
     if (scenario.space.size() > 0) std::cout << "\n" << parameter_table(scenario.space);
   }
   return kDone;
@@ -120,8 +147,13 @@ void add_check(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* verb = add_verb(app, "check", "Validate a scenario, simulate nothing, print the resolved parameter table",
                             "  graze check data/scenarios/quadruped_curb.yaml\n"
-                            "  graze check data/scenarios/drop_and_stand.yaml --set robot.urdf=my_robot.urdf\n");
+                            "  graze check data/scenarios/drop_and_stand.yaml --set robot.urdf=my_robot.urdf\n"
+                            "  graze check my.yaml -n 1000000 --telemetry failures --probe   # how large, how long\n");
   arguments->scenario.add_to(*verb);
+  arguments->draw.add_to(*verb);
+  arguments->record.add_to(*verb);
+  verb->add_option("-o,--output", arguments->output, "Where the archive would be written: its disk is looked at");
+  verb->add_flag("--probe", arguments->probe, "Simulate one block under each policy: how large, how long");
   verb->add_flag("--json", arguments->json, "Print JSON");
   verb->callback([arguments, &action] { action = [arguments] { return check(*arguments); }; });
 }

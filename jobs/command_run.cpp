@@ -10,6 +10,7 @@
 #include "archive/archive.h"
 #include "jobs/commands.h"
 #include "jobs/simulate.h"
+#include "jobs/size_estimate.h"
 
 namespace graze {
 namespace {
@@ -17,13 +18,14 @@ namespace {
 struct Arguments {
   ScenarioArguments scenario;
   DrawArguments draw;
+  RecordArguments record;
   int threads = 0;
   double watchdog = 0;  // s
   std::vector<std::string> policies;
   std::vector<std::string> until;
   std::string confidence, part;
   std::string output;
-  bool force = false, json = false, quiet = false;
+  bool ignore_space = false, force = false, json = false, quiet = false;
   std::string command_line;
 };
 
@@ -96,7 +98,9 @@ int run(const Arguments& arguments) {
   const std::unique_ptr<Crew> crew = make_crew();
   if (crew->rank() > 0) return assist(*crew, arguments.threads);
   Start start(*crew);
-  Scenario scenario = arguments.scenario.load();
+  ScenarioArguments source = arguments.scenario;
+  arguments.record.apply_to(source);
+  Scenario scenario = source.load();
   arguments.draw.apply_to(scenario);
   choose_policies(scenario, arguments.policies);
   const UntilInfo until = ask(arguments, scenario);
@@ -110,6 +114,10 @@ int run(const Arguments& arguments) {
   CampaignInfo info = describe_campaign(scenario, options.particles, arguments.command_line);
   info.until = until;
   info.part = options.part;
+  // --until stops long before the most particles that it may take.
+  if (!arguments.ignore_space && until.questions.empty()) {
+    check_space(estimate_size(scenario), out.directory, out.packed.has_value());
+  }
   CampaignWriter writer(out.directory, info, arguments.force);
   const Printing printing{arguments.json, arguments.quiet, out.packed ? out.packed->string() : ""};
   const ExitCode code = simulate_into(writer, scenario, options, info, printing, start);
@@ -131,9 +139,11 @@ void add_run(CLI::App& app, Action& action, const std::string& command_line) {
                             "  graze run my.yaml -n 1000 --threads 8 --seed 7 -o out/first.graze\n"
                             "  graze run my.yaml --policy 'step/4cm' --set time.end='2 s' -o one.h5\n"
                             "  graze run my.yaml --until 'p >= 0.95' -n 5000       # exit 0 holds, 1 refuted, 4 open\n"
-                            "  graze run my.yaml --until 'ci < 2 %' --until 'step/4cm: p >= 0.9' --confidence 99%\n");
+                            "  graze run my.yaml --until 'ci < 2 %' --until 'step/4cm: p >= 0.9' --confidence 99%\n"
+                            "  graze run my.yaml --last '0.5 s' --every 1     # telemetry before failures\n");
   arguments->scenario.add_to(*verb);
   arguments->draw.add_to(*verb);
+  arguments->record.add_to(*verb);
   verb->add_option("--threads", arguments->threads, "Threads; 0: all of this machine's")
       ->check(CLI::Range(0, 4096))
       ->capture_default_str();
@@ -153,6 +163,7 @@ void add_run(CLI::App& app, Action& action, const std::string& command_line) {
   verb->add_option("-o,--output", arguments->output,
                    "Campaign directory, or a file ending in .h5 to be packed into (default: SCENARIO.graze)");
   verb->add_flag("--force", arguments->force, "Replace an existing archive");
+  verb->add_flag("--ignore-space", arguments->ignore_space, "Start even if the archive will not fit on the disk");
   verb->add_flag("--json", arguments->json, "Print the table as JSON");
   verb->add_flag("--quiet", arguments->quiet, "No progress");
   verb->callback([arguments, &action] { action = [arguments] { return run(*arguments); }; });

@@ -50,15 +50,17 @@ struct Status {
   }
 };
 
-Counts counts_of(const TraceTable& table, Status& status) {
+Counts counts_of(const Archive& archive, const std::string& policy, Status& status) {
   Counts counts;
-  counts.policy = table.policy;
-  counts.done = table.size();
-  for (const Outcome outcome : table.outcome) ++counts.by_outcome[static_cast<std::size_t>(outcome)];
-  for (const int violated : table.violated) {
-    if (violated >= 0) ++status.violated[static_cast<std::size_t>(violated)];
-  }
-  for (const UnfinishedTrace& trace : status.unfinished) counts.unfinished += trace.policy == table.policy;
+  counts.policy = policy;
+  archive.visit_outcomes(policy, [&](std::span<const TraceOutcome> traces) {
+    counts.done += traces.size();
+    for (const TraceOutcome& trace : traces) {
+      ++counts.by_outcome[static_cast<std::size_t>(trace.outcome)];
+      if (trace.violated >= 0) ++status.violated[static_cast<std::size_t>(trace.violated)];
+    }
+  });
+  for (const UnfinishedTrace& trace : status.unfinished) counts.unfinished += trace.policy == policy;
   return counts;
 }
 
@@ -78,8 +80,7 @@ Status status_of(const fs::path& path) {
   for (const auto& requirement : info.requirements) out.requirements.push_back(requirement.name);
   out.violated.resize(out.requirements.size());
   for (const std::string& policy : info.policies) {
-    out.policies.push_back(counts_of(archive.traces(policy), out));
-    out.policies.back().policy = policy;
+    out.policies.push_back(counts_of(archive, policy, out));
     out.done += out.policies.back().done;
   }
   return out;

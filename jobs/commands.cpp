@@ -41,19 +41,47 @@ void ScenarioArguments::add_to(CLI::App& verb) {
                 "Go on without collision meshes whose file is not there");
 }
 
-Scenario ScenarioArguments::load() const {
-  ScenarioOptions options;
-  options.ignore_missing_meshes = ignore_missing_meshes;
+std::vector<Override> ScenarioArguments::overrides() const {
+  std::vector<Override> out;
   for (const std::string& assignment : set) {
     const std::size_t equals = assignment.find('=');
     if (equals == std::string::npos || equals == 0) {
       throw InputError(fmt::format("--set {}: not of the form PATH=VALUE, e.g. --set time.end='2 s'", assignment));
     }
-    options.overrides.push_back({assignment.substr(0, equals), assignment.substr(equals + 1)});
+    out.push_back({assignment.substr(0, equals), assignment.substr(equals + 1)});
   }
+  return out;
+}
+
+Scenario ScenarioArguments::load() const {
+  ScenarioOptions options;
+  options.ignore_missing_meshes = ignore_missing_meshes;
+  options.overrides = overrides();
   Scenario scenario = load_scenario(file, options);
   for (const std::string& warning : scenario.warnings) spdlog::warn("{}", warning);
   return scenario;
+}
+
+void RecordArguments::add_to(CLI::App& verb) {
+  verb.add_option("--telemetry", telemetry, "Frames to keep: none, failures, last (seconds before a failure) or all")
+      ->check(CLI::IsMember({"none", "failures", "last", "all"}));
+  verb.add_option("--every", every, "Physics steps between frames")
+      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1'000'000'000}));
+  verb.add_option("--last", last, "With --telemetry last (implied): how long before a failure, e.g. '0.5 s'")
+      ->type_name("TIME");
+}
+
+void RecordArguments::apply_to(ScenarioArguments& scenario) const {
+  if (!last.empty() && !telemetry.empty() && telemetry != "last") {
+    throw InputError(fmt::format("--last {}: is for --telemetry last, not {}", last, telemetry));
+  }
+  const std::string which = last.empty() ? telemetry : "last";
+  if (which.empty() && every == 0) return;
+  // A value can only be set within what is there.
+  if (!Settings::load(scenario.file, scenario.overrides()).find("record")) scenario.set.push_back("record={}");
+  if (!which.empty()) scenario.set.push_back("record.telemetry=" + which);
+  if (every > 0) scenario.set.push_back(fmt::format("record.every={}", every));
+  if (!last.empty()) scenario.set.push_back("record.last=" + last);
 }
 
 void DrawArguments::add_to(CLI::App& verb) {

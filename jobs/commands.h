@@ -39,8 +39,20 @@ struct ScenarioArguments {
   bool ignore_missing_meshes = false;
 
   void add_to(CLI::App& verb);
+  /// What --set says. Throws InputError.
+  std::vector<Override> overrides() const;
   /// Reads the scenario; prints its warnings on stderr.
   Scenario load() const;
+};
+
+/// What is recorded of a trace, in place of what the scenario says: short for --set record.….
+struct RecordArguments {
+  std::string telemetry, last;
+  std::uint64_t every = 0;  // 0: as the scenario says
+
+  void add_to(CLI::App& verb);
+  /// Adds its overrides; --last means --telemetry last.
+  void apply_to(ScenarioArguments& scenario) const;
 };
 
 /// Options of the verbs that draw particles.

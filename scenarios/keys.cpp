@@ -66,7 +66,7 @@ std::map<std::string, Keys> run_keys() {
       {"time", {"end", "step", "control"}},
       {"actuators", {"torque_speed"}},
       {"control", {"lag"}},
-      {"record", {"telemetry", "every", "events"}},
+      {"record", {"telemetry", "every", "last", "events"}},
       {"task", {"requirements", "objective", "stop_at_violation"}},
   };
 }

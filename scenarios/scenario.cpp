@@ -105,14 +105,18 @@ Recording read_record(const Settings& root) {
   if (!record) return out;
   record->allow(keys_of("record"));
   if (const auto telemetry = record->find("telemetry")) {
-    const std::string word = telemetry->choice({"none", "failures", "all"});
-    out.telemetry = word == "none" ? Telemetry::none : word == "all" ? Telemetry::all : Telemetry::failures;
+    const std::string word = telemetry->choice({"none", "failures", "last", "all"});
+    out.telemetry = word == "none"   ? Telemetry::none
+                    : word == "all"  ? Telemetry::all
+                    : word == "last" ? Telemetry::last
+                                     : Telemetry::failures;
   }
   if (const auto every = record->find("every")) {
     const long long value = every->integer();
     if (value < 1 || value > 1'000'000'000) every->fail(fmt::format("{}: must lie within [1, 1e9]", value));
     out.every = static_cast<int>(value);
   }
+  if (const auto last = record->find("last")) out.last = last->positive(Quantity::time);
   out.events = record->flag_or("events", true);
   return out;
 }

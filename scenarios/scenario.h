@@ -30,11 +30,13 @@ struct PolicySpec {
   Settings settings;
 };
 
-enum class Telemetry { none, failures, all };
+/// Which frames are kept: of no traces, of failures, of failures the last seconds before it, or of all.
+enum class Telemetry { none, failures, last, all };
 
 struct Recording {
   Telemetry telemetry = Telemetry::none;
-  int every = 10;  // physics steps between frames
+  int every = 10;     // physics steps between frames
+  double last = 0.5;  // s, with Telemetry::last
   bool events = true;
 };
 

@@ -116,9 +116,9 @@ inline TraceRecord trace(const CampaignInfo& info, int policy, std::uint32_t par
     record.events.push_back(event(policy, particle, i));
   }
   for (std::uint32_t i = 0; i < (record.outcome == Outcome::unknown_failure ? 5 + particle % 3 : 0); ++i) {
-    record.telemetry.push_back({0.01 * i, row(policy, particle, 1000 + 10 * i, info.q_names.size()),
-                                row(policy, particle, 2000 + 10 * i, info.v_names.size()),
-                                row(policy, particle, 3000 + 10 * i, info.actuator_names.size())});
+    record.telemetry.add({0.01 * i, row(policy, particle, 1000 + 10 * i, info.q_names.size()),
+                          row(policy, particle, 2000 + 10 * i, info.v_names.size()),
+                          row(policy, particle, 3000 + 10 * i, info.actuator_names.size())});
   }
   return record;
 }

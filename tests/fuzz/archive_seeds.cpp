@@ -39,7 +39,7 @@ graze::TraceRecord trace(const graze::CampaignInfo& info, std::uint32_t particle
   out.sequence = "L_foot-ground";
   out.events.assign(particle, graze::Event{.time = 0.1, .b = 1});
   const graze::TelemetryFrame frame{0.0, out.q, out.v, std::vector<double>(info.actuator_names.size(), 0.0)};
-  out.telemetry.assign(particle, frame);
+  for (std::uint32_t i = 0; i < particle; ++i) out.telemetry.add(frame);
   return out;
 }
 

@@ -134,10 +134,15 @@ TEST_F(CommandLine, AFullDiskLosesNothingThatWasWritten) {
   if (mount("none", disk.c_str(), "tmpfs", 0, "size=256k") != 0) GTEST_SKIP() << "cannot mount a small disk here";
   const Result small = graze(disk, "run ../ball.yaml -n 4 -o small.graze");
   const std::string score = graze(folder.path(), "score disk/small.graze --json").out;
-  const Result large = graze(folder.path(), "run ball.yaml -n 20000 -o disk/large.graze --quiet");
+  const std::string too_large = "run ball.yaml -n 20000 -o disk/large.graze --quiet";
+  const Result refused = graze(folder.path(), too_large);
+  const bool begun = fs::exists(disk / "large.graze");
+  const Result large = graze(folder.path(), too_large + " --ignore-space");
   const std::string after = graze(folder.path(), "score disk/small.graze --json").out;
   umount(disk.c_str());
   EXPECT_EQ(small.code, 0) << small.err;
+  expect_refused(refused, 3, {"large.graze: will not fit", "are free", "--ignore-space"});
+  EXPECT_FALSE(begun);
   expect_refused(large, 3, {"large.graze", "No space left on device"});
   EXPECT_FALSE(score.empty());
   EXPECT_EQ(score, after);

@@ -31,8 +31,10 @@ void add(const std::vector<Event>& events, std::string& out) {
   }
 }
 
-void add(const std::vector<TelemetryFrame>& telemetry, std::string& out) {
-  for (const TelemetryFrame& frame : telemetry) {
+template <class Frames>
+void add_frames(const Frames& telemetry, std::string& out) {
+  for (std::size_t i = 0; i < telemetry.size(); ++i) {
+    const TelemetryFrame& frame = telemetry[i];
     add(frame.time, out);
     for (const auto* values : {&frame.q, &frame.v, &frame.tau}) add(*values, out);
   }
@@ -45,7 +47,7 @@ std::string all_of(const TraceRecord& trace) {
   add({trace.end_time, trace.objective_margin}, out);
   for (const auto* values : {&trace.margins, &trace.first_violations, &trace.q, &trace.v}) add(*values, out);
   add(trace.events, out);
-  add(trace.telemetry, out);
+  add_frames(trace.telemetry, out);
   return out;
 }
 
@@ -174,7 +176,7 @@ std::string archive_under(const std::string& isa, const testing::TemporaryFolder
   for (std::size_t i = 0; i < table.size(); ++i) {
     out += fmt::format("{} {:x} ", table.particle[i], table.digest[i]);
     add(events[i], out);
-    add(archive.telemetry("step/4cm", table.particle[i]), out);
+    add_frames(archive.telemetry("step/4cm", table.particle[i]), out);
   }
   return out;
 }

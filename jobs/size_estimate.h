@@ -1,0 +1,42 @@
+#pragma once
+// How large an archive will be, before anything is simulated, and whether it fits on the disk.
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "scenarios/scenario.h"
+
+namespace graze {
+
+/// Bytes of the shards of a whole campaign. Packed, events and telemetry take less.
+struct SizeEstimate {
+  std::uint64_t particles = 0, policies = 0;
+  double values = 0, traces = 0, events = 0, telemetry = 0;  // B
+  std::uint64_t probed = 0;                                  // traces that were simulated to find out; 0: none
+  double seconds = 0;                                        // of one processor, for the whole campaign; 0: not known
+  double total() const { return values + traces + events + telemetry; }
+};
+
+/// From the scenario alone: values and rows of traces exactly; events at 200 per simulated second where anything can
+/// touch; traces as long as they may be, half of them failing.
+SizeEstimate estimate_size(const Scenario& scenario);
+
+/// Simulates one block under each policy and goes by what comes out. The same particles as a campaign's first ones.
+SizeEstimate probe_size(const Scenario& scenario);
+
+/// Bytes that are free where `archive` would be written; none if that cannot be told.
+std::optional<double> free_bytes(const std::filesystem::path& archive);
+
+/// "1.5 GB"
+std::string bytes_text(double bytes);
+
+/// One line: how much for what, and how much is free.
+std::string size_text(const SizeEstimate& estimate, std::optional<double> free);
+
+/// Before a campaign starts: throws MachineError if its archive cannot fit, warns if it may not. `packed`: it is packed
+/// in the same place afterwards, which takes as much again.
+void check_space(const SizeEstimate& estimate, const std::filesystem::path& archive, bool packed);
+
+}  // namespace graze
