@@ -7,7 +7,7 @@ program=$(realpath "${1:-build/release/graze}")
 particles=${2:-200}
 rounds=${3:-5}
 scenario=$(realpath "$(dirname "$0")/../data/scenarios/quadruped_curb.yaml")
-export OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
+export OMPI_MCA_plm_rsh_agent=sh OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 cd "$folder"
