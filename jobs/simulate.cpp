@@ -110,8 +110,8 @@ std::string unfinished_text(const std::vector<UnfinishedTrace>& traces, const st
   std::string text;
   for (std::size_t i = 0; i < std::min(traces.size(), kMost); ++i) {
     const UnfinishedTrace& trace = traces[i];
-    text += fmt::format("\n  policy {}, particle {}: {}; graze replay {} --policy '{}' --particle {} --unverified",
-                        trace.policy, trace.particle, trace.reason, directory, trace.policy, trace.particle);
+    text += fmt::format("\n  policy {}, particle {}: {}; {} --unverified", trace.policy, trace.particle, trace.reason,
+                        replay_command(directory, trace.policy, trace.particle));
   }
   if (traces.size() > kMost) text += fmt::format("\n  … all {}: {}/{}", traces.size(), directory, kUnfinishedFile);
   return text;

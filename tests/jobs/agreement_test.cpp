@@ -3,11 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <mutex>
 
 #include "analysis/proportions.h"
-#include "jobs/campaign.h"
 #include "tests/jobs/program.h"
+#include "tests/jobs/traces.h"
 
 namespace graze {
 namespace {
@@ -24,20 +23,12 @@ Count crossings(const std::string& physics, const std::string& models, const std
   Scenario scenario = load_scenario(testing::data("scenarios/quadruped_curb.yaml"), options);
   std::erase_if(scenario.policies, [&](const PolicySpec& one) { return one.name != policy; });
   EXPECT_EQ(scenario.policies.size(), 1u);
-  CampaignOptions campaign;
-  campaign.particles = particles;
-  campaign.seed = 21;
-  const std::unique_ptr<Crew> crew = make_local_crew();
   Count out;
-  std::mutex mutex;
-  run_campaign(scenario, campaign, *crew, [&](int, std::vector<TraceRecord> traces, const std::vector<double>&) {
-    const std::lock_guard lock(mutex);
-    for (const TraceRecord& trace : traces) {
-      ++out.traces;
-      out.met += trace.objective_margin >= 0;
-      out.invalid += trace.outcome == Outcome::invalid;
-    }
-  });
+  for (const auto& [key, trace] : testing::simulate(scenario, particles, 21, 0)) {
+    ++out.traces;
+    out.met += trace.objective_margin >= 0;
+    out.invalid += trace.outcome == Outcome::invalid;
+  }
   return out;
 }
 

@@ -19,12 +19,13 @@
 #include "engine/control/policy.h"
 #include "jobs/campaign.h"
 #include "jobs/simulate.h"
-#include "tests/jobs/program.h"
+#include "tests/jobs/ball_campaign.h"
 
 namespace graze {
 namespace {
 
 using ::testing::AllOf;
+using testing::digests;
 using ::testing::HasSubstr;
 using testing::TemporaryFolder;
 
@@ -223,13 +224,6 @@ void write_campaign(const Scenario& scenario, const std::filesystem::path& direc
   simulate_into(writer, scenario, options, info, {false, true}, start, finished);
 }
 
-std::map<std::uint32_t, std::uint64_t> digests(const std::filesystem::path& directory) {
-  const TraceTable table = Archive(directory).traces("still");
-  std::map<std::uint32_t, std::uint64_t> out;
-  for (std::size_t i = 0; i < table.size(); ++i) out[table.particle[i]] = table.digest[i];
-  return out;
-}
-
 TEST(Contained, AHangingCampaignEndsIncompleteAndIsResumed) {
   mended = false;
   const Balls balls;
@@ -239,21 +233,21 @@ TEST(Contained, AHangingCampaignEndsIncompleteAndIsResumed) {
   const auto directory = balls.folder / "a.graze";
   EXPECT_EXIT(write_campaign(scenario, directory, 0.5), ::testing::ExitedWithCode(3),
               "a.graze: traces unfinished by the fault of this machine, not of the robot: 1; 'graze resume .*"
-              "policy still, particle [0-9]+: did not come back.*graze replay .*--policy 'still' --particle [0-9]+ "
+              "policy still, particle [0-9]+: did not come back.*graze replay .*--particle [0-9]+ --policy still "
               "--unverified");
   const std::vector<UnfinishedTrace> unfinished = read_unfinished(directory);
   ASSERT_EQ(unfinished.size(), 1u);
   EXPECT_EQ(unfinished[0].particle, bar.guilty[0]);
   EXPECT_EQ(unfinished[0].policy, "still");
   EXPECT_FALSE(Archive(directory).complete());
-  EXPECT_EQ(digests(directory).size(), 39u);
+  EXPECT_EQ(digests(directory).at("still").size(), 39u);
   mended = true;
   write_campaign(scenario, directory, 0.5);
   EXPECT_TRUE(Archive(directory).complete());
   EXPECT_TRUE(read_unfinished(directory).empty());
   std::map<std::uint32_t, std::uint64_t> wanted;
   for (const auto& [particle, trace] : all.traces) wanted[particle] = trace.digest;
-  EXPECT_EQ(digests(directory), wanted);
+  EXPECT_EQ(digests(directory).at("still"), wanted);
 }
 
 }  // namespace

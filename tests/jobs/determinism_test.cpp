@@ -3,35 +3,16 @@
 #include <gtest/gtest.h>
 
 #include <map>
-#include <mutex>
 
-#include "jobs/campaign.h"
 #include "tests/jobs/program.h"
+#include "tests/jobs/traces.h"
 
 namespace graze {
 namespace {
 
-using Digests = std::map<std::pair<std::string, std::uint32_t>, std::uint64_t>;
-
 /// Digest of every trace, by policy name and particle.
-Digests digests(const Scenario& scenario, std::uint64_t particles, int threads) {
-  CampaignOptions options;
-  options.particles = particles;
-  options.seed = 11;
-  options.threads = threads;
-  const std::unique_ptr<Crew> crew = make_local_crew();
-  Digests out;
-  std::mutex mutex;
-  const CampaignEnd end = run_campaign(scenario, options, *crew,
-                                       [&](int policy, std::vector<TraceRecord> traces, const std::vector<double>&) {
-                                         const std::lock_guard lock(mutex);
-                                         for (const TraceRecord& trace : traces) {
-                                           EXPECT_NE(trace.outcome, Outcome::invalid) << trace.invalid_reason;
-                                           out[{scenario.policies[policy].name, trace.particle}] = trace.digest;
-                                         }
-                                       });
-  EXPECT_TRUE(end.complete());
-  return out;
+auto digests(const Scenario& scenario, std::uint64_t particles, int threads) {
+  return testing::valid_traces(scenario, particles, threads, [](const TraceRecord& trace) { return trace.digest; });
 }
 
 /// The curb campaign with everything uncertain, cut to the first steps of the walk (all feet strike the ground).
@@ -43,7 +24,7 @@ Scenario short_curb(const std::string& design = "random") {
 
 TEST(ThreadsDeterminism, OneTwoAndEightThreadsGiveTheSameBits) {
   const Scenario scenario = short_curb();
-  const Digests one = digests(scenario, 11, 1);
+  const auto one = digests(scenario, 11, 1);
   ASSERT_EQ(one.size(), 11 * scenario.policies.size());
   EXPECT_EQ(one, digests(scenario, 11, 2));
   EXPECT_EQ(one, digests(scenario, 11, 8));
@@ -58,7 +39,7 @@ TEST(ThreadsDeterminism, ParticlesDifferFromEachOther) {
 
 TEST(Determinism, PolicyOrderAndChoiceDoNotMatter) {
   Scenario scenario = short_curb();
-  const Digests all = digests(scenario, 5, 2);
+  const auto all = digests(scenario, 5, 2);
   std::reverse(scenario.policies.begin(), scenario.policies.end());
   EXPECT_EQ(all, digests(scenario, 5, 2));
   scenario.policies.erase(scenario.policies.begin() + 1, scenario.policies.end());
@@ -68,7 +49,7 @@ TEST(Determinism, PolicyOrderAndChoiceDoNotMatter) {
 TEST(Determinism, TheNumberOfParticlesDoesNotMatter) {
   for (const char* design : {"random", "sobol"}) {
     const Scenario scenario = short_curb(design);
-    const Digests many = digests(scenario, 13, 2);
+    const auto many = digests(scenario, 13, 2);
     for (const auto& [key, digest] : digests(scenario, 3, 1)) EXPECT_EQ(digest, many.at(key)) << design;
   }
 }
@@ -80,7 +61,7 @@ TEST(Determinism, EndedLanesDoNotDisturbTheirNeighbours) {
   ScenarioOptions options;
   options.overrides = {{"time.end", "200 ms"}, {"task.requirements.high.height.above", "0.12"}};
   const Scenario scenario = load_scenario((folder / "ball.yaml").string(), options);
-  const Digests many = digests(scenario, 20, 1);
+  const auto many = digests(scenario, 20, 1);
   for (std::uint64_t n : {1u, 2u, 9u}) {
     for (const auto& [key, digest] : digests(scenario, n, 1)) EXPECT_EQ(digest, many.at(key)) << n;
   }

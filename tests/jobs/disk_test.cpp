@@ -5,20 +5,21 @@
 #include <sys/mount.h>
 
 #include "archive/archive.h"
+#include "tests/jobs/ball_campaign.h"
 #include "tests/jobs/process.h"
 
 namespace graze {
 namespace {
 
 using ::testing::AllOf;
+using testing::digests;
 using ::testing::HasSubstr;
 using testing::Result;
 namespace fs = std::filesystem;
 
-class Disk : public ::testing::Test {
+class Disk : public ::testing::Test, public testing::BallCampaign {
  protected:
-  Disk() {
-    testing::write_ball(folder, "record: {telemetry: all}\n");
+  Disk() : BallCampaign("record: {telemetry: all}\n") {
     fs::create_directory(disk);
     mounted = mount("none", disk.c_str(), "tmpfs", 0, "size=2m") == 0;
   }
@@ -28,10 +29,7 @@ class Disk : public ::testing::Test {
   bool remount(unsigned long flags, const char* options) const {
     return mount("none", disk.c_str(), "tmpfs", MS_REMOUNT | flags, options) == 0;
   }
-  Result graze(const std::string& arguments) const { return testing::graze(folder.path(), arguments); }
-  static std::vector<std::uint64_t> digests(const fs::path& path) { return Archive(path).traces("still").digest; }
 
-  testing::TemporaryFolder folder;
   const fs::path disk = folder / "disk";
   bool mounted = false;
 };
@@ -45,7 +43,7 @@ TEST_F(Disk, FullThenMendedThenResumed) {
   EXPECT_THAT(full.err, AllOf(HasSubstr("disk/a.graze/shards/"), HasSubstr("No space left on device"),
                               HasSubstr(" of 8000 traces are kept"), HasSubstr("'graze resume disk/a.graze'")));
   EXPECT_FALSE(Archive(disk / "a.graze").complete());
-  const auto kept = digests(disk / "a.graze");
+  const auto kept = digests(disk / "a.graze").at("still");
   EXPECT_GE(kept.size(), 400u);
   EXPECT_THAT(full.err, HasSubstr(std::to_string(kept.size()) + " of 8000"));
   EXPECT_EQ(graze("status disk/a.graze").code, 0);
@@ -86,7 +84,7 @@ TEST_F(Disk, ReadOnly) {
   }
   EXPECT_EQ(graze("score disk/a.graze").code, 0);
   EXPECT_THAT(graze("status disk/a.graze").out, HasSubstr("complete"));
-  EXPECT_EQ(digests(disk / "a.graze").size(), 40u);
+  EXPECT_EQ(digests(disk / "a.graze").at("still").size(), 40u);
 }
 
 TEST_F(Disk, ShardsThatWereCutShortAreDoneAgain) {

@@ -5,14 +5,13 @@
 
 #include <algorithm>
 #include <map>
-#include <mutex>
 #include <set>
 
 #include "archive/archive.h"
 #include "engine/lanes/isa.h"
 #include "jobs/block_run.h"
-#include "jobs/campaign.h"
 #include "tests/jobs/program.h"
+#include "tests/jobs/traces.h"
 
 namespace graze {
 namespace {
@@ -51,27 +50,9 @@ std::string all_of(const TraceRecord& trace) {
   return out;
 }
 
-using Traces = std::map<std::pair<std::string, std::uint32_t>, std::string>;
-
 /// Every trace, by policy and particle.
-Traces traces(const Scenario& scenario, std::uint64_t particles, int threads) {
-  CampaignOptions options;
-  options.particles = particles;
-  options.seed = 11;
-  options.threads = threads;
-  const std::unique_ptr<Crew> crew = make_local_crew();
-  Traces out;
-  std::mutex mutex;
-  const CampaignEnd end = run_campaign(scenario, options, *crew,
-                                       [&](int policy, std::vector<TraceRecord> records, const std::vector<double>&) {
-                                         const std::lock_guard lock(mutex);
-                                         for (const TraceRecord& one : records) {
-                                           EXPECT_NE(one.outcome, Outcome::invalid) << one.invalid_reason;
-                                           out[{scenario.policies[policy].name, one.particle}] = all_of(one);
-                                         }
-                                       });
-  EXPECT_TRUE(end.complete());
-  return out;
+auto traces(const Scenario& scenario, std::uint64_t particles, int threads) {
+  return testing::valid_traces(scenario, particles, threads, all_of);
 }
 
 using Overrides = std::vector<Override>;
@@ -107,7 +88,7 @@ std::vector<Particle> particles_of(const Scenario& scenario, std::uint32_t count
 
 TEST(LaneDeterminism, OneTwoAndEightThreadsGiveTheSameTraces) {
   for (const Scenario& scenario : {short_curb(), refilled_curb()}) {
-    const Traces one = traces(scenario, 19, 1);
+    const auto one = traces(scenario, 19, 1);
     ASSERT_EQ(one.size(), 19 * scenario.policies.size());
     EXPECT_EQ(one, traces(scenario, 19, 2));
     EXPECT_EQ(one, traces(scenario, 19, 8));
@@ -133,7 +114,7 @@ TEST(LaneDeterminism, TracesDifferFromEachOther) {
 
 TEST(LaneDeterminism, TheNumberOfParticlesDoesNotMatter) {
   for (const Scenario& scenario : {short_curb({{"sampling.design", "sobol"}}), refilled_curb()}) {
-    const Traces many = traces(scenario, 40, 1);
+    const auto many = traces(scenario, 40, 1);
     for (const std::uint64_t n : {1u, 3u, 9u}) {
       for (const auto& [key, trace] : traces(scenario, n, 1)) EXPECT_EQ(trace, many.at(key)) << n;
     }

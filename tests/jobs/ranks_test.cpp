@@ -5,18 +5,22 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <barrier>
 #include <cstdlib>
 #include <random>
+#include <set>
 #include <thread>
 
 #include "archive/archive.h"
-#include "tests/jobs/program.h"
+#include "archive/campaign_directory.h"
+#include "tests/jobs/ball_campaign.h"
 
 namespace graze {
 namespace {
 
 using ::testing::AllOf;
+using testing::digests;
 using ::testing::HasSubstr;
 using testing::TemporaryFolder;
 
@@ -35,14 +39,10 @@ std::string mpirun(int ranks) {
          std::to_string(ranks) + " '" GRAZE_PROGRAM "' ";
 }
 
-/// Digest of every trace, by policy and particle.
-std::map<std::string, std::map<std::uint32_t, std::uint64_t>> digests(const std::filesystem::path& path) {
-  const Archive archive(path);
-  std::map<std::string, std::map<std::uint32_t, std::uint64_t>> out;
-  for (const std::string& policy : archive.info().policies) {
-    const TraceTable table = archive.traces(policy);
-    for (std::size_t i = 0; i < table.size(); ++i) out[policy][table.particle[i]] = table.digest[i];
-  }
+/// Shards that are finished.
+std::set<std::string> shards_of(const std::filesystem::path& directory) {
+  std::set<std::string> out;
+  for (const auto& file : shard_files(directory)) out.insert(file.filename().string());
   return out;
 }
 
@@ -115,9 +115,12 @@ void torture(int rounds) {
     }
     if (!std::filesystem::exists(folder / name / "campaign.h5")) continue;  // killed before it had begun
     const auto before = digests(folder / name);
+    const std::set<std::string> shards = shards_of(folder / name);
     const testing::Result end = testing::shell(folder.path(), mpirun(1 + round % 3) + "resume --quiet " + path);
     ASSERT_EQ(end.code, 0) << "round " << round << ": " << end.err << "\nbefore: " << cut.err;
     EXPECT_EQ(digests(folder / name), wanted) << "round " << round;
+    const std::set<std::string> now = shards_of(folder / name);
+    EXPECT_TRUE(std::includes(now.begin(), now.end(), shards.begin(), shards.end())) << "a finished shard was lost";
     for (const auto& [policy, traces] : before) {
       for (const auto& [particle, digest] : traces) EXPECT_EQ(wanted.at(policy).at(particle), digest);
     }

@@ -8,33 +8,20 @@
 
 #include "archive/archive.h"
 #include "archive/lock.h"
-#include "tests/jobs/program.h"
+#include "tests/jobs/ball_campaign.h"
 
 namespace graze {
 namespace {
 
 using ::testing::AllOf;
+using testing::BallCampaign;
+using testing::digests;
 using ::testing::HasSubstr;
-using testing::TemporaryFolder;
 
-/// Digest of every trace, by policy and particle.
-std::map<std::string, std::map<std::uint32_t, std::uint64_t>> digests(const std::filesystem::path& path) {
-  const Archive archive(path);
-  std::map<std::string, std::map<std::uint32_t, std::uint64_t>> out;
-  for (const std::string& policy : archive.info().policies) {
-    const TraceTable table = archive.traces(policy);
-    for (std::size_t i = 0; i < table.size(); ++i) out[policy][table.particle[i]] = table.digest[i];
-  }
-  return out;
-}
-
-/// The ball campaign in a folder: 2000 short traces.
-struct Campaign {
-  TemporaryFolder folder;
+/// 2000 short traces.
+struct Campaign : BallCampaign {
   std::string run = "run ball.yaml -n 2000 --threads 2 --quiet -o ";
 
-  Campaign() { testing::write_ball(folder); }
-  testing::Result graze(const std::string& arguments) const { return testing::graze(folder.path(), arguments); }
   /// Starts a verb and kills it after so many seconds.
   void kill_after(double seconds, const std::string& arguments) const {
     testing::shell(folder.path(),

@@ -6,31 +6,25 @@
 #include <memory>
 
 #include "archive/archive.h"
+#include "tests/jobs/ball_campaign.h"
 #include "tests/jobs/process.h"
 
 namespace graze {
 namespace {
 
 using ::testing::AllOf;
+using testing::digests;
 using ::testing::HasSubstr;
 using testing::Process;
 using testing::Result;
 
-class Signals : public ::testing::Test {
- protected:
-  Signals() { testing::write_ball(folder); }
-  Result graze(const std::string& arguments) const { return testing::graze(folder.path(), arguments); }
-  static std::vector<std::uint64_t> digests(const std::filesystem::path& path) {
-    return Archive(path).traces("still").digest;
-  }
-  testing::TemporaryFolder folder;
-};
+class Signals : public ::testing::Test, public testing::BallCampaign {};
 
 constexpr const char* kRun = "run ball.yaml -n 20000 --threads 2 --quiet -o ";
 
 TEST_F(Signals, EachOfThemLeavesACampaignThatGoesOn) {
   ASSERT_EQ(graze(kRun + std::string("whole.graze")).code, 0);
-  const auto wanted = digests(folder / "whole.graze");
+  const auto wanted = digests(folder / "whole.graze").at("still");
   ASSERT_EQ(wanted.size(), 20000u);
   const std::vector<std::pair<std::string, std::vector<int>>> cases = {
       {"SIGINT", {SIGINT}},   {"SIGTERM", {SIGTERM}}, {"SIGHUP", {SIGHUP}},
@@ -60,7 +54,7 @@ TEST_F(Signals, EachOfThemLeavesACampaignThatGoesOn) {
     EXPECT_FALSE(archive.complete());
     EXPECT_GT(traces.size(), 0u);
     for (std::size_t k = 0; k < traces.size() && traces.particle[k] < wanted.size(); ++k) {
-      ASSERT_EQ(traces.digest[k], wanted[traces.particle[k]]);
+      ASSERT_EQ(traces.digest[k], wanted.at(traces.particle[k]));
     }
   }
 }

@@ -7,6 +7,7 @@
 
 #include "archive/unfinished.h"
 #include "jobs/shard_rate.h"
+#include "tests/jobs/ball_campaign.h"
 #include "tests/jobs/process.h"
 
 namespace graze {
@@ -40,16 +41,13 @@ TEST(ShardRate, AJumpMakesItUnknownAndNotAbsurd) {
   EXPECT_DOUBLE_EQ(*rate_of(0, 1e9, every(2, 10, 0)), 50) << "forward, since the last shard";
 }
 
-class Status : public ::testing::Test {
+class Status : public ::testing::Test, public testing::BallCampaign {
  protected:
-  Status() { testing::write_ball(folder); }
-  testing::Result graze(const std::string& arguments) const { return testing::graze(folder.path(), arguments); }
   nlohmann::json json(const std::string& archive) const {
     const testing::Result result = graze("status --json " + archive);
     EXPECT_EQ(result.code, 0) << result.err;
     return nlohmann::json::parse(result.out);
   }
-  testing::TemporaryFolder folder;
 };
 
 TEST_F(Status, TellsFailuresByTheirRequirement) {

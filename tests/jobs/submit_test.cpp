@@ -4,7 +4,7 @@
 
 #include "archive/archive.h"
 #include "jobs/batch_script.h"
-#include "tests/jobs/program.h"
+#include "tests/jobs/ball_campaign.h"
 
 namespace graze {
 namespace {
@@ -58,14 +58,8 @@ TEST(BatchScript, QuotesForTheShell) {
 }
 
 /// The ball campaign in a folder.
-struct Campaign {
-  TemporaryFolder folder;
-  Campaign() { testing::write_ball(folder); }
-  testing::Result graze(const std::string& arguments) const { return testing::graze(folder.path(), arguments); }
-};
-
 TEST(Submit, PrintsAScriptThatTheShellReads) {
-  const Campaign campaign;
+  const testing::BallCampaign campaign;
   const testing::Result mpi = campaign.graze(
       "submit ball.yaml --nodes 3 --ntasks-per-node 2 --cpus-per-task 8 --time 1-12 --partition long --mem 4G "
       "-n 500 --set 'time.end=40 ms' --until 'p >= 0.9' -o out.graze --dry-run");
@@ -93,7 +87,7 @@ const char* const kJob = "SLURM_CPUS_PER_TASK=1 SLURM_NTASKS=1 SLURM_JOB_ID=1 ";
 
 // Claim: the script runs the campaign; started again it resumes what is there, with what it found finished.
 TEST(Submit, ScriptCanBeStartedAgain) {
-  const Campaign campaign;
+  const testing::BallCampaign campaign;
   const testing::Result script = campaign.graze("submit ball.yaml --time 10 -n 100 --dry-run");
   testing::write_file(campaign.folder / "job", script.out);
   const testing::Result first = testing::shell(campaign.folder.path(), std::string(kJob) + "bash job");
@@ -106,7 +100,7 @@ TEST(Submit, ScriptCanBeStartedAgain) {
 // Claim: the signal that Slurm sends before the time is up makes the script finish its blocks, queue itself again, and
 // go on from there; the result has the bits of a plain run.
 TEST(Submit, SignalledScriptQueuesItselfAgain) {
-  const Campaign campaign;
+  const testing::BallCampaign campaign;
   const testing::Result script = campaign.graze("submit ball.yaml --time 10 -n 100000 --dry-run");
   testing::write_file(campaign.folder / "job", script.out);
   testing::write_file(campaign.folder / "scontrol", "#!/bin/sh\necho \"$@\" >>requeued\n");
@@ -126,7 +120,7 @@ TEST(Submit, SignalledScriptQueuesItselfAgain) {
 }
 
 TEST(Submit, MistakesAreToldBeforeAnythingIsQueued) {
-  const Campaign campaign;
+  const testing::BallCampaign campaign;
   const auto refused = [&](const std::string& arguments, const std::string& what) {
     const testing::Result result = campaign.graze("submit " + arguments);
     EXPECT_EQ(result.code, 2) << arguments << result.err;
@@ -149,7 +143,7 @@ TEST(Submit, MistakesAreToldBeforeAnythingIsQueued) {
 }
 
 TEST(Submit, SaysWhenThereIsNoSlurm) {
-  const Campaign campaign;
+  const testing::BallCampaign campaign;
   const testing::Result result = testing::shell(
       campaign.folder.path(), std::string("PATH=/nowhere '") + GRAZE_PROGRAM + "' submit ball.yaml --time 10");
   EXPECT_EQ(result.code, 3);
@@ -158,7 +152,7 @@ TEST(Submit, SaysWhenThereIsNoSlurm) {
 
 // Claim: parts of any number, packed together, are byte for byte the campaign of one run.
 TEST(Parts, TogetherAreTheCampaign) {
-  const Campaign campaign;
+  const testing::BallCampaign campaign;
   ASSERT_EQ(campaign.graze("run ball.yaml -n 101 --quiet -o whole.graze").code, 0);
   for (const char* part : {"1/3", "2/3", "3/3"}) {
     const testing::Result ran =
@@ -184,7 +178,7 @@ TEST(Parts, TogetherAreTheCampaign) {
 }
 
 TEST(Parts, AreFinishedByResumeAndKeptApartFromOthers) {
-  const Campaign campaign;
+  const testing::BallCampaign campaign;
   ASSERT_EQ(campaign.graze("run ball.yaml -n 90 --part 2/3 --quiet -o part").code, 0);
   std::filesystem::remove_all(campaign.folder / "part" / "shards");
   std::filesystem::create_directory(campaign.folder / "part" / "shards");
