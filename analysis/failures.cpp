@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <ostream>
 
@@ -28,10 +28,16 @@ Failure describe(const FailureTable& table, const FailureTable::Row& row, const 
   return out;
 }
 
+/// Looks at a window of particles at a time, for memory's sake.
 void for_each_failure(const Archive& archive, const std::function<void(const Failure&)>& act) {
-  for (const std::string& policy : archive.info().policies) {
-    const FailureTable table = archive.failures(policy);
-    for (const FailureTable::Row& row : table.rows) act(describe(table, row, policy, archive.info()));
+  constexpr std::uint64_t kWindow = std::uint64_t{1} << 20;
+  const CampaignInfo& info = archive.info();
+  for (const std::string& policy : info.policies) {
+    for (std::uint64_t first = 0; first < info.particles; first += kWindow) {
+      const FailureTable table = archive.failures(
+          policy, [=](std::uint32_t particle) { return particle >= first && particle - first < kWindow; });
+      for (const FailureTable::Row& row : table.rows) act(describe(table, row, policy, info));
+    }
   }
 }
 
@@ -68,19 +74,23 @@ std::string replay_command(const std::string& archive, const std::string& policy
   return fmt::format("graze replay {} --particle {} --policy {}", shell_word(archive), particle, shell_word(policy));
 }
 
-std::vector<Failure> first_failures(const Archive& archive) {
+void WaysToFail::add(const TraceOutcome& trace) {
+  if (trace.outcome == Outcome::success) return;
+  Way& way = ways_[{trace.outcome, trace.violated}];
+  way.first = way.traces == 0 ? trace.particle : std::min(way.first, trace.particle);
+  ++way.traces;
+}
+
+std::vector<Failure> WaysToFail::firsts(const Archive& archive, const std::string& policy) const {
+  std::map<std::uint32_t, std::uint64_t> traces;  // by the particle that stands for them
+  for (const auto& [kind, way] : ways_) traces[way.first] = way.traces;
+  if (traces.empty()) return {};
+  const FailureTable table =
+      archive.failures(policy, [&](std::uint32_t particle) { return traces.contains(particle); });
   std::vector<Failure> out;
-  for (const std::string& policy : archive.info().policies) {
-    const FailureTable table = archive.failures(policy);
-    std::map<std::pair<Outcome, int>, std::size_t> ways;  // in `out`
-    for (const FailureTable::Row& row : table.rows) {
-      const auto [way, fresh] = ways.emplace(std::pair(row.outcome, row.violated), out.size());
-      if (fresh) {
-        out.push_back(describe(table, row, policy, archive.info()));
-      } else {
-        ++out[way->second].alike;
-      }
-    }
+  for (const FailureTable::Row& row : table.rows) {
+    out.push_back(describe(table, row, policy, archive.info()));
+    out.back().alike = traces.at(row.particle);
   }
   return out;
 }

@@ -3,7 +3,9 @@
 
 #include <cstdint>
 #include <iosfwd>
+#include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "archive/archive.h"
@@ -27,9 +29,22 @@ std::string replay_command(const std::string& archive, const std::string& policy
 /// A word as a shell takes it.
 std::string shell_word(const std::string& word);
 
-/// Of each way in which traces of a policy failed (a requirement, the objective, invalid) the one of the lowest
-/// particle. Takes 40 bytes of memory per failed trace of a policy.
-std::vector<Failure> first_failures(const Archive& archive);
+/// The ways in which traces of a policy failed (a requirement, the objective, invalid): how many went each way and the
+/// lowest particle among them, which stands for all.
+class WaysToFail {
+ public:
+  /// In any order, each particle once.
+  void add(const TraceOutcome& trace);
+  /// By particle. Reads the rows of the particles that stand for all, no others.
+  std::vector<Failure> firsts(const Archive& archive, const std::string& policy) const;
+
+ private:
+  struct Way {
+    std::uint64_t traces = 0;
+    std::uint32_t first = 0;  // particle
+  };
+  std::map<std::pair<Outcome, int>, Way> ways_;  // by outcome and violated requirement
+};
 
 /// The table of such failures, no more than `most` lines; `archive`: as replay commands shall name it.
 std::string format_failures(const std::vector<Failure>& failures, const std::string& archive, std::size_t most);

@@ -45,17 +45,22 @@ void count(const TraceOutcome& trace, PolicyScore& out) {
   }
 }
 
-/// `ends`: filled, too, if pairs are to be compared.
-PolicyScore score_policy(const Archive& archive, const std::string& policy, Ends* ends) {
+/// `ends`: filled, too, if pairs are to be compared. Appends to `failures` the first of each kind.
+PolicyScore score_policy(const Archive& archive, const std::string& policy, Ends* ends,
+                         std::vector<Failure>& failures) {
   PolicyScore out;
+  WaysToFail ways;
   out.policy = policy;
   out.by_requirement.assign(archive.info().requirements.size(), 0);
   archive.visit_outcomes(policy, [&](std::span<const TraceOutcome> traces) {
     for (const TraceOutcome& trace : traces) {
       count(trace, out);
+      ways.add(trace);
       if (ends != nullptr) ends->add(trace);
     }
   });
+  const std::vector<Failure> firsts = ways.firsts(archive, policy);
+  failures.insert(failures.end(), firsts.begin(), firsts.end());
   out.n = out.success + out.known + out.unknown;
   out.rate = out.n > 0 ? static_cast<double>(out.success) / static_cast<double>(out.n)
                        : std::numeric_limits<double>::quiet_NaN();
@@ -111,11 +116,10 @@ Score score(const Archive& archive, const std::string& name) {
   const std::vector<std::string>& policies = info.policies;
   std::vector<Ends> ends(policies.size());
   for (std::size_t i = 0; i < policies.size(); ++i) {
-    out.policies.push_back(score_policy(archive, policies[i], policies.size() > 1 ? &ends[i] : nullptr));
+    out.policies.push_back(score_policy(archive, policies[i], policies.size() > 1 ? &ends[i] : nullptr, out.failures));
   }
   answer_questions(info, out);
   out.archive = name.empty() ? archive.path().string() : name;
-  out.failures = first_failures(archive);
   for (std::size_t i = 0; i < policies.size(); ++i) {
     for (std::size_t k = i + 1; k < policies.size(); ++k) {
       out.pairs.push_back(compare(policies[i], ends[i], policies[k], ends[k]));

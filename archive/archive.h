@@ -170,8 +170,8 @@ class Archive {
   /// alone.
   std::optional<TraceRecord> trace(const std::string& policy, std::uint32_t particle) const;
   OutcomeTable outcomes(const std::string& policy) const;
-  /// Memory: a row per failed trace.
-  FailureTable failures(const std::string& policy) const;
+  /// The failed traces of a policy by particle, of all particles or of those `wanted`. Memory: a row for each of them.
+  FailureTable failures(const std::string& policy, const std::function<bool(std::uint32_t)>& wanted = {}) const;
   /// What counts of all traces of a policy, some at a time, each particle once, in no particular order. For campaigns
   /// of any size: takes a bit of memory per particle.
   void visit_outcomes(const std::string& policy, const std::function<void(std::span<const TraceOutcome>)>& take) const;

@@ -16,8 +16,8 @@ constexpr std::uint64_t kPiece = std::uint64_t{1} << 16;  // rows
 /// Goes through the tables of one policy, a piece at a time.
 class FailureScan {
  public:
-  FailureScan(const std::string& policy, const CampaignInfo& info)
-      : policy_(policy), group_(schema::traces_group(policy)), info_(info), widths_(widths_of(info)) {}
+  FailureScan(const std::string& policy, const CampaignInfo& info, const std::function<bool(std::uint32_t)>& wanted)
+      : policy_(policy), group_(schema::traces_group(policy)), info_(info), widths_(widths_of(info)), wanted_(wanted) {}
 
   void scan(const OpenPart& file) {
     const std::uint64_t rows = file.traces(policy_);
@@ -45,16 +45,23 @@ class FailureScan {
     };
     const auto particle = slice(schema::particle(), std::uint32_t{});
     const auto outcome = slice(schema::outcome(), std::uint8_t{});
-    if (std::all_of(outcome.begin(), outcome.end(), [](std::uint8_t code) { return code == 0; })) return;
+    const auto counts = [&](std::size_t i) {
+      return static_cast<Outcome>(outcome[i]) != Outcome::success && particle[i] < info_.particles &&
+             (!wanted_ || wanted_(particle[i]));
+    };
+    rows_.clear();
+    for (std::size_t i = 0; i < count; ++i) {
+      if (counts(i)) rows_.push_back(i);
+    }
+    if (rows_.empty()) return;
     const auto violated = slice(schema::violated(), std::int32_t{});
     const auto end_time = slice(schema::end_time(), double{});
     const auto objective = slice(schema::objective_margin(), double{});
     const auto margins = slice(schema::margins(widths_), double{});
     const auto times = slice(schema::first_violations(widths_), double{});
     const auto reason = slice(schema::invalid_reason(), std::uint32_t{});
-    for (std::uint64_t i = 0; i < count; ++i) {
+    for (const std::size_t i : rows_) {
       const auto result = static_cast<Outcome>(outcome[i]);
-      if (result == Outcome::success || particle[i] >= info_.particles) continue;
       if (!possible_outcome(result, violated[i], info_.requirements.size())) {
         file.fail(fmt::format("policy '{}', particle {}: outcome {} with violated requirement {} is not possible",
                               policy_, particle[i], outcome[i], violated[i]));
@@ -82,6 +89,8 @@ class FailureScan {
   const std::string policy_, group_;
   const CampaignInfo& info_;
   const Widths widths_;
+  const std::function<bool(std::uint32_t)>& wanted_;
+  std::vector<std::size_t> rows_;                 // of the piece, that count
   std::vector<std::string> reasons_;              // of the part
   std::map<std::string, std::uint32_t> numbers_;  // of out_.reasons
   FailureTable out_;
@@ -89,8 +98,9 @@ class FailureScan {
 
 }  // namespace
 
-FailureTable scan_failures(Parts& parts, const std::string& policy, const CampaignInfo& info) {
-  FailureScan scan(policy, info);
+FailureTable scan_failures(Parts& parts, const std::string& policy, const CampaignInfo& info,
+                           const std::function<bool(std::uint32_t)>& wanted) {
+  FailureScan scan(policy, info, wanted);
   for (std::size_t part = 0; part < parts.size(); ++part) scan.scan(parts.open(part));
   return scan.take();
 }

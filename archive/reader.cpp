@@ -212,9 +212,9 @@ OutcomeTable Archive::outcomes(const std::string& policy) const {
   return table;
 }
 
-FailureTable Archive::failures(const std::string& policy) const {
+FailureTable Archive::failures(const std::string& policy, const std::function<bool(std::uint32_t)>& wanted) const {
   const hdf5::Lock lock;
-  return impl_->has_policy(policy) ? scan_failures(impl_->files.parts, policy, info()) : FailureTable{};
+  return impl_->has_policy(policy) ? scan_failures(impl_->files.parts, policy, info(), wanted) : FailureTable{};
 }
 
 void Archive::visit_outcomes(const std::string& policy,

@@ -57,6 +57,30 @@ TEST(Failures, AreThoseOfTheRecords) {
   }
 }
 
+// Claim: asked for some particles, the table has the rows of these, in the same order.
+TEST(Failures, CanBeOfSomeParticles) {
+  const Folder folder;
+  write(folder / "a.graze", facts());
+  const Archive archive(folder / "a.graze");
+  const auto wanted = [](std::uint32_t particle) { return particle % 7 == 3; };
+  std::size_t found = 0;
+  for (const std::string& policy : archive.info().policies) {
+    FailureTable all = archive.failures(policy);
+    const FailureTable some = archive.failures(policy, wanted);
+    std::erase_if(all.rows, [&](const FailureTable::Row& row) { return !wanted(row.particle); });
+    ASSERT_EQ(some.rows.size(), all.rows.size());
+    for (std::size_t i = 0; i < all.rows.size(); ++i) {
+      EXPECT_EQ(some.rows[i].particle, all.rows[i].particle);
+      EXPECT_EQ(some.rows[i].margin, all.rows[i].margin);
+      if (all.rows[i].outcome != Outcome::invalid) continue;
+      EXPECT_EQ(some.reasons.at(some.rows[i].reason), all.reasons.at(all.rows[i].reason));
+    }
+    found += some.rows.size();
+  }
+  EXPECT_GT(found, 20u);
+  EXPECT_TRUE(archive.failures(archive.info().policies[0], [](std::uint32_t) { return false; }).rows.empty());
+}
+
 // Claim: of each policy and way of failing the lowest particle stands for all, and the counts are the score's.
 TEST(Failures, TheFirstOfEachKindStandsForAll) {
   const Folder folder;
