@@ -9,6 +9,7 @@
 #include <ostream>
 
 #include "analysis/text_table.h"
+#include "archive/shell_word.h"
 
 namespace graze {
 namespace {
@@ -58,17 +59,6 @@ std::string shortened(const std::string& text) {
 }
 
 }  // namespace
-
-std::string shell_word(const std::string& word) {
-  const auto plain = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-           std::string_view("_./:=@%+,-").find(c) != std::string_view::npos;
-  };
-  if (!word.empty() && std::all_of(word.begin(), word.end(), plain)) return word;
-  std::string out = "'";
-  for (const char c : word) out += c == '\'' ? "'\\''" : std::string(1, c);
-  return out + "'";
-}
 
 std::string replay_command(const std::string& archive, const std::string& policy, std::uint32_t particle) {
   return fmt::format("graze replay {} --particle {} --policy {}", shell_word(archive), particle, shell_word(policy));

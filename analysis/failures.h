@@ -26,8 +26,6 @@ struct Failure {
 
 /// `graze replay …` for a shell.
 std::string replay_command(const std::string& archive, const std::string& policy, std::uint32_t particle);
-/// A word as a shell takes it.
-std::string shell_word(const std::string& word);
 
 /// The ways in which traces of a policy failed (a requirement, the objective, invalid): how many went each way and the
 /// lowest particle among them, which stands for all.

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <regex>
 
+#include "archive/shell_word.h"
 #include "engine/settings/settings.h"
 
 namespace graze {
@@ -30,7 +31,7 @@ std::string nearest_time(const std::string& text) {
 
 std::string joined(const std::vector<std::string>& words) {
   std::vector<std::string> quoted;
-  for (const std::string& word : words) quoted.push_back(shell_quoted(word));
+  for (const std::string& word : words) quoted.push_back(shell_word(word));
   return fmt::format("{}", fmt::join(quoted, " "));
 }
 
@@ -123,27 +124,19 @@ std::string parse_slurm_memory(const std::string& text) {
                   text, right));
 }
 
-std::string shell_quoted(const std::string& word) {
-  static const std::regex plain(R"([A-Za-z0-9_./=:,@%+-]+)");
-  if (std::regex_match(word, plain)) return word;
-  std::string out = "'";
-  for (const char c : word) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return out + "'";
-}
-
 std::string batch_script(const BatchRequest& request, const BatchCampaign& campaign) {
   const bool array = request.array > 0;
   const std::string threads =
-      campaign.threads.empty() ? "--threads \"$SLURM_CPUS_PER_TASK\"" : "--threads " + shell_quoted(campaign.threads);
+      campaign.threads.empty() ? "--threads \"$SLURM_CPUS_PER_TASK\"" : "--threads " + shell_word(campaign.threads);
   std::string out = head(campaign, array ? fmt::format("a campaign in {} parts", request.array) : "a campaign");
   out +=
       "# It resumes what is there already: after pre-emption, the time limit or a failed node nothing finished is "
       "lost.\n";
   out += resources(request, campaign) + "\n";
-  out += "graze=" + shell_quoted(campaign.program) + "\n";
-  out += array ? "campaign=" + shell_quoted(campaign.parts_directory()) + "/\"$SLURM_ARRAY_TASK_ID\"\n" + "mkdir -p " +
-                     shell_quoted(campaign.parts_directory()) + "\n"
-               : "campaign=" + shell_quoted(campaign.directory) + "\n";
+  out += "graze=" + shell_word(campaign.program) + "\n";
+  out += array ? "campaign=" + shell_word(campaign.parts_directory()) + "/\"$SLURM_ARRAY_TASK_ID\"\n" + "mkdir -p " +
+                     shell_word(campaign.parts_directory()) + "\n"
+               : "campaign=" + shell_word(campaign.directory) + "\n";
   const std::string more = campaign.resume.empty() ? "" : joined(campaign.resume) + " ";
   const std::string part = array ? fmt::format(" --part \"$SLURM_ARRAY_TASK_ID/{}\"", request.array) : "";
   const std::string start = launcher(request) + "\"$graze\"";
@@ -166,13 +159,13 @@ std::string batch_script(const BatchRequest& request, const BatchCampaign& campa
 }
 
 std::string join_script(const BatchRequest& request, const BatchCampaign& campaign) {
-  const std::string parts = shell_quoted(campaign.parts_directory());
+  const std::string parts = shell_word(campaign.parts_directory());
   return head(campaign, "makes one file of the parts") + option("job-name", request.job_name + "-join") +
          "#SBATCH --nodes=1\n#SBATCH --ntasks=1\n" + option("mem", request.memory) +
          option("time", slurm_time(request.seconds)) + option("partition", request.partition) +
          option("account", request.account) + option("output", log_name(campaign, ".join.%j.log")) + "\n" +
-         shell_quoted(campaign.program) + " pack " + parts + "/* -o " + shell_quoted(campaign.packed_file()) +
-         " --force\n" + shell_quoted(campaign.program) + " score " + shell_quoted(campaign.packed_file()) + "\n";
+         shell_word(campaign.program) + " pack " + parts + "/* -o " + shell_word(campaign.packed_file()) +
+         " --force\n" + shell_word(campaign.program) + " score " + shell_word(campaign.packed_file()) + "\n";
 }
 
 }  // namespace graze

@@ -37,9 +37,6 @@ std::string slurm_time(std::uint64_t seconds);
 /// Reads an amount of memory as Slurm writes it: 4000, 4G. Throws InputError with the nearest right answer.
 std::string parse_slurm_memory(const std::string& text);
 
-/// A word as the shell reads it back.
-std::string shell_quoted(const std::string& word);
-
 /// The script of the campaign; of one task of the array in array mode.
 std::string batch_script(const BatchRequest& request, const BatchCampaign& campaign);
 /// The script that makes one file of the parts of an array, when all have ended.

@@ -11,6 +11,7 @@
 #include <memory>
 
 #include "analysis/sequential.h"
+#include "archive/shell_word.h"
 #include "jobs/batch_script.h"
 #include "jobs/commands.h"
 #include "jobs/simulate.h"
@@ -135,10 +136,10 @@ void submit_scripts(const BatchRequest& request, const BatchCampaign& campaign) 
                     "--dry-run",
                     script.string()));
   }
-  const std::string job = sbatch(shell_quoted(script.string()));
+  const std::string job = sbatch(shell_word(script.string()));
   std::cout << fmt::format("job {}: {}\n", job, script.string());
   if (request.array > 0) {
-    const std::string next = sbatch(fmt::format("--dependency=afterany:{} {}", job, shell_quoted(join.string())));
+    const std::string next = sbatch(fmt::format("--dependency=afterany:{} {}", job, shell_word(join.string())));
     std::cout << fmt::format("job {}: {}, when all parts have ended\n", next, join.string());
   }
   std::cout << fmt::format("see: squeue -j {}; graze status {}\n", job,

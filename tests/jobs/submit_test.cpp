@@ -49,15 +49,6 @@ TEST(SlurmTime, RefusesTheRestWithTheNearestRightAnswer) {
   EXPECT_THROW(parse_slurm_memory("4 GB"), InputError);
 }
 
-// Claim: the shell reads a quoted word back as it was.
-TEST(BatchScript, QuotesForTheShell) {
-  const TemporaryFolder folder;
-  for (const std::string word : {"plain", "a b", "it's", "$HOME `x` \\ \"", "p >= 0.9", "*", ""}) {
-    EXPECT_EQ(testing::shell(folder.path(), "printf %s " + shell_quoted(word)).out, word);
-  }
-}
-
-/// The ball campaign in a folder.
 TEST(Submit, PrintsAScriptThatTheShellReads) {
   const testing::BallCampaign campaign;
   const testing::Result mpi = campaign.graze(
