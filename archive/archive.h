@@ -17,6 +17,8 @@
 
 namespace graze {
 
+class DirectoryLock;
+
 inline constexpr int kArchiveFormatVersion = 1;
 
 /// The machine failed, or the campaign is not complete. Exit code 3. what() is the whole message.
@@ -80,8 +82,11 @@ class CampaignWriter {
   /// Creates the directory. Throws InputError if it exists and is not empty (unless `force`, which moves the old one
   /// aside until the first shard is complete, then removes it) and MachineError if it cannot be written.
   CampaignWriter(std::filesystem::path directory, const CampaignInfo& info, bool force);
-  /// Takes up the campaign in an existing directory, which `info` describes from now on.
-  struct Existing {};
+  /// Takes up the campaign in an existing directory, which `info` describes from now on. `lock`: of that directory, if
+  /// it is held already.
+  struct Existing {
+    std::shared_ptr<const DirectoryLock> lock = nullptr;
+  };
   CampaignWriter(std::filesystem::path directory, const CampaignInfo& info, Existing);
   /// Another process has made or taken up the campaign and holds its lock; this one adds shards under its own name,
   /// numbered from `shards` + 1 on. With many ranks each writes less often, so that all together write no more than 500

@@ -7,6 +7,7 @@
 #include "archive/file_driver.h"
 #include "archive/files.h"
 #include "archive/info.h"
+#include "archive/set_aside.h"
 #include "archive/unfinished.h"
 
 namespace graze {
@@ -52,16 +53,28 @@ std::optional<fs::path> foreign_entry(const fs::path& directory) {
   return std::nullopt;
 }
 
-/// Whether a campaign may be made at `path`; true if something there has to be moved aside first.
-bool must_replace(const fs::path& path, bool force) {
-  if (!fs::exists(fs::symlink_status(path))) return false;
+/// Refuses at once what is somebody else's.
+void check_place(const fs::path& path) {
+  if (!fs::exists(fs::symlink_status(path))) return;
   if (!fs::is_directory(path)) {
     throw InputError(fmt::format("{}: is a file; a campaign needs a directory of its own", path.string()));
   }
-  if (entries_of(path).empty()) return false;
   if (const auto writer = writer_of(path)) {
     throw MachineError(fmt::format("{}: {} is writing here", path.string(), *writer));
   }
+}
+
+/// What there may be of a campaign that was killed before it was described.
+bool begun_only(const fs::path& entry) {
+  const fs::path name = entry.filename();
+  if (name == kLockFile || name == std::string(kDescriptionFile) + ".tmp") return true;
+  return name == kShardFolder && entries_of(entry).empty();
+}
+
+/// Whether a campaign may be made in a directory that is locked; true if something there has to be set aside first.
+bool must_replace(const fs::path& path, bool force) {
+  const std::vector<fs::path> entries = entries_of(path);
+  if (std::all_of(entries.begin(), entries.end(), begun_only)) return false;
   if (!force) {
     throw InputError(
         fmt::format("{}: exists and is not empty; choose another --output or give --force", path.string()));
@@ -71,17 +84,6 @@ bool must_replace(const fs::path& path, bool force) {
                                  foreign->string()));
   }
   return true;
-}
-
-fs::path move_aside(const fs::path& path) {
-  for (int number = 1;; ++number) {
-    const fs::path aside = fmt::format("{}.old{}", path.string(), number);
-    if (fs::exists(aside)) continue;
-    std::error_code error;
-    fs::rename(path, aside, error);
-    if (error) throw MachineError(fmt::format("{}: cannot be moved aside: {}", path.string(), error.message()));
-    return aside;
-  }
 }
 
 /// The number in a shard's name: 17 of 000017.h5 and of r00003-000017.h5.
@@ -111,11 +113,20 @@ CampaignDirectory::CampaignDirectory(fs::path directory, const CampaignInfo& inf
     : path_(std::move(directory)), info_(info) {
   if (!path_.has_filename()) path_ = path_.parent_path();  // "curb.graze/"
   check_policy_names(info.policies);
-  if (must_replace(path_, force)) old_ = move_aside(path_);
+  check_place(path_);
+  made_ = make_directory(path_);
   try {
-    made_ = !fs::exists(path_);
-    if (made_) make_directory(path_);
-    lock_.emplace(path_);
+    lock_ = std::make_shared<const DirectoryLock>(path_);
+  } catch (...) {
+    std::error_code error;
+    if (made_) fs::remove(path_, error);  // unless another holds it by now
+    throw;
+  }
+  recover_set_aside(path_);
+  const bool replaces = must_replace(path_, force);
+  try {
+    if (replaces) set_aside(path_);
+    replaces_ = replaces;
     make_directory(path_ / kShardFolder);
     describe(path_, info, false);
   } catch (...) {
@@ -124,11 +135,12 @@ CampaignDirectory::CampaignDirectory(fs::path directory, const CampaignInfo& inf
   }
 }
 
-CampaignDirectory::CampaignDirectory(fs::path directory, const CampaignInfo& info, Existing)
-    : path_(std::move(directory)), info_(info), kept_(true) {
+CampaignDirectory::CampaignDirectory(fs::path directory, const CampaignInfo& info, CampaignWriter::Existing existing)
+    : path_(std::move(directory)), info_(info), kept_(true), lock_(std::move(existing.lock)) {
   if (!path_.has_filename()) path_ = path_.parent_path();
   check_policy_names(info.policies);
-  lock_.emplace(path_);
+  if (!lock_) lock_ = std::make_shared<const DirectoryLock>(path_);
+  recover_set_aside(path_);
   forget_unfinished(path_);
   // Names are not used again, not even those of shards that are gone.
   const auto taken = [&](const fs::path& shard) { shards_ = std::max(shards_, shard_number(shard)); };
@@ -142,12 +154,15 @@ CampaignDirectory::CampaignDirectory(fs::path directory, const CampaignInfo& inf
       info_(info),
       kept_(true),
       prefix_(fmt::format("r{:05}-", member.rank)),
-      shards_(member.shards) {}
+      shards_(member.shards) {
+  member_.emplace(path_);
+}
 
 CampaignDirectory::~CampaignDirectory() {
   if (kept_) return;
   try {
-    if (!shard_files(path_).empty() || !read_unfinished(path_).empty()) return;  // there is something to resume
+    // There is something to resume.
+    if (!shard_files(path_).empty() || (!replaces_ && !read_unfinished(path_).empty())) return;
   } catch (const InputError&) {
     return;
   }
@@ -155,21 +170,21 @@ CampaignDirectory::~CampaignDirectory() {
 }
 
 void CampaignDirectory::restore() noexcept {
+  try {
+    remove_empty(path_);
+    if (replaces_) put_back(path_);
+  } catch (const std::exception&) {
+    // What is left over is put back by whoever writes here next.
+  }
   lock_.reset();
   std::error_code error;
-  fs::remove(path_ / kDescriptionFile, error);
-  fs::remove(path_ / kShardFolder, error);  // an empty folder, or it stays
-  fs::remove(path_ / kManifestFolder, error);
   if (made_) fs::remove(path_, error);
-  if (old_) fs::rename(*old_, path_, error);
 }
 
 void CampaignDirectory::keep() {
   kept_ = true;
-  if (!old_) return;
-  std::error_code error;
-  fs::remove_all(*old_, error);
-  old_.reset();
+  if (replaces_) drop_set_aside(path_);
+  replaces_ = false;
 }
 
 void CampaignDirectory::add_shard(ShardBuffer shard) {

@@ -1,6 +1,6 @@
 #pragma once
 // The directory that a campaign is written into: campaign.h5 and shards/NNNNNN.h5, each appearing by rename, and the
-// manifest of the shards. With `force` an old campaign in its place is moved aside and comes back if the new one never
+// manifest of the shards. With `force` an old campaign in its place is set aside and comes back if the new one never
 // gets a shard.
 
 #include <filesystem>
@@ -26,8 +26,7 @@ class CampaignDirectory {
   /// As CampaignWriter's constructor.
   CampaignDirectory(std::filesystem::path directory, const CampaignInfo& info, bool force);
   /// Takes up an existing campaign, which `info` describes from now on; shards are added to those that are there.
-  struct Existing {};
-  CampaignDirectory(std::filesystem::path directory, const CampaignInfo& info, Existing);
+  CampaignDirectory(std::filesystem::path directory, const CampaignInfo& info, CampaignWriter::Existing existing);
   /// Adds shards to a campaign that another process holds.
   CampaignDirectory(std::filesystem::path directory, const CampaignInfo& info, CampaignWriter::Member member);
   /// Leaves things as they were before if no shard was added and the campaign was not completed.
@@ -49,12 +48,14 @@ class CampaignDirectory {
 
   std::filesystem::path path_;
   CampaignInfo info_;
-  std::optional<std::filesystem::path> old_;  // where the old campaign lies meanwhile
-  bool made_ = false, kept_ = false;
+  bool made_ = false;      // the directory
+  bool replaces_ = false;  // an old campaign is set aside
+  bool kept_ = false;
   std::string prefix_;  // of the names of shards
   int shards_ = 0;      // highest number of a shard
   std::optional<ManifestWriter> manifest_;
-  std::optional<DirectoryLock> lock_;
+  std::shared_ptr<const DirectoryLock> lock_;
+  std::optional<MemberLock> member_;
 };
 
 }  // namespace graze

@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 
@@ -41,13 +42,33 @@ void fail_writing(const std::filesystem::path& path, int error) {
   throw MachineError(fmt::format("{}: cannot be written: {}", path.string(), std::strerror(error)));
 }
 
-void make_directory(const std::filesystem::path& path) {
+void check_new_file(const std::filesystem::path& file, bool force, const std::vector<std::filesystem::path>& made_of) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  const fs::path full = fs::weakly_canonical(file, error);
+  for (const fs::path& source : made_of) {
+    const fs::path other = fs::weakly_canonical(source, error);
+    if (std::mismatch(other.begin(), other.end(), full.begin(), full.end()).first != other.end()) continue;
+    throw InputError(fmt::format("{}: {} {}, which is only read; choose another --output", file.string(),
+                                 full == other ? "is" : "lies within", source.string()));
+  }
+  if (!fs::exists(file, error)) return;
+  if (!fs::is_regular_file(file, error)) {
+    throw InputError(fmt::format("{}: is a directory or a device; choose another --output", file.string()));
+  }
+  if (!force) {
+    throw InputError(fmt::format("{}: exists already; choose another --output or give --force", file.string()));
+  }
+}
+
+bool make_directory(const std::filesystem::path& path) {
   if (mkdir(path.c_str(), 0777) != 0) {
     const int error = errno;
-    if (error == EEXIST && std::filesystem::is_directory(path)) return;  // another rank was faster
+    if (error == EEXIST && std::filesystem::is_directory(path)) return false;  // another rank was faster
     fail_writing(path, error);
   }
   sync_directory_of(path);
+  return true;
 }
 
 NewFile::NewFile(std::filesystem::path path)

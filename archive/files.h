@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace graze {
 
@@ -27,8 +28,12 @@ int write_all(int descriptor, std::span<const std::byte> bytes);
 /// Throws MachineError("path: cannot be written: reason of the system").
 [[noreturn]] void fail_writing(const std::filesystem::path& path, int error);
 
-/// Creates a directory, if it is not there; its parent must be. Throws MachineError.
-void make_directory(const std::filesystem::path& path);
+/// Before a file is made of archives or other files: throws InputError if something of its name is there already that
+/// is no file, or that must stay (unless `force`), or if it is one of those that it is made of, or lies within one.
+void check_new_file(const std::filesystem::path& file, bool force, const std::vector<std::filesystem::path>& made_of);
+
+/// Creates a directory, if it is not there; its parent must be. Returns whether it did. Throws MachineError.
+bool make_directory(const std::filesystem::path& path);
 
 /// A new file under its temporary name, `path` + ".tmp"; removed again unless it is published.
 class NewFile {

@@ -19,14 +19,40 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Locks the whole file, or says that somebody else has. Returns 0, EAGAIN or another errno. Locks of the open file
-/// (not of the process) work between threads of one process, too.
-int try_lock(int descriptor) {
+constexpr off_t kLeader = 0, kMembers = 1;  // what is locked: bytes of the file
+
+/// Changes the lock of one byte, or says that somebody else has it. Returns 0, EAGAIN or another errno. Locks of the
+/// open file (not of the process) work between threads of one process, too.
+int set_lock(int descriptor, short type, off_t byte) {
   struct flock lock {};
-  lock.l_type = F_WRLCK;
+  lock.l_type = type;
   lock.l_whence = SEEK_SET;
+  lock.l_start = byte;
+  lock.l_len = 1;
   if (fcntl(descriptor, F_OFD_SETLK, &lock) == 0) return 0;
   return errno == EACCES ? EAGAIN : errno;
+}
+
+/// A file system without locks, such as Lustre mounted without them, says one of these (the last is NFS's own).
+bool without_locks(int error) {
+  constexpr int kNotSupportedByNfs = 524;
+  return error == ENOLCK || error == EINVAL || error == ENOSYS || error == EOPNOTSUPP || error == kNotSupportedByNfs;
+}
+
+// A process that was killed holds its lock until its last write to the disk is through; ranks that have lost their
+// leader live until their launcher has noticed.
+constexpr std::chrono::seconds kPatience{3}, kPatienceWithRanks{30};
+
+/// Takes the leader's lock, and makes sure that no member is left of a leader before. As set_lock(); `patience`: how
+/// long it is worth to try again.
+int try_lead(int descriptor, std::chrono::seconds& patience) {
+  patience = kPatience;
+  const int error = set_lock(descriptor, F_WRLCK, kLeader);
+  if (error != 0) return error;
+  patience = kPatienceWithRanks;
+  const int members = set_lock(descriptor, F_WRLCK, kMembers);
+  if (members == 0) set_lock(descriptor, F_UNLCK, kMembers);
+  return members;
 }
 
 std::string content(int descriptor) {
@@ -55,22 +81,20 @@ bool names(const fs::path& path, int descriptor) {
 }
 
 int open_locked(const fs::path& path) {
-  // A process that was killed holds its lock until its last write to the disk is through.
-  constexpr std::chrono::seconds kPatience{3};
   constexpr std::chrono::milliseconds kPause{50};
-  const auto end = std::chrono::steady_clock::now() + kPatience;
+  const auto begin = std::chrono::steady_clock::now();
   while (true) {
     const int descriptor = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
     if (descriptor < 0) fail_writing(path, errno);
-    const int error = try_lock(descriptor);
-    // A file system without locks (ENOLCK, EINVAL) leaves it to the user that only one writes.
-    const bool locked = error == 0 || error == ENOLCK || error == EINVAL;
+    std::chrono::seconds patience{};
+    const int error = try_lead(descriptor, patience);
+    const bool locked = error == 0 || without_locks(error);
     if (locked && names(path, descriptor)) return descriptor;
     const std::string holder = content(descriptor);
     close(descriptor);
     if (locked) continue;
     if (error != EAGAIN) fail_writing(path, error);
-    if (std::chrono::steady_clock::now() < end) {
+    if (std::chrono::steady_clock::now() < begin + patience) {
       std::this_thread::sleep_for(kPause);
       continue;
     }
@@ -89,8 +113,14 @@ DirectoryLock::DirectoryLock(const fs::path& directory) : path_(directory / kLoc
 
 DirectoryLock::~DirectoryLock() { unlink(path_.c_str()); }
 
+MemberLock::MemberLock(const fs::path& directory) : file_(open((directory / kLockFile).c_str(), O_RDWR | O_CLOEXEC)) {
+  if (file_.number() < 0) fail_writing(directory / kLockFile, errno);
+  const int error = set_lock(file_.number(), F_RDLCK, kMembers);
+  if (error != 0 && !without_locks(error)) fail_writing(directory / kLockFile, error);
+}
+
 std::optional<std::string> writer_of(const fs::path& directory) {
-  const Descriptor file(open((directory / kLockFile).c_str(), O_RDWR | O_CLOEXEC));
+  const Descriptor file(open((directory / kLockFile).c_str(), O_RDONLY | O_CLOEXEC));
   if (file.number() < 0) return std::nullopt;
   struct flock lock {};
   lock.l_type = F_WRLCK;

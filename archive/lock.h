@@ -1,6 +1,7 @@
 #pragma once
-// One writer per campaign directory. The lock is one of the operating system (on the open file `lock`), so it ends with
-// the process that held it, however that died; a file that is left over locks nobody out.
+// One writer per campaign directory: a process, or the ranks of one job. The locks are the operating system's (on the
+// open file `lock`), so they end with the process that held them, however that died; a file that is left over locks
+// nobody out.
 
 #include <filesystem>
 #include <optional>
@@ -12,10 +13,11 @@ namespace graze {
 
 inline constexpr const char* kLockFile = "lock";
 
+/// Held by the process that leads.
 class DirectoryLock {
  public:
-  /// Throws MachineError if another process writes there (its host, process and start are named), or the file cannot be
-  /// made.
+  /// Throws MachineError if another process or a rank that it has left behind writes there (its host, process and start
+  /// are named), or the file cannot be made. A file system without locks leaves it to the user that only one writes.
   explicit DirectoryLock(const std::filesystem::path& directory);
   /// Removes the file.
   ~DirectoryLock();
@@ -24,6 +26,16 @@ class DirectoryLock {
 
  private:
   std::filesystem::path path_;
+  Descriptor file_;
+};
+
+/// Held by each of the other ranks, so that nobody takes a directory over while one of them still writes.
+class MemberLock {
+ public:
+  /// Throws MachineError if nobody leads.
+  explicit MemberLock(const std::filesystem::path& directory);
+
+ private:
   Descriptor file_;
 };
 

@@ -8,6 +8,7 @@
 #include "archive/archive.h"
 #include "archive/campaign_files.h"
 #include "archive/file_driver.h"
+#include "archive/files.h"
 #include "archive/text_spool.h"
 #include "archive/window.h"
 
@@ -294,10 +295,7 @@ class Packer {
   TextSpool sequences_, reasons_;
 };
 
-void pack_files(CampaignFiles files, const std::filesystem::path& file, bool force) {
-  if (!force && std::filesystem::exists(file)) {
-    throw InputError(fmt::format("{}: exists already; choose another --output or give --force", file.string()));
-  }
+void pack_files(CampaignFiles files, const std::filesystem::path& file) {
   publish_hdf5(file, [&](const hdf5::Handle& out) {
     write_info(out, files.stored.info, Layout::packed, files.stored.complete);
     Packer(files, out, file).pack();
@@ -313,11 +311,14 @@ void pack(const std::filesystem::path& directory, const std::filesystem::path& f
   if (files.stored.layout == Layout::packed) {
     throw InputError(fmt::format("{}: is one file already; give a campaign directory", directory.string()));
   }
-  pack_files(std::move(files), file, force);
+  check_new_file(file, force, {directory});
+  if (files.stored.info.part.end > 0) files = open_parts({directory});  // of the whole, however little is there
+  pack_files(std::move(files), file);
 }
 
 void pack(const std::vector<std::filesystem::path>& directories, const std::filesystem::path& file, bool force) {
-  pack_files(open_parts(directories), file, force);
+  check_new_file(file, force, directories);
+  pack_files(open_parts(directories), file);
 }
 
 }  // namespace graze

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "archive/file_driver.h"
+#include "archive/files.h"
 #include "archive/schema.h"
 
 namespace graze {
@@ -199,16 +200,11 @@ std::vector<std::filesystem::path> replay_files(const std::filesystem::path& out
   return files;
 }
 
-void check_replay_output(const std::filesystem::path& output, bool force) {
-  for (const auto& file : replay_files(output)) {
-    if (!force && std::filesystem::exists(file)) {
-      throw InputError(fmt::format("{}: exists already; choose another --output or give --force", file.string()));
-    }
-  }
+void check_replay_output(const std::filesystem::path& output, bool force, const std::filesystem::path& archive) {
+  for (const auto& file : replay_files(output)) check_new_file(file, force, {archive});
 }
 
-void write_replay(const ReplayFile& replay, const std::filesystem::path& output, bool force) {
-  check_replay_output(output, force);
+void write_replay(const ReplayFile& replay, const std::filesystem::path& output) {
   const std::vector<std::filesystem::path> files = replay_files(output);
   files.size() == 1 ? write_replay_hdf5(replay, files[0]) : write_replay_csv(replay, files);
 }

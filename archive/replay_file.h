@@ -59,10 +59,11 @@ struct ReplayFile {
 /// NAME.contacts.csv, NAME.events.csv, NAME.parameters.csv and NAME.trace.csv. Throws InputError for other endings.
 std::vector<std::filesystem::path> replay_files(const std::filesystem::path& output);
 
-/// Throws InputError unless write_replay() could begin: a known ending, and (unless `force`) none of the files exists.
-void check_replay_output(const std::filesystem::path& output, bool force);
-/// Each file appears whole or not at all. Throws as check_replay_output(), and MachineError.
-void write_replay(const ReplayFile& replay, const std::filesystem::path& output, bool force);
+/// Throws InputError unless a replay of `archive` may be written: a known ending, none of the files exists (unless
+/// `force`), or is or lies within the archive.
+void check_replay_output(const std::filesystem::path& output, bool force, const std::filesystem::path& archive);
+/// Replaces the files; each appears whole or not at all. Throws MachineError.
+void write_replay(const ReplayFile& replay, const std::filesystem::path& output);
 
 /// The parts of write_replay().
 void write_replay_hdf5(const ReplayFile& replay, const std::filesystem::path& file);

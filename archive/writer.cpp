@@ -26,8 +26,8 @@ constexpr std::size_t kShardBytes = std::size_t{32} << 20;
 struct CampaignWriter::Impl {
   Impl(std::filesystem::path path, const CampaignInfo& facts, bool force)
       : directory(std::move(path), facts, force), buffer(facts.policies.size()) {}
-  Impl(std::filesystem::path path, const CampaignInfo& facts)
-      : directory(std::move(path), facts, CampaignDirectory::Existing{}), buffer(facts.policies.size()) {}
+  Impl(std::filesystem::path path, const CampaignInfo& facts, Existing existing)
+      : directory(std::move(path), facts, std::move(existing)), buffer(facts.policies.size()) {}
   Impl(std::filesystem::path path, const CampaignInfo& facts, Member member)
       : directory(std::move(path), facts, member),
         buffer(facts.policies.size()),
@@ -54,8 +54,8 @@ struct CampaignWriter::Impl {
 CampaignWriter::CampaignWriter(std::filesystem::path directory, const CampaignInfo& info, bool force)
     : impl_(std::make_unique<Impl>(std::move(directory), info, force)) {}
 
-CampaignWriter::CampaignWriter(std::filesystem::path directory, const CampaignInfo& info, Existing)
-    : impl_(std::make_unique<Impl>(std::move(directory), info)) {}
+CampaignWriter::CampaignWriter(std::filesystem::path directory, const CampaignInfo& info, Existing existing)
+    : impl_(std::make_unique<Impl>(std::move(directory), info, std::move(existing))) {}
 
 CampaignWriter::CampaignWriter(std::filesystem::path directory, const CampaignInfo& info, Member member)
     : impl_(std::make_unique<Impl>(std::move(directory), info, member)) {}

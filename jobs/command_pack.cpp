@@ -1,5 +1,6 @@
 // graze pack: makes one file of a campaign directory.
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <filesystem>
 #include <iostream>
@@ -17,6 +18,19 @@ struct Arguments {
   bool force = false;
 };
 
+/// A file cannot be resumed: whoever goes on to remove the directory should know.
+void warn_if_incomplete(const std::filesystem::path& file) {
+  const Archive archive(file);
+  if (archive.complete()) return;
+  const CampaignInfo& info = archive.info();
+  std::uint64_t traces = 0;
+  for (const std::string& policy : info.policies) {
+    archive.visit_outcomes(policy, [&](std::span<const TraceOutcome> some) { traces += some.size(); });
+  }
+  spdlog::warn("{}: holds {} of {} traces: the campaign is not complete", file.string(), traces,
+               info.particles * info.policies.size());
+}
+
 int pack_campaign(const Arguments& arguments) {
   namespace fs = std::filesystem;
   std::vector<fs::path> directories;
@@ -33,6 +47,7 @@ int pack_campaign(const Arguments& arguments) {
   } else {
     pack(directories[0], file, arguments.force);
   }
+  warn_if_incomplete(file);
   std::cout << fmt::format("{}: {:.1f} kB\n", file.string(), static_cast<double>(fs::file_size(file)) / 1e3);
   return kDone;
 }

@@ -17,17 +17,12 @@ struct Arguments {
   bool force = false, all = false, json = false;
 };
 
-/// What cannot be written is told before anything is simulated.
-void check_output(const Arguments& arguments) {
-  if (!arguments.output.empty()) check_replay_output(arguments.output, arguments.force);
-}
-
 int replay(const Arguments& arguments) {
-  check_output(arguments);
+  if (!arguments.output.empty()) check_replay_output(arguments.output, arguments.force, arguments.request.archive);
   const Replay result = replay(arguments.request);
   std::vector<std::string> exported;
   if (!arguments.output.empty()) {
-    write_replay(result.file, arguments.output, arguments.force);
+    write_replay(result.file, arguments.output);
     for (const auto& file : replay_files(arguments.output)) exported.push_back(file.string());
   }
   if (arguments.json) {

@@ -5,10 +5,13 @@
 #include <algorithm>
 #include <memory>
 
+#include "archive/campaign_directory.h"
 #include "archive/finished.h"
+#include "archive/set_aside.h"
 #include "jobs/archived_scenario.h"
 #include "jobs/commands.h"
 #include "jobs/simulate.h"
+#include "jobs/size_estimate.h"
 
 namespace graze {
 namespace {
@@ -19,7 +22,7 @@ struct Arguments {
   int threads = 0;
   double watchdog = 0;                // s
   std::vector<std::string> policies;  // globs of policies to add
-  bool json = false, quiet = false;
+  bool ignore_space = false, json = false, quiet = false;
 };
 
 /// As many as before, or more.
@@ -66,6 +69,30 @@ UntilInfo ask_again(const CampaignInfo& before, std::uint64_t particles) {
   return until;
 }
 
+/// A campaign that grows must fit.
+void check_growth(Scenario scenario, const CampaignInfo& before, const CampaignInfo& after,
+                  const std::string& directory) {
+  const std::uint64_t traces = before.particles * before.policies.size();
+  const std::uint64_t more = after.particles * after.policies.size() - traces;
+  if (more == 0 || !after.until.questions.empty()) return;
+  scenario.particles = (more + after.policies.size() - 1) / after.policies.size();
+  check_space(estimate_size(scenario), directory, false);
+}
+
+/// The directory's lock, before anything there is read: what another writer changes meanwhile would be undone.
+std::shared_ptr<const DirectoryLock> hold(const std::string& directory) {
+  const auto there = [&](const char* name) { return std::filesystem::exists(std::filesystem::path(directory) / name); };
+  if (!there(kDescriptionFile) && !there(kReplacingFolder) && !there(kReplacedFolder)) {
+    throw InputError(fmt::format("{}: is no campaign directory: it has no {}", directory, kDescriptionFile));
+  }
+  auto lock = std::make_shared<const DirectoryLock>(directory);
+  if (recover_set_aside(directory)) {
+    spdlog::warn("{}: the campaign that was to replace this one ended before it had a shard; this one is back",
+                 directory);
+  }
+  return lock;
+}
+
 int resume(const Arguments& arguments) {
   const std::unique_ptr<Crew> crew = make_crew();
   if (crew->rank() > 0) return assist(*crew, arguments.threads);
@@ -73,8 +100,11 @@ int resume(const Arguments& arguments) {
   const std::string& directory = arguments.directory;
   if (!std::filesystem::is_directory(directory)) {
     throw InputError(fmt::format("{}: is no campaign directory{}", directory,
-                                 std::filesystem::exists(directory) ? "; a packed archive is complete" : ""));
+                                 std::filesystem::exists(directory)
+                                     ? "; packed files cannot go on, the directories that they were made of can"
+                                     : ""));
   }
+  const auto lock = hold(directory);
   const CampaignInfo before = read_description(directory);
   check_results_version(directory, before, "resume it with that program, or run the scenario anew");
   const ArchivedScenario archived(directory, before, "it cannot be resumed");
@@ -91,7 +121,9 @@ int resume(const Arguments& arguments) {
   info.part = before.part;
   info.until = ask_again(before, options.particles);
   info.program_revision = before.program_revision;
-  CampaignWriter writer(directory, info, CampaignWriter::Existing{});
+  if (!arguments.ignore_space) check_growth(scenario, before, info, directory);
+  if (!info.until.questions.empty()) check_looks(info);
+  CampaignWriter writer(directory, info, {lock});
   const FinishedTraces finished = repair_and_list(directory, info);
   for (const std::string& note : finished.notes) spdlog::warn("{}", note);
   if (!arguments.quiet) {
@@ -120,6 +152,7 @@ void add_resume(CLI::App& app, Action& action) {
   add_watchdog(*verb, arguments->watchdog);
   verb->add_option("--policy", arguments->policies, "Add these policies of the scenario (globs; may be repeated)")
       ->allow_extra_args(false);
+  verb->add_flag("--ignore-space", arguments->ignore_space, "Go on even if the archive will not fit on the disk");
   verb->add_flag("--json", arguments->json, "Print the table as JSON");
   verb->add_flag("--quiet", arguments->quiet, "No progress");
   verb->callback([arguments, &action] { action = [arguments] { return resume(*arguments); }; });

@@ -3,9 +3,11 @@
 #include <fmt/os.h>
 
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 
 #include "archive/archive.h"
+#include "archive/files.h"
 #include "jobs/commands.h"
 
 namespace graze {
@@ -15,6 +17,7 @@ struct Arguments {
   ScenarioArguments scenario;
   DrawArguments draw;
   std::string output = "-";
+  bool force = false;
 };
 
 /// stdout or a file; every write is checked, so that a full disk is told.
@@ -34,7 +37,7 @@ class Output {
   }
 
  private:
-  [[noreturn]] void fail() const { throw MachineError(fmt::format("{}: {}", name_, std::strerror(errno))); }
+  [[noreturn]] void fail() const { fail_writing(name_ == "-" ? "standard output" : name_, errno); }
   std::string name_;
   std::FILE* file_;
 };
@@ -42,6 +45,9 @@ class Output {
 int sample(const Arguments& arguments) {
   Scenario scenario = arguments.scenario.load();
   arguments.draw.apply_to(scenario);
+  namespace fs = std::filesystem;
+  const bool regular = fs::is_regular_file(arguments.output) || !fs::exists(arguments.output);  // no pipe
+  if (arguments.output != "-" && regular) check_new_file(arguments.output, arguments.force, {scenario.file});
   const Sampler sampler(scenario.space, scenario.design, scenario.seed, scenario.particles);
   Output out(arguments.output);
   std::string line = "particle";
@@ -70,6 +76,7 @@ void add_sample(CLI::App& app, Action& action) {
   arguments->scenario.add_to(*verb);
   arguments->draw.add_to(*verb);
   verb->add_option("-o,--output", arguments->output, "CSV file; - for standard output")->capture_default_str();
+  verb->add_flag("--force", arguments->force, "Replace the file if it exists");
   verb->callback([arguments, &action] { action = [arguments] { return sample(*arguments); }; });
 }
 

@@ -11,6 +11,7 @@
 #include "analysis/text_table.h"
 #include "archive/archive.h"
 #include "archive/campaign_directory.h"
+#include "archive/set_aside.h"
 #include "archive/unfinished.h"
 #include "jobs/commands.h"
 #include "jobs/progress.h"
@@ -30,6 +31,10 @@ struct Counts {
 
 struct Status {
   bool complete = false;
+  bool packed = false;    // one file
+  bool replaced = false;  // there is an old campaign still that it was to replace
+  ParticleRange part;     // if it is one of several; of `particles`
+  std::uint64_t particles = 0;
   std::optional<std::string> writer;
   std::uint64_t done = 0, total = 0, shards = 0;
   std::vector<Counts> policies;
@@ -67,7 +72,9 @@ Counts counts_of(const Archive& archive, const std::string& policy, Status& stat
 Status status_of(const fs::path& path) {
   const bool directory = fs::is_directory(path);
   Status out;
+  out.packed = !directory;
   if (directory) {
+    out.replaced = fs::exists(path / kReplacedFolder);
     out.writer = writer_of(path);
     out.rate = writing_rate(path);
     out.unfinished = read_unfinished(path);
@@ -76,6 +83,8 @@ Status status_of(const fs::path& path) {
   const Archive archive(path);
   const CampaignInfo& info = archive.info();
   out.complete = archive.complete();
+  out.part = info.part;
+  out.particles = info.particles;
   out.total = info.part.count(info.particles) * info.policies.size();
   for (const auto& requirement : info.requirements) out.requirements.push_back(requirement.name);
   out.violated.resize(out.requirements.size());
@@ -108,10 +117,18 @@ std::string progress_of(const Status& status) {
 }
 
 std::string text_of(const std::string& name, const Status& status) {
-  const std::string state = status.complete ? "complete"
-                            : status.writer ? "running (" + *status.writer + ")"
-                                            : "stopped; 'graze resume " + name + "' does the rest";
-  std::string out = fmt::format("{}: {}\n{}", name, state, progress_of(status));
+  const std::string state =
+      status.complete   ? "complete"
+      : status.writer   ? "running (" + *status.writer + ")"
+      : status.packed   ? "packed before it was complete; a directory can go on, this file cannot"
+      : status.replaced ? "killed before its first shard; 'graze resume " + name + "' brings back what it replaced"
+                        : "stopped; 'graze resume " + name + "' does the rest";
+  std::string out = fmt::format("{}: {}\n", name, state);
+  if (status.part.end > 0) {
+    out +=
+        fmt::format("  one part: particles {} to {} of {}\n", status.part.begin, status.part.end - 1, status.particles);
+  }
+  out += progress_of(status);
   out += fmt::format("  failures{}: {}\n", status.complete ? "" : " so far", failures(status));
   std::vector<std::vector<std::string>> table = {
       {"policy", "done", "success", "known failure", "unknown failure", "invalid", "unfinished"}};

@@ -22,6 +22,15 @@ std::uint64_t traces_of(std::uint64_t packed) { return rate_of(packed).valid + (
 
 }  // namespace
 
+void check_looks(const CampaignInfo& info) {
+  const std::size_t looks = look_boundaries(info.particles).size();
+  if (kFirstFreeCounter + looks * info.policies.size() <= kSharedCounters) return;
+  throw InputError(fmt::format(
+      "--until: {} policies and {} looks at up to {} particles are more than can be counted; ask for fewer policies or "
+      "fewer particles (-n)",
+      info.policies.size(), looks, info.particles));
+}
+
 Looks::Looks(Crew& crew, const CampaignInfo& info)
     : crew_(crew),
       policies_(info.policies),
@@ -30,11 +39,7 @@ Looks::Looks(Crew& crew, const CampaignInfo& info)
       questions_(questions_of(info)),
       looks_(look_boundaries(info.particles)),
       counts_(info.policies.size()) {
-  if (counter(looks_.size()) <= kSharedCounters) return;
-  throw InputError(fmt::format(
-      "--until: {} policies and {} looks at up to {} particles are more than can be counted; ask for fewer policies or "
-      "fewer particles (-n)",
-      policies_.size(), looks_.size(), info.particles));
+  check_looks(info);
 }
 
 void Looks::note(ByStretch& counts, std::uint64_t particle, Outcome outcome) const {
@@ -61,9 +66,10 @@ bool Looks::count(int policy, std::span<const TraceRecord> records) {
 
 void Looks::count_finished(const Archive& archive) {
   for (std::size_t policy = 0; policy < policies_.size(); ++policy) {
-    const OutcomeTable table = archive.outcomes(policies_[policy]);
     ByStretch counts;
-    for (std::size_t i = 0; i < table.particle.size(); ++i) note(counts, table.particle[i], table.outcome[i]);
+    archive.visit_outcomes(policies_[policy], [&](std::span<const TraceOutcome> traces) {
+      for (const TraceOutcome& trace : traces) note(counts, trace.particle, trace.outcome);
+    });
     add(static_cast<int>(policy), counts);
   }
 }

@@ -19,11 +19,13 @@ namespace graze {
 /// The most particles of a campaign with --until if -n does not say.
 inline constexpr std::uint64_t kMostParticles = 1'000'000;
 
+/// Throws InputError if a crew has too few counters for so many policies and looks at up to info.particles.
+void check_looks(const CampaignInfo& info);
+
 /// Methods may be called from any thread.
 class Looks {
  public:
-  /// info.until: the questions; info.particles: the most particles. Throws InputError if the crew has too few counters
-  /// for so many policies and looks.
+  /// info.until: the questions; info.particles: the most particles. Throws as check_looks().
   Looks(Crew& crew, const CampaignInfo& info);
 
   /// Counts finished traces of a policy, each once in the whole crew. True if the campaign is answered now.

@@ -9,6 +9,7 @@
 #include <csignal>
 
 #include "archive/campaign_directory.h"
+#include "archive/set_aside.h"
 #include "tests/archive/compare.h"
 
 namespace graze {
@@ -67,7 +68,7 @@ TEST(Output, ForceKeepsTheOldUntilTheFirstShard) {
   CampaignInfo fresh = info();
   fresh.scenario_name = "fresh";
   CampaignWriter writer(folder / "a.graze", fresh, true);
-  expect_campaign(Archive(folder / "a.graze.old1"));
+  expect_campaign(Archive(folder / "a.graze" / "replaced"));
   add(writer, 0, 8);
   writer.finish();
   EXPECT_EQ(Archive(folder / "a.graze").info().scenario_name, "fresh");
@@ -81,6 +82,94 @@ TEST(Output, ForceRestoresTheOldWhenTheStartFails) {
   { const CampaignWriter writer(folder / "a.graze", info(), true); }
   expect_campaign(Archive(folder / "a.graze"));
   EXPECT_EQ(entries(folder.path()), 1u);
+}
+
+/// What is left when a writer is killed: no destructor runs, the locks end.
+void begin_and_kill(const fs::path& campaign, const CampaignInfo& fresh, int traces) {
+  const pid_t child = fork();
+  if (child == 0) {
+    CampaignWriter writer(campaign, fresh, true);
+    if (traces > 0) {
+      add(writer, 0, traces);
+      writer.flush();
+    }
+    kill(getpid(), SIGKILL);
+  }
+  waitpid(child, nullptr, 0);
+}
+
+// Claim: killed before its first shard, the new campaign leaves the old one to whoever writes there next; killed
+// later, it is the one that counts.
+TEST(Output, ForceLosesNothingWhenItIsKilled) {
+  CampaignInfo fresh = info();
+  fresh.scenario_name = "fresh";
+  for (const int traces : {0, 8}) {
+    const Folder folder;
+    write(folder / "a.graze", info());
+    begin_and_kill(folder / "a.graze", fresh, traces);
+    EXPECT_EQ(Archive(folder / "a.graze").info().scenario_name, "fresh");
+    EXPECT_EQ(fs::exists(folder / "a.graze" / kReplacedFolder), traces == 0);
+    EXPECT_THAT(message_of<InputError>([&] { CampaignWriter(folder / "a.graze", info(), false); }),
+                HasSubstr("--force"));
+    const Archive archive(folder / "a.graze");
+    EXPECT_EQ(archive.info().scenario_name, traces == 0 ? info().scenario_name : "fresh");
+    if (traces == 0) expect_campaign(archive);
+    EXPECT_FALSE(fs::exists(folder / "a.graze" / kReplacedFolder));
+  }
+}
+
+// Claim: a kill in the middle of setting aside, or of bringing back, is made good.
+TEST(Output, WhatIsHalfSetAsideComesBack) {
+  for (const char* entry : {"campaign.h5", "shards"}) {
+    const Folder folder;
+    const fs::path campaign = folder / "a.graze";
+    write(campaign, info());
+    fs::create_directory(campaign / kReplacingFolder);
+    fs::rename(campaign / entry, campaign / kReplacingFolder / entry);
+    EXPECT_TRUE(recover_set_aside(campaign));
+    expect_campaign(Archive(campaign));
+    EXPECT_FALSE(recover_set_aside(campaign));
+  }
+}
+
+// Claim: what a campaign leaves that is killed before it is described does not stand in the way of the next.
+TEST(Output, WhatHadOnlyBegunIsNoCampaign) {
+  const Folder folder;
+  fs::create_directories(folder / "a.graze" / "shards");
+  put(folder / "a.graze" / "lock", "process 1 on nowhere");
+  put(folder / "a.graze" / "campaign.h5.tmp", "half");
+  write(folder / "a.graze", info());
+  expect_campaign(Archive(folder / "a.graze"));
+}
+
+// Claim: a rank that its leader has left behind keeps everybody else out, and nothing is touched.
+TEST(Output, ARankLeftBehindStillHoldsTheDirectory) {
+  const Folder folder;
+  write(folder / "a.graze", info());
+  put(folder / "a.graze" / "lock", "process 1 on nowhere");
+  {
+    const MemberLock left(folder / "a.graze");
+    const MemberLock another(folder / "a.graze");
+    EXPECT_THAT(message_of<MachineError>([&] { CampaignWriter(folder / "a.graze", info(), true); }),
+                HasSubstr("process 1 on nowhere is writing here"));
+    EXPECT_THAT(
+        message_of<MachineError>([&] { CampaignWriter(folder / "a.graze", info(), CampaignWriter::Existing{}); }),
+        HasSubstr("process 1 on nowhere is writing here"));
+    expect_campaign(Archive(folder / "a.graze"));
+  }
+  EXPECT_NO_THROW(CampaignWriter(folder / "a.graze", info(), CampaignWriter::Existing{}));
+}
+
+// Claim: nothing is made of a file by writing over it, nor of a device.
+TEST(Output, NeverOverItsSource) {
+  const Folder folder;
+  write(folder / "a.graze", info());
+  for (const char* file : {"a.graze/campaign.h5", "a.graze/shards/000001.h5", "a.graze/new.h5", "b/../a.graze/x.h5"}) {
+    EXPECT_THAT(message_of<InputError>([&] { pack(folder / "a.graze", folder / file, true); }), HasSubstr("only read"));
+  }
+  EXPECT_THAT(message_of<InputError>([&] { pack(folder / "a.graze", "/dev/null", true); }), HasSubstr("a device"));
+  EXPECT_NO_THROW(pack(folder / "a.graze", folder / "a.graze.h5", true));
+  expect_campaign(Archive(folder / "a.graze"));
 }
 
 // Claim: force removes nothing but campaigns.

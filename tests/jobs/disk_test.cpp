@@ -38,7 +38,11 @@ TEST_F(Disk, FullThenMendedThenResumed) {
   if (!mounted) GTEST_SKIP() << "mounting is not permitted";
   ASSERT_EQ(graze("run ball.yaml -n 8000 --quiet -o whole.graze").code, 0);
   ASSERT_EQ(graze("run ball.yaml -n 400 --quiet -o disk/a.graze").code, 0);
-  const Result full = graze("resume disk/a.graze -n 8000 --quiet");
+  const Result refused = graze("resume disk/a.graze -n 8000 --quiet");
+  EXPECT_EQ(refused.code, 3);
+  EXPECT_THAT(refused.err, AllOf(HasSubstr("will not fit"), HasSubstr("--ignore-space")));
+  EXPECT_TRUE(Archive(disk / "a.graze").complete()) << "a refused growth changes nothing";
+  const Result full = graze("resume disk/a.graze -n 8000 --quiet --ignore-space");
   EXPECT_EQ(full.code, 3);
   EXPECT_THAT(full.err, AllOf(HasSubstr("disk/a.graze/shards/"), HasSubstr("No space left on device"),
                               HasSubstr(" of 8000 traces are kept"), HasSubstr("'graze resume disk/a.graze'")));
