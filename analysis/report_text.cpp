@@ -118,6 +118,10 @@ Json json_of(const PairedComparison& p) {
 
 std::string format_score(const Score& score, bool failures) {
   std::string out = score.campaign;
+  if (score.part.end > 0) {
+    out.append(
+        fmt::format(" (ONE PART: particles {} to {} of {})", score.part.begin, score.part.end - 1, score.particles));
+  }
   out.append(score.complete ? "\n" : " (INCOMPLETE: not all traces have been simulated)\n");
   out.append("\n").append(policy_table(score.policies));
   if (!score.answers.empty()) {
@@ -140,6 +144,7 @@ std::string score_json(const Score& score, bool failures) {
   for (const PairedComparison& pair : score.pairs) json["pairs"].push_back(json_of(pair));
   json["interval_method"] = score.stopped_by_question ? "confidence_sequence" : "clopper_pearson";
   json["particles"] = score.particles;
+  if (score.part.end > 0) json["part"] = {{"begin", score.part.begin}, {"end", score.part.end}};
   if (score.stopped_by_question) {
     json["until"] = {{"confidence", score.confidence}, {"answers", Json::array()}};
     for (const Answer& answer : score.answers) json["until"]["answers"].push_back(json_of(answer));

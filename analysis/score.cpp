@@ -111,6 +111,7 @@ Score score(const Archive& archive, const std::string& name) {
   Score out;
   out.campaign = info.scenario_name;
   out.complete = archive.complete();
+  out.part = info.part;
   out.particles = info.particles;
   for (const auto& requirement : info.requirements) out.requirements.push_back(requirement.name);
   const std::vector<std::string>& policies = info.policies;

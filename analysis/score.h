@@ -52,6 +52,7 @@ struct Score {
   std::vector<PolicyScore> policies;
   std::vector<PairedComparison> pairs;
   bool complete = true;
+  ParticleRange part;                // if it is one of several parts of a campaign
   std::uint64_t particles = 0;       // of the campaign; with --until those that it stopped at
   bool stopped_by_question = false;  // --until chose the number of particles: intervals are of the confidence sequence
   double confidence = 0.95;          // of the answers

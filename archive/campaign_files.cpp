@@ -6,17 +6,25 @@
 
 #include "archive/campaign_directory.h"
 #include "archive/manifest.h"
+#include "archive/outcome_scan.h"
 #include "archive/seal.h"
+#include "archive/shell_word.h"
 
 namespace graze {
 namespace {
 
 namespace fs = std::filesystem;
 
-/// Runs `act` on an open file; says which file it was if HDF5 complains.
+constexpr const char* kFromACopy = "take it from a copy, or run the campaign again";
+
+/// Runs `act` on an open file; says which file it was if HDF5 complains, and what to do if the file is no good.
 template <class Act>
-auto with_file(const fs::path& path, const Act& act) {
-  check_seal(path);
+auto with_file(const fs::path& path, const std::string& advice, const Act& act) {
+  try {
+    check_seal(path);
+  } catch (const DamagedFile& error) {
+    throw InputError(fmt::format("{}; {}", error.what(), advice));
+  }
   const hdf5::Lock lock;
   try {
     const hdf5::Handle file = hdf5::open_for_reading(path);
@@ -52,7 +60,7 @@ void check_shards_are_there(const fs::path& directory) {
 
 CampaignFiles open_campaign(const fs::path& path) {
   const fs::path description = description_of(path);
-  StoredInfo stored = with_file(description, [](const hdf5::Handle& file) { return read_info(file); });
+  StoredInfo stored = with_file(description, kFromACopy, [](const hdf5::Handle& file) { return read_info(file); });
   const std::uint64_t particles = stored.info.particles;
   if (stored.layout == Layout::packed) return {std::move(stored), Parts({description}, particles)};
   if (description == path) {
@@ -61,7 +69,9 @@ CampaignFiles open_campaign(const fs::path& path) {
   check_shards_are_there(path);
   std::vector<fs::path> shards = shard_files(path);
   for (const fs::path& shard : shards) {
-    with_file(shard, [&](const hdf5::Handle& file) { check_shard_identity(file, stored.info); });
+    const std::string advice =
+        fmt::format("'graze resume {}' puts it aside and simulates again what it held", shell_word(path.string()));
+    with_file(shard, advice, [&](const hdf5::Handle& file) { check_shard_identity(file, stored.info); });
   }
   return {std::move(stored), Parts(std::move(shards), particles)};
 }
@@ -102,13 +112,17 @@ CampaignFiles open_parts(const std::vector<fs::path>& directories) {
   const hdf5::Lock lock;
   all.parts = Parts(std::move(shards), info.particles);
   all.stored.complete = std::all_of(info.policies.begin(), info.policies.end(), [&](const std::string& policy) {
-    return all.parts.traces(policy).size() == info.particles;
+    std::uint64_t traces = 0;
+    scan_outcomes(all.parts, policy, info.requirements.size(),
+                  [&](std::span<const TraceOutcome> some) { traces += some.size(); });
+    return traces == info.particles;
   });
   return all;
 }
 
 CampaignInfo read_description(const fs::path& directory) {
-  return with_file(description_of(directory), [](const hdf5::Handle& file) { return read_info(file).info; });
+  return with_file(description_of(directory), kFromACopy,
+                   [](const hdf5::Handle& file) { return read_info(file).info; });
 }
 
 }  // namespace graze

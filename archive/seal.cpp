@@ -139,9 +139,10 @@ Seal check_seal(const std::filesystem::path& path) {
   std::array<std::byte, kSealBytes> found{};
   if (pread(file.number(), found.data(), kSealBytes, static_cast<off_t>(length)) != static_cast<ssize_t>(kSealBytes) ||
       std::memcmp(found.data(), kMagic.data(), kMagic.size()) != 0) {
-    refuse(path,
-           "is no Graze archive, or not a whole one: its closing checksum is missing; it was cut short, or written by "
-           "another program");
+    throw DamagedFile(
+        path.string() +
+        ": is no Graze archive, or not a whole one: its closing checksum is missing; it was cut short, or "
+        "written by another program");
   }
   Xxh64 hash;
   if (const int error = hash_file(file.number(), length, hash); error != 0) {
@@ -149,7 +150,7 @@ Seal check_seal(const std::filesystem::path& path) {
   }
   const Seal seal{length, hash.digest()};
   if (found != make_seal(seal)) {
-    refuse(path, "is damaged: its content does not fit its checksum; take it from a copy, or run the campaign again");
+    throw DamagedFile(path.string() + ": is damaged: its content does not fit its checksum");
   }
   return seal;
 }

@@ -9,6 +9,8 @@
 #include <filesystem>
 #include <span>
 
+#include "engine/settings/settings.h"
+
 namespace graze {
 
 /// XXH64 with seed 0 (Collet, xxHash specification 0.1.1), fed piecewise.
@@ -35,7 +37,12 @@ struct Seal {
 /// Reads the file behind `descriptor` from its start and appends the seal, which it gives to `made`. Returns 0 or
 /// errno.
 int seal_file(int descriptor, Seal* made = nullptr);
-/// Throws InputError unless `path` is an HDF5 file with its seal intact.
+/// A file that is not what it was when it was sealed.
+struct DamagedFile : InputError {
+  using InputError::InputError;
+};
+
+/// Throws InputError unless `path` is an HDF5 file with its seal intact; DamagedFile if it has none or it does not fit.
 Seal check_seal(const std::filesystem::path& path);
 
 }  // namespace graze

@@ -119,12 +119,14 @@ int run(const Arguments& arguments) {
     check_space(estimate_size(scenario), out.directory, out.packed.has_value());
   }
   CampaignWriter writer(out.directory, info, arguments.force);
-  const Printing printing{arguments.json, arguments.quiet, out.packed ? out.packed->string() : ""};
-  const ExitCode code = simulate_into(writer, scenario, options, info, printing, start);
+  Printing printing{arguments.json, arguments.quiet, out.packed ? out.packed->string() : ""};
   if (out.packed) {
-    pack(out.directory, *out.packed, arguments.force);
-    std::filesystem::remove_all(out.directory);
+    printing.completed = [&] {
+      pack(out.directory, *out.packed, arguments.force);
+      std::filesystem::remove_all(out.directory);
+    };
   }
+  const ExitCode code = simulate_into(writer, scenario, options, info, printing, start);
   if (!arguments.quiet) spdlog::info("archive: {}", (out.packed ? *out.packed : out.directory).string());
   return code;
 }

@@ -134,7 +134,7 @@ CampaignEnd run_share(const Scenario& scenario, const CampaignOptions& options, 
                                  });
   try {
     if (!end.error) writer.flush();
-  } catch (const MachineError&) {
+  } catch (...) {
     end.error = std::current_exception();
   }
   return end;

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 #include <iostream>
@@ -34,6 +36,19 @@ std::string failed(const CampaignWriter& writer, const CampaignInfo& info, const
                      error.what(), kept, info.part.count(info.particles) * info.policies.size(), directory);
 }
 
+/// Whether every trace is in the shards. What ranks say that they have simulated is no proof of what there is.
+bool holds_all(const Archive& archive, std::uint64_t answered_at) {
+  const CampaignInfo& info = archive.info();
+  const std::uint64_t wanted = answered_at > 0 ? answered_at : info.part.count(info.particles);
+  return std::all_of(info.policies.begin(), info.policies.end(), [&](const std::string& policy) {
+    std::uint64_t found = 0;
+    archive.visit_outcomes(policy, [&](std::span<const TraceOutcome> traces) {
+      for (const TraceOutcome& trace : traces) found += answered_at == 0 || trace.particle < answered_at;
+    });
+    return found == wanted;
+  });
+}
+
 /// What was left undone without anything having failed.
 std::string incomplete(const std::string& directory, const CampaignEnd& end, std::uint64_t failed_ranks) {
   const std::vector<UnfinishedTrace> unfinished = read_unfinished(directory);
@@ -58,14 +73,15 @@ std::string incomplete(const std::string& directory, const CampaignEnd& end, std
 
 /// What there is to say about a campaign that is not complete, as an exception.
 std::exception_ptr why_incomplete(const CampaignWriter& writer, const CampaignInfo& info, const CampaignEnd& end,
-                                  std::uint64_t failed_ranks) {
+                                  std::uint64_t failed_ranks, const Crew& crew) {
   if (!end.error) {
     return std::make_exception_ptr(MachineError(incomplete(writer.directory().string(), end, failed_ranks)));
   }
   try {
     std::rethrow_exception(end.error);
   } catch (const MachineError& error) {
-    return std::make_exception_ptr(MachineError(failed(writer, info, error)));
+    const std::string who = crew.size() > 1 ? rank_name(crew) + ": " : "";
+    return std::make_exception_ptr(MachineError(who + failed(writer, info, error)));
   } catch (...) {
     return end.error;
   }
@@ -83,7 +99,26 @@ ExitCode verdict_of(const Score& score) {
 /// Prints the table of all that the archive holds.
 void print_table(const Score& result, const Printing& printing) {
   std::cout << (printing.json ? score_json(result) + "\n" : format_score(result)) << std::flush;
-  if (!std::cout) spdlog::warn("the table could not be printed; 'graze score' prints it again");
+  if (std::cout) return;
+  const int error = errno;
+  spdlog::warn("the table could not be printed; 'graze score' prints it again");
+  if (error == EPIPE) std::cout.clear();  // whoever has stopped reading does not miss it
+}
+
+/// Marks the campaign, prints its table, and gives its exit code.
+ExitCode close(CampaignWriter& writer, bool complete, std::uint64_t answered_at, const Printing& printing) {
+  if (complete && !holds_all(Archive(writer.directory()), answered_at)) {
+    throw MachineError(fmt::format("{}: finished traces are gone: something else has changed the campaign's files",
+                                   writer.directory().string()));
+  }
+  writer.finish(complete, answered_at);
+  // The table takes as long as it takes to read everything, which who sends a signal may not grant.
+  if (!complete && !stop_signal().empty()) return kMachineFailed;
+  const Score result = score(Archive(writer.directory()), printing.archive);
+  print_table(result, printing);
+  if (!complete) return kMachineFailed;
+  if (printing.completed) printing.completed();
+  return verdict_of(result);
 }
 
 }  // namespace
@@ -154,20 +189,15 @@ ExitCode simulate_into(CampaignWriter& writer, const Scenario& scenario, Campaig
   const std::uint64_t answered_at = looks ? looks->answered_at() : 0;
   const std::uint64_t failed_ranks = crew.read(kFailedRanks, 1).front();
   const bool complete = failed_ranks == 0 && (answered_at > 0 || progress_of(crew).traces == total);
+  ExitCode code = kMachineFailed;
   try {
-    if (!end.error) writer.finish(complete, answered_at);
-  } catch (const MachineError&) {
+    if (!end.error) code = close(writer, complete, answered_at, printing);
+  } catch (...) {
     end.error = std::current_exception();
   }
-  ExitCode code = kMachineFailed;
-  if (!end.error) {
-    const Score result = score(Archive(writer.directory()), printing.archive);
-    print_table(result, printing);
-    if (complete) code = verdict_of(result);
-  }
   if (complete && !end.error && end.hanging.empty()) return code;
-  if (end.hanging.empty()) std::rethrow_exception(why_incomplete(writer, info, end, failed_ranks));
-  if (!complete || end.error) code = report_error(why_incomplete(writer, info, end, failed_ranks));
+  if (end.hanging.empty()) std::rethrow_exception(why_incomplete(writer, info, end, failed_ranks, crew));
+  if (!complete || end.error) code = report_error(why_incomplete(writer, info, end, failed_ranks, crew));
   leave_hanging(crew, code);
 }
 

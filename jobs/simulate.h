@@ -2,6 +2,7 @@
 // What `run` and `resume` share: simulate into an archive, heed signals, print the table.
 
 #include <CLI/CLI.hpp>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -18,7 +19,8 @@ void choose_policies(Scenario& scenario, const std::vector<std::string>& pattern
 
 struct Printing {
   bool json = false, quiet = false;
-  std::string archive = {};  // as replay commands shall name it; empty: the directory
+  std::string archive = {};              // as replay commands shall name it; empty: the directory
+  std::function<void()> completed = {};  // what else there is to do with a complete campaign
 };
 
 /// Some lines, each begun by a line break: unfinished traces, why, and how to replay them.
@@ -28,10 +30,10 @@ std::string unfinished_text(const std::vector<UnfinishedTrace>& traces, const st
 void add_watchdog(CLI::App& verb, double& seconds);
 
 /// Simulates what is not finished yet and writes it, together with all ranks of the crew. Signals (jobs/signals.h) end
-/// it after the blocks under way. Prints the table of all that the archive holds. Gives what the questions of --until
-/// came to: kDone, kGateMissed (one of them is refuted) or kInconclusive. Throws MachineError if it was stopped, if
-/// traces are unfinished or if the disk fails; it says what is kept and how to go on. Does not return (but leaves with
-/// that message and its exit code) if a thread hangs.
+/// it after the blocks under way. Prints the table of all that the archive holds, unless a signal ended it. Gives what
+/// the questions of --until came to: kDone, kGateMissed (one of them is refuted) or kInconclusive. Throws MachineError
+/// if it was stopped, if traces are unfinished or if the disk fails; it says what is kept and how to go on. Does not
+/// return (but leaves with that message and its exit code) if a thread hangs.
 ExitCode simulate_into(CampaignWriter& writer, const Scenario& scenario, CampaignOptions options,
                        const CampaignInfo& info, const Printing& printing, Start& start,
                        const FinishedTraces& finished = {});
