@@ -1,10 +1,14 @@
 // graze VERB …: reads the command line, runs the verb, turns errors into one clear message and an exit code.
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <exception>
+#include <iostream>
 
+#include "archive/archive.h"
 #include "engine/lanes/isa.h"
 #include "graze_version.h"
 #include "jobs/commands.h"
@@ -52,7 +56,17 @@ int parse_and_run(int argc, char** argv) {
     const int code = app.exit(error);
     return code == 0 ? kDone : kInvalidInput;
   }
-  return action();
+  const int code = action();
+  if (!std::cout.flush()) throw MachineError("standard output: cannot be written");
+  return code;
+}
+
+/// A stream that was closed would give its number to the next file that is opened, and what is printed would go there.
+void open_standard_streams() {
+  for (const int number : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (fcntl(number, F_GETFD) != -1) continue;
+    if (open(number == STDOUT_FILENO ? "/dev/full" : "/dev/null", O_RDWR) != number) std::_Exit(kMachineFailed);
+  }
 }
 
 }  // namespace
@@ -60,6 +74,7 @@ int parse_and_run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   using namespace graze;
+  open_standard_streams();
   spdlog::set_default_logger(spdlog::stderr_color_mt("graze"));
   spdlog::set_pattern("%n: %v");
   try {

@@ -32,11 +32,11 @@ void on_signal(int number) {
   timespec now{};
   clock_gettime(CLOCK_MONOTONIC, &now);
   const long long time = now.tv_sec * 1'000'000'000LL + now.tv_nsec;
-  int none = 0;
-  if (first_signal.compare_exchange_strong(none, number)) {
-    first_time = time;
+  long long none = 0;
+  if (first_time.compare_exchange_strong(none, time)) {
+    first_signal = number;
     if (number == SIGINT) say("\ngraze: the blocks under way are finished first; Ctrl-C once more leaves at once\n");
-  } else if (number == SIGINT && time - first_time > kSameSignal) {
+  } else if (number == SIGINT && time - none > kSameSignal) {
     say(leaving.c_str());
     _exit(kMachineFailed);
   }

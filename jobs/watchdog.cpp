@@ -67,6 +67,7 @@ Watchdog::~Watchdog() {
 
 void Watchdog::add(std::shared_ptr<TraceWatch> watch, std::function<void()> stuck) {
   const std::lock_guard lock(mutex_);
+  watch->set_tick(now_);
   watched_.push_back({std::move(watch), std::move(stuck)});
 }
 

@@ -41,6 +41,8 @@ class TraceWatch {
 
   // For the watchdog.
 
+  /// The tick that it is now, for traces that begin before the first look.
+  void set_tick(std::uint32_t now) { now_.store(now, std::memory_order_relaxed); }
   enum class Finding { well, cut, stuck };
   /// At tick `now`: cuts off what began `limit` ticks ago or earlier; gives the thread up (once) if it has not heeded
   /// that for `grace` ticks.
@@ -80,7 +82,7 @@ class Watchdog {
 
   const double tick_;  // s
   const std::uint32_t limit_, grace_;
-  std::uint32_t now_ = 1;
+  std::atomic<std::uint32_t> now_{1};
   std::mutex mutex_;  // guards the rest
   std::condition_variable wake_;
   bool done_ = false;

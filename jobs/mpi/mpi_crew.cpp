@@ -8,6 +8,7 @@
 
 #include <chrono>
 #include <condition_variable>
+#include <cstdio>
 #include <cstring>
 #include <mutex>
 #include <thread>
@@ -24,6 +25,10 @@ class MpiCrew final : public Crew {
   MpiCrew() {
     int given = 0;
     MPI_Init_thread(nullptr, nullptr, MPI_THREAD_SERIALIZED, &given);
+    if (given < MPI_THREAD_SERIALIZED) {
+      std::fputs("graze: this MPI cannot be used by several threads of a process; use one that can\n", stderr);
+      MPI_Abort(MPI_COMM_WORLD, 3);
+    }
     MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
     MPI_Comm_size(MPI_COMM_WORLD, &size_);
     const MPI_Aint bytes = rank_ == 0 ? static_cast<MPI_Aint>(kSharedCounters * sizeof(std::uint64_t)) : 0;
