@@ -9,6 +9,7 @@
 #include "archive/archive.h"
 #include "archive/lock.h"
 #include "tests/jobs/ball_campaign.h"
+#include "tests/jobs/process.h"
 
 namespace graze {
 namespace {
@@ -66,9 +67,12 @@ TEST(Resume, SurvivesManyKillsAtRandomInstants) {
 
 TEST(Resume, StoppedBySignalSaysHowToGoOn) {
   const Campaign campaign;
-  const testing::Result stopped =
-      testing::shell(campaign.folder.path(), std::string("timeout -s TERM 0.2 '") + GRAZE_PROGRAM +
-                                                 "' run ball.yaml -n 200000 --threads 1 --quiet -o a.graze");
+  testing::Process process(campaign.folder.path(),
+                           "run ball.yaml -n 100000000 --threads 1 --quiet --ignore-space -o a.graze");
+  process.wait_until([&] { return std::filesystem::exists(campaign.folder / "a.graze/shards/000001.h5"); });
+  process.send(SIGTERM);
+  const testing::Result stopped = process.wait();
+  EXPECT_EQ(stopped.out, "") << "a table would take as long as reading all shards";
   EXPECT_THAT(stopped.err, HasSubstr("graze resume a.graze"));
   EXPECT_THAT(campaign.graze("status a.graze").out, AllOf(HasSubstr("stopped"), HasSubstr("graze resume a.graze")));
 }
