@@ -52,8 +52,8 @@ void check_shards_are_there(const fs::path& directory) {
   std::string text;
   for (std::size_t i = 0; i < std::min(kTold, missing.size()); ++i) text += missing_text(missing[i]) + "; ";
   if (missing.size() > kTold) text += fmt::format("{} more are gone; ", missing.size() - kTold);
-  throw InputError(
-      fmt::format("{}: {}'graze resume {}' simulates that again", directory.string(), text, directory.string()));
+  throw InputError(fmt::format("{}: {}'graze resume {}' simulates that again", directory.string(), text,
+                               shell_word(directory.string())));
 }
 
 }  // namespace

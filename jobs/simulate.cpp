@@ -12,6 +12,7 @@
 #include "analysis/score.h"
 #include "archive/campaign_directory.h"
 #include "archive/finished.h"
+#include "archive/shell_word.h"
 #include "jobs/commands.h"
 #include "jobs/contained.h"
 #include "jobs/progress.h"
@@ -33,7 +34,7 @@ std::string failed(const CampaignWriter& writer, const CampaignInfo& info, const
   const std::uint64_t kept = traces_kept(writer, info);
   if (kept == 0) return fmt::format("{}; no trace had been written yet", error.what());
   return fmt::format("{}; {} of {} traces are kept, and 'graze resume {}' does the rest when that is mended",
-                     error.what(), kept, info.part.count(info.particles) * info.policies.size(), directory);
+                     error.what(), kept, info.part.count(info.particles) * info.policies.size(), shell_word(directory));
 }
 
 /// Whether every trace is in the shards. What ranks say that they have simulated is no proof of what there is.
@@ -67,7 +68,7 @@ std::string incomplete(const std::string& directory, const CampaignEnd& end, std
     text += fmt::format("{}traces unfinished by the fault of this machine, not of the robot: {}",
                         text.empty() ? "" : "; ", unfinished.size());
   }
-  return fmt::format("{}: {}; 'graze resume {}' does the rest{}", directory, text, directory,
+  return fmt::format("{}: {}; 'graze resume {}' does the rest{}", directory, text, shell_word(directory),
                      unfinished_text(unfinished, directory));
 }
 

@@ -71,18 +71,18 @@ TEST(Manifest, LinesGoThereAndBack) {
 // Claim: a shard that is gone is told with what it held, by every reader; the repair drops it and says so.
 TEST(Manifest, ALostShardIsMissed) {
   const synthetic::Folder folder;
-  const CampaignInfo info = write_three_shards(folder / "a.graze");
-  std::filesystem::remove(folder / "a.graze" / "shards" / "000002.h5");
-  EXPECT_THAT(refusal(folder / "a.graze"),
+  const CampaignInfo info = write_three_shards(folder / "a b.graze");
+  std::filesystem::remove(folder / "a b.graze" / "shards" / "000002.h5");
+  EXPECT_THAT(refusal(folder / "a b.graze"),
               AllOf(HasSubstr("shards/000002.h5 is gone"), HasSubstr("8 traces of 'step/1cm' (particles 8 to 15)"),
-                    HasSubstr("graze resume")));
-  const FinishedTraces finished = repair_and_list(folder / "a.graze", info);
+                    HasSubstr("graze resume '" + (folder / "a b.graze").string() + "'")));
+  const FinishedTraces finished = repair_and_list(folder / "a b.graze", info);
   EXPECT_EQ(finished.count, 16u);
   ASSERT_EQ(finished.notes.size(), 1u);
   EXPECT_THAT(finished.notes[0], HasSubstr("shards/000002.h5 is gone"));
   EXPECT_FALSE(finished.has("step/1cm", 8));
-  EXPECT_EQ(refusal(folder / "a.graze"), "");
-  EXPECT_EQ(read_manifest(folder / "a.graze").size(), 2u);
+  EXPECT_EQ(refusal(folder / "a b.graze"), "");
+  EXPECT_EQ(read_manifest(folder / "a b.graze").size(), 2u);
 }
 
 // Claim: a torn last line, a file of garbage or no manifest at all cost nothing; the repair makes it whole again.
