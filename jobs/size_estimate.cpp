@@ -43,19 +43,20 @@ double frames_per_trace(const Scenario& s) {
   return 0;
 }
 
-SizeEstimate base(const Scenario& s) {
+SizeEstimate base(const Scenario& s, const ParticleRange& part) {
   SizeEstimate out;
-  out.particles = s.particles;
+  out.particles = part.count(s.particles);
   out.policies = s.policies.size();
-  if (s.space.size() > 0) out.values = static_cast<double>(s.particles) * (4 + 8 * static_cast<double>(s.space.size()));
+  if (s.space.size() > 0)
+    out.values = static_cast<double>(out.particles) * (4 + 8 * static_cast<double>(s.space.size()));
   out.traces = static_cast<double>(out.particles * out.policies) * row_bytes(s);
   return out;
 }
 
 }  // namespace
 
-SizeEstimate estimate_size(const Scenario& s) {
-  SizeEstimate out = base(s);
+SizeEstimate estimate_size(const Scenario& s, const ParticleRange& part) {
+  SizeEstimate out = base(s, part);
   const double traces = static_cast<double>(out.particles * out.policies);
   const double events = s.recording.events && !s.model.pairs.empty() ? kEventsPerSecond * s.timing.end : 0;
   out.events = traces * events * (kEventBytes + kSequenceBytes);
@@ -64,7 +65,7 @@ SizeEstimate estimate_size(const Scenario& s) {
 }
 
 SizeEstimate probe_size(const Scenario& s) {
-  SizeEstimate out = base(s);
+  SizeEstimate out = base(s, {});
   const ParticleSource source(s, s.seed, s.particles);
   const auto count = static_cast<std::uint32_t>(std::min<std::uint64_t>(kLanes, s.particles));
   std::vector<Particle> particles;

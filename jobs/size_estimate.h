@@ -6,11 +6,12 @@
 #include <optional>
 #include <string>
 
+#include "archive/archive.h"
 #include "scenarios/scenario.h"
 
 namespace graze {
 
-/// Bytes of the shards of a whole campaign. Packed, events and telemetry take less.
+/// Bytes of the shards of a campaign, or of a part of one. Packed, events and telemetry take less.
 struct SizeEstimate {
   std::uint64_t particles = 0, policies = 0;
   double values = 0, traces = 0, events = 0, telemetry = 0;  // B
@@ -20,8 +21,8 @@ struct SizeEstimate {
 };
 
 /// From the scenario alone: values and rows of traces exactly; events at 200 per simulated second where anything can
-/// touch; traces as long as they may be, half of them failing.
-SizeEstimate estimate_size(const Scenario& scenario);
+/// touch; traces as long as they may be, half of them failing. `part`: of the particles, if it is not about all.
+SizeEstimate estimate_size(const Scenario& scenario, const ParticleRange& part = {});
 
 /// Simulates one block under each policy and goes by what comes out. The same particles as a campaign's first ones.
 SizeEstimate probe_size(const Scenario& scenario);

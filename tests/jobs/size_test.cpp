@@ -58,5 +58,19 @@ TEST(Size, IsPrintedByCheck) {
   EXPECT_EQ(huge.code, 0);
 }
 
+// Claim: a part of a campaign needs the disk for its own particles only, whatever the whole campaign takes.
+TEST(Size, OfAPartIsThePartsOwn) {
+  const testing::TemporaryFolder folder;
+  testing::write_ball(folder);
+  if (std::filesystem::space(folder.path()).available > 600e9) GTEST_SKIP() << "2^32 particles fit on this disk";
+  const std::string run = "run ball.yaml -n 4294967296 --quiet -o part ";
+  const testing::Result whole = testing::graze(folder.path(), run);
+  EXPECT_EQ(whole.code, 3);
+  EXPECT_THAT(whole.err, HasSubstr("will not fit"));
+  const testing::Result part = testing::graze(folder.path(), run + "--part 7/40000000");
+  EXPECT_EQ(part.code, 0) << part.err;
+  EXPECT_EQ(part.err, "");
+}
+
 }  // namespace
 }  // namespace graze

@@ -1,0 +1,141 @@
+#include "jobs/run_request.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+
+#include "analysis/sequential.h"
+#include "archive/info.h"
+#include "jobs/simulate.h"
+#include "jobs/size_estimate.h"
+#include "jobs/until.h"
+
+namespace graze {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Where the campaign is written, and the file that it is packed into if the output ends in .h5.
+struct Destination {
+  fs::path directory;
+  std::optional<fs::path> packed;
+};
+
+Destination destination(const RunArguments& arguments, const Scenario& scenario) {
+  if (arguments.output.empty()) return {fs::path(scenario.file).stem().string() + ".graze", std::nullopt};
+  const fs::path output = arguments.output;
+  if (output.extension() != ".h5") return {output, std::nullopt};
+  if (fs::exists(output) && !arguments.force) {
+    throw InputError(fmt::format("{}: exists already; choose another --output or give --force", output.string()));
+  }
+  return {fs::path(output).replace_extension(".graze"), output};
+}
+
+/// Checks the questions of --until against the scenario; gives what the archive keeps of them.
+UntilInfo ask(const RunArguments& arguments, Scenario& scenario) {
+  UntilInfo out;
+  if (arguments.until.empty()) {
+    if (!arguments.confidence.empty()) throw InputError("--confidence is that of the answers to --until; give both");
+    return out;
+  }
+  std::vector<Question> questions;
+  for (const std::string& text : arguments.until) questions.push_back(parse_question(text, "--until"));
+  std::vector<std::string> policies;
+  for (const PolicySpec& policy : scenario.policies) policies.push_back(policy.name);
+  check_selectors(questions, policies);
+  if (scenario.design == Design::latin_hypercube) {
+    throw InputError(
+        "--until: a Latin hypercube is one for the number of particles that was asked for, its first particles are "
+        "none; use --set sampling.design=random (or sobol)");
+  }
+  for (const Question& question : questions) out.questions.push_back(question.text);
+  if (!arguments.confidence.empty()) out.confidence = parse_fraction(arguments.confidence, "--confidence");
+  if (arguments.draw.particles == 0) scenario.particles = kMostParticles;
+  out.most = scenario.particles;
+  return out;
+}
+
+/// `2/4`: the second of four parts of the particles.
+ParticleRange part_of(const RunArguments& arguments, std::uint64_t particles) {
+  if (arguments.part.empty()) return {};
+  const char* const begin = arguments.part.data();
+  const char* const end = begin + arguments.part.size();
+  std::uint64_t number = 0, parts = 0;
+  const auto first = std::from_chars(begin, end, number);
+  const bool slash = first.ec == std::errc{} && first.ptr != end && *first.ptr == '/';
+  if (!slash || std::from_chars(first.ptr + 1, end, parts).ptr != end || number < 1 || number > parts) {
+    throw InputError(
+        fmt::format("--part {}: is not NUMBER/PARTS, from 1/PARTS to PARTS/PARTS; nearest right answer: 1/{}",
+                    arguments.part, std::max<std::uint64_t>(parts, 2)));
+  }
+  if (parts > particles) {
+    throw InputError(fmt::format("--part {}: there are only {} particles", arguments.part, particles));
+  }
+  if (!arguments.until.empty()) throw InputError("--until: a part knows nothing of the others; leave out --part");
+  if (arguments.output.ends_with(".h5")) {
+    throw InputError("--part: parts are directories until 'graze pack' makes one file of all; give -o DIRECTORY");
+  }
+  const auto edge = [&](std::uint64_t i) { return particles / parts * i + std::min(i, particles % parts); };
+  return {edge(number - 1), edge(number)};
+}
+
+}  // namespace
+
+void RunArguments::add_to(CLI::App& verb) {
+  scenario.add_to(verb);
+  draw.add_to(verb);
+  record.add_to(verb);
+  verb.add_option("--threads", threads, "Threads; 0: all of this machine's")
+      ->check(CLI::Range(0, 4096))
+      ->capture_default_str();
+  add_watchdog(verb, watchdog);
+  verb.add_option("--policy", policies, "Only these policies (globs; may be repeated)")->allow_extra_args(false);
+  verb.add_option("--until", until,
+                  "Stop as soon as this is answered: '[POLICY:] p >= RATE', 'p < RATE' or 'ci < WIDTH' (may be "
+                  "repeated: all of them); -n is then the most particles (default 1,000,000)")
+      ->type_name("QUESTION")
+      ->allow_extra_args(false);
+  verb.add_option("--confidence", confidence, "Of the answers to --until (default: 95%)")->type_name("FRACTION");
+  verb.add_option("--part", part,
+                  "Only one part of the particles, e.g. 2/4, into a directory of its own (graze pack joins parts)")
+      ->type_name("NUMBER/PARTS");
+  verb.add_option("-o,--output", output,
+                  "Campaign directory, or a file ending in .h5 to be packed into (default: SCENARIO.graze)");
+  verb.add_flag("--force", force, "Replace an existing archive");
+  verb.add_flag("--ignore-space", ignore_space, "Start even if the archive will not fit on the disk");
+  verb.add_flag("--json", json, "Print the table as JSON");
+  verb.add_flag("--quiet", quiet, "No progress");
+}
+
+RunRequest prepare_run(const RunArguments& arguments, const std::string& command_line) {
+  RunRequest out;
+  ScenarioArguments source = arguments.scenario;
+  arguments.record.apply_to(source);
+  out.scenario = source.load();
+  arguments.draw.apply_to(out.scenario);
+  choose_policies(out.scenario, arguments.policies);
+  const UntilInfo until = ask(arguments, out.scenario);
+  out.options.particles = out.scenario.particles;
+  out.options.part = part_of(arguments, out.options.particles);
+  out.options.seed = out.scenario.seed;
+  out.options.threads = arguments.threads;
+  out.options.watchdog = arguments.watchdog;
+  const Destination to = destination(arguments, out.scenario);
+  out.directory = to.directory;
+  out.packed = to.packed;
+  out.info = describe_campaign(out.scenario, out.options.particles, command_line);
+  out.info.until = until;
+  out.info.part = out.options.part;
+  check_policy_names(out.info.policies);
+  if (!until.questions.empty()) check_looks(out.info);
+  return out;
+}
+
+void check_space(const RunArguments& arguments, const RunRequest& request, const fs::path& directory, bool packed) {
+  // --until stops long before the most particles that it may take.
+  if (arguments.ignore_space || !request.info.until.questions.empty()) return;
+  check_space(estimate_size(request.scenario, request.options.part), directory, packed);
+}
+
+}  // namespace graze
