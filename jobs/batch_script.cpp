@@ -35,12 +35,23 @@ std::string joined(const std::vector<std::string>& words) {
   return fmt::format("{}", fmt::join(quoted, " "));
 }
 
-std::string option(const std::string& name, const std::string& value) {
-  return value.empty() ? "" : fmt::format("#SBATCH --{}={}\n", name, value);
+/// A value in a line of #SBATCH, where a blank or # ends it unless it is in quotes. Nothing can be escaped.
+std::string directive_value(const std::string& value) {
+  static const std::regex plain(R"([A-Za-z0-9_./:=,@%+-]+)");
+  if (std::regex_match(value, plain)) return value;
+  const char quote = value.find('"') == std::string::npos ? '"' : '\'';
+  return quote + value + quote;
 }
 
+std::string option(const std::string& name, const std::string& value) {
+  return value.empty() ? "" : fmt::format("#SBATCH --{}={}\n", name, directive_value(value));
+}
+
+/// `suffix`: with Slurm's own replacements (%j); a % of the name stays one.
 std::string log_name(const BatchCampaign& campaign, const std::string& suffix) {
-  return std::filesystem::path(campaign.directory).replace_extension().string() + suffix;
+  std::string out;
+  for (const char c : campaign.name()) out += c == '%' ? "%%" : std::string(1, c);
+  return out + suffix;
 }
 
 std::string resources(const BatchRequest& request, const BatchCampaign& campaign) {
@@ -59,11 +70,13 @@ std::string resources(const BatchRequest& request, const BatchCampaign& campaign
   return out + option("signal", fmt::format("B:USR1@{}", std::clamp<std::uint64_t>(request.seconds / 5, 1, kWarning)));
 }
 
-std::string head(const BatchCampaign& campaign, const std::string& what) {
-  return fmt::format(
-      "#!/bin/bash\n"
-      "# {}: {}. Written by graze submit; sbatch this file to submit it again.\n",
-      campaign.scenario, what);
+/// `again`: how to submit it again, besides the file itself.
+std::string head(const BatchCampaign& campaign, const std::string& what, const std::string& again) {
+  std::string line =
+      fmt::format("# {}: {}. Written by graze submit; to submit it again: {}", campaign.scenario, what, again);
+  std::replace_if(
+      line.begin(), line.end(), [](unsigned char c) { return c < ' '; }, '?');
+  return "#!/bin/bash\n" + line + "\n";
 }
 
 /// How graze is started: alone, or as ranks.
@@ -75,12 +88,25 @@ std::string launcher(const BatchRequest& request) {
 
 }  // namespace
 
-std::string BatchCampaign::parts_directory() const {
-  return std::filesystem::path(directory).replace_extension(".parts").string();
+std::string BatchCampaign::name() const {
+  const std::filesystem::path path = directory;
+  return path.extension() == ".graze" ? std::filesystem::path(path).replace_extension().string() : directory;
 }
 
-std::string BatchCampaign::packed_file() const {
-  return std::filesystem::path(directory).replace_extension(".h5").string();
+std::string default_job_name(const BatchCampaign& campaign) {
+  std::string name = std::filesystem::path(campaign.name()).filename().string();
+  static const std::regex other(R"([^A-Za-z0-9_.+-]+)");
+  return "graze-" + std::regex_replace(name, other, "_");
+}
+
+void check_slurm_path(const std::string& path) {
+  const auto bad = [](unsigned char c) { return c < ' ' || c == '\\'; };
+  const bool both = path.find('"') != std::string::npos && path.find('\'') != std::string::npos;
+  if (!both && std::none_of(path.begin(), path.end(), bad)) return;
+  throw InputError(fmt::format(
+      "-o {}: a batch script cannot name it: Slurm takes no backslashes, no control characters, and not both "
+      "kinds of quotes in one path; choose another -o",
+      path));
 }
 
 std::string slurm_time(std::uint64_t seconds) {
@@ -128,7 +154,11 @@ std::string batch_script(const BatchRequest& request, const BatchCampaign& campa
   const bool array = request.array > 0;
   const std::string threads =
       campaign.threads.empty() ? "--threads \"$SLURM_CPUS_PER_TASK\"" : "--threads " + shell_word(campaign.threads);
-  std::string out = head(campaign, array ? fmt::format("a campaign in {} parts", request.array) : "a campaign");
+  const std::string again = "sbatch " + shell_word(campaign.script_file());
+  std::string out =
+      array ? head(campaign, fmt::format("a campaign in {} parts", request.array),
+                   fmt::format("{}, and when all parts are there: sbatch {}", again, shell_word(campaign.join_file())))
+            : head(campaign, "a campaign", again);
   out +=
       "# It resumes what is there already: after pre-emption, the time limit or a failed node nothing finished is "
       "lost.\n";
@@ -159,13 +189,15 @@ std::string batch_script(const BatchRequest& request, const BatchCampaign& campa
 }
 
 std::string join_script(const BatchRequest& request, const BatchCampaign& campaign) {
-  const std::string parts = shell_word(campaign.parts_directory());
-  return head(campaign, "makes one file of the parts") + option("job-name", request.job_name + "-join") +
-         "#SBATCH --nodes=1\n#SBATCH --ntasks=1\n" + option("mem", request.memory) +
-         option("time", slurm_time(request.seconds)) + option("partition", request.partition) +
-         option("account", request.account) + option("output", log_name(campaign, ".join.%j.log")) + "\n" +
-         shell_word(campaign.program) + " pack " + parts + "/* -o " + shell_word(campaign.packed_file()) +
-         " --force\n" + shell_word(campaign.program) + " score " + shell_word(campaign.packed_file()) + "\n";
+  const std::string program = shell_word(campaign.program), file = shell_word(campaign.packed_file());
+  return head(campaign, "makes one file of the parts", "sbatch " + shell_word(campaign.join_file())) +
+         option("job-name", request.job_name + "-join") + "#SBATCH --nodes=1\n#SBATCH --ntasks=1\n" +
+         option("mem", request.memory) + option("time", slurm_time(request.seconds)) +
+         option("partition", request.partition) + option("account", request.account) +
+         option("output", log_name(campaign, ".join.%j.log")) + "\n" +
+         "set -e  # no table of an older file if pack fails\n" +
+         fmt::format("{} pack {}/* -o {} --force\n", program, shell_word(campaign.parts_directory()), file) +
+         fmt::format("{} score {}\n", program, file);
 }
 
 }  // namespace graze

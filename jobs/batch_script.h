@@ -25,8 +25,13 @@ struct BatchCampaign {
   std::vector<std::string> resume;  // words behind `graze resume DIRECTORY`: those that it shares with run
   std::vector<std::string> run;     // words behind `graze run`, scenario included, without the output and --threads
   std::string threads;              // as given; empty: Slurm's processors per task
-  std::string parts_directory() const;
-  std::string packed_file() const;
+
+  /// Everything of the campaign begins with its name, which is that of the directory without ".graze".
+  std::string name() const;
+  std::string script_file() const { return name() + ".sbatch"; }
+  std::string join_file() const { return name() + ".join.sbatch"; }  // array mode, as what follows
+  std::string parts_directory() const { return name() + ".parts"; }
+  std::string packed_file() const { return name() + ".h5"; }
 };
 
 /// Reads a time limit as Slurm writes it: M, M:S, H:M:S, D-H, D-H:M, D-H:M:S. Throws InputError with the nearest right
@@ -36,6 +41,11 @@ std::uint64_t parse_slurm_time(const std::string& text);
 std::string slurm_time(std::uint64_t seconds);
 /// Reads an amount of memory as Slurm writes it: 4000, 4G. Throws InputError with the nearest right answer.
 std::string parse_slurm_memory(const std::string& text);
+
+/// The name of a job of this campaign, if none is given: of plain characters only, whatever the directory's name is.
+std::string default_job_name(const BatchCampaign& campaign);
+/// Throws InputError if the path of a campaign cannot be written into a batch script, where Slurm knows no escapes.
+void check_slurm_path(const std::string& path);
 
 /// The script of the campaign; of one task of the array in array mode.
 std::string batch_script(const BatchRequest& request, const BatchCampaign& campaign);

@@ -1,20 +1,18 @@
 // graze submit: writes a Slurm batch script for a campaign and submits it.
 #include <fmt/format.h>
-#include <fmt/ranges.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <memory>
 
-#include "analysis/sequential.h"
 #include "archive/shell_word.h"
+#include "jobs/batch_queue.h"
 #include "jobs/batch_script.h"
 #include "jobs/commands.h"
-#include "jobs/simulate.h"
+#include "jobs/crew.h"
+#include "jobs/run_request.h"
 
 namespace graze {
 namespace {
@@ -24,14 +22,19 @@ namespace fs = std::filesystem;
 struct Arguments {
   BatchRequest request;
   std::string time, memory;
-  bool dry_run = false;
+  bool force = false, dry_run = false;
 };
+
+/// What a job must not find: the directory that it makes.
+fs::path made_by(const BatchRequest& request, const BatchCampaign& campaign) {
+  return request.array > 0 ? campaign.parts_directory() : campaign.directory;
+}
 
 /// The words that `graze submit` does not know are those of `graze run`; its own parser reads them.
 class RunWords {
  public:
-  explicit RunWords(std::vector<std::string> words) : words_(std::move(words)) {
-    add_run(app_, ignored_, "");
+  explicit RunWords(std::vector<std::string> words) : words_(std::move(words)), verb_(app_.add_subcommand("run")) {
+    arguments_.add_to(*verb_);
     std::vector<std::string> line(words_.rbegin(), words_.rend());
     line.push_back("run");
     try {
@@ -42,12 +45,11 @@ class RunWords {
     }
   }
 
-  std::vector<std::string> of(const std::string& option) const {
-    return app_.get_subcommand("run")->get_option(option)->results();
+  const RunArguments& arguments() const { return arguments_; }
+  bool given(const std::string& option) const { return !verb_->get_option(option)->results().empty(); }
+  std::string one(const std::string& option) const {
+    return given(option) ? verb_->get_option(option)->results().back() : "";
   }
-  std::string one(const std::string& option) const { return of(option).empty() ? "" : of(option).back(); }
-  bool given(const std::string& option) const { return !of(option).empty(); }
-  const std::vector<std::string>& words() const { return words_; }
 
   /// The words without an option and its value, however it was written.
   std::vector<std::string> without(const std::vector<std::string>& names) const {
@@ -69,119 +71,128 @@ class RunWords {
 
  private:
   CLI::App app_;
-  Action ignored_;
   std::vector<std::string> words_;
+  RunArguments arguments_;
+  CLI::App* verb_;
 };
 
-void refuse(const RunWords& run, const std::string& option, const std::string& why) {
-  if (run.given(option)) throw InputError(fmt::format("submit: {}: {}", option, why));
-}
-
-/// What the job would find wrong hours later is told now.
-void check_campaign(const RunWords& run, const BatchRequest& request) {
-  ScenarioArguments arguments;
-  arguments.file = run.one("scenario");
-  arguments.set = run.of("--set");
-  arguments.ignore_missing_meshes = run.given("--ignore-missing-meshes");
-  Scenario scenario = arguments.load();
-  choose_policies(scenario, run.of("--policy"));
-  if (run.given("--until") && request.array > 0) {
-    throw InputError("submit: --until: the tasks of an array know nothing of each other; leave out --array");
-  }
-  for (const std::string& question : run.of("--until")) parse_question(question, "--until");
-}
-
-fs::path campaign_directory(const RunWords& run) {
-  const fs::path output = run.one("--output");
-  if (output.empty()) return fs::path(run.one("scenario")).stem().string() + ".graze";
-  if (output.extension() == ".h5") {
-    throw InputError(fmt::format("submit: -o {}: a job writes a directory, which can be resumed; nearest: -o {}",
-                                 output.string(), fs::path(output).replace_extension(".graze").string()));
-  }
-  return output.has_filename() ? output : output.parent_path();
-}
-
-void write_script(const fs::path& file, const std::string& text) {
-  std::ofstream out(file);
-  out << text;
-  out.close();
-  if (!out) throw MachineError(fmt::format("{}: cannot be written", file.string()));
-}
-
-/// Runs sbatch; gives the number of the job. Its complaints go to stderr.
-std::string sbatch(const std::string& arguments) {
-  const std::string line = "sbatch --parsable " + arguments;
-  std::FILE* pipe = popen(line.c_str(), "r");
-  if (!pipe) throw MachineError(fmt::format("{}: cannot be started", line));
-  std::string out;
-  std::array<char, 256> buffer{};
-  while (std::fgets(buffer.data(), buffer.size(), pipe)) out += buffer.data();
-  const int status = pclose(pipe);
-  if (status != 0) throw MachineError(fmt::format("{}: failed, see above; the script stays there", line));
-  return out.substr(0, out.find_first_of(";\n"));
-}
-
-bool have_sbatch() {
-  return std::system("command -v sbatch >/dev/null 2>&1") == 0;  // NOLINT: a shell is what runs it, too
-}
-
-void submit_scripts(const BatchRequest& request, const BatchCampaign& campaign) {
-  const fs::path base = fs::path(campaign.directory).replace_extension();
-  const fs::path script = base.string() + ".sbatch", join = base.string() + ".join.sbatch";
-  write_script(script, batch_script(request, campaign));
-  if (request.array > 0) write_script(join, join_script(request, campaign));
-  if (!have_sbatch()) {
-    throw MachineError(
-        fmt::format("sbatch: not found on this machine; {} is written: submit it where Slurm is, or look at it with "
-                    "--dry-run",
-                    script.string()));
-  }
-  const std::string job = sbatch(shell_word(script.string()));
-  std::cout << fmt::format("job {}: {}\n", job, script.string());
-  if (request.array > 0) {
-    const std::string next = sbatch(fmt::format("--dependency=afterany:{} {}", job, shell_word(join.string())));
-    std::cout << fmt::format("job {}: {}, when all parts have ended\n", next, join.string());
-  }
-  std::cout << fmt::format("see: squeue -j {}; graze status {}\n", job,
-                           request.array > 0 ? campaign.parts_directory() + "/1" : campaign.directory);
-}
-
-int submit(Arguments arguments, const std::vector<std::string>& words) {
-  BatchRequest& request = arguments.request;
-  const RunWords run(words);
-  request.seconds = parse_slurm_time(arguments.time);
-  request.memory = parse_slurm_memory(arguments.memory);
-  if (request.array > 0 && request.nodes * request.tasks_per_node > 1) {
+/// What neither Slurm nor the script could do with what was asked for.
+void check_request(const BatchRequest& request, const RunArguments& run) {
+  const int ranks = request.nodes * request.tasks_per_node;
+  if (request.array > 0 && ranks > 1) {
     throw InputError(
         "submit: --array: each of its tasks is one process on one node; leave out --nodes and "
         "--ntasks-per-node, or --array");
   }
-  refuse(run, "--force", "a job resumes what is there; choose another -o, or remove it yourself");
-  check_campaign(run, request);
-  BatchCampaign campaign;
-  campaign.program = fs::read_symlink("/proc/self/exe").string();
-  campaign.scenario = run.one("scenario");
-  campaign.directory = campaign_directory(run).string();
-  campaign.run = run.without({"-o", "--output", "--threads"});
-  for (const char* flag : {"--json", "--quiet"}) {
-    if (run.given(flag)) campaign.resume.push_back(flag);
+  if (ranks > 1 && !built_with_mpi()) {
+    throw InputError(fmt::format("submit: {} ranks: this graze was built without MPI; take one, or --array", ranks));
   }
-  if (run.given("--watchdog")) campaign.resume.insert(campaign.resume.end(), {"--watchdog", run.one("--watchdog")});
-  if (run.given("--threads")) campaign.threads = run.one("--threads");
-  if (request.job_name.empty()) request.job_name = "graze-" + fs::path(campaign.directory).stem().string();
-  const std::string made = request.array > 0 ? campaign.parts_directory() : campaign.directory;
+  const fs::path output = run.output;
+  if (output.extension() == ".h5") {
+    throw InputError(fmt::format("submit: -o {}: a job writes a directory, which can be resumed; nearest: -o {}",
+                                 output.string(), fs::path(output).replace_extension(".graze").string()));
+  }
+  if (request.array == 0) return;
+  if (!run.until.empty()) {
+    throw InputError("submit: --until: the tasks of an array know nothing of each other; leave out --array");
+  }
+  if (!run.part.empty()) {
+    throw InputError("submit: --part: the tasks of an array are the parts; leave out --part, or --array");
+  }
+}
+
+/// What the job runs, checked as it will be by the job itself.
+BatchCampaign prepare(const BatchRequest& request, const RunWords& words) {
+  const RunArguments& arguments = words.arguments();
+  const RunRequest run = prepare_run(arguments, "");
+  if (request.array > 0 && static_cast<std::uint64_t>(request.array) > run.options.particles) {
+    throw InputError(fmt::format("submit: --array {}: there are only {} particles, and each task needs one",
+                                 request.array, run.options.particles));
+  }
+  BatchCampaign out;
+  out.program = fs::read_symlink("/proc/self/exe").string();
+  out.scenario = arguments.scenario.file;
+  out.directory = (run.directory.has_filename() ? run.directory : run.directory.parent_path()).string();
+  out.run = words.without({"-o", "--output", "--threads"});
+  if (arguments.json) out.resume.push_back("--json");
+  if (arguments.quiet) out.resume.push_back("--quiet");
+  if (words.given("--watchdog")) out.resume.insert(out.resume.end(), {"--watchdog", words.one("--watchdog")});
+  out.threads = words.one("--threads");
+  check_slurm_path(out.directory);
+  check_folder(fs::path(out.directory).parent_path());
+  check_space(arguments, run, made_by(request, out), request.array > 0);
+  return out;
+}
+
+/// A job never writes over anything: it would go on with it, or mix it up with its own.
+void check_nothing_is_there(const BatchRequest& request, const BatchCampaign& campaign) {
+  const fs::path made = made_by(request, campaign), script = campaign.script_file();
+  if (fs::exists(fs::symlink_status(made))) {
+    throw InputError(fmt::format(
+        "{}: exists already; choose another -o, remove it, or go on with it: {}", made.string(),
+        fs::exists(script) ? "sbatch " + shell_word(script.string())
+                           : "graze resume " + shell_word(made.string()) + (request.array > 0 ? "/1 (/2, …)" : "")));
+  }
+  const fs::path packed = campaign.packed_file();
+  if (request.array > 0 && fs::exists(fs::symlink_status(packed))) {
+    throw InputError(
+        fmt::format("{}: exists already, and the parts would be packed into it; choose another -o, or remove "
+                    "it",
+                    packed.string()));
+  }
+}
+
+std::vector<BatchFile> batch_files(const BatchRequest& request, const BatchCampaign& campaign) {
+  std::vector<BatchFile> files = {{campaign.script_file(), batch_script(request, campaign)}};
+  if (request.array > 0) files.push_back({campaign.join_file(), join_script(request, campaign)});
+  return files;
+}
+
+/// Scripts may have been edited, or be another campaign's.
+std::string differs_text(const fs::path& file) {
+  return fmt::format(
+      "{0}: exists already, and differs from what would be written; submit it as it is (sbatch {1}), "
+      "choose another -o, or replace it with --force",
+      file.string(), shell_word(file.string()));
+}
+
+void print(const std::vector<BatchFile>& files) {
+  for (const BatchFile& file : files) {
+    // One script alone can be redirected into a file, and begins as Slurm wants it.
+    if (files.size() > 1) std::cout << fmt::format("# ===== {} =====\n", file.path.string());
+    std::cout << file.text << (&file == &files.back() ? "" : "\n");
+  }
+}
+
+int submit(const Arguments& arguments, const std::vector<std::string>& line) {
+  BatchRequest request = arguments.request;
+  const RunWords words(line);
+  request.seconds = parse_slurm_time(arguments.time);
+  request.memory = parse_slurm_memory(arguments.memory);
+  check_request(request, words.arguments());
+  const BatchCampaign campaign = prepare(request, words);
+  check_nothing_is_there(request, campaign);
+  if (request.job_name.empty()) request.job_name = default_job_name(campaign);
+  const std::vector<BatchFile> files = batch_files(request, campaign);
+  const std::vector<fs::path> others = arguments.force ? std::vector<fs::path>{} : differing(files);
   if (arguments.dry_run) {
-    std::cout << batch_script(request, campaign);
-    if (request.array > 0) std::cout << "\n" << join_script(request, campaign);
+    for (const fs::path& other : others) spdlog::warn("{}", differs_text(other));
+    const fs::path folder = files[0].path.parent_path();
+    if (!folder.empty() && !fs::exists(folder)) {
+      spdlog::warn("{}: is not there; submit makes it, sbatch does not, and then has no place for the log",
+                   folder.string());
+    }
+    print(files);
     return kDone;
   }
-  if (fs::exists(made)) {
-    throw InputError(
-        fmt::format("{}: exists already; choose another -o, or go on with it by submitting its script again "
-                    "(sbatch {}.sbatch)",
-                    made, fs::path(campaign.directory).replace_extension().string()));
+  if (!others.empty()) throw InputError(differs_text(others[0]));
+  const std::vector<std::string> jobs = queue_jobs(files);
+  std::cout << fmt::format("job {}: {}\n", jobs[0], files[0].path.string());
+  if (jobs.size() > 1) {
+    std::cout << fmt::format("job {}: {}, when all parts have ended\n", jobs[1], files[1].path.string());
   }
-  submit_scripts(request, campaign);
+  std::cout << fmt::format("see: squeue -j {}; graze status {}\n", jobs[0],
+                           shell_word(made_by(request, campaign).string() + (request.array > 0 ? "/1" : "")));
   return kDone;
 }
 
@@ -221,6 +232,7 @@ void add_submit(CLI::App& app, Action& action) {
   verb->add_option("--mem", arguments->memory, "Memory per node, e.g. 4G");
   verb->add_option("--job-name", request.job_name, "Name of the job (default: graze-CAMPAIGN)")->check(word_problem);
   verb->add_flag("--srun", request.use_srun, "Start ranks with srun (PMIx) instead of mpirun");
+  verb->add_flag("--force", arguments->force, "Replace batch scripts that differ; never a campaign");
   verb->add_flag("--dry-run", arguments->dry_run, "Print the script; write and submit nothing");
   verb->callback(
       [arguments, verb, &action] { action = [arguments, verb] { return submit(*arguments, verb->remaining()); }; });

@@ -86,6 +86,8 @@ std::unique_ptr<Crew> make_crew() {
   return ranks > 1 ? load_mpi_crew(ranks) : make_local_crew();
 }
 
+bool built_with_mpi() { return std::filesystem::exists(plugin_path()); }
+
 int default_threads() {
   cpu_set_t mine;
   CPU_ZERO(&mine);

@@ -54,6 +54,9 @@ std::unique_ptr<Crew> make_local_crew();
 /// MPI cannot be had (the program was built without it, or its library is not on this machine).
 std::unique_ptr<Crew> make_crew();
 
+/// Whether there is a module for MPI, so that this program can run as one of several ranks.
+bool built_with_mpi();
+
 /// Threads that this process should use when it was not told: the processors that it may run on, shared with the ranks
 /// that are on the same machine and may run on them, too.
 int default_threads();

@@ -12,6 +12,7 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
+using ::testing::StartsWith;
 using testing::TemporaryFolder;
 
 // Claim: every form of time that Slurm reads means what Slurm takes it for (man sbatch).
@@ -110,27 +111,189 @@ TEST(Submit, SignalledScriptQueuesItselfAgain) {
             Archive(campaign.folder / "plain.graze").traces("still").digest);
 }
 
+/// The ball campaign beside a stand-in for sbatch, which notes its arguments in `queued` and numbers jobs from 1.
+struct FakeSlurm : testing::BallCampaign {
+  explicit FakeSlurm(const std::string& extra = "") : BallCampaign(extra) {
+    sbatch("echo \"$@\" >>queued; wc -l <queued");
+  }
+  void sbatch(const std::string& script) const {
+    testing::write_file(folder / "bin_sbatch", "#!/bin/sh\n" + script + "\n");
+    testing::shell(folder.path(), "mkdir -p bin; mv bin_sbatch bin/sbatch; chmod +x bin/sbatch");
+  }
+  testing::Result submit(const std::string& arguments) const {
+    return testing::shell(folder.path(),
+                          "PATH=\"$PWD/bin:$PATH\" '" GRAZE_PROGRAM "' submit ball.yaml --time 10 " + arguments);
+  }
+  std::string queued() const { return testing::read_file(folder / "queued"); }
+  /// Claim: it is refused, as a job and as a dry run, and nothing is written or queued.
+  void refused(const std::string& arguments, const std::string& what, int code = 2) const {
+    SCOPED_TRACE(arguments);
+    const std::string before = queued();
+    for (const char* dry : {"", " --dry-run"}) {
+      const testing::Result result = submit(arguments + dry);
+      EXPECT_EQ(result.code, code) << result.err;
+      EXPECT_EQ(result.out, "");
+      EXPECT_THAT(result.err, HasSubstr(what));
+    }
+    EXPECT_FALSE(std::filesystem::exists(folder / "ball.sbatch"));
+    EXPECT_EQ(queued(), before);
+  }
+};
+
 TEST(Submit, MistakesAreToldBeforeAnythingIsQueued) {
-  const testing::BallCampaign campaign;
-  const auto refused = [&](const std::string& arguments, const std::string& what) {
-    const testing::Result result = campaign.graze("submit " + arguments);
-    EXPECT_EQ(result.code, 2) << arguments << result.err;
-    EXPECT_THAT(result.err, HasSubstr(what));
-    EXPECT_FALSE(std::filesystem::exists(campaign.folder / "ball.sbatch"));
+  const FakeSlurm slurm;
+  slurm.refused("--mem 4GB", "nearest right answer: 4G");
+  slurm.refused("--polcy still", "--polcy");
+  slurm.refused("--policy stil", "nearest: still");
+  slurm.refused("--nodes 2 --array 4", "--array");
+  slurm.refused("-o ball.h5", "nearest: -o ball.graze");
+  EXPECT_THAT(slurm.graze("submit ball.yml --time 10").err, HasSubstr("ball.yml"));
+  EXPECT_THAT(slurm.graze("submit ball.yaml --time 2h").err, HasSubstr("nearest right answer: 0-02:00:00"));
+  EXPECT_THAT(slurm.graze("submit ball.yaml").err, HasSubstr("--time is required"));
+}
+
+// Claim: whatever the job would refuse hours later is refused now, in the same words.
+TEST(Submit, RefusesWhatTheJobWould) {
+  const FakeSlurm slurm("sampling: {particles: 50}\n");
+  for (const std::string words :
+       {"--part 9/4", "--part half", "--confidence 5 --until 'p >= 0.9'", "--confidence 99%", "--until 'p => 0.9'",
+        "--until 'nosuch: p >= 0.9'", "--until 'p >= 0.9' --set sampling.design=latin_hypercube",
+        "--until 'p >= 0.9' --part 1/2", "--last '10 ms' --telemetry all", "--set time.end=-1"}) {
+    const testing::Result run = slurm.graze("run ball.yaml " + words);
+    ASSERT_EQ(run.code, 2) << words;
+    slurm.refused(words, run.err);
+  }
+}
+
+TEST(Submit, RefusesWhatAnArrayCannotDo) {
+  const FakeSlurm slurm;
+  slurm.refused("--array 4 --until 'p >= 0.9'", "leave out --array");
+  slurm.refused("--array 4 --part 1/2", "leave out --part");
+  slurm.refused("--array 200 -n 100", "there are only 100 particles");
+  EXPECT_EQ(slurm.submit("--array 100 -n 100 --dry-run").code, 0);
+}
+
+// Claim: a campaign, a packed file or a folder that is in the way is told before anything is queued.
+TEST(Submit, LeavesAloneWhatIsThere) {
+  const FakeSlurm slurm;
+  ASSERT_EQ(slurm.graze("run ball.yaml -n 8 --quiet -o exp.h5").code, 0);
+  const std::string packed = testing::read_file(slurm.folder / "exp.h5");
+  slurm.refused("-o exp.graze --array 2", "exp.h5: exists already");
+  EXPECT_EQ(testing::read_file(slurm.folder / "exp.h5"), packed);
+  EXPECT_EQ(slurm.submit("-o exp.graze --dry-run").code, 0) << "this one makes no exp.h5";
+  for (const char* there : {"exp.graze", "my exp.graze", "exp.parts"}) {
+    std::filesystem::create_directory(slurm.folder / there);
+  }
+  slurm.refused("-o exp.graze", "go on with it: graze resume exp.graze");
+  slurm.refused("-o exp.graze/ --force", "exp.graze: exists already");
+  slurm.refused("-o 'my exp.graze'", "graze resume 'my exp.graze'");
+  slurm.refused("-o exp --array 2", "exp.parts: exists already");
+  slurm.refused("-o ball.urdf/a.graze", "ball.urdf: is a file");
+}
+
+// Claim: names that differ give scripts, logs and files that differ; only a trailing .graze is left out.
+TEST(Submit, NamesFollowTheCampaigns) {
+  const FakeSlurm slurm;
+  for (const std::string name : {"exp.1", "exp.2"}) {
+    EXPECT_EQ(slurm.submit("-o " + name).code, 0);
+    EXPECT_THAT(testing::read_file(slurm.folder / (name + ".sbatch")),
+                AllOf(HasSubstr("campaign=" + name + "\n"), HasSubstr("--output=" + name + ".%j.log\n"),
+                      HasSubstr("--job-name=graze-" + name + "\n")));
+  }
+  EXPECT_EQ(slurm.submit("-o exp.3.graze --array 2").code, 0);
+  EXPECT_EQ(slurm.queued(),
+            "--parsable exp.1.sbatch\n--parsable exp.2.sbatch\n--parsable exp.3.sbatch\n"
+            "--parsable --dependency=afterany:3 exp.3.join.sbatch\n");
+}
+
+// Claim: paths that are no plain words are quoted as sbatch reads them, or refused; their folders are made.
+TEST(Submit, NamesNeedNotBePlain) {
+  const FakeSlurm slurm;
+  const testing::Result result = slurm.submit("--job-name 'a#b' -o \"runs/it's 50%.graze\"");
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_THAT(
+      testing::read_file(slurm.folder / "runs/it's 50%.sbatch"),
+      AllOf(HasSubstr("#SBATCH --job-name=\"a#b\"\n"), HasSubstr("#SBATCH --output=\"runs/it's 50%%.%j.log\"\n")));
+  EXPECT_THAT(result.out, HasSubstr("graze status 'runs/it'\\''s 50%.graze'"));
+  EXPECT_THAT(slurm.submit("-o 'a \"b\"' --dry-run").out,
+              AllOf(HasSubstr("--job-name=graze-a_b_\n"), HasSubstr("--output='a \"b\".%j.log'\n")));
+  slurm.refused("-o \"a'\\\"b\"", "both kinds of quotes");
+  slurm.refused("-o 'a\\b'", "backslash");
+  slurm.refused("-o \"$(printf 'a\\nb')\"", "control characters");
+  slurm.refused("--job-name 'a b'", "not one plain word");
+  EXPECT_THAT(slurm.submit("-o other/a --dry-run").err, HasSubstr("other: is not there"));
+}
+
+// Claim: a script that was edited, or is another campaign's, is replaced only if that is asked for.
+TEST(Submit, ReplacesAScriptOnlyIfTold) {
+  const FakeSlurm slurm;
+  const auto script = slurm.folder / "exp.sbatch";
+  ASSERT_EQ(slurm.submit("-o exp.graze").code, 0);
+  EXPECT_EQ(slurm.submit("-o exp.graze").code, 0) << "the same once more";
+  testing::write_file(script, "#!/bin/sh\n# edited\n");
+  const testing::Result refused = slurm.submit("-o exp.graze");
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_THAT(refused.err, AllOf(HasSubstr("exp.sbatch: exists already, and differs"), HasSubstr("(sbatch exp.sbatch)"),
+                                 HasSubstr("--force")));
+  EXPECT_EQ(testing::read_file(script), "#!/bin/sh\n# edited\n");
+  const testing::Result dry = slurm.submit("-o exp.graze --dry-run");
+  EXPECT_EQ(dry.code, 0);
+  EXPECT_THAT(dry.err, HasSubstr("differs"));
+  EXPECT_EQ(slurm.submit("-o exp.graze --force").code, 0);
+  EXPECT_EQ(testing::read_file(script), dry.out);
+}
+
+// Claim: if Slurm refuses, nothing is left that would be in the way of the next attempt.
+TEST(Submit, LeavesNoScriptThatSlurmRefuses) {
+  const FakeSlurm slurm;
+  slurm.sbatch("echo 'invalid partition' >&2; exit 1");
+  const testing::Result refused = slurm.submit("--partition lnog");
+  EXPECT_EQ(refused.code, 3);
+  EXPECT_THAT(refused.err, AllOf(HasSubstr("invalid partition"), HasSubstr("nothing is queued")));
+  EXPECT_FALSE(std::filesystem::exists(slurm.folder / "ball.sbatch"));
+  slurm.sbatch("case \"$*\" in *join*) exit 1;; esac; echo 7");
+  const testing::Result half = slurm.submit("--array 2");
+  EXPECT_EQ(half.code, 3);
+  EXPECT_THAT(half.err, HasSubstr("job 7 is queued all the same"));
+  EXPECT_TRUE(std::filesystem::exists(slurm.folder / "ball.join.sbatch"));
+}
+
+// Claim: if there are no parts to join, the job says so by its exit code, and prints no table of an older file.
+TEST(Submit, JoinStopsIfPackFails) {
+  const FakeSlurm slurm;
+  ASSERT_EQ(slurm.submit("--array 2 -o exp.graze -n 20").code, 0);
+  ASSERT_EQ(slurm.graze("run ball.yaml -n 8 --quiet -o exp.h5").code, 0);
+  const testing::Result failed = testing::shell(slurm.folder.path(), "bash exp.join.sbatch");
+  EXPECT_EQ(failed.code, 2);
+  EXPECT_EQ(failed.out, "");
+  for (const std::string task : {"1", "2"}) {
+    const std::string job = "SLURM_CPUS_PER_TASK=1 SLURM_ARRAY_TASK_ID=" + task + " bash exp.sbatch";
+    EXPECT_EQ(testing::shell(slurm.folder.path(), job).code, 0);
+  }
+  EXPECT_EQ(testing::shell(slurm.folder.path(), "bash exp.join.sbatch").code, 0);
+  EXPECT_EQ(Archive(slurm.folder / "exp.h5").traces("still").size(), 20u);
+}
+
+// Claim: the scripts of an array are told apart in a dry run; a single one can be redirected into a file as it is.
+TEST(Submit, DryRunNamesTheFiles) {
+  const FakeSlurm slurm;
+  EXPECT_THAT(slurm.submit("--array 2 -o 'my exp' --dry-run").out,
+              AllOf(StartsWith("# ===== my exp.sbatch =====\n#!/bin/bash\n"),
+                    HasSubstr("\n# ===== my exp.join.sbatch =====\n#!/bin/bash\n")));
+  EXPECT_THAT(slurm.submit("--dry-run").out, StartsWith("#!/bin/bash\n"));
+}
+
+// Claim: ranks are refused by a program that has no MPI.
+TEST(Submit, RefusesRanksWithoutMpi) {
+  const FakeSlurm slurm;
+  std::filesystem::copy(GRAZE_PROGRAM, slurm.folder / "bin/alone");
+  const auto submit = [&](const std::string& options) {
+    return testing::shell(slurm.folder.path(), "bin/alone submit ball.yaml --time 10 --dry-run " + options);
   };
-  refused("ball.yaml --time 2h", "nearest right answer: 0-02:00:00");
-  refused("ball.yaml --time 10 --mem 4GB", "nearest right answer: 4G");
-  refused("ball.yml --time 10", "ball.yml");
-  refused("ball.yaml --time 10 --polcy still", "--polcy");
-  refused("ball.yaml --time 10 --policy stil", "nearest: still");
-  refused("ball.yaml --time 10 --until 'p => 0.9'", "nearest right answer: 'p >= 0.95'");
-  refused("ball.yaml --time 10 --until 'p >= 0.9' --array 4", "leave out --array");
-  refused("ball.yaml --time 10 --nodes 2 --array 4", "--array");
-  refused("ball.yaml --time 10 -o ball.h5", "nearest: -o ball.graze");
-  refused("ball.yaml --time 10 --force", "choose another -o");
-  refused("ball.yaml", "--time is required");
-  std::filesystem::create_directory(campaign.folder / "ball.graze");
-  refused("ball.yaml --time 10", "exists already");
+  EXPECT_EQ(submit("").code, 0);
+  const testing::Result refused = submit("--nodes 2 --ntasks-per-node 4");
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("8 ranks: this graze was built without MPI"));
 }
 
 TEST(Submit, SaysWhenThereIsNoSlurm) {

@@ -1,0 +1,104 @@
+#include "jobs/batch_queue.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+
+#include "archive/archive.h"
+#include "archive/shell_word.h"
+
+namespace graze {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Runs sbatch; gives the number of the job. Its complaints go to stderr.
+std::string sbatch(const std::string& arguments) {
+  const std::string line = "sbatch --parsable " + arguments;
+  std::FILE* pipe = popen(line.c_str(), "r");
+  if (!pipe) throw MachineError(fmt::format("{}: cannot be started", line));
+  std::string out;
+  std::array<char, 256> buffer{};
+  while (std::fgets(buffer.data(), buffer.size(), pipe)) out += buffer.data();
+  if (pclose(pipe) != 0) throw MachineError(fmt::format("{}: failed, see above", line));
+  return out.substr(0, out.find_first_of(";\n"));
+}
+
+bool have_sbatch() {
+  return std::system("command -v sbatch >/dev/null 2>&1") == 0;  // NOLINT: a shell is what runs it, too
+}
+
+void write_file(const BatchFile& file) {
+  std::error_code error;
+  if (file.path.has_parent_path()) fs::create_directories(file.path.parent_path(), error);
+  if (error) {
+    throw MachineError(fmt::format("{}: cannot be made: {}", file.path.parent_path().string(), error.message()));
+  }
+  std::ofstream out(file.path);
+  out << file.text;
+  out.close();
+  if (!out) throw MachineError(fmt::format("{}: cannot be written", file.path.string()));
+}
+
+}  // namespace
+
+void check_folder(const fs::path& folder) {
+  std::error_code error;
+  fs::path place = folder.empty() ? fs::current_path() : fs::absolute(folder);
+  while (!fs::exists(place, error) && place.has_relative_path()) place = place.parent_path();
+  if (!fs::is_directory(place, error)) {
+    throw InputError(fmt::format("{}: is a file, no folder to write into; choose another -o", place.string()));
+  }
+  if (access(place.c_str(), W_OK | X_OK) == 0) return;
+  throw MachineError(fmt::format("{}: cannot be written into: {}", place.string(), std::strerror(errno)));
+}
+
+std::vector<fs::path> differing(const std::vector<BatchFile>& files) {
+  std::vector<fs::path> out;
+  for (const BatchFile& file : files) {
+    if (!fs::exists(fs::symlink_status(file.path))) continue;
+    std::ifstream in(file.path);
+    const std::string there{std::istreambuf_iterator<char>(in), {}};
+    if (!in || there != file.text) out.push_back(file.path);
+  }
+  return out;
+}
+
+std::vector<std::string> queue_jobs(const std::vector<BatchFile>& files) {
+  std::vector<fs::path> fresh;
+  for (const BatchFile& file : files) {
+    if (!fs::exists(file.path)) fresh.push_back(file.path);
+    write_file(file);
+  }
+  const std::string first = shell_word(files.front().path.string());
+  if (!have_sbatch()) {
+    throw MachineError(fmt::format(
+        "sbatch: not found on this machine; {} is written: submit it where Slurm is (sbatch {}), or look at it with "
+        "--dry-run",
+        files.front().path.string(), first));
+  }
+  std::vector<std::string> jobs;
+  try {
+    jobs.push_back(sbatch(first));
+  } catch (const MachineError& failed) {
+    std::error_code error;
+    for (const fs::path& path : fresh) fs::remove(path, error);
+    throw MachineError(fmt::format("{}; nothing is queued", failed.what()));
+  }
+  if (files.size() == 1) return jobs;
+  try {
+    jobs.push_back(sbatch(fmt::format("--dependency=afterany:{} {}", jobs[0], shell_word(files[1].path.string()))));
+  } catch (const MachineError& failed) {
+    throw MachineError(fmt::format("{}; job {} is queued all the same: {}", failed.what(), jobs[0], first));
+  }
+  return jobs;
+}
+
+}  // namespace graze
