@@ -74,11 +74,11 @@ Status status_of(const fs::path& path) {
   Status out;
   out.packed = !directory;
   if (directory) {
-    out.replaced = fs::exists(path / kReplacedFolder);
     out.writer = writer_of(path);
     out.rate = writing_rate(path);
     out.unfinished = read_unfinished(path);
     out.shards = shard_files(path).size();
+    out.replaced = out.shards == 0 && fs::exists(path / kReplacedFolder);
   }
   const Archive archive(path);
   const CampaignInfo& info = archive.info();
