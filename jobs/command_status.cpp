@@ -12,6 +12,7 @@
 #include "archive/archive.h"
 #include "archive/campaign_directory.h"
 #include "archive/set_aside.h"
+#include "archive/shell_word.h"
 #include "archive/unfinished.h"
 #include "jobs/commands.h"
 #include "jobs/progress.h"
@@ -117,12 +118,12 @@ std::string progress_of(const Status& status) {
 }
 
 std::string text_of(const std::string& name, const Status& status) {
-  const std::string state =
-      status.complete   ? "complete"
-      : status.writer   ? "running (" + *status.writer + ")"
-      : status.packed   ? "packed before it was complete; a directory can go on, this file cannot"
-      : status.replaced ? "killed before its first shard; 'graze resume " + name + "' brings back what it replaced"
-                        : "stopped; 'graze resume " + name + "' does the rest";
+  const std::string state = status.complete   ? "complete"
+                            : status.writer   ? "running (" + *status.writer + ")"
+                            : status.packed   ? "packed before it was complete; a directory can go on, this file cannot"
+                            : status.replaced ? "killed before its first shard; 'graze resume " + shell_word(name) +
+                                                    "' brings back what it replaced"
+                                              : "stopped; 'graze resume " + shell_word(name) + "' does the rest";
   std::string out = fmt::format("{}: {}\n", name, state);
   if (status.part.end > 0) {
     out +=
