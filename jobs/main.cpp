@@ -9,6 +9,7 @@
 #include <iostream>
 
 #include "archive/archive.h"
+#include "archive/shell_word.h"
 #include "engine/lanes/isa.h"
 #include "graze_version.h"
 #include "jobs/commands.h"
@@ -18,7 +19,7 @@ namespace {
 
 std::string join(int argc, char** argv) {
   std::string line = "graze";
-  for (int i = 1; i < argc; ++i) line += std::string(" ") + argv[i];
+  for (int i = 1; i < argc; ++i) line += " " + shell_word(argv[i]);
   return line;
 }
 

@@ -5,6 +5,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "archive/archive.h"
 #include "tests/jobs/program.h"
 
 namespace graze::testing {
@@ -155,6 +156,13 @@ TEST_F(CommandLine, GatesAnswerWithTheExitCode) {
   ASSERT_EQ(run("run ball.yaml -n 40 -o none.graze --set task.objective.low.height.below=0").code, 0);
   EXPECT_EQ(run("score none.graze --require 'p >= 0.8'").code, 1);
   expect_refused(run("score none.graze --require 'p >= 0.8' --policy stll"), 2, {"stll", "still"});
+}
+
+// Claim: the command that an archive records can be pasted into a shell.
+TEST_F(CommandLine, IsRecordedAsAShellReadsIt) {
+  ASSERT_EQ(run("run ball.yaml -n 8 --quiet --policy 'st*' -o 'my ball.graze'").code, 0);
+  EXPECT_EQ(Archive(folder / "my ball.graze").info().command_line,
+            "graze run ball.yaml -n 8 --quiet --policy 'st*' -o 'my ball.graze'");
 }
 
 TEST_F(CommandLine, AStoppedRunKeepsWhatWasFinishedAndSaysSo) {
