@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "jobs/commands.h"
+#include "jobs/option_values.h"
 #include "jobs/replay.h"
 
 namespace graze {
@@ -57,9 +58,8 @@ void add_replay(CLI::App& app, Action& action) {
       "The scenario's files are taken from the archive. Exit code 1: the trace is not the archive's.\n"
       "'graze score ARCHIVE --failures' lists failed particles with their replay commands.\n");
   verb->add_option("archive", request.archive, "Campaign directory or packed file")->required();
-  verb->add_option("--particle", request.particle, "Which particle (0 is the first)")
-      ->required()
-      ->check(CLI::Range(std::uint32_t{0}, std::uint32_t{0xffffffff}));
+  add_whole(*verb, "--particle", request.particle, 0, kParticleLimit - 1, "Which particle (0 is the first)")
+      ->required();
   verb->add_option("--policy", request.policy, "Which policy; may be left out if there is one only");
   verb->add_option("-o,--output", arguments->output,
                    "Export every step: a file ending in .h5, or in .csv (with .contacts.csv, .events.csv, "

@@ -10,6 +10,7 @@
 #include "archive/set_aside.h"
 #include "jobs/archived_scenario.h"
 #include "jobs/commands.h"
+#include "jobs/option_values.h"
 #include "jobs/simulate.h"
 #include "jobs/size_estimate.h"
 
@@ -144,11 +145,9 @@ void add_resume(CLI::App& app, Action& action) {
                             "What is finished stays; the result has the same bits as a campaign that was never "
                             "interrupted. The scenario's files\nare taken from the archive.\n");
   verb->add_option("directory", arguments->directory, "Campaign directory")->required();
-  verb->add_option("-n,--particles", arguments->particles, "Particles in all, if there shall be more")
-      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{0xffffffff}));
-  verb->add_option("--threads", arguments->threads, "Threads; 0: all of this machine's")
-      ->check(CLI::Range(0, 4096))
-      ->capture_default_str();
+  add_whole(*verb, "-n,--particles", arguments->particles, 1, kParticleLimit,
+            "Particles in all, if there shall be more");
+  add_threads(*verb, arguments->threads);
   add_watchdog(*verb, arguments->watchdog);
   verb->add_option("--policy", arguments->policies, "Add these policies of the scenario (globs; may be repeated)")
       ->allow_extra_args(false);

@@ -12,6 +12,7 @@
 #include "jobs/batch_script.h"
 #include "jobs/commands.h"
 #include "jobs/crew.h"
+#include "jobs/option_values.h"
 #include "jobs/run_request.h"
 
 namespace graze {
@@ -218,15 +219,11 @@ void add_submit(CLI::App& app, Action& action) {
       "queued again at any time. docs/cluster.md tells more.\n");
   verb->allow_extras();
   verb->add_option("--time", arguments->time, "Time limit: minutes, H:M:S, D-H, D-H:M:S")->required();
-  verb->add_option("--nodes", request.nodes, "Nodes")->check(CLI::Range(1, 100000))->capture_default_str();
-  verb->add_option("--ntasks-per-node", request.tasks_per_node, "MPI ranks on each node")
-      ->check(CLI::Range(1, 4096))
-      ->capture_default_str();
-  verb->add_option("--cpus-per-task", request.cpus_per_task, "Threads of each rank")
-      ->check(CLI::Range(1, 4096))
-      ->capture_default_str();
-  verb->add_option("--array", request.array, "So many independent jobs instead of MPI, and one that joins their parts")
-      ->check(CLI::Range(2, 100000));
+  add_whole(*verb, "--nodes", request.nodes, 1, 100000, "Nodes")->default_str("1");
+  add_whole(*verb, "--ntasks-per-node", request.tasks_per_node, 1, 4096, "MPI ranks on each node")->default_str("1");
+  add_whole(*verb, "--cpus-per-task", request.cpus_per_task, 1, 4096, "Threads of each rank")->default_str("1");
+  add_whole(*verb, "--array", request.array, 2, 100000,
+            "So many independent jobs instead of MPI, and one that joins their parts");
   verb->add_option("--partition", request.partition, "Partition")->check(word_problem);
   verb->add_option("--account", request.account, "Account")->check(word_problem);
   verb->add_option("--mem", arguments->memory, "Memory per node, e.g. 4G");

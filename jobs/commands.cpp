@@ -4,9 +4,11 @@
 #include <spdlog/spdlog.h>
 
 #include <iostream>
+#include <limits>
 #include <new>
 
 #include "archive/archive.h"
+#include "jobs/option_values.h"
 
 namespace graze {
 namespace {
@@ -48,6 +50,10 @@ std::vector<Override> ScenarioArguments::overrides() const {
     if (equals == std::string::npos || equals == 0) {
       throw InputError(fmt::format("--set {}: not of the form PATH=VALUE, e.g. --set time.end='2 s'", assignment));
     }
+    if (assignment.find_first_not_of(" \t", equals + 1) == std::string::npos) {
+      throw InputError(fmt::format("--set {0}: the value is empty; --set {0}~ takes what the scenario says there away",
+                                   assignment.substr(0, equals + 1)));
+    }
     out.push_back({assignment.substr(0, equals), assignment.substr(equals + 1)});
   }
   return out;
@@ -63,10 +69,9 @@ Scenario ScenarioArguments::load() const {
 }
 
 void RecordArguments::add_to(CLI::App& verb) {
-  verb.add_option("--telemetry", telemetry, "Frames to keep: none, failures, last (seconds before a failure) or all")
-      ->check(CLI::IsMember({"none", "failures", "last", "all"}));
-  verb.add_option("--every", every, "Physics steps between frames")
-      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1'000'000'000}));
+  add_choice(verb, "--telemetry", telemetry, {"none", "failures", "last", "all"},
+             "Frames to keep; last: of the last seconds before a failure");
+  add_whole(verb, "--every", every, 1, 1'000'000'000, "Physics steps between frames");
   verb.add_option("--last", last, "With --telemetry last (implied): how long before a failure, e.g. '0.5 s'")
       ->type_name("TIME");
 }
@@ -85,14 +90,17 @@ void RecordArguments::apply_to(ScenarioArguments& scenario) const {
 }
 
 void DrawArguments::add_to(CLI::App& verb) {
-  verb.add_option("-n,--particles", particles, "How many particles (default: the scenario's)")
-      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 32));
-  verb.add_option("--seed", seed, "Root seed (default: the scenario's)");
+  add_whole(verb, "-n,--particles", particles, 1, kParticleLimit, "How many particles (default: the scenario's)");
+  add_whole(verb, "--seed", seed, 0, std::numeric_limits<std::uint64_t>::max(), "Root seed (default: the scenario's)");
 }
 
 void DrawArguments::apply_to(Scenario& scenario) const {
   if (particles > 0) scenario.particles = particles;
   if (seed) scenario.seed = *seed;
+}
+
+void add_threads(CLI::App& verb, int& threads) {
+  add_whole(verb, "--threads", threads, 0, 4096, "Threads; 0: all of this machine's")->default_str("0");
 }
 
 CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& description,

@@ -65,6 +65,9 @@ struct DrawArguments {
   void apply_to(Scenario& scenario) const;
 };
 
+/// Adds --threads to a verb.
+void add_threads(CLI::App& verb, int& threads);
+
 /// A verb with its description and, below its options, examples.
 CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& description, const std::string& examples);
 

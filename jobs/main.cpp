@@ -13,6 +13,7 @@
 #include "engine/lanes/isa.h"
 #include "graze_version.h"
 #include "jobs/commands.h"
+#include "jobs/option_words.h"
 
 namespace graze {
 namespace {
@@ -23,23 +24,13 @@ std::string join(int argc, char** argv) {
   return line;
 }
 
-/// A word in the verb's place that is no verb: names the nearest one, which the option parser would not.
-void check_verb(const CLI::App& app, int argc, char** argv) {
-  if (argc < 2 || argv[1][0] == '-') return;
-  std::vector<std::string> verbs;
-  for (const CLI::App* verb : app.get_subcommands({})) verbs.push_back(verb->get_name());
-  if (std::find(verbs.begin(), verbs.end(), argv[1]) != verbs.end()) return;
-  const std::string near = nearest(argv[1], verbs);
-  throw InputError(fmt::format("'{}' is not a verb{}; verbs: {}", argv[1],
-                               near.empty() ? "" : fmt::format(" (did you mean '{}'?)", near), fmt::join(verbs, ", ")));
-}
-
 int parse_and_run(int argc, char** argv) {
   CLI::App app("Graze finds out in simulation how a robot fails before the robot does.", "graze");
   app.set_version_flag("--version", fmt::format("graze {} ({}), physics: {}\n{}", GRAZE_VERSION, GRAZE_REVISION,
                                                 fmt::join(physics_names(), ", "), isa_report()));
   app.require_subcommand(1);
-  app.footer("\ngraze VERB --help tells more, with examples. Documentation: docs/ beside the source.");
+  app.footer(
+      "\ngraze VERB --help (or graze help VERB) tells more, with examples. Documentation: docs/ beside the source.");
   Action action;
   add_check(app, action);
   add_sample(app, action);
@@ -50,12 +41,14 @@ int parse_and_run(int argc, char** argv) {
   add_replay(app, action);
   add_pack(app, action);
   add_submit(app, action);
-  check_verb(app, argc, argv);
+  const std::vector<std::string> words = as_help({argv + 1, argv + argc});
+  check_words(app, words);
   try {
-    app.parse(argc, argv);
+    app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
+  } catch (const CLI::Success& told) {
+    return app.exit(told);
   } catch (const CLI::ParseError& error) {
-    const int code = app.exit(error);
-    return code == 0 ? kDone : kInvalidInput;
+    throw InputError(parse_error_text(app, error));
   }
   const int code = action();
   if (!std::cout.flush()) throw MachineError("standard output: cannot be written");

@@ -86,9 +86,7 @@ void RunArguments::add_to(CLI::App& verb) {
   scenario.add_to(verb);
   draw.add_to(verb);
   record.add_to(verb);
-  verb.add_option("--threads", threads, "Threads; 0: all of this machine's")
-      ->check(CLI::Range(0, 4096))
-      ->capture_default_str();
+  add_threads(verb, threads);
   add_watchdog(verb, watchdog);
   verb.add_option("--policy", policies, "Only these policies (globs; may be repeated)")->allow_extra_args(false);
   verb.add_option("--until", until,

@@ -15,6 +15,7 @@
 #include "archive/shell_word.h"
 #include "jobs/commands.h"
 #include "jobs/contained.h"
+#include "jobs/option_values.h"
 #include "jobs/progress.h"
 #include "jobs/signals.h"
 
@@ -155,13 +156,12 @@ std::string unfinished_text(const std::vector<UnfinishedTrace>& traces, const st
 
 void add_watchdog(CLI::App& verb, double& seconds) {
   seconds = 600;
-  verb.add_option(
-          "--watchdog", seconds,
-          "Cut off a trace that takes longer than this many seconds on the clock, leave it unfinished and go on; "
-          "0: never")
-      ->check(CLI::Range(0.0, 1e8))
+  add_read_option(
+      verb, "--watchdog",
+      "Cut off a trace that takes longer than this on the clock, leave it unfinished and go on; 0: never",
+      [&seconds](const std::string& text, const std::string& option) { seconds = parse_seconds(text, option, 1e8); })
       ->type_name("SECONDS")
-      ->capture_default_str();
+      ->default_str("600");
 }
 
 ExitCode simulate_into(CampaignWriter& writer, const Scenario& scenario, CampaignOptions options,

@@ -91,9 +91,8 @@ void read_sampling(const Settings& root, Scenario& out) {
   }
   if (const auto particles = sampling->find("particles")) {
     const long long value = particles->integer();
-    constexpr long long kMostParticles = 0xffffffffLL;
-    if (value < 1 || value > kMostParticles) {
-      particles->fail(fmt::format("{}: must lie within [1, {}]", value, kMostParticles));
+    if (value < 1 || value > static_cast<long long>(kParticleLimit)) {
+      particles->fail(fmt::format("{}: must lie within [1, {}]", value, kParticleLimit));
     }
     out.particles = static_cast<std::uint64_t>(value);
   }

@@ -16,6 +16,9 @@
 
 namespace graze {
 
+/// The most particles of a campaign: their ids are 32 bits.
+inline constexpr std::uint64_t kParticleLimit = 0xffffffff;
+
 struct Timing {
   double end = 1.0;        // s
   double step = 0.001;     // s, physics
