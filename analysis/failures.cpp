@@ -30,10 +30,11 @@ Failure describe(const FailureTable& table, const FailureTable::Row& row, const 
 }
 
 /// Looks at a window of particles at a time, for memory's sake.
-void for_each_failure(const Archive& archive, const std::function<void(const Failure&)>& act) {
+void for_each_failure(const Archive& archive, const std::vector<std::string>& policies,
+                      const std::function<void(const Failure&)>& act) {
   constexpr std::uint64_t kWindow = std::uint64_t{1} << 20;
   const CampaignInfo& info = archive.info();
-  for (const std::string& policy : info.policies) {
+  for (const std::string& policy : policies) {
     for (std::uint64_t first = 0; first < info.particles; first += kWindow) {
       const FailureTable table = archive.failures(
           policy, [=](std::uint32_t particle) { return particle >= first && particle - first < kWindow; });
@@ -85,7 +86,8 @@ std::vector<Failure> WaysToFail::firsts(const Archive& archive, const std::strin
   return out;
 }
 
-std::string format_failures(const std::vector<Failure>& failures, const std::string& archive, std::size_t most) {
+std::string format_failures(const std::vector<Failure>& failures, const std::string& archive, const std::string& list,
+                            std::size_t most) {
   if (failures.empty()) return "";
   std::vector<std::vector<std::string>> rows = {
       {"policy", "outcome", "what", "traces", "particle", "time", "margin", "replay"}};
@@ -97,22 +99,22 @@ std::string format_failures(const std::vector<Failure>& failures, const std::str
   }
   std::uint64_t traces = 0;
   for (const Failure& failure : failures) traces += failure.alike;
-  std::string out = fmt::format("\nFailures, the first of each kind ('graze score {} --failures' lists all {})\n",
-                                shell_word(archive), traces);
+  std::string out = fmt::format("\nFailures, the first of each kind ('{}' lists all {})\n", list, traces);
   out += text_table(rows, rows[0].size());
   const std::size_t left = failures.size() - (rows.size() - 1);
   return left == 0 ? out : out + fmt::format("… and {} more kinds\n", left);
 }
 
-void list_failures(const Archive& archive, const std::string& name, std::ostream& out) {
+void list_failures(const Archive& archive, const std::vector<std::string>& policies, const std::string& name,
+                   std::ostream& out) {
   std::size_t policy = 6, what = 9;
-  for (const std::string& one : archive.info().policies) policy = std::max(policy, one.size());
+  for (const std::string& one : policies) policy = std::max(policy, one.size());
   for (const auto& one : archive.info().requirements) what = std::max(what, one.name.size());
   const auto line = [&](const auto&... cells) {
     return fmt::format("{:<{}}  {:>8}  {:<15}  {:<{}}  {:>11}  {:>14}  {}\n", cells...);
   };
   out << line("policy", policy, "particle", "outcome", "what", what, "time", "margin", "replay");
-  for_each_failure(archive, [&](const Failure& failure) {
+  for_each_failure(archive, policies, [&](const Failure& failure) {
     out << line(failure.policy, policy, failure.particle, outcome_name(failure.outcome), failure.what, what,
                 number(failure.time, " s"), margin_text(failure),
                 replay_command(name, failure.policy, failure.particle));
@@ -135,9 +137,10 @@ std::string failure_json(const Failure& failure, const std::string& archive) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-void list_failures_json(const Archive& archive, const std::string& name, std::ostream& out) {
+void list_failures_json(const Archive& archive, const std::vector<std::string>& policies, const std::string& name,
+                        std::ostream& out) {
   const char* comma = "";
-  for_each_failure(archive, [&](const Failure& failure) {
+  for_each_failure(archive, policies, [&](const Failure& failure) {
     out << comma << "\n    " << failure_json(failure, name);
     comma = ",";
   });

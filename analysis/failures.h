@@ -44,12 +44,16 @@ class WaysToFail {
   std::map<std::pair<Outcome, int>, Way> ways_;  // by outcome and violated requirement
 };
 
-/// The table of such failures, no more than `most` lines; `archive`: as replay commands shall name it.
-std::string format_failures(const std::vector<Failure>& failures, const std::string& archive, std::size_t most);
-/// Every failure, a line each, by policy and particle.
-void list_failures(const Archive& archive, const std::string& name, std::ostream& out);
-/// Every failure as the elements of a JSON array, without its brackets.
-void list_failures_json(const Archive& archive, const std::string& name, std::ostream& out);
+/// The table of such failures, no more than `most` lines; `archive`: as replay commands shall name it; `list`: the
+/// command that lists all.
+std::string format_failures(const std::vector<Failure>& failures, const std::string& archive, const std::string& list,
+                            std::size_t most);
+/// Every failure under these policies, a line each, by policy and particle.
+void list_failures(const Archive& archive, const std::vector<std::string>& policies, const std::string& name,
+                   std::ostream& out);
+/// The same as the elements of a JSON array, without its brackets.
+void list_failures_json(const Archive& archive, const std::vector<std::string>& policies, const std::string& name,
+                        std::ostream& out);
 /// One failure as JSON.
 std::string failure_json(const Failure& failure, const std::string& archive);
 

@@ -1,4 +1,4 @@
-// Questions of --until as text: `[POLICY:] p >= RATE`, `p < RATE`, `ci < WIDTH`.
+// Questions of --until and --require as text: `[POLICY:] p >= RATE`, `p < RATE`, `ci < WIDTH`.
 #include <fmt/format.h>
 
 #include <charconv>

@@ -133,7 +133,7 @@ std::string format_score(const Score& score, bool failures) {
   if (!score.pairs.empty()) {
     out.append("\nThe same particles under two policies\n").append(pair_table(score.pairs));
   }
-  if (failures) out.append(format_failures(score.failures, score.archive, kMostKinds));
+  if (failures) out.append(format_failures(score.failures, score.archive, score.failures_command, kMostKinds));
   return out;
 }
 

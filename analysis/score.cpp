@@ -6,6 +6,7 @@
 
 #include "analysis/proportions.h"
 #include "analysis/sequential.h"
+#include "archive/shell_word.h"
 
 namespace graze {
 namespace {
@@ -104,9 +105,15 @@ void answer_questions(const CampaignInfo& info, Score& out) {
   }
 }
 
+std::string failures_command(const std::string& archive, const std::vector<std::string>& chosen) {
+  std::string out = "graze score " + shell_word(archive);
+  for (const std::string& policy : chosen) out += " --policy " + shell_word(policy);
+  return out + " --failures";
+}
+
 }  // namespace
 
-Score score(const Archive& archive, const std::string& name) {
+Score score(const Archive& archive, const std::string& name, const std::vector<std::string>& chosen) {
   const CampaignInfo& info = archive.info();
   Score out;
   out.campaign = info.scenario_name;
@@ -114,13 +121,15 @@ Score score(const Archive& archive, const std::string& name) {
   out.part = info.part;
   out.particles = info.particles;
   for (const auto& requirement : info.requirements) out.requirements.push_back(requirement.name);
-  const std::vector<std::string>& policies = info.policies;
+  const std::vector<std::string>& policies = chosen.empty() ? info.policies : chosen;
   std::vector<Ends> ends(policies.size());
   for (std::size_t i = 0; i < policies.size(); ++i) {
     out.policies.push_back(score_policy(archive, policies[i], policies.size() > 1 ? &ends[i] : nullptr, out.failures));
   }
   answer_questions(info, out);
   out.archive = name.empty() ? archive.path().string() : name;
+  out.failures_command =
+      failures_command(out.archive, policies == info.policies ? std::vector<std::string>{} : policies);
   for (std::size_t i = 0; i < policies.size(); ++i) {
     for (std::size_t k = i + 1; k < policies.size(); ++k) {
       out.pairs.push_back(compare(policies[i], ends[i], policies[k], ends[k]));

@@ -58,11 +58,13 @@ struct Score {
   double confidence = 0.95;          // of the answers
   std::vector<Answer> answers;       // of a complete campaign with --until
   std::string archive;               // as replay commands name it
+  std::string failures_command;      // that lists every failure of these policies
   std::vector<Failure> failures;     // the first of each kind
 };
 
-/// `name`: the archive as replay commands shall name it; empty: its path.
-Score score(const Archive& archive, const std::string& name = "");
+/// `name`: the archive as replay commands shall name it; empty: its path. `policies`: those of the archive's that it is
+/// about; empty: all.
+Score score(const Archive& archive, const std::string& name = "", const std::vector<std::string>& policies = {});
 
 /// The table as printed, and as JSON text; `failures`: with the first of each kind.
 std::string format_score(const Score& score, bool failures = true);

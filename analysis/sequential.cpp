@@ -97,13 +97,13 @@ AnswerCount count_answers(const std::vector<Question>& questions, const std::vec
   return out;
 }
 
-void check_selectors(const std::vector<Question>& questions, const std::vector<std::string>& policies) {
+void check_selectors(const std::vector<Question>& questions, const std::vector<std::string>& policies,
+                     const std::string& option) {
   for (const Question& question : questions) {
     const auto chosen = [&](const std::string& policy) { return matches(question.selector, policy); };
     if (std::any_of(policies.begin(), policies.end(), chosen)) continue;
-    const std::string near = nearest(question.selector, policies);
-    throw InputError(fmt::format("--until '{}': '{}' is none of the campaign's policies; nearest: {}", question.text,
-                                 question.selector, near.empty() ? policies.front() : near));
+    throw InputError(fmt::format("{} '{}': '{}' is none of the policies; {}", option, question.text, question.selector,
+                                 nearest_or_all(question.selector, policies)));
   }
 }
 

@@ -19,7 +19,7 @@ namespace graze {
 /// k and n alone. n = 0 gives [0, 1]. Throws std::invalid_argument unless 0 < confidence < 1, mass >= 0.
 Interval confidence_sequence(std::uint64_t k, std::uint64_t n, double confidence = 0.95, double mass = 0);
 
-/// One `--until`: something about the success rate of each policy that the selector chooses.
+/// One `--until` or `--require`: something about the success rate of each policy that the selector chooses.
 struct Question {
   enum class Kind { rate_above, rate_below, narrow };  // p >= bound, p < bound, ci < bound
   std::string text;                                    // as asked
@@ -62,8 +62,10 @@ struct AnswerCount {
 AnswerCount count_answers(const std::vector<Question>& questions, const std::vector<std::string>& policies,
                           const std::vector<RateCount>& counts, double confidence);
 
-/// Throws InputError with the nearest name if a selector chooses none of the policies.
-void check_selectors(const std::vector<Question>& questions, const std::vector<std::string>& policies);
+/// Throws InputError with the nearest name if a selector chooses none of the policies; `option` names where the
+/// questions were given.
+void check_selectors(const std::vector<Question>& questions, const std::vector<std::string>& policies,
+                     const std::string& option = "--until");
 
 /// The looks of a campaign of at most so many particles: numbers of particles, rising, the last one `most`. Each other
 /// one is a multiple of 64 that depends on nothing: 64, 128, … 1024, then growing by a sixteenth, by 2^20 at most.

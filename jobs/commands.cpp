@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <iostream>
 #include <limits>
 #include <new>
@@ -101,6 +102,23 @@ void DrawArguments::apply_to(Scenario& scenario) const {
 
 void add_threads(CLI::App& verb, int& threads) {
   add_whole(verb, "--threads", threads, 0, 4096, "Threads; 0: all of this machine's")->default_str("0");
+}
+
+std::vector<std::string> chosen_names(const std::vector<std::string>& policies,
+                                      const std::vector<std::string>& patterns, const std::string& where) {
+  if (patterns.empty()) return policies;
+  for (const std::string& pattern : patterns) {
+    const auto chosen = [&](const std::string& name) { return matches(pattern, name); };
+    if (std::any_of(policies.begin(), policies.end(), chosen)) continue;
+    throw InputError(fmt::format("--policy {}: no policy of that name in {}; {}", pattern, where,
+                                 nearest_or_all(pattern, policies)));
+  }
+  std::vector<std::string> out;
+  for (const std::string& name : policies) {
+    const auto chooses = [&](const std::string& pattern) { return matches(pattern, name); };
+    if (std::any_of(patterns.begin(), patterns.end(), chooses)) out.push_back(name);
+  }
+  return out;
 }
 
 CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& description,

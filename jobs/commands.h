@@ -68,6 +68,11 @@ struct DrawArguments {
 /// Adds --threads to a verb.
 void add_threads(CLI::App& verb, int& threads);
 
+/// The policies that the globs of --policy choose, in their own order; all if there are no globs. Throws InputError with
+/// the nearest name if one of them chooses none; `where` is what should have it.
+std::vector<std::string> chosen_names(const std::vector<std::string>& policies,
+                                      const std::vector<std::string>& patterns, const std::string& where);
+
 /// A verb with its description and, below its options, examples.
 CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& description, const std::string& examples);
 

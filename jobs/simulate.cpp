@@ -126,19 +126,11 @@ ExitCode close(CampaignWriter& writer, bool complete, std::uint64_t answered_at,
 }  // namespace
 
 void choose_policies(Scenario& scenario, const std::vector<std::string>& patterns) {
-  if (patterns.empty()) return;
   std::vector<std::string> names;
   for (const PolicySpec& policy : scenario.policies) names.push_back(policy.name);
-  for (const std::string& pattern : patterns) {
-    const auto chosen = [&](const std::string& name) { return matches(pattern, name); };
-    if (std::none_of(names.begin(), names.end(), chosen)) {
-      throw InputError(fmt::format("--policy {}: no policy of that name in {}; nearest: {}", pattern, scenario.file,
-                                   nearest(pattern, names)));
-    }
-  }
+  const std::vector<std::string> chosen = chosen_names(names, patterns, scenario.file);
   std::erase_if(scenario.policies, [&](const PolicySpec& policy) {
-    return std::none_of(patterns.begin(), patterns.end(),
-                        [&](const std::string& pattern) { return matches(pattern, policy.name); });
+    return std::find(chosen.begin(), chosen.end(), policy.name) == chosen.end();
   });
 }
 

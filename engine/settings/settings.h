@@ -46,6 +46,10 @@ std::string_view unit_of(Quantity quantity);
 /// The candidate nearest to `word` by edit distance, or empty when none is near.
 std::string nearest(std::string_view word, const std::vector<std::string>& candidates);
 
+/// What to say of a word or glob that is none of `names`: "nearest: still", or, if none is near, "there are: still,
+/// walk".
+std::string nearest_or_all(std::string_view word, const std::vector<std::string>& names);
+
 /// True if `name` matches the glob `pattern` (`*`, `?`, `{a,b}`).
 bool matches(std::string_view pattern, std::string_view name);
 

@@ -88,6 +88,16 @@ std::string nearest(std::string_view word, const std::vector<std::string>& candi
   return best;
 }
 
+std::string nearest_or_all(std::string_view word, const std::vector<std::string>& names) {
+  constexpr std::size_t kMost = 20;
+  const std::string near = nearest(word, names);
+  if (!near.empty()) return "nearest: " + near;
+  if (names.empty()) return "there are none";
+  std::string all;
+  for (std::size_t i = 0; i < std::min(names.size(), kMost); ++i) all += (i > 0 ? ", " : "") + names[i];
+  return "there are: " + all + (names.size() > kMost ? ", …" : "");
+}
+
 bool matches(std::string_view pattern, std::string_view name) {
   int budget = kMaxAlternatives;
   return matches_braces(std::string(pattern), name, budget);

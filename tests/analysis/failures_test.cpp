@@ -102,7 +102,7 @@ TEST(Failures, TheFirstOfEachKindStandsForAll) {
   EXPECT_THAT(text, AllOf(HasSubstr("'graze score a.graze --failures' lists all"), HasSubstr("clears-curb"),
                           HasSubstr("graze replay a.graze --particle "), HasSubstr("state is not finite")));
   EXPECT_THAT(format_score(result, false), Not(HasSubstr("graze replay")));
-  EXPECT_THAT(format_failures(result.failures, "a.graze", 2), HasSubstr("more kinds"));
+  EXPECT_THAT(format_failures(result.failures, "a.graze", "list", 2), HasSubstr("more kinds"));
 }
 
 // Claim: the whole list, as text and as JSON, has a line for every failure.
@@ -113,10 +113,10 @@ TEST(Failures, TheWholeListHasEveryFailure) {
   std::size_t failed = 0;
   for (const PolicyScore& policy : score(archive).policies) failed += policy.known + policy.unknown + policy.invalid;
   std::ostringstream text, json;
-  list_failures(archive, "my campaign.h5", text);
+  list_failures(archive, archive.info().policies, "my campaign.h5", text);
   const std::string lines = text.str();
   EXPECT_EQ(static_cast<std::size_t>(std::count(lines.begin(), lines.end(), '\n')), failed + 1);
-  list_failures_json(archive, "my campaign.h5", json);
+  list_failures_json(archive, archive.info().policies, "my campaign.h5", json);
   const auto list = nlohmann::json::parse("[" + json.str() + "]");
   ASSERT_EQ(list.size(), failed);
   for (const auto& one : list) {

@@ -48,7 +48,7 @@ TEST_F(CommandLine, WrongVerbsAndOptionsExitWith2) {
   expect_refused(run("run ball.yaml --set time.end"), 2, {"--set time.end", "PATH=VALUE"});
   expect_refused(run("run ball.yaml --set time.ende=1"), 2, {"ende", "end"});
   expect_refused(run("run ball.yaml --policy stil"), 2, {"stil", "still"});
-  expect_refused(run("score x.h5 --require 'q > 1'"), 2, {"p >= RATE"});
+  expect_refused(run("score x.h5 --require 'q > 1'"), 2, {"nearest right answer: 'p >= 0.95'"});
 }
 
 TEST_F(CommandLine, MissingFilesAreNamed) {
