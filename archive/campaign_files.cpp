@@ -9,6 +9,7 @@
 #include "archive/outcome_scan.h"
 #include "archive/seal.h"
 #include "archive/shell_word.h"
+#include "engine/settings/paths.h"
 
 namespace graze {
 namespace {
@@ -37,7 +38,9 @@ auto with_file(const fs::path& path, const std::string& advice, const Act& act) 
 fs::path description_of(const fs::path& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
-  if (!fs::exists(status)) throw InputError(fmt::format("{}: is not there", path.string()));
+  if (!fs::exists(status)) {
+    throw InputError(fmt::format("{}: is not there{}", path.string(), path_suggestion(path.string())));
+  }
   if (!fs::is_directory(status)) return path;
   if (!fs::exists(path / kDescriptionFile, error)) {
     throw InputError(fmt::format("{}: is no campaign directory: it has no {}", path.string(), kDescriptionFile));

@@ -3,11 +3,13 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <iostream>
 #include <map>
 #include <nlohmann/json.hpp>
 
 #include "analysis/text_table.h"
+#include "archive/parent_folders.h"
 #include "jobs/commands.h"
 #include "jobs/size_estimate.h"
 
@@ -29,7 +31,7 @@ bool ends_with(const std::string& text, std::string_view tail) {
 /// How many parameters a table of the dissertation would count: a conical axis error is one, though it takes two
 /// scalars (tilt and heading), and persistent value and jitter count apart (Figure 15).
 struct Count {
-  int persistent = 0, transient = 0, headings = 0, fixed = 0;
+  int persistent = 0, transient = 0, headings = 0, both = 0, fixed = 0;
   int total() const { return persistent + transient; }
 };
 
@@ -42,6 +44,7 @@ Count count(const ParameterSpace& space) {
     }
     if (parameter.jitter) ++count.transient;
     if (!parameter.persistent.is_constant()) ++count.persistent;
+    if (!parameter.persistent.is_constant() && parameter.jitter) ++count.both;
     if (parameter.persistent.is_constant() && !parameter.jitter) ++count.fixed;
   }
   return count;
@@ -53,14 +56,20 @@ double total_mass(const Model& model) {
   return mass;
 }
 
+/// "1 link", "2 links"
+std::string counted(std::size_t n, const std::string& noun) {
+  return fmt::format("{} {}{}", n, noun, n == 1 ? "" : "s");
+}
+
 std::string overview(const Scenario& s) {
   std::string out = fmt::format("{}\n", s.name);
   if (!s.description.empty()) out += fmt::format("  {}\n", s.description);
-  out += fmt::format("  robot        {}: {} links, {} driven joints, {} base, {:.4g} kg\n", s.world->robot.name,
-                     s.world->robot.links.size(), s.model.na(), s.world->robot.floating_base ? "floating" : "fixed",
-                     total_mass(s.model));
-  out += fmt::format("  environment  {} objects; {} collision shapes, {} pairs that may touch\n",
-                     s.world->objects.size(), s.model.colliders.size(), s.model.pairs.size());
+  out += fmt::format("  robot        {}: {}, {}, {} base, {:.4g} kg\n", s.world->robot.name,
+                     counted(s.world->robot.links.size(), "link"),
+                     counted(static_cast<std::size_t>(s.model.na()), "driven joint"),
+                     s.world->robot.floating_base ? "floating" : "fixed", total_mass(s.model));
+  out += fmt::format("  environment  {}; {}, {} that may touch\n", counted(s.world->objects.size(), "object"),
+                     counted(s.model.colliders.size(), "collision shape"), counted(s.model.pairs.size(), "pair"));
   out += fmt::format("  time         {:g} s in steps of {:g} s, control every {:g} s; physics: {}\n", s.timing.end,
                      s.timing.step, s.timing.control, s.physics);
   out += "  policies     ";
@@ -71,10 +80,14 @@ std::string overview(const Scenario& s) {
   }
   const Count c = count(s.space);
   out += fmt::format("\n  objective    {}\n", s.task.objective.name);
-  out += fmt::format("  uncertain    {} parameters: {} drawn once per particle, {} redrawn at each control step",
-                     c.total(), c.persistent, c.transient);
-  if (c.headings > 0) out += fmt::format(" (a conical error counts once; it takes {} more scalars)", c.headings);
+  out += fmt::format("  uncertain    {}: {} drawn once per particle, {} redrawn at each control step",
+                     counted(static_cast<std::size_t>(c.total()), "parameter"), c.persistent, c.transient);
   if (c.fixed > 0) out += fmt::format("; {} set to a fixed value", c.fixed);
+  std::string why;
+  if (c.headings > 0) why = fmt::format(" ({} conical errors count once and take two each", c.headings);
+  if (c.both > 0)
+    why += fmt::format("{}value and jitter of {} count twice and take one", why.empty() ? " (" : "; ", c.both);
+  if (s.space.size() != c.total()) out += fmt::format("; {} scalars{}{}", s.space.size(), why, why.empty() ? "" : ")");
   return out + "\n";
 }
 
@@ -84,7 +97,8 @@ std::string parameter_table(const ParameterSpace& space) {
     const std::string nominal =
         p.labels.empty() ? fmt::format("{:.6g}", p.nominal) : p.labels.at(static_cast<int>(p.nominal));
     const std::string persistent = p.distribution_text.empty() ? p.persistent.describe() : p.distribution_text;
-    rows.push_back({p.name, p.unit, nominal, persistent, p.jitter ? p.jitter->describe() : "-"});
+    rows.push_back(
+        {p.name, p.unit, nominal, rounded_numbers(persistent), p.jitter ? rounded_numbers(p.jitter->describe()) : "-"});
   }
   return text_table(rows, rows[0].size());
 }
@@ -105,11 +119,13 @@ nlohmann::json as_json(const SizeEstimate& e, std::optional<double> free) {
 
 nlohmann::json as_json(const Scenario& s) {
   const Count c = count(s.space);
-  nlohmann::json out = {{"name", s.name},
-                        {"file", s.file},
-                        {"sha256", s.sha256},
-                        {"parameters", nlohmann::json::array()},
-                        {"count", {{"total", c.total()}, {"persistent", c.persistent}, {"transient", c.transient}}}};
+  nlohmann::json out = {
+      {"name", s.name},
+      {"file", s.file},
+      {"sha256", s.sha256},
+      {"parameters", nlohmann::json::array()},
+      {"count",
+       {{"total", c.total()}, {"persistent", c.persistent}, {"transient", c.transient}, {"scalars", s.space.size()}}}};
   for (const PolicySpec& policy : s.policies) out["policies"].push_back(policy.name);
   for (const Requirement& r : s.task.requirements) out["requirements"].push_back(r.name);
   for (const UncertainParameter& p : s.space.parameters) {
@@ -120,6 +136,19 @@ nlohmann::json as_json(const Scenario& s) {
                                  {"jitter", p.jitter ? nlohmann::json(p.jitter->describe()) : nlohmann::json()}});
   }
   return out;
+}
+
+/// What graze run would say about its output.
+void look_at(const std::filesystem::path& output) {
+  const std::string problem = cannot_make(output);
+  const std::filesystem::path folder = folder_of(output);
+  if (!problem.empty()) {
+    spdlog::warn("{}: cannot be written: {}", output.string(), problem);
+  } else if (!std::filesystem::exists(folder)) {
+    spdlog::info("{}: is not there yet; graze run makes it", folder.string());
+  } else if (std::filesystem::exists(output)) {
+    spdlog::warn("{}: exists already; graze run would not replace it without --force", output.string());
+  }
 }
 
 int check(const Arguments& arguments) {
@@ -136,6 +165,7 @@ int check(const Arguments& arguments) {
   } else {
     std::cout << overview(scenario) << "  archive      " << size_text(size, free) << "\n";
     if (free && size.total() > *free) spdlog::warn("the archive would not fit");
+    if (!arguments.output.empty()) look_at(arguments.output);
     if (scenario.space.size() > 0) std::cout << "\n" << parameter_table(scenario.space);
   }
   return kDone;

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "archive/archive.h"
+#include "archive/parent_folders.h"
 #include "jobs/commands.h"
 
 namespace graze {
@@ -42,6 +43,7 @@ int pack_campaign(const Arguments& arguments) {
   }
   const fs::path file =
       arguments.output.empty() ? fs::path(directories[0]).replace_extension(".h5") : fs::path(arguments.output);
+  const ParentFolders folders(file);
   if (directories.size() > 1) {
     pack(directories, file, arguments.force);
   } else {

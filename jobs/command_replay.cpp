@@ -4,7 +4,9 @@
 
 #include <iostream>
 #include <memory>
+#include <optional>
 
+#include "archive/parent_folders.h"
 #include "jobs/commands.h"
 #include "jobs/option_values.h"
 #include "jobs/replay.h"
@@ -20,6 +22,8 @@ struct Arguments {
 
 int replay(const Arguments& arguments) {
   if (!arguments.output.empty()) check_replay_output(arguments.output, arguments.force, arguments.request.archive);
+  std::optional<ParentFolders> folders;
+  if (!arguments.output.empty()) folders.emplace(arguments.output);
   const Replay result = replay(arguments.request);
   std::vector<std::string> exported;
   if (!arguments.output.empty()) {

@@ -8,6 +8,7 @@
 #include "archive/campaign_directory.h"
 #include "archive/finished.h"
 #include "archive/set_aside.h"
+#include "engine/settings/paths.h"
 #include "jobs/archived_scenario.h"
 #include "jobs/commands.h"
 #include "jobs/option_values.h"
@@ -103,7 +104,7 @@ int resume(const Arguments& arguments) {
     throw InputError(fmt::format("{}: is no campaign directory{}", directory,
                                  std::filesystem::exists(directory)
                                      ? "; packed files cannot go on, the directories that they were made of can"
-                                     : ""));
+                                     : path_suggestion(directory)));
   }
   const auto lock = hold(directory);
   const CampaignInfo before = read_description(directory);

@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "archive/parent_folders.h"
 #include "jobs/commands.h"
 #include "jobs/run_request.h"
 #include "jobs/simulate.h"
@@ -16,6 +17,7 @@ int run(const RunArguments& arguments, const std::string& command_line) {
   Start start(*crew);
   const RunRequest request = prepare_run(arguments, command_line);
   check_space(arguments, request, request.directory, request.packed.has_value());
+  const ParentFolders folders(request.directory);
   CampaignWriter writer(request.directory, request.info, arguments.force);
   const std::filesystem::path made = request.packed.value_or(request.directory);
   Printing printing{arguments.json, arguments.quiet, request.packed ? made.string() : ""};

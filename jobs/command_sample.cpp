@@ -8,6 +8,7 @@
 
 #include "archive/archive.h"
 #include "archive/files.h"
+#include "archive/parent_folders.h"
 #include "jobs/commands.h"
 
 namespace graze {
@@ -49,6 +50,7 @@ int sample(const Arguments& arguments) {
   const bool regular = fs::is_regular_file(arguments.output) || !fs::exists(arguments.output);  // no pipe
   if (arguments.output != "-" && regular) check_new_file(arguments.output, arguments.force, {scenario.file});
   const Sampler sampler(scenario.space, scenario.design, scenario.seed, scenario.particles);
+  const ParentFolders folders(arguments.output);
   Output out(arguments.output);
   std::string line = "particle";
   for (const UncertainParameter& parameter : scenario.space.parameters) line += "," + parameter.name;

@@ -162,7 +162,9 @@ std::string json_of(const Status& status) {
     nlohmann::ordered_json& row = out["policies"][counts.policy];
     row["done"] = counts.done;
     for (std::size_t i = 0; i < counts.by_outcome.size(); ++i) {
-      row[std::string(outcome_name(static_cast<Outcome>(i)))] = counts.by_outcome[i];
+      std::string key(outcome_name(static_cast<Outcome>(i)));
+      std::replace(key.begin(), key.end(), ' ', '_');
+      row[key] = counts.by_outcome[i];
     }
     row["unfinished"] = counts.unfinished;
   }

@@ -68,8 +68,8 @@ struct DrawArguments {
 /// Adds --threads to a verb.
 void add_threads(CLI::App& verb, int& threads);
 
-/// The policies that the globs of --policy choose, in their own order; all if there are no globs. Throws InputError with
-/// the nearest name if one of them chooses none; `where` is what should have it.
+/// The policies that the globs of --policy choose, in their own order; all if there are no globs. Throws InputError
+/// with the nearest name if one of them chooses none; `where` is what should have it.
 std::vector<std::string> chosen_names(const std::vector<std::string>& policies,
                                       const std::vector<std::string>& patterns, const std::string& where);
 

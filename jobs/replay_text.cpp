@@ -45,7 +45,8 @@ std::string parameter_table(const Replay& replay, bool all) {
     rows.push_back({p.name, choice ? p.value_label : with_unit(p.value, p.unit),
                     choice ? p.nominal_label : with_unit(p.nominal, p.unit),
                     choice ? "" : fmt::format("{:+.3g}", p.value - p.nominal),
-                    std::isnan(p.deviations) ? "" : fmt::format("{:+.2f}", p.deviations), p.distribution});
+                    std::isnan(p.deviations) ? "" : fmt::format("{:+.2f}", p.deviations),
+                    rounded_numbers(p.distribution)});
   }
   const std::string title =
       shown == parameters.size()

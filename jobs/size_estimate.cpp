@@ -111,10 +111,10 @@ std::string bytes_text(double bytes) {
 }
 
 std::string size_text(const SizeEstimate& e, std::optional<double> free) {
-  std::string out =
-      fmt::format("{}{} for {} particles x {} policies: values {}, traces {}, events {}, telemetry {}",
-                  e.probed > 0 ? "" : "about ", bytes_text(e.total()), e.particles, e.policies, bytes_text(e.values),
-                  bytes_text(e.traces), bytes_text(e.events), bytes_text(e.telemetry));
+  std::string out = fmt::format("{}{} for {} particles x {} {}: values {}, traces {}, events {}, telemetry {}",
+                                e.probed > 0 ? "" : "about ", bytes_text(e.total()), e.particles, e.policies,
+                                e.policies == 1 ? "policy" : "policies", bytes_text(e.values), bytes_text(e.traces),
+                                bytes_text(e.events), bytes_text(e.telemetry));
   out +=
       e.probed > 0 ? fmt::format(" (as in {} probed traces)", e.probed) : " (events and lengths of traces are guessed)";
   if (free) out += fmt::format("; {} are free", bytes_text(*free));

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "engine/settings/paths.h"
 #include "engine/settings/settings.h"
 
 namespace graze {
@@ -22,7 +23,8 @@ const InputReplay* replaying = nullptr;
 std::string read_file(const std::string& path, const std::string& where) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
-  if (!fs::exists(status)) throw InputError(fmt::format("{}{}: there is no such file", where, path));
+  if (!fs::exists(status))
+    throw InputError(fmt::format("{}{}: there is no such file{}", where, path, path_suggestion(path)));
   if (!fs::is_regular_file(status)) throw InputError(fmt::format("{}{}: not a file", where, path));
   const std::uintmax_t size = fs::file_size(path, error);
   if (!error && size > kMostBytes) {

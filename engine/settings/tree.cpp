@@ -204,11 +204,46 @@ NodePtr parse(const std::string& text, const std::string& name, bool lines) {
   }
 }
 
+/// What is wrong with the brackets of a list or map in one line, which the parser takes for something else: "'[' has no
+/// ']'". Empty: nothing.
+std::string bracket_problem(const std::string& text) {
+  const std::size_t first = text.find_first_not_of(' ');
+  if (first == std::string::npos || (text[first] != '[' && text[first] != '{')) return "";
+  std::string open;  // closing brackets that are still to come
+  char quote = 0, before = 0;
+  for (const char c : text) {
+    if (quote != 0) {
+      if (c == quote) quote = 0;
+    } else if ((c == '"' || c == '\'') && std::string_view("[{,:").find(before) != std::string_view::npos) {
+      quote = c;
+    } else if (c == '[' || c == '{') {
+      open += c == '[' ? ']' : '}';
+    } else if (c == ']' || c == '}') {
+      if (open.empty()) return fmt::format("'{}' closes nothing", c);
+      if (open.back() != c) return fmt::format("'{}' stands where '{}' should", c, open.back());
+      open.pop_back();
+    }
+    if (c != ' ') before = c;
+  }
+  if (quote != 0) return fmt::format("the quote {} is not closed", quote);
+  if (open.empty()) return "";
+  return fmt::format("'{}' has no '{}'; nearest right answer: {}{}", open.back() == ']' ? '[' : '{', open.back(), text,
+                     std::string(open.rbegin(), open.rend()));
+}
+
 }  // namespace
 
 NodePtr parse_yaml(const std::string& text, const std::string& name) { return parse(text, name, true); }
 
-NodePtr parse_override(const std::string& text, const std::string& name) { return parse(text, name, false); }
+NodePtr parse_override(const std::string& text, const std::string& name) {
+  try {
+    return parse(text, name, false);
+  } catch (const InputError&) {
+    const std::string problem = bracket_problem(text);
+    if (problem.empty()) throw;
+    throw InputError(fmt::format("{}: {}", name, problem));
+  }
+}
 
 std::string read_text(const std::string& file, const std::string& where) {
   std::string text = read_input(file, where);

@@ -179,6 +179,17 @@ TEST_F(OptionGrammar, SetNeedsAValue) {
   EXPECT_THAT(campaign.graze("check ball.yaml --set time.end=~").out, HasSubstr("time         1 s in steps"));
 }
 
+// Claim: a list or map that is not closed is told so, and quoted brackets are text.
+TEST_F(OptionGrammar, SetTellsOfBrackets) {
+  refused("check ball.yaml --set 'time.end=[1'", {"--set time.end=[1: '[' has no ']'; nearest right answer: [1]"});
+  refused("check ball.yaml --set 'time={end: 1 s'", {"'{' has no '}'; nearest right answer: {end: 1 s}"});
+  refused("check ball.yaml --set 'time={end: [1}'", {"'}' stands where ']' should"});
+  refused("check ball.yaml --set 'robot.initial.position=[0, 0, 1]]'", {"']' closes nothing"});
+  EXPECT_EQ(campaign.graze("check ball.yaml --set 'description=[\"a]\"' --set name='a[b'").code, 2);
+  EXPECT_THAT(campaign.graze("check ball.yaml --set 'name=\"[a\"'").out, StartsWith("[a"));
+  EXPECT_THAT(campaign.graze("check ball.yaml --set 'name=a [b'").out, StartsWith("a [b"));
+}
+
 // Claim: help is given whatever else is on the line, and 'graze help' gives it, too.
 TEST_F(OptionGrammar, HelpIsGivenInAnyForm) {
   const std::string all = campaign.graze("--help").out, run = campaign.graze("run --help").out;

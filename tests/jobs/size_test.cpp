@@ -51,7 +51,7 @@ TEST(Size, IsPrintedByCheck) {
   const testing::TemporaryFolder folder;
   testing::write_ball(folder);
   const testing::Result check = testing::graze(folder.path(), "check ball.yaml -n 1000000 -o elsewhere/big.graze");
-  EXPECT_THAT(check.out, AllOf(HasSubstr("archive      about "), HasSubstr("for 1000000 particles x 1 policies"),
+  EXPECT_THAT(check.out, AllOf(HasSubstr("archive      about "), HasSubstr("for 1000000 particles x 1 policy"),
                                HasSubstr("are free")));
   const testing::Result huge = testing::graze(folder.path(), "check ball.yaml -n 4000000000 --telemetry all --every 1");
   EXPECT_THAT(huge.err, HasSubstr("would not fit"));

@@ -56,7 +56,7 @@ TEST_F(Status, TellsFailuresByTheirRequirement) {
   const nlohmann::json status = json("a.graze");
   EXPECT_EQ(status["state"], "complete");
   const nlohmann::json& row = status["policies"]["still"];
-  const int known = row["known failure"], unknown = row["unknown failure"], good = row["success"];
+  const int known = row["known_failure"], unknown = row["unknown_failure"], good = row["success"];
   EXPECT_GT(known, 0);
   EXPECT_GT(unknown, 0);
   EXPECT_EQ(known + unknown + good, 200);

@@ -1,0 +1,12 @@
+#pragma once
+// What to say about a path that leads nowhere.
+
+#include <string>
+
+namespace graze {
+
+/// "; did you mean 'curb.yaml'?" for a path that is not there, by the entries of the deepest folder on the way that is;
+/// "; there is no folder 'scenes'" if nothing there is near and folders are missing; else empty.
+std::string path_suggestion(const std::string& path);
+
+}  // namespace graze
