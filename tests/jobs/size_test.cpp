@@ -63,7 +63,7 @@ TEST(Size, OfAPartIsThePartsOwn) {
   const testing::TemporaryFolder folder;
   testing::write_ball(folder);
   if (std::filesystem::space(folder.path()).available > 600e9) GTEST_SKIP() << "2^32 particles fit on this disk";
-  const std::string run = "run ball.yaml -n 4294967296 --quiet -o part ";
+  const std::string run = "run ball.yaml -n 4294967295 --quiet -o part ";
   const testing::Result whole = testing::graze(folder.path(), run);
   EXPECT_EQ(whole.code, 3);
   EXPECT_THAT(whole.err, HasSubstr("will not fit"));
