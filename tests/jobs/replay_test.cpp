@@ -277,7 +277,7 @@ TEST(Replay, OverwritesOnlyWhenForced) {
   EXPECT_EQ(testing::read_file(balls.folder / "out.events.csv"), "mine");
   EXPECT_EQ(balls.graze("replay a.graze --particle 3 -o out.csv --force").code, 0);
   EXPECT_EQ(balls.graze("replay a.graze --particle 3 -o out.txt").code, 2);
-  EXPECT_EQ(balls.graze("replay a.graze --particle 3 -o ball.urdf/out.h5").code, 3);
+  EXPECT_EQ(balls.graze("replay a.graze --particle 3 -o out.csv/out.h5").code, 3);
 }
 
 TEST(Replay, MisspeltThingsAreNamed) {
