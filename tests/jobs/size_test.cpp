@@ -58,18 +58,23 @@ TEST(Size, IsPrintedByCheck) {
   EXPECT_EQ(huge.code, 0);
 }
 
-// Claim: a part of a campaign needs the disk for its own particles only, whatever the whole campaign takes.
+// Claim: a part of a campaign needs the disk for its own particles only, whatever the whole campaign takes; submit says
+// so as run does.
 TEST(Size, OfAPartIsThePartsOwn) {
   const testing::TemporaryFolder folder;
   testing::write_ball(folder);
   if (std::filesystem::space(folder.path()).available > 600e9) GTEST_SKIP() << "2^32 particles fit on this disk";
-  const std::string run = "run ball.yaml -n 4294967295 --quiet -o part ";
-  const testing::Result whole = testing::graze(folder.path(), run);
-  EXPECT_EQ(whole.code, 3);
-  EXPECT_THAT(whole.err, HasSubstr("will not fit"));
-  const testing::Result part = testing::graze(folder.path(), run + "--part 7/40000000");
-  EXPECT_EQ(part.code, 0) << part.err;
-  EXPECT_EQ(part.err, "");
+  for (const std::string run : {"run ball.yaml", "submit ball.yaml --time 10 --dry-run"}) {
+    SCOPED_TRACE(run);
+    const std::string line = run + " -n 4294967295 --quiet -o part ";
+    const testing::Result whole = testing::graze(folder.path(), line);
+    EXPECT_EQ(whole.code, 3);
+    EXPECT_THAT(whole.err, HasSubstr("will not fit"));
+    const testing::Result part = testing::graze(folder.path(), line + "--part 7/40000000");
+    EXPECT_EQ(part.code, 0) << part.err;
+    EXPECT_EQ(part.err, "");
+    std::filesystem::remove_all(folder / "part");
+  }
 }
 
 }  // namespace
