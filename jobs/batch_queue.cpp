@@ -1,17 +1,15 @@
 #include "jobs/batch_queue.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <array>
-#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <fstream>
 #include <iterator>
 
 #include "archive/archive.h"
+#include "archive/parent_folders.h"
 #include "archive/shell_word.h"
 
 namespace graze {
@@ -36,11 +34,6 @@ bool have_sbatch() {
 }
 
 void write_file(const BatchFile& file) {
-  std::error_code error;
-  if (file.path.has_parent_path()) fs::create_directories(file.path.parent_path(), error);
-  if (error) {
-    throw MachineError(fmt::format("{}: cannot be made: {}", file.path.parent_path().string(), error.message()));
-  }
   std::ofstream out(file.path);
   out << file.text;
   out.close();
@@ -48,17 +41,6 @@ void write_file(const BatchFile& file) {
 }
 
 }  // namespace
-
-void check_folder(const fs::path& folder) {
-  std::error_code error;
-  fs::path place = folder.empty() ? fs::current_path() : fs::absolute(folder);
-  while (!fs::exists(place, error) && place.has_relative_path()) place = place.parent_path();
-  if (!fs::is_directory(place, error)) {
-    throw InputError(fmt::format("{}: is a file, no folder to write into; choose another -o", place.string()));
-  }
-  if (access(place.c_str(), W_OK | X_OK) == 0) return;
-  throw MachineError(fmt::format("{}: cannot be written into: {}", place.string(), std::strerror(errno)));
-}
 
 std::vector<fs::path> differing(const std::vector<BatchFile>& files) {
   std::vector<fs::path> out;
@@ -72,6 +54,7 @@ std::vector<fs::path> differing(const std::vector<BatchFile>& files) {
 }
 
 std::vector<std::string> queue_jobs(const std::vector<BatchFile>& files) {
+  const ParentFolders folders(files.front().path);
   std::vector<fs::path> fresh;
   for (const BatchFile& file : files) {
     if (!fs::exists(file.path)) fresh.push_back(file.path);

@@ -12,17 +12,13 @@ struct BatchFile {
   std::string text;
 };
 
-/// Throws unless files can be written into the folder, or into the one that it will be made in: InputError if a file
-/// stands in the way, MachineError if it is not permitted.
-void check_folder(const std::filesystem::path& folder);
-
 /// Those of the files that are there already with another text.
 std::vector<std::filesystem::path> differing(const std::vector<BatchFile>& files);
 
 /// Writes the files, in a folder that is made if it is not there, and submits the first one; then the second one, if
 /// there is one, to begin when the first has ended. Gives the numbers of their jobs. Throws MachineError: a file cannot
-/// be written; there is no sbatch here (the files stay, for elsewhere); Slurm refuses (files that were not there before
-/// are removed if nothing was queued).
+/// be written; there is no sbatch here (the files stay, for elsewhere); Slurm refuses (files and folders that
+/// were not there before are removed if nothing was queued).
 std::vector<std::string> queue_jobs(const std::vector<BatchFile>& files);
 
 }  // namespace graze

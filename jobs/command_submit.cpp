@@ -7,6 +7,7 @@
 #include <iostream>
 #include <memory>
 
+#include "archive/parent_folders.h"
 #include "archive/shell_word.h"
 #include "jobs/batch_queue.h"
 #include "jobs/batch_script.h"
@@ -120,7 +121,9 @@ BatchCampaign prepare(const BatchRequest& request, const RunWords& words) {
   if (words.given("--watchdog")) out.resume.insert(out.resume.end(), {"--watchdog", words.one("--watchdog")});
   out.threads = words.one("--threads");
   check_slurm_path(out.directory);
-  check_folder(fs::path(out.directory).parent_path());
+  if (const std::string problem = cannot_make(out.directory); !problem.empty()) {
+    throw MachineError(fmt::format("-o {}: cannot be made: {}; choose another -o", out.directory, problem));
+  }
   check_space(arguments, run, made_by(request, out), request.array > 0);
   return out;
 }
@@ -178,8 +181,8 @@ int submit(const Arguments& arguments, const std::vector<std::string>& line) {
   const std::vector<fs::path> others = arguments.force ? std::vector<fs::path>{} : differing(files);
   if (arguments.dry_run) {
     for (const fs::path& other : others) spdlog::warn("{}", differs_text(other));
-    const fs::path folder = files[0].path.parent_path();
-    if (!folder.empty() && !fs::exists(folder)) {
+    const fs::path folder = folder_of(files[0].path);
+    if (!fs::exists(folder)) {
       spdlog::warn("{}: is not there; submit makes it, sbatch does not, and then has no place for the log",
                    folder.string());
     }

@@ -188,7 +188,7 @@ TEST(Submit, LeavesAloneWhatIsThere) {
   slurm.refused("-o exp.graze/ --force", "exp.graze: exists already");
   slurm.refused("-o 'my exp.graze'", "graze resume 'my exp.graze'");
   slurm.refused("-o exp --array 2", "exp.parts: exists already");
-  slurm.refused("-o ball.urdf/a.graze", "ball.urdf: is a file");
+  slurm.refused("-o ball.urdf/a.graze", "ball.urdf is no folder", 3);
 }
 
 // Claim: names that differ give scripts, logs and files that differ; only a trailing .graze is left out.
@@ -251,6 +251,8 @@ TEST(Submit, LeavesNoScriptThatSlurmRefuses) {
   EXPECT_EQ(refused.code, 3);
   EXPECT_THAT(refused.err, AllOf(HasSubstr("invalid partition"), HasSubstr("nothing is queued")));
   EXPECT_FALSE(std::filesystem::exists(slurm.folder / "ball.sbatch"));
+  EXPECT_EQ(slurm.submit("-o runs/a.graze").code, 3);
+  EXPECT_FALSE(std::filesystem::exists(slurm.folder / "runs"));
   slurm.sbatch("case \"$*\" in *join*) exit 1;; esac; echo 7");
   const testing::Result half = slurm.submit("--array 2");
   EXPECT_EQ(half.code, 3);
