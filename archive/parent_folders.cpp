@@ -15,7 +15,7 @@ std::vector<fs::path> missing_folders(const fs::path& output, fs::path& there) {
   std::error_code error;
   std::vector<fs::path> missing;
   there = folder_of(output);
-  while (!fs::exists(fs::symlink_status(there, error)) && there.has_relative_path()) {
+  while (!fs::exists(fs::symlink_status(there, error)) && there != folder_of(there)) {
     missing.push_back(there);
     there = folder_of(there);
   }

@@ -11,6 +11,7 @@
 namespace graze::testing {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 
@@ -65,6 +66,23 @@ TEST_F(CommandLine, CheckPrintsTheParametersAndJson) {
   const auto json = nlohmann::json::parse(run("check ball.yaml --json").out);
   EXPECT_EQ(json["count"]["persistent"], 2);
   EXPECT_FALSE(fs::exists(folder / "ball.graze"));
+}
+
+// Claim: check, its JSON and the particles themselves agree about how many scalars there are; one of a thing is not
+// many.
+TEST_F(CommandLine, CountsOfParametersAgree) {
+  const std::string curb = "'" + data("scenarios/quadruped_curb.yaml") + "'";
+  const auto json = nlohmann::json::parse(run("check --json " + curb).out);
+  EXPECT_EQ(json["count"]["total"], 176);
+  EXPECT_EQ(json["count"]["scalars"], json["parameters"].size());
+  EXPECT_THAT(run("check " + curb).out,
+              HasSubstr("; " + std::to_string(json["parameters"].size()) + " scalars (12 conical errors"));
+  const Result sampled = run("sample -n 1 " + curb);
+  const std::string head = sampled.out.substr(0, sampled.out.find('\n'));
+  EXPECT_EQ(static_cast<std::size_t>(std::count(head.begin(), head.end(), ',')), json["parameters"].size());
+  EXPECT_THAT(run("check ball.yaml -n 1").out,
+              AllOf(HasSubstr("ball: 1 link, 0 driven joints"), HasSubstr("1 object; "),
+                    HasSubstr("uncertain    2 parameters: ")));
 }
 
 TEST_F(CommandLine, SampleWritesTheParticlesAndIsRepeatable) {
