@@ -25,6 +25,22 @@ std::vector<std::string> names_in(const fs::path& folder) {
   return names;
 }
 
+/// What two names have in common because they are of one kind (".yaml") makes them no more alike.
+std::string nearest_name(const std::string& name, const std::vector<std::string>& names) {
+  const fs::path path(name);
+  std::vector<std::string> stems, others;
+  for (const std::string& one : names) {
+    const fs::path candidate(one);
+    if (candidate.extension() == path.extension()) {
+      stems.push_back(candidate.stem().string());
+    } else {
+      others.push_back(one);
+    }
+  }
+  const std::string stem = nearest(path.stem().string(), stems);
+  return stem.empty() ? nearest(name, others) : stem + path.extension().string();
+}
+
 }  // namespace
 
 std::string path_suggestion(const std::string& path) {
@@ -37,7 +53,7 @@ std::string path_suggestion(const std::string& path) {
       there = next;
       continue;
     }
-    const std::string near = nearest(part->string(), names_in(there));
+    const std::string near = nearest_name(part->string(), names_in(there));
     if (near.empty()) {
       const bool last = std::next(part) == whole.end() || std::next(part)->empty();
       return last ? "" : fmt::format("; there is no folder '{}'", next.string());
