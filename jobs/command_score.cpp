@@ -71,22 +71,39 @@ void print_text(const Archive& archive, const Score& result, bool all_failures) 
   list_failures(archive, policies_of(result), result.archive, std::cout);
 }
 
+/// An archive, and the policies of it that are asked about.
+struct Asked {
+  std::unique_ptr<const Archive> archive;
+  std::vector<std::string> policies;
+};
+
+/// Opens all of them: what one of them must refuse is said before another one's table is printed.
+std::vector<Asked> open_all(const Arguments& arguments, const std::vector<Question>& gates) {
+  std::vector<Asked> out;
+  for (const std::string& file : arguments.archives) {
+    auto archive = std::make_unique<const Archive>(file);
+    std::vector<std::string> policies = chosen_names(archive->info().policies, arguments.policies, file);
+    check_selectors(gates, policies, "--require");
+    out.push_back({std::move(archive), std::move(policies)});
+  }
+  return out;
+}
+
 int score_archives(const Arguments& arguments) {
   std::vector<Question> gates;
   for (const std::string& text : arguments.require) gates.push_back(parse_question(text, "--require"));
+  const std::vector<Asked> asked = open_all(arguments, gates);
   ExitCode code = kDone;
-  const bool several = arguments.archives.size() > 1;
+  const bool several = asked.size() > 1;
   if (arguments.json && several) std::cout << "[\n";
-  for (std::size_t i = 0; i < arguments.archives.size(); ++i) {
-    const std::string& file = arguments.archives[i];
-    const Archive archive(file);
-    const Score result = score(archive, "", chosen_names(archive.info().policies, arguments.policies, file));
-    check_selectors(gates, policies_of(result), "--require");
+  for (std::size_t i = 0; i < asked.size(); ++i) {
+    const Archive& archive = *asked[i].archive;
+    const Score result = score(archive, "", asked[i].policies);
     if (arguments.json) {
       if (i > 0) std::cout << ",\n";
       print_json(archive, result, arguments.failures);
     } else {
-      if (several) std::cout << file << "\n";
+      if (several) std::cout << arguments.archives[i] << "\n";
       print_text(archive, result, arguments.failures);
       if (several) std::cout << "\n";
     }

@@ -56,6 +56,10 @@ TEST_F(ScoreOptions, UnknownPoliciesAreRefused) {
   refused("--policy 'x*'", {"there are: still, step-1, step-2"});
   refused("--policy still --require 'step-1: p > 0.1'", {"--require", "'step-1'", "there are: still"});
   refused("--require 'stil: p > 0.1'", {"--require 'stil: p > 0.1'", "nearest: still"});
+  ASSERT_EQ(campaign.graze("run ball.yaml -n 2 --quiet -o b.graze").code, 0);
+  refused("b.graze --json --policy step-1", {"no policy of that name in b.graze"});
+  refused("nowhere.graze --json", {"nowhere.graze: is not there"});
+  EXPECT_EQ(nlohmann::json::parse(score("b.graze --json --policy still").out).size(), 2u);
   for (const std::string verb : {"run ball.yaml", "submit ball.yaml --time 9 --dry-run"}) {
     const testing::Result none = campaign.graze(verb + " --policy nope");
     EXPECT_EQ(none.code, 2);
