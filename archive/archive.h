@@ -157,13 +157,16 @@ struct TraceOutcome {
   double objective_margin;
 };
 
+/// Whether the seals of shards are to be checked, which reads all of them; trusted: this program has just written them.
+enum class Seals { checked, trusted };
+
 /// Reads a campaign directory or a packed file. Traces of particles beyond info().particles (work that ran ahead of
 /// --until) are not among what it gives.
 class Archive {
  public:
   /// Throws InputError: not there, not HDF5, cut short, not a Graze archive, made by a newer format (both versions
   /// named).
-  explicit Archive(const std::filesystem::path& path);
+  explicit Archive(const std::filesystem::path& path, Seals seals = Seals::checked);
   ~Archive();
 
   const std::filesystem::path& path() const;  // as given

@@ -14,9 +14,9 @@ struct CampaignFiles {
   Parts parts;
 };
 
-/// A campaign directory or a packed file. Checks the seals of all files and that the shards belong to the campaign.
-/// Takes the library's lock. Throws InputError.
-CampaignFiles open_campaign(const std::filesystem::path& path);
+/// A campaign directory or a packed file. Checks the seals of all files and that the shards belong to the campaign
+/// (unless they are trusted). Takes the library's lock. Throws InputError.
+CampaignFiles open_campaign(const std::filesystem::path& path, Seals seals = Seals::checked);
 /// Directories that hold parts of one campaign, as if they were one. Throws InputError if they are not.
 CampaignFiles open_parts(const std::vector<std::filesystem::path>& directories);
 

@@ -128,7 +128,7 @@ const RowRef* find(const std::vector<RowRef>& rows, std::uint32_t particle) {
 }  // namespace
 
 struct Archive::Impl {
-  explicit Impl(const std::filesystem::path& from) : path(from), files(open_campaign(from)) {}
+  Impl(const std::filesystem::path& from, Seals seals) : path(from), files(open_campaign(from, seals)) {}
   ~Impl() {
     const hdf5::Lock lock;  // closes files
     files.parts = Parts({}, 0);
@@ -150,7 +150,7 @@ struct Archive::Impl {
   std::optional<std::vector<RowRef>> particles;
 };
 
-Archive::Archive(const std::filesystem::path& path) : impl_(std::make_unique<Impl>(path)) {}
+Archive::Archive(const std::filesystem::path& path, Seals seals) : impl_(std::make_unique<Impl>(path, seals)) {}
 Archive::~Archive() = default;
 
 const std::filesystem::path& Archive::path() const { return impl_->path; }

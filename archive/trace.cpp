@@ -23,6 +23,21 @@ void FrameLog::reserve(std::size_t frames, std::size_t nq, std::size_t nv, std::
   tau_.reserve(frames * na);
 }
 
+void FrameLog::clear() {
+  for (std::vector<double>* column : {&time_, &q_, &v_, &tau_}) column->clear();
+}
+
+void FrameLog::set(std::size_t i, double time, std::span<const double> q, std::span<const double> v,
+                   std::span<const double> tau) {
+  const auto put = [&](std::vector<double>& column, std::span<const double> row) {
+    std::copy(row.begin(), row.end(), column.begin() + static_cast<std::ptrdiff_t>(i * row.size()));
+  };
+  time_[i] = time;
+  put(q_, q);
+  put(v_, v);
+  put(tau_, tau);
+}
+
 void FrameLog::add(double time, std::span<const double> q, std::span<const double> v, std::span<const double> tau) {
   time_.push_back(time);
   q_.insert(q_.end(), q.begin(), q.end());

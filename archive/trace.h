@@ -33,6 +33,11 @@ class FrameLog {
   std::size_t size() const { return time_.size(); }
   bool empty() const { return time_.empty(); }
   void reserve(std::size_t frames, std::size_t nq, std::size_t nv, std::size_t na);
+  /// Keeps its memory.
+  void clear();
+  /// Overwrites a frame that is there.
+  void set(std::size_t i, double time, std::span<const double> q, std::span<const double> v,
+           std::span<const double> tau);
   /// Every frame has as many values as the first.
   void add(double time, std::span<const double> q, std::span<const double> v, std::span<const double> tau);
   void add(const TelemetryFrame& frame) { add(frame.time, frame.q, frame.v, frame.tau); }

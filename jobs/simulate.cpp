@@ -109,7 +109,7 @@ void print_table(const Score& result, const Printing& printing) {
 
 /// Marks the campaign, prints its table, and gives its exit code.
 ExitCode close(CampaignWriter& writer, bool complete, std::uint64_t answered_at, const Printing& printing) {
-  if (complete && !holds_all(Archive(writer.directory()), answered_at)) {
+  if (complete && !holds_all(Archive(writer.directory(), Seals::trusted), answered_at)) {
     throw MachineError(fmt::format("{}: finished traces are gone: something else has changed the campaign's files",
                                    writer.directory().string()));
   }

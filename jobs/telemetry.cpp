@@ -1,6 +1,7 @@
 #include "jobs/telemetry.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace graze {
 namespace {
@@ -30,35 +31,33 @@ void TelemetryRecorder::take(int lane, std::uint32_t step, bool ended, bool fail
   if (l.frozen) return;
   l.frozen = failed && recording_.telemetry == Telemetry::last;
   if (!ended && !l.frozen && step % static_cast<std::uint32_t>(recording_.every) != 0) return;
-  nq_ = static_cast<std::size_t>(source.q.rows());
-  nv_ = static_cast<std::size_t>(source.v.rows());
-  na_ = static_cast<std::size_t>(source.tau.rows());
-  const std::size_t width = 1 + nq_ + nv_ + na_;
-  const std::uint64_t place = capacity_ > 0 ? l.count % capacity_ : l.count;
-  if (l.frames.size() < (place + 1) * width) l.frames.resize((place + 1) * width);
-  double* to = l.frames.data() + place * width;
-  *to++ = step * step_;
-  to = copy(source.q, lane, to);
-  to = copy(source.v, lane, to);
-  copy(source.tau, lane, to);
+  const auto nq = static_cast<std::size_t>(source.q.rows()), nv = static_cast<std::size_t>(source.v.rows()),
+             na = static_cast<std::size_t>(source.tau.rows());
+  row_.resize(nq + nv + na);
+  double* const q = row_.data();
+  double* const v = copy(source.q, lane, q);
+  double* const tau = copy(source.v, lane, v);
+  copy(source.tau, lane, tau);
+  if (capacity_ > 0 && l.count >= capacity_) {
+    l.frames.set(l.count % capacity_, step * step_, {q, nq}, {v, nv}, {tau, na});
+  } else {
+    if (l.frames.empty()) l.frames.reserve(longest_, nq, nv, na);
+    l.frames.add(step * step_, {q, nq}, {v, nv}, {tau, na});
+  }
   ++l.count;
 }
 
 FrameLog TelemetryRecorder::hand_over(int lane, bool failed) {
   Lane& l = lanes_[lane];
+  if (!failed && recording_.telemetry != Telemetry::all) return {};
+  longest_ = std::max(longest_, l.frames.size());
+  if (capacity_ == 0) return std::exchange(l.frames, {});
   FrameLog out;
-  if (!failed && recording_.telemetry != Telemetry::all) return out;
-  const std::size_t width = 1 + nq_ + nv_ + na_;
-  std::uint64_t first = capacity_ > 0 && l.count > capacity_ ? l.count - capacity_ : 0;
-  const auto frame = [&](std::uint64_t i) { return l.frames.data() + (capacity_ > 0 ? i % capacity_ : i) * width; };
-  if (capacity_ > 0 && l.count > 0) {
-    const double begin = frame(l.count - 1)[0] - recording_.last - step_ / 2;
-    while (frame(first)[0] < begin) ++first;
-  }
-  out.reserve(l.count - first, nq_, nv_, na_);
-  for (std::uint64_t i = first; i < l.count; ++i) {
-    const double* row = frame(i);
-    out.add(row[0], {row + 1, nq_}, {row + 1 + nq_, nv_}, {row + 1 + nq_ + nv_, na_});
+  const std::uint64_t oldest = l.count > capacity_ ? l.count - capacity_ : 0;
+  for (std::uint64_t i = oldest; i < l.count; ++i) {
+    const TelemetryFrame frame = l.frames[i % capacity_];
+    const double begin = l.frames.time()[(l.count - 1) % capacity_] - recording_.last - step_ / 2;
+    if (frame.time >= begin) out.add(frame);
   }
   return out;
 }

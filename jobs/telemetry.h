@@ -34,14 +34,15 @@ class TelemetryRecorder {
 
  private:
   struct Lane {
-    std::vector<double> frames;  // [frame][time, q, v, tau]; a ring if there is a capacity
-    std::uint64_t count = 0;     // frames taken, those that were overwritten included
+    FrameLog frames;          // a ring if there is a capacity
+    std::uint64_t count = 0;  // frames taken, those that were overwritten included
     bool frozen = false;
   };
   const Recording recording_;
   const double step_;
   std::uint64_t capacity_ = 0;  // frames per lane; 0: no limit
-  std::size_t nq_ = 0, nv_ = 0, na_ = 0;
+  std::size_t longest_ = 0;     // frames of the longest trace so far: the next ones will be as long
+  std::vector<double> row_;     // one frame: q, v, tau
   std::array<Lane, kLanes> lanes_;
 };
 
