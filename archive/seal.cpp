@@ -57,12 +57,19 @@ int hash_file(int descriptor, std::uint64_t length, Xxh64& hash) {
   return 0;
 }
 
-/// The same of a file that nobody else changes, without copying it.
+/// The same of a file that nobody else changes, without copying it; a window at a time, as files may be large.
 int hash_own_file(int descriptor, std::uint64_t length, Xxh64& hash) {
-  void* const bytes = mmap(nullptr, length, PROT_READ, MAP_SHARED | MAP_POPULATE, descriptor, 0);
-  if (bytes == MAP_FAILED) return hash_file(descriptor, length, hash);
-  hash.update({static_cast<const std::byte*>(bytes), length});
-  munmap(bytes, length);
+  constexpr std::uint64_t kWindow = std::uint64_t{4} << 20;  // whole pages
+  for (std::uint64_t done = 0; done < length; done += kWindow) {
+    const std::size_t size = std::min(kWindow, length - done);
+    void* const bytes = mmap(nullptr, size, PROT_READ, MAP_SHARED | MAP_POPULATE, descriptor, static_cast<off_t>(done));
+    if (bytes == MAP_FAILED) {
+      hash = Xxh64();
+      return hash_file(descriptor, length, hash);
+    }
+    hash.update({static_cast<const std::byte*>(bytes), size});
+    munmap(bytes, size);
+  }
   return 0;
 }
 
