@@ -51,7 +51,8 @@ TEST(Writers, TwoResumesDoNotUndoEachOther) {
   ASSERT_EQ(campaign.graze("run ball.yaml -n 100 --quiet -o a.graze").code, 0);
   ASSERT_EQ(campaign.graze("run ball.yaml -n 3000 --quiet -o whole.graze").code, 0);
   testing::shell(campaign.folder.path(), "'" GRAZE_PROGRAM
-                                         "' resume a.graze -n 3000 --quiet & while [ ! -e a.graze/lock ]; do :; done; "
+                                         "' resume a.graze -n 3000 --quiet & first=$!; "
+                                         "while [ ! -e a.graze/lock ] && kill -0 $first; do :; done; "
                                          "'" GRAZE_PROGRAM "' resume a.graze --quiet; wait");
   EXPECT_EQ(digests(campaign.folder / "a.graze"), digests(campaign.folder / "whole.graze"));
   EXPECT_TRUE(Archive(campaign.folder / "a.graze").complete());
