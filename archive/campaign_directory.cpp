@@ -17,17 +17,6 @@ namespace fs = std::filesystem;
 
 constexpr const char* kManifestName = "shards";
 
-std::vector<fs::path> entries_of(const fs::path& directory) {
-  std::error_code error;
-  std::vector<fs::path> entries;
-  for (fs::directory_iterator at(directory, error), end; !error && at != end; at.increment(error)) {
-    entries.push_back(at->path());
-  }
-  if (error) throw InputError(fmt::format("{}: cannot be listed: {}", directory.string(), error.message()));
-  std::sort(entries.begin(), entries.end());
-  return entries;
-}
-
 bool is_archive_file(const fs::path& path) {
   return path.extension() == ".h5" || (path.extension() == ".tmp" && path.stem().extension() == ".h5");
 }
@@ -98,6 +87,17 @@ void describe(const fs::path& directory, const CampaignInfo& info, bool complete
 }
 
 }  // namespace
+
+std::vector<fs::path> entries_of(const fs::path& directory) {
+  std::error_code error;
+  std::vector<fs::path> entries;
+  for (fs::directory_iterator at(directory, error), end; !error && at != end; at.increment(error)) {
+    entries.push_back(at->path());
+  }
+  if (error) throw InputError(fmt::format("{}: cannot be listed: {}", directory.string(), error.message()));
+  std::sort(entries.begin(), entries.end());
+  return entries;
+}
 
 std::vector<fs::path> shard_files(const fs::path& directory) {
   std::vector<fs::path> files;

@@ -18,6 +18,9 @@ inline constexpr const char* kDescriptionFile = "campaign.h5";
 inline constexpr const char* kShardFolder = "shards";
 inline constexpr const char* kDamagedFolder = "damaged";  // shards that could not be read
 
+/// What is in a directory, sorted by name. Throws InputError if it cannot be listed.
+std::vector<std::filesystem::path> entries_of(const std::filesystem::path& directory);
+
 /// The shards of a campaign directory, sorted by name; unfinished ones (*.tmp) are not among them.
 std::vector<std::filesystem::path> shard_files(const std::filesystem::path& directory);
 

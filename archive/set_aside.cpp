@@ -19,16 +19,6 @@ void move(const fs::path& from, const fs::path& to) {
   if (error) throw MachineError(fmt::format("{}: cannot be moved: {}", from.string(), error.message()));
 }
 
-std::vector<fs::path> entries_of(const fs::path& folder) {
-  std::error_code error;
-  std::vector<fs::path> out;
-  for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
-    out.push_back(at->path());
-  }
-  if (error) throw MachineError(fmt::format("{}: cannot be listed: {}", folder.string(), error.message()));
-  return out;
-}
-
 void move_back(const fs::path& directory) {
   const fs::path folder = directory / kReplacingFolder;
   for (const fs::path& entry : entries_of(folder)) move(entry, directory / entry.filename());

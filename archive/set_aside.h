@@ -11,12 +11,13 @@ inline constexpr const char* kReplacedFolder = "replaced";    // everything has
 
 // All of these need the directory's lock.
 
-/// Moves everything but the lock into kReplacedFolder. Throws MachineError; nothing has been moved then.
+/// Moves everything but the lock into kReplacedFolder. Throws InputError if the directory cannot be listed,
+/// MachineError if something cannot be moved; all is in its place then.
 void set_aside(const std::filesystem::path& directory);
 /// Removes of a campaign without a shard what there is of it.
 void remove_empty(const std::filesystem::path& directory);
 /// Moves everything back, if something was set aside; what has come instead has no shard, and goes.
-/// Returns whether anything was moved. Throws MachineError.
+/// Returns whether anything was moved. Throws as set_aside().
 bool put_back(const std::filesystem::path& directory);
 /// Removes what was set aside.
 void drop_set_aside(const std::filesystem::path& directory);
