@@ -9,8 +9,10 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <chrono>
 #include <cmath>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <thread>
 
@@ -19,6 +21,7 @@
 #include "engine/control/policy.h"
 #include "jobs/campaign.h"
 #include "jobs/simulate.h"
+#include "jobs/watchdog.h"
 #include "tests/jobs/ball_campaign.h"
 
 namespace graze {
@@ -202,6 +205,20 @@ TEST(ContainedThreads, WhoHangsIsGivenUp) {
   expect_same_bits_but(bar.guilty, all, some);
   mended = true;  // they come back, and find that they are not needed any more
   for (std::thread& thread : some.end.hanging) thread.join();
+}
+
+// Claim: a trace on a thread that was started late (in place of one that hangs) has as long as any other; it is not cut
+// off by the first look at it.
+TEST(ContainedThreads, WhoJoinsLateHasItsWholeTime) {
+  Watchdog watchdog(1);
+  std::this_thread::sleep_for(std::chrono::milliseconds(1500));  // more ticks than a trace may last
+  const auto watch = std::make_shared<TraceWatch>();
+  watchdog.add(watch, [] {});
+  watch->enter();
+  watch->begin(0);
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));  // some looks, and far from a second
+  EXPECT_NO_THROW(watch->check());
+  watch->leave();
 }
 
 /// As `graze run` or `graze resume` do it.

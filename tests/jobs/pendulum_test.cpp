@@ -59,8 +59,8 @@ long peak_kb(const TemporaryFolder& folder, const std::string& arguments) {
   return std::atol(result.out.c_str());
 }
 
-// Claim: twice the particles take no more memory: a million more may cost 50 MB, a few bits each, more shards that are
-// open at once, and another one that waits because the disk was busy; their traces are 140 MB on disk and more than
+// Claim: twice the particles take no more memory: a million more may cost 20 MB, a few bits each and more shards that
+// are open at once, and `run` a shard that waits for the disk besides; their traces are 140 MB on disk and more than
 // twice that in memory.
 TEST(Pendulum, MemoryDoesNotGrowWithParticles) {
   if (!std::getenv("GRAZE_LONG")) GTEST_SKIP() << "tests/run --long runs it";
@@ -75,7 +75,8 @@ TEST(Pendulum, MemoryDoesNotGrowWithParticles) {
   const std::vector<long> small = peaks("1000000"), large = peaks("2000000");
   const char* verbs[] = {"run", "score", "status", "pack", "score of a file"};
   for (std::size_t i = 0; i < small.size(); ++i) {
-    EXPECT_LT(large[i], small[i] + 50'000) << verbs[i] << ": " << small[i] << " kB for a million particles";
+    const long waiting = i == 0 ? 32'000 : 0;  // kB, a full shard
+    EXPECT_LT(large[i], small[i] + 20'000 + waiting) << verbs[i] << ": " << small[i] << " kB for a million particles";
   }
 }
 
