@@ -6,6 +6,7 @@
 #include <charconv>
 
 #include "analysis/sequential.h"
+#include "archive/files.h"
 #include "archive/info.h"
 #include "jobs/simulate.h"
 #include "jobs/size_estimate.h"
@@ -26,9 +27,7 @@ Destination destination(const RunArguments& arguments, const Scenario& scenario)
   if (arguments.output.empty()) return {fs::path(scenario.file).stem().string() + ".graze", std::nullopt};
   const fs::path output = arguments.output;
   if (output.extension() != ".h5") return {output, std::nullopt};
-  if (fs::exists(output) && !arguments.force) {
-    throw InputError(fmt::format("{}: exists already; choose another --output or give --force", output.string()));
-  }
+  check_new_file(output, arguments.force, {});
   return {fs::path(output).replace_extension(".graze"), output};
 }
 

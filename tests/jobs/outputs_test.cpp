@@ -43,6 +43,15 @@ TEST(Outputs, NothingIsWrittenOverItsSource) {
   EXPECT_EQ(campaign.graze("score a.graze").code, 0);
 }
 
+TEST(Outputs, AFolderIsNoFileToPackInto) {
+  const BallCampaign campaign;
+  std::filesystem::create_directory(campaign.folder / "d.h5");
+  const testing::Result refused = campaign.graze("run ball.yaml -n 20 --force -o d.h5");
+  EXPECT_EQ(refused.code, 2) << "before anything is simulated";
+  EXPECT_THAT(refused.err, HasSubstr("d.h5: is a directory"));
+  EXPECT_FALSE(std::filesystem::exists(campaign.folder / "d.graze"));
+}
+
 TEST(Outputs, SamplesAreReplacedOnlyByForce) {
   const BallCampaign campaign;
   ASSERT_EQ(campaign.graze("sample ball.yaml -n 3 -o s.csv").code, 0);
