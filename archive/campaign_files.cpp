@@ -7,6 +7,7 @@
 #include "archive/campaign_directory.h"
 #include "archive/manifest.h"
 #include "archive/outcome_scan.h"
+#include "archive/reading_child.h"
 #include "archive/seal.h"
 #include "archive/shell_word.h"
 #include "engine/settings/paths.h"
@@ -27,6 +28,7 @@ auto with_file(const fs::path& path, const std::string& advice, const Act& act) 
     throw InputError(fmt::format("{}; {}", error.what(), advice));
   }
   const hdf5::Lock lock;
+  const ReadingNote note(path);
   try {
     const hdf5::Handle file = hdf5::open_for_reading(path);
     return act(file);

@@ -8,8 +8,6 @@
 namespace graze::hdf5 {
 namespace {
 
-/// Deflate cannot expand more than 1032-fold (zlib's documentation), so no dataset is larger than this times its file.
-constexpr std::uint64_t kLargestInflation = 1032;
 constexpr std::uint64_t kChunkBytes = std::uint64_t{1} << 18;  // fits HDF5's chunk cache (1 MiB) several times
 
 Handle enumeration_type(const std::vector<std::string>& labels, hid_t base) {
@@ -51,23 +49,6 @@ Handle creation_of(const Spec& spec, std::uint64_t rows, int deflate) {
   check(H5Pset_shuffle(list.id()), spec.name);
   check(H5Pset_deflate(list.id(), static_cast<unsigned>(deflate)), spec.name);
   return list;
-}
-
-/// Throws unless the data lie in the file itself, plain or by filters that every HDF5 has.
-void check_storage(hid_t dataset, const std::string& path) {
-  const Handle list(H5Dget_create_plist(dataset), H5Pclose, path);
-  const H5D_layout_t layout = H5Pget_layout(list.id());
-  bool good = (layout == H5D_CONTIGUOUS || layout == H5D_CHUNKED || layout == H5D_COMPACT) &&
-              H5Pget_external_count(list.id()) == 0;
-  const int filters = H5Pget_nfilters(list.id());
-  for (int i = 0; good && i < filters; ++i) {
-    unsigned flags = 0, config = 0;
-    std::size_t values = 0;
-    const H5Z_filter_t filter =
-        H5Pget_filter2(list.id(), static_cast<unsigned>(i), &flags, &values, nullptr, 0, nullptr, &config);
-    good = filter == H5Z_FILTER_DEFLATE || filter == H5Z_FILTER_SHUFFLE;
-  }
-  if (!good) throw Error("dataset '" + path + "' is stored in an unexpected way");
 }
 
 /// Whether a stored enumeration's members are the first of `labels`, all at the same values: programs add kinds at the
@@ -125,8 +106,7 @@ Column Column::open(hid_t parent, const std::string& group, const Spec& spec, st
   Column column;
   column.spec_ = spec;
   column.path_ = group + "/" + spec.name;
-  if (!exists(parent, column.path_)) throw Error("dataset '" + column.path_ + "' is missing");
-  column.dataset_ = Handle(H5Dopen2(parent, column.path_.c_str(), H5P_DEFAULT), H5Dclose, column.path_);
+  column.dataset_ = open_dataset(parent, column.path_);
   const Handle type(H5Dget_type(column.dataset_.id()), H5Tclose, column.path_);
   const Handle space(H5Dget_space(column.dataset_.id()), H5Sclose, column.path_);
   const int rank = spec.matrix ? 2 : 1;
@@ -135,11 +115,8 @@ Column Column::open(hid_t parent, const std::string& group, const Spec& spec, st
       H5Sget_simple_extent_dims(space.id(), extent, nullptr) != rank || extent[1] != spec.width) {
     throw Error("dataset '" + column.path_ + "' is not of the expected type and shape");
   }
-  check_storage(column.dataset_.id(), column.path_);
+  check_size(column.dataset_, column.path_, extent[0], spec.row_bytes(), file_bytes);
   column.rows_ = extent[0];
-  if (spec.width > 0 && column.rows_ > file_bytes * kLargestInflation / spec.row_bytes()) {
-    throw Error("dataset '" + column.path_ + "' claims more rows than the file can hold");
-  }
   return column;
 }
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cassert>
+#include <memory>
+#include <new>
 #include <utility>
 
 #include "archive/utf8.h"
@@ -42,16 +44,49 @@ void write_scalar(hid_t object, const char* name, hid_t file_type, hid_t memory_
   check(H5Awrite(attribute.id(), memory_type, value), name);
 }
 
-/// An attribute that is a scalar of the given class.
+/// An attribute that is a scalar of the given class, of no more bytes than a number or a reference to a text has.
 Handle open_scalar(hid_t object, const char* name, H5T_class_t wanted) {
   if (!has_attribute(object, name)) throw Error("attribute '" + std::string(name) + "' is missing");
   Handle attribute(H5Aopen(object, name, H5P_DEFAULT), H5Aclose, name);
   const Handle space(H5Aget_space(attribute.id()), H5Sclose, name);
   const Handle type(H5Aget_type(attribute.id()), H5Tclose, name);
-  if (H5Sget_simple_extent_npoints(space.id()) != 1 || H5Tget_class(type.id()) != wanted) {
+  constexpr std::size_t kMost = 16;
+  if (H5Sget_simple_extent_npoints(space.id()) != 1 || H5Tget_class(type.id()) != wanted ||
+      H5Tget_size(type.id()) > kMost || H5Tcommitted(type.id()) > 0) {
     throw Error("attribute '" + std::string(name) + "' is not of the expected type");
   }
   return attribute;
+}
+
+/// Where HDF5 puts the texts that it reads, no more bytes than it may.
+struct TextMemory {
+  std::uint64_t left;  // bytes
+  std::vector<std::unique_ptr<char[]>> texts;
+  bool exceeded = false;
+
+  static void* take(std::size_t size, void* self) noexcept {
+    auto& memory = *static_cast<TextMemory*>(self);
+    if (size > memory.left) {
+      memory.exceeded = true;
+      return nullptr;
+    }
+    try {
+      memory.texts.push_back(std::make_unique<char[]>(size));
+    } catch (const std::bad_alloc&) {
+      return nullptr;
+    }
+    memory.left -= size;
+    return memory.texts.back().get();
+  }
+  static void give_back(void*, void*) {}
+};
+
+/// Bytes of the file that an object lies in.
+std::uint64_t file_size(hid_t object) {
+  const Handle file(H5Iget_file_id(object), H5Fclose, "file");
+  hsize_t bytes = 0;
+  check(H5Fget_filesize(file.id(), &bytes), "file size");
+  return bytes;
 }
 
 /// No times in object headers: equal content, equal bytes.
@@ -63,7 +98,11 @@ Handle creation(hid_t kind) {
 
 }  // namespace
 
-Lock::Lock() : guard_(mutex()) { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
+Lock::Lock() : guard_(mutex()) {
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  static const bool without_plugins = H5PLset_loading_state(0) >= 0;  // a filter's name in a file loads no code
+  if (!without_plugins) throw Error("plugins of HDF5 cannot be switched off");
+}
 
 Handle::Handle(hid_t id, herr_t (*close)(hid_t), std::string_view what) : id_(id), close_(close) {
   if (id_ < 0) fail(what);
@@ -124,6 +163,14 @@ bool exists(hid_t parent, const std::string& path) {
     const htri_t found = H5Lexists(parent, head.c_str(), H5P_DEFAULT);
     check(found, head);
     if (found == 0) return false;
+    H5L_info_t link{};
+    check(H5Lget_info(parent, head.c_str(), &link, H5P_DEFAULT), head);
+    if (link.type != H5L_TYPE_HARD) {
+      const char* kind = link.type == H5L_TYPE_SOFT       ? "a soft link"
+                         : link.type == H5L_TYPE_EXTERNAL ? "a link to another file"
+                                                          : "a user-defined link";
+      throw Error("'" + head + "' is " + kind + "; an archive has hard links only");
+    }
     if (end == std::string::npos) return true;
   }
 }
@@ -169,7 +216,7 @@ std::string read_text(hid_t object, const char* name) {
   const Handle type = text_type();
   char* text = nullptr;
   check(H5Aread(attribute.id(), type.id(), &text), name);
-  const std::string out = text == nullptr ? "" : text;
+  const std::string out = text == nullptr ? "" : valid_utf8(text);
   H5free_memory(text);
   return out;
 }
@@ -217,8 +264,7 @@ void write_strings(hid_t parent, const std::string& path, const std::vector<std:
 }
 
 std::vector<std::string> read_strings(hid_t parent, const std::string& path) {
-  if (!exists(parent, path)) throw Error("dataset '" + path + "' is missing");
-  const Handle dataset(H5Dopen2(parent, path.c_str(), H5P_DEFAULT), H5Dclose, path);
+  const Handle dataset = open_dataset(parent, path);
   const Handle stored(H5Dget_type(dataset.id()), H5Tclose, path);
   const Handle space(H5Dget_space(dataset.id()), H5Sclose, path);
   if (H5Tget_class(stored.id()) != H5T_STRING || H5Tis_variable_str(stored.id()) <= 0 ||
@@ -226,15 +272,24 @@ std::vector<std::string> read_strings(hid_t parent, const std::string& path) {
     throw Error("dataset '" + path + "' is not a list of strings");
   }
   const auto count = static_cast<std::uint64_t>(H5Sget_simple_extent_npoints(space.id()));
-  // A plain dataset holds 16 bytes per string of variable length; more rows than it holds are a lie.
-  if (H5Dget_storage_size(dataset.id()) != count * 16) throw Error("dataset '" + path + "' is not whole");
+  const std::uint64_t file_bytes = file_size(dataset.id());
+  constexpr std::uint64_t kReference = 16;  // bytes per string of variable length in a plain dataset
+  check_size(dataset, path, count, kReference, file_bytes);
   std::vector<std::string> texts(count);
   if (count == 0) return texts;
   const Handle type = text_type();
+  // Each text lies in the file once, with its end: more of them than the file has bytes are one text many times over.
+  TextMemory memory{file_bytes + count, {}};
+  const Handle transfer(H5Pcreate(H5P_DATASET_XFER), H5Pclose, path);
+  check(H5Pset_vlen_mem_manager(transfer.id(), TextMemory::take, &memory, TextMemory::give_back, nullptr), path);
   std::vector<char*> pointers(count, nullptr);
-  check(H5Dread(dataset.id(), type.id(), H5S_ALL, H5S_ALL, H5P_DEFAULT, pointers.data()), path);
-  for (std::uint64_t i = 0; i < count; ++i) texts[i] = pointers[i] == nullptr ? "" : pointers[i];
-  H5Dvlen_reclaim(type.id(), space.id(), H5P_DEFAULT, pointers.data());
+  const herr_t read = H5Dread(dataset.id(), type.id(), H5S_ALL, H5S_ALL, transfer.id(), pointers.data());
+  if (memory.exceeded) {
+    throw Error("dataset '" + path + "' claims more text than the file of " + std::to_string(file_bytes) +
+                " bytes can hold");
+  }
+  check(read, path);
+  for (std::uint64_t i = 0; i < count; ++i) texts[i] = pointers[i] == nullptr ? "" : valid_utf8(pointers[i]);
   return texts;
 }
 

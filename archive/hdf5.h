@@ -63,8 +63,9 @@ Handle create_file(const std::string& name, const Handle& access);
 Handle open_for_reading(const std::filesystem::path& path);
 
 // ---- groups
-void make_group(hid_t parent, const std::string& path);                 // with all that lead to it
-bool exists(hid_t parent, const std::string& path);                     // link by link
+void make_group(hid_t parent, const std::string& path);  // with all that lead to it
+/// Link by link. Throws Error if one of them is no hard link: soft and external ones lead where an archive never does.
+bool exists(hid_t parent, const std::string& path);
 std::vector<std::string> links(hid_t parent, const std::string& path);  // names in a group, sorted
 
 // ---- attributes, scalar
@@ -90,6 +91,19 @@ class StringColumn {
 };
 std::vector<std::string> read_strings(hid_t parent, const std::string& path);
 
+// ---- datasets of files that may be anybody's
+/// Throws Error unless hard links lead there and the data lie in this file: neither external nor virtual, with no other
+/// filters than shuffle and deflate (once each), of a type of their own.
+Handle open_dataset(hid_t parent, const std::string& path);
+/// Throws Error unless so many rows may be what is stored: as many bytes, or as many as deflate can make of them,
+/// within a file of `file_bytes`, in chunks of a MiB or a row at most. A dataset without storage has no rows.
+void check_size(const Handle& dataset, const std::string& path, std::uint64_t rows, std::uint64_t row_bytes,
+                std::uint64_t file_bytes);
+
+/// Goes through all groups of a file. Throws Error unless there are hard links only, each object has one name (so that
+/// there are no circles), every dataset may be opened (open_dataset), and they claim no more than the file has.
+void check_tree(const Handle& file);
+
 // ---- columns
 enum class Type { enumeration, u8, i32, u32, u64, f64 };  // enumeration: of u8
 std::size_t size_of(Type type);
@@ -110,8 +124,8 @@ class Column {
  public:
   /// `deflate` 0: contiguous, plain. Else chunked, shuffled and compressed at that level.
   static Column create(hid_t parent, const std::string& group, const Spec& spec, std::uint64_t rows, int deflate);
-  /// Throws Error unless the dataset is there, stored in this file, of this type, rank and width, and no larger than
-  /// `file_bytes` can hold.
+  /// Throws Error unless the dataset is there (open_dataset), of this type, rank and width, and no larger than what is
+  /// stored of it (check_size).
   static Column open(hid_t parent, const std::string& group, const Spec& spec, std::uint64_t file_bytes);
 
   std::uint64_t rows() const { return rows_; }

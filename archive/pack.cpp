@@ -9,6 +9,7 @@
 #include "archive/campaign_files.h"
 #include "archive/file_driver.h"
 #include "archive/files.h"
+#include "archive/reading_child.h"
 #include "archive/text_spool.h"
 #include "archive/window.h"
 
@@ -29,6 +30,7 @@ Bytes read_rows(const OpenPart& file, const std::string& group, const hdf5::Spec
     file.fail(fmt::format("dataset '{}/{}' has {} rows instead of {} or more", group, spec.name, column.rows(),
                           first + count));
   }
+  const ReadingNote note(file.path());
   try {
     column.read(first, count, data.data());
   } catch (const hdf5::Error& error) {

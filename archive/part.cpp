@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "archive/reading_child.h"
+
 namespace graze {
 namespace {
 
@@ -28,11 +30,16 @@ OpenPart::OpenPart(std::filesystem::path path) : path_(std::move(path)) {
 void OpenPart::fail(const std::string& what) const { throw InputError(fmt::format("{}: {}", path_.string(), what)); }
 
 void OpenPart::guarded(const std::function<void()>& act) const {
+  const ReadingNote note(path_);
   try {
     act();
   } catch (const hdf5::Error& error) {
     fail(error.what());
   }
+}
+
+void OpenPart::check_tree() const {
+  guarded([&] { hdf5::check_tree(file_); });
 }
 
 bool OpenPart::has(const std::string& group) const {

@@ -21,6 +21,8 @@ class OpenPart {
   const std::filesystem::path& path() const { return path_; }
   const hdf5::Handle& file() const { return file_; }
 
+  /// Throws unless the file is made of groups and datasets as an archive is (hdf5::check_tree).
+  void check_tree() const;
   /// True if the group is there.
   bool has(const std::string& group) const;
   /// A dataset with so many rows.

@@ -1,12 +1,9 @@
 // What is not a whole, sound archive is refused with one message that names the file, and never crashes the reader.
 #include <gmock/gmock.h>
-#include <hdf5.h>
 
 #include "archive/campaign_directory.h"
-#include "archive/file_driver.h"
-#include "archive/info.h"
 #include "archive/schema.h"
-#include "tests/archive/compare.h"
+#include "tests/archive/forge.h"
 
 namespace graze {
 namespace {
@@ -15,55 +12,6 @@ using namespace synthetic;
 using testing::AllOf;
 using testing::HasSubstr;
 namespace fs = std::filesystem;
-
-/// Reads everything that there is.
-void read_all(const fs::path& path) {
-  const Archive archive(path);
-  for (const std::string& policy : archive.info().policies) {
-    for (const std::uint32_t particle : archive.traces(policy).particle) {
-      archive.telemetry(policy, particle);
-      archive.particle_values(particle);
-    }
-    archive.events(policy);
-  }
-}
-
-std::string refusal(const fs::path& path) {
-  return message_of<InputError>([&] { read_all(path); });
-}
-
-/// A small campaign, packed.
-fs::path packed(const Folder& folder) {
-  CampaignInfo facts = info();
-  facts.particles = 16;
-  facts.scenario_text = "graze: 1";
-  write(folder / "good.graze", facts);
-  pack(folder / "good.graze", folder / "good.h5", false);
-  return folder / "good.h5";
-}
-
-/// A sealed copy of a file in which one thing has been changed through HDF5: what a program that knows the seal could
-/// forge.
-fs::path forged(const Folder& folder, const fs::path& source, const std::function<void(hid_t)>& change) {
-  const fs::path target = folder / "forged.h5";
-  publish_hdf5(target, [&](const hdf5::Handle& out) {
-    const hdf5::Handle in = hdf5::open_for_reading(source);
-    for (const std::string& name : hdf5::links(in.id(), ".")) {
-      hdf5::check(H5Ocopy(in.id(), name.c_str(), out.id(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), name);
-    }
-    write_info_attributes(out, info(), Layout::packed, true);
-    change(out.id());
-  });
-  return target;
-}
-
-void drop(hid_t file, const char* path) { hdf5::check(H5Ldelete(file, path, H5P_DEFAULT), path); }
-
-template <class T>
-void replace(hid_t file, const std::string& group, const hdf5::Spec& spec, const std::vector<T>& data) {
-  drop(file, (group + "/" + spec.name).c_str());
-  hdf5::write_column(file, group, spec, data, 0);
-}
 
 // Claim: each way of not being an archive has its message, naming the path.
 TEST(Refusal, WhatIsNoArchive) {

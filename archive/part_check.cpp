@@ -1,0 +1,127 @@
+#include "archive/part_check.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "archive/failure_scan.h"
+#include "archive/outcome_scan.h"
+#include "archive/part_rows.h"
+
+namespace graze {
+namespace {
+
+constexpr std::uint64_t kPiece = std::uint64_t{1} << 14;  // rows
+
+/// Calls act(first, count) for all pieces of so many rows.
+template <class Act>
+void for_each_piece(std::uint64_t rows, const Act& act) {
+  for (std::uint64_t first = 0; first < rows; first += kPiece) act(first, std::min(kPiece, rows - first));
+}
+
+class PartCheck {
+ public:
+  PartCheck(const OpenPart& part, const CampaignInfo& info) : part_(part), info_(info), widths_(widths_of(info)) {}
+
+  void check() {
+    sequences_ = part_.texts(schema::kSequences).size();
+    reasons_ = part_.texts(schema::kReasons).size();
+    for (const std::string& policy : info_.policies) {
+      if (part_.has(schema::traces_group(policy))) check_policy(policy);
+    }
+    if (!part_.has(schema::kParticles)) return;
+    const std::uint64_t rows = check_ids(schema::kParticles);
+    read<double>(schema::kParticles, schema::values(widths_), rows);
+  }
+
+ private:
+  /// The rows of a table, in order of particle id.
+  std::uint64_t check_ids(const std::string& group) {
+    const std::uint64_t rows = part_.column(group, schema::particle()).rows();
+    std::uint32_t last = 0;
+    each<std::uint32_t>(group, schema::particle(), rows, [&](std::uint32_t id) {
+      if (id < last) part_.fail(fmt::format("'{}' is not in order of particle id", group));
+      last = id;
+    });
+    return rows;
+  }
+
+  void check_policy(const std::string& policy) {
+    const std::string group = schema::traces_group(policy);
+    const std::uint64_t rows = check_ids(group);
+    check_outcomes(group, rows);
+    for (const hdf5::Spec& spec :
+         {schema::end_time(), schema::objective_margin(), schema::margins(widths_), schema::first_violations(widths_),
+          schema::final_q(widths_), schema::final_v(widths_)}) {
+      read<double>(group, spec, rows);
+    }
+    if (part_.has(group + "/" + schema::solver().name)) read<double>(group, schema::solver(), rows);
+    read<std::uint64_t>(group, schema::digest(), rows);
+    check_indices(group, schema::sequence(), rows, sequences_);
+    check_indices(group, schema::invalid_reason(), rows, reasons_);
+    const std::string events = schema::events_group(policy), telemetry = schema::telemetry_group(policy);
+    const std::uint64_t all_events = flat_rows(events, rows), frames = flat_rows(telemetry, rows);
+    for_each_piece(all_events, [&](std::uint64_t first, std::uint64_t count) {
+      read_events(part_, events, {all_events, first, count}, info_);
+    });
+    if (frames == 0) return;
+    for (const hdf5::Spec& spec : schema::telemetry(widths_)) read<double>(telemetry, spec, frames);
+  }
+
+  std::uint64_t flat_rows(const std::string& group, std::uint64_t traces) {
+    const std::vector<std::uint64_t> offset = part_.offsets(group, traces);
+    return offset.empty() ? 0 : offset.back();
+  }
+
+  void check_outcomes(const std::string& group, std::uint64_t rows) {
+    for_each_piece(rows, [&](std::uint64_t first, std::uint64_t count) {
+      const auto outcome = part_.slice<std::uint8_t>(group, schema::outcome(), rows, first, count);
+      const auto violated = part_.slice<std::int32_t>(group, schema::violated(), rows, first, count);
+      for (std::size_t i = 0; i < count; ++i) {
+        if (possible_outcome(static_cast<Outcome>(outcome[i]), violated[i], info_.requirements.size())) continue;
+        part_.fail(fmt::format("'{}', row {}: outcome {} with violated requirement {} is not possible", group,
+                               first + i, outcome[i], violated[i]));
+      }
+    });
+  }
+
+  void check_indices(const std::string& group, const hdf5::Spec& spec, std::uint64_t rows, std::size_t texts) {
+    each<std::uint32_t>(group, spec, rows, [&](std::uint32_t index) {
+      if (index >= texts) part_.fail(fmt::format("'{}/{}': index out of range", group, spec.name));
+    });
+  }
+
+  template <class T>
+  void read(const std::string& group, const hdf5::Spec& spec, std::uint64_t rows) {
+    for_each_piece(rows,
+                   [&](std::uint64_t first, std::uint64_t count) { part_.slice<T>(group, spec, rows, first, count); });
+  }
+
+  template <class T, class Act>
+  void each(const std::string& group, const hdf5::Spec& spec, std::uint64_t rows, const Act& act) {
+    for_each_piece(rows, [&](std::uint64_t first, std::uint64_t count) {
+      for (const T value : part_.slice<T>(group, spec, rows, first, count)) act(value);
+    });
+  }
+
+  const OpenPart& part_;
+  const CampaignInfo& info_;
+  const Widths widths_;
+  std::size_t sequences_ = 0, reasons_ = 0;
+};
+
+}  // namespace
+
+void check_part(const OpenPart& part, const CampaignInfo& info) {
+  part.check_tree();
+  PartCheck(part, info).check();
+}
+
+void check_outcomes(Parts& part, const CampaignInfo& info) {
+  for (const std::string& policy : info.policies) {
+    scan_outcomes(part, policy, info.requirements.size(), [](std::span<const TraceOutcome>) {});
+    scan_failures(part, policy, info, {});
+  }
+}
+
+}  // namespace graze

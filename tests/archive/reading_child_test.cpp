@@ -1,0 +1,133 @@
+// Claim: whatever the HDF5 library does with a file that has a fitting seal, it does it in a child process, which ends,
+// and the user gets a message that names the file.
+#include "archive/reading_child.h"
+
+#include <gmock/gmock.h>
+#include <sys/resource.h>
+
+#include <csignal>
+
+#include "tests/archive/forge.h"
+
+namespace graze {
+namespace {
+
+using namespace synthetic;
+using testing::AllOf;
+using testing::HasSubstr;
+namespace fs = std::filesystem;
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define GRAZE_SANITIZED
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+#define GRAZE_SANITIZED
+#endif
+#endif
+
+/// Children end after so many seconds of processor time, and so does this process.
+void allow_seconds(rlim_t seconds) {
+  rlimit limit{};
+  getrlimit(RLIMIT_CPU, &limit);
+  limit.rlim_cur = seconds;
+  setrlimit(RLIMIT_CPU, &limit);
+}
+
+TEST(ReadingChild, TellsWhichFileKillsOrIsRefused) {
+  const std::vector<fs::path> files = {"good", "crash", "refused", "also good", "large"};
+  const auto bad = unreadable(files, [](const fs::path& file) {
+    if (file == "crash") {
+      std::signal(SIGSEGV, SIG_DFL);  // sanitizers have a handler
+      std::raise(SIGSEGV);
+    }
+    if (file == "refused") throw InputError("refused: is refused");
+    if (file == "large") throw std::bad_alloc();
+  });
+  ASSERT_EQ(bad.size(), 3u);
+  EXPECT_EQ(bad[0].file, 1u);
+  EXPECT_THAT(bad[0].why, HasSubstr("crash: the HDF5 library crashed on it (SIGSEGV)"));
+  EXPECT_EQ(bad[1].file, 2u);
+  EXPECT_EQ(bad[1].why, "refused: is refused");
+  EXPECT_EQ(bad[2].file, 4u);
+  EXPECT_THAT(bad[2].why, HasSubstr("large: reading it takes more memory"));
+}
+
+TEST(ReadingChild, HasNoMoreMemoryThanAnArchiveNeeds) {
+#ifdef GRAZE_SANITIZED
+  GTEST_SKIP() << "no limit on memory under a sanitizer";
+#else
+  const auto take = [](std::size_t bytes) {
+    return unreadable(std::vector<fs::path>{"file"}, [=](const fs::path&) { std::string(bytes, 'x'); });
+  };
+  EXPECT_TRUE(take(std::size_t{1} << 20).empty());
+  const auto bad = take(std::size_t{2} << 30);
+  ASSERT_EQ(bad.size(), 1u);
+  EXPECT_THAT(bad[0].why, HasSubstr("file: reading it takes more memory than an archive of its size may"));
+#endif
+}
+
+TEST(ReadingChildDeathTest, IsEndedWhenItHangs) {
+  EXPECT_EXIT(
+      {
+        allow_seconds(1);
+        const auto bad = unreadable(std::vector<fs::path>{"file"}, [](const fs::path&) {
+          for (volatile int forever = 1; forever != 0;) continue;
+        });
+        std::fputs(bad.at(0).why.c_str(), stderr);
+        std::_Exit(0);
+      },
+      ::testing::ExitedWithCode(0), "file: reading it took more than .* s of processor time");
+}
+
+TEST(ReadingChild, DiesWithItsParent) {
+  int ends[2];
+  ASSERT_EQ(pipe(ends), 0);
+  const pid_t parent = fork();
+  if (parent == 0) {
+    close(ends[0]);
+    if (!go_on_in_child({std::uint64_t{1} << 30, 60})) {
+      const char ready = 'r';
+      if (::write(ends[1], &ready, 1) == 1) pause();
+    }
+    _exit(0);
+  }
+  close(ends[1]);
+  char text = 0;
+  ASSERT_EQ(::read(ends[0], &text, 1), 1);
+  kill(parent, SIGKILL);
+  EXPECT_EQ(::read(ends[0], &text, 1), 0) << "nobody has the other end any more";
+  waitpid(parent, nullptr, 0);
+  close(ends[0]);
+}
+
+// Bytes changed at random behind a fitting seal: HDF5 itself survives only some of that.
+TEST(ReadingChildDeathTest, ChangedBytesEndInAMessage) {
+  const int rounds = std::getenv("GRAZE_LONG") != nullptr ? 20'000 : 60;
+  const Folder folder;
+  const fs::path source = packed(folder), changed = folder / "changed.h5";
+  const std::string whole = content(source).substr(0, fs::file_size(source) - 24);
+  EXPECT_EXIT(
+      {
+        allow_seconds(60);
+        int refused = 0;
+        for (int i = 0; i < rounds; ++i) {
+          std::string bytes = whole;
+          for (int k = 0; k < 4; ++k) {
+            const auto at = static_cast<std::size_t>(uniform(11, i, 2 * k, 0) * static_cast<double>(bytes.size()));
+            bytes[at] = static_cast<char>(256 * uniform(11, i, 2 * k + 1, 0));
+          }
+          put(changed, bytes);
+          reseal(changed, false);
+          for (const Unreadable& bad : unreadable(std::vector<fs::path>{changed}, read_all)) {
+            ++refused;
+            if (bad.why.rfind(changed.string(), 0) != 0) std::fprintf(stderr, "NAMELESS: %s\n", bad.why.c_str());
+          }
+        }
+        std::fprintf(stderr, "refused %d\n", refused);
+        std::_Exit(refused > 0 ? 0 : 1);
+      },
+      ::testing::ExitedWithCode(0), "^refused [0-9]+\n$");
+}
+
+}  // namespace
+}  // namespace graze
