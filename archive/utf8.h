@@ -1,5 +1,5 @@
 #pragma once
-// Text as HDF5 and its readers want it.
+// Text as HDF5 and its readers want it, and as a terminal may have it.
 
 #include <string>
 #include <string_view>
@@ -8,5 +8,14 @@ namespace graze {
 
 /// `text` as valid UTF-8 without NUL: each byte that cannot stand where it stands becomes U+FFFD.
 std::string valid_utf8(std::string_view text);
+
+/// `text` with everything escaped that would do something to a terminal or hide what stands there: controls (C0, DEL,
+/// C1) and marks that turn the direction of writing or end a line as \u001b, bytes that are no UTF-8 as \xff. Within
+/// strings of JSON that is the same text. For names: one line.
+std::string printable(std::string_view text);
+/// The same for texts of several lines: line ends and tabs stay.
+std::string printable_lines(std::string_view text);
+/// The same for a message: lines after the first are indented, so that none of them can pose as another message.
+std::string printable_message(std::string_view text);
 
 }  // namespace graze
