@@ -10,6 +10,7 @@
 
 #include "analysis/text_table.h"
 #include "archive/shell_word.h"
+#include "archive/utf8.h"
 
 namespace graze {
 namespace {
@@ -115,8 +116,8 @@ void list_failures(const Archive& archive, const std::vector<std::string>& polic
   };
   out << line("policy", policy, "particle", "outcome", "what", what, "time", "margin", "replay");
   for_each_failure(archive, policies, [&](const Failure& failure) {
-    out << line(failure.policy, policy, failure.particle, outcome_name(failure.outcome), failure.what, what,
-                number(failure.time, " s"), margin_text(failure),
+    out << line(printable(failure.policy), policy, failure.particle, outcome_name(failure.outcome),
+                printable(failure.what), what, number(failure.time, " s"), margin_text(failure),
                 replay_command(name, failure.policy, failure.particle));
   });
 }

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <regex>
 
+#include "archive/utf8.h"
+
 namespace graze {
 namespace {
 
@@ -16,7 +18,11 @@ std::size_t width_of(const std::string& text) {
 
 }  // namespace
 
-std::string text_table(const std::vector<std::vector<std::string>>& rows, std::size_t left) {
+std::string text_table(const std::vector<std::vector<std::string>>& cells, std::size_t left) {
+  std::vector<std::vector<std::string>> rows = cells;
+  for (auto& row : rows) {
+    for (std::string& cell : row) cell = printable(cell);
+  }
   std::vector<std::size_t> width(rows.front().size());
   for (const auto& row : rows) {
     for (std::size_t i = 0; i < row.size(); ++i) width[i] = std::max(width[i], width_of(row[i]));

@@ -177,6 +177,7 @@ bool may_not_fork() { return child || traced(); }
 std::optional<ReaderEnd> go_on_in_child(const ReadingLimits& limits) {
   Report& shared = shared_report();
   const pid_t parent = getpid();
+  std::signal(SIGCHLD, SIG_DFL);  // who ignores it is never told how a child ended
   const pid_t id = fork();
   if (id < 0) throw MachineError(fmt::format("no process can be started to read in: {}", std::strerror(errno)));
   if (id == 0) {

@@ -9,6 +9,7 @@
 #include "archive/archive.h"
 #include "archive/parent_folders.h"
 #include "jobs/commands.h"
+#include "jobs/reading_verb.h"
 
 namespace graze {
 namespace {
@@ -67,7 +68,13 @@ void add_pack(CLI::App& app, Action& action) {
       ->required();
   verb->add_option("-o,--output", arguments->output, "The file (default: DIRECTORY with .h5)");
   verb->add_flag("--force", arguments->force, "Replace the file if it exists");
-  verb->callback([arguments, &action] { action = [arguments] { return pack_campaign(*arguments); }; });
+  verb->callback([arguments, &action] {
+    action = [arguments] {
+      constexpr double kSecondsPerMegabyte = 1;  // it compresses, too
+      return in_reading_child(
+          arguments->directories, [&] { return pack_campaign(*arguments); }, kSecondsPerMegabyte);
+    };
+  });
 }
 
 }  // namespace graze

@@ -9,6 +9,7 @@
 #include "archive/parent_folders.h"
 #include "jobs/commands.h"
 #include "jobs/option_values.h"
+#include "jobs/reading_verb.h"
 #include "jobs/replay.h"
 
 namespace graze {
@@ -75,7 +76,7 @@ void add_replay(CLI::App& app, Action& action) {
   verb->add_flag("--json", arguments->json, "Print JSON");
   verb->callback([arguments, &action] {
     arguments->request.record = !arguments->output.empty();
-    action = [arguments] { return replay(*arguments); };
+    action = [arguments] { return in_reading_child({arguments->request.archive}, [&] { return replay(*arguments); }); };
   });
 }
 

@@ -7,6 +7,7 @@
 #include "analysis/score.h"
 #include "analysis/sequential.h"
 #include "jobs/commands.h"
+#include "jobs/reading_verb.h"
 
 namespace graze {
 namespace {
@@ -134,7 +135,9 @@ void add_score(CLI::App& app, Action& action) {
       ->allow_extra_args(false);
   verb->add_flag("--failures", arguments->failures, "List every failed trace, each with its replay command");
   verb->add_flag("--json", arguments->json, "Print JSON");
-  verb->callback([arguments, &action] { action = [arguments] { return score_archives(*arguments); }; });
+  verb->callback([arguments, &action] {
+    action = [arguments] { return in_reading_child(arguments->archives, [&] { return score_archives(*arguments); }); };
+  });
 }
 
 }  // namespace graze

@@ -16,6 +16,7 @@
 #include "archive/unfinished.h"
 #include "jobs/commands.h"
 #include "jobs/progress.h"
+#include "jobs/reading_verb.h"
 #include "jobs/shard_rate.h"
 #include "jobs/simulate.h"
 
@@ -194,9 +195,11 @@ void add_status(CLI::App& app, Action& action) {
   verb->add_flag("--json", arguments->json, "Print as JSON");
   verb->callback([arguments, &action] {
     action = [arguments] {
-      const Status status = status_of(arguments->archive);
-      std::cout << (arguments->json ? json_of(status) : text_of(arguments->archive, status));
-      return kDone;
+      return in_reading_child({arguments->archive}, [&] {
+        const Status status = status_of(arguments->archive);
+        std::cout << (arguments->json ? json_of(status) : text_of(arguments->archive, status));
+        return kDone;
+      });
     };
   });
 }

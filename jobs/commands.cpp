@@ -9,13 +9,14 @@
 #include <new>
 
 #include "archive/archive.h"
+#include "archive/utf8.h"
 #include "jobs/option_values.h"
 
 namespace graze {
 namespace {
 
 ExitCode fail(ExitCode code, const std::string& message) {
-  std::cerr << "graze: " << message << std::endl;
+  std::cerr << printable_message("graze: " + message) << std::endl;
   return code;
 }
 

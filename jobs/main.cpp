@@ -1,8 +1,6 @@
 // graze VERB …: reads the command line, runs the verb, turns errors into one clear message and an exit code.
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
-#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <exception>
@@ -14,6 +12,7 @@
 #include "graze_version.h"
 #include "jobs/commands.h"
 #include "jobs/option_words.h"
+#include "jobs/terminal.h"
 
 namespace graze {
 namespace {
@@ -69,8 +68,8 @@ void open_standard_streams() {
 int main(int argc, char** argv) {
   using namespace graze;
   open_standard_streams();
-  spdlog::set_default_logger(spdlog::stderr_color_mt("graze"));
-  spdlog::set_pattern("%n: %v");
+  log_to_stderr();
+  const EscapedOutput out(std::cout), err(std::cerr);
   try {
     return parse_and_run(argc, argv);
   } catch (...) {

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "archive/utf8.h"
+
 namespace graze {
 
 std::string duration_text(double seconds) {
@@ -29,7 +31,7 @@ ProgressReport::~ProgressReport() {
   }
   wake_.notify_all();
   thread_.join();
-  std::fprintf(stderr, terminal_ ? "\r\x1b[K%s\n" : "%s\n", line().c_str());
+  std::fprintf(stderr, terminal_ ? "\r\x1b[K%s\n" : "%s\n", printable(line()).c_str());
 }
 
 double ProgressReport::seconds() const {
@@ -60,7 +62,7 @@ void ProgressReport::loop() {
   const auto period = terminal_ ? std::chrono::milliseconds(200) : std::chrono::milliseconds(10000);
   std::unique_lock lock(mutex_);
   while (!wake_.wait_for(lock, period, [this] { return done_; })) {
-    std::fprintf(stderr, terminal_ ? "\r\x1b[K%s" : "%s\n", line().c_str());
+    std::fprintf(stderr, terminal_ ? "\r\x1b[K%s" : "%s\n", printable(line()).c_str());
     std::fflush(stderr);
   }
 }

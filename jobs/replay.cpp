@@ -9,6 +9,7 @@
 #include <cmath>
 #include <limits>
 
+#include "archive/reading_child.h"
 #include "jobs/contained.h"
 #include "jobs/particles.h"
 #include "jobs/step_recorder.h"
@@ -230,6 +231,8 @@ Replay replay(const ReplayRequest& request) {
   const PolicySpec& policy = find_policy(request, info, scenario);
   out.archived = archive.trace(policy.name, request.particle);
   if (!out.archived) check_there(request, info, policy.name);
+  const std::vector<double> archived_values = archive.particle_values(request.particle);
+  end_of_reading();
   const bool events = scenario.recording.events;
   scenario.recording = Recording{.telemetry = Telemetry::none};
 
@@ -251,7 +254,7 @@ Replay replay(const ReplayRequest& request) {
   if (out.archived) {
     file.archived_digest = out.archived->digest;
     out.differences = trace_differences(*out.archived, file.trace, file.info, events);
-    compare_values(archive.particle_values(request.particle), out, out.differences);
+    compare_values(archived_values, out, out.differences);
   }
   file.verification = !out.archived ? "unverified" : out.differences.empty() ? "identical" : "different";
   return out;

@@ -9,6 +9,7 @@
 #include <ctime>
 
 #include "archive/shell_word.h"
+#include "archive/utf8.h"
 #include "jobs/commands.h"
 
 namespace graze {
@@ -60,7 +61,7 @@ void set_handler(int number, void (*handler)(int)) {
 const std::atomic<bool>& heed_signals(const std::string& directory) {
   leaving =
       fmt::format("\ngraze: {}: stopped at once; every shard on disk is kept, and 'graze resume {}' does the rest\n",
-                  directory, shell_word(directory));
+                  printable(directory), printable(shell_word(directory)));
   for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGUSR1, SIGXCPU}) set_handler(number, on_signal);
   for (const int number : {SIGPIPE, SIGXFSZ}) set_handler(number, SIG_IGN);
   return stop;

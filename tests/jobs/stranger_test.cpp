@@ -1,0 +1,151 @@
+// Claim: what strangers have written (archives with a fitting seal, names) neither crashes a verb nor floods it, and
+// does nothing to the terminal that it is printed on.
+#include <fcntl.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <csignal>
+#include <nlohmann/json.hpp>
+
+#include "archive/reading_child.h"
+#include "archive/seal.h"
+#include "archive/utf8.h"
+#include "jobs/reading_verb.h"
+#include "sampling/stream.h"
+#include "tests/jobs/ball_campaign.h"
+
+namespace graze {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ExitedWithCode;
+using ::testing::HasSubstr;
+using ::testing::KilledBySignal;
+
+/// The exit code of a verb, and its message on stderr, as main() has them.
+int as_main(const std::function<int()>& act) {
+  try {
+    return in_reading_child({"archive.h5"}, act);
+  } catch (const InputError& error) {
+    std::fputs(error.what(), stderr);
+    return 2;
+  } catch (const MachineError& error) {
+    std::fputs(error.what(), stderr);
+    return 3;
+  }
+}
+
+int die_of(int signal) {
+  std::signal(signal, SIG_DFL);  // sanitizers have handlers
+  return std::raise(signal);
+}
+
+TEST(ReadingVerbDeathTest, GivesTheExitCodeOfItsChildOrSaysWhatKilledIt) {
+  EXPECT_EXIT(std::_Exit(as_main([] { return 4; })), ExitedWithCode(4), "");
+  EXPECT_EXIT(std::_Exit(as_main([] {
+                const ReadingNote inside("shards/000007.h5");
+                return die_of(SIGSEGV);
+              })),
+              ExitedWithCode(2), "shards/000007.h5: the HDF5 library crashed on it \\(SIGSEGV\\)");
+  EXPECT_EXIT(std::_Exit(as_main([] { return die_of(SIGABRT); })), ExitedWithCode(3), "internal error");
+  EXPECT_EXIT(std::_Exit(as_main([]() -> int { throw std::bad_alloc(); })), ExitedWithCode(2), "takes more memory");
+}
+
+// Ctrl-C, a closed pipe: whoever started the program sees what it has always seen.
+TEST(ReadingVerbDeathTest, EndsByTheSignalThatEndedItsChild) {
+  for (const int signal : {SIGINT, SIGTERM, SIGPIPE}) {
+    EXPECT_EXIT(std::_Exit(as_main([=] { return die_of(signal); })), KilledBySignal(signal), "");
+  }
+}
+
+class StrangeArchive : public ::testing::Test, public testing::BallCampaign {
+ protected:
+  /// The packed campaign with some bytes changed, and sealed again.
+  void change(const std::string& bytes, int round) const {
+    std::string changed = bytes.substr(0, bytes.size() - 24);
+    for (int k = 0; k < 4; ++k) {
+      const auto at = static_cast<std::size_t>(uniform(3, round, 2 * k, 0) * static_cast<double>(changed.size()));
+      changed[at] = static_cast<char>(256 * uniform(3, round, 2 * k + 1, 0));
+    }
+    testing::write_file(folder / "changed.h5", changed);
+    const Descriptor file(open((folder / "changed.h5").c_str(), O_RDWR | O_CLOEXEC));
+    ASSERT_EQ(seal_file(file.number()), 0);
+  }
+};
+
+TEST_F(StrangeArchive, EveryVerbEndsWithAMessage) {
+  ASSERT_EQ(graze("run ball.yaml -n 20 --quiet -o good.h5").code, 0);
+  const std::string bytes = testing::read_file(folder / "good.h5");
+  const int rounds = std::getenv("GRAZE_LONG") != nullptr ? 2000 : 12;
+  const std::string verbs[] = {"score ", "status ", "replay --particle 3 ", "score --failures --json "};
+  int refused = 0;
+  for (int round = 0; round < rounds; ++round) {
+    change(bytes, round);
+    const testing::Result run = graze(verbs[round % std::size(verbs)] + "changed.h5");
+    EXPECT_LT(run.code, 5) << "round " << round << ": " << run.err;
+    if (run.code == 0) continue;
+    ++refused;
+    EXPECT_THAT(run.err, AllOf(HasSubstr("graze: "), HasSubstr("changed.h5"))) << "round " << round;
+  }
+  EXPECT_GT(refused, 0);
+}
+
+TEST(Printable, EscapesWhatActsOnATerminalAndNothingElse) {
+  EXPECT_EQ(printable("step/1 cm: α"), "step/1 cm: α");
+  EXPECT_EQ(printable("\x1b[31mred\x07\x7f"), "\\u001b[31mred\\u0007\\u007f");
+  EXPECT_EQ(printable("\xC2\x9B"
+                      "2J"),
+            "\\u009b2J")
+      << "the C1 control that begins a sequence";
+  EXPECT_EQ(printable("\x9B"
+                      "2J"),
+            "\\x9b2J")
+      << "the same as a byte that is no UTF-8";
+  EXPECT_EQ(printable("a\xE2\x80\xAE"
+                      "b\xE2\x81\xA6"
+                      "c"),
+            "a\\u202eb\\u2066c")
+      << "direction of writing";
+  EXPECT_EQ(printable("two\nlines\t"), "two\\u000alines\\u0009");
+  EXPECT_EQ(printable_lines("two\nlines\r\t"), "two\nlines\\u000d\t");
+  EXPECT_EQ(printable_message("no\ngraze: all is well\n  a list"), "no\n  graze: all is well\n  a list");
+  EXPECT_EQ(printable(std::string_view("a\0b", 3)), "a\\u0000b");
+}
+
+TEST_F(StrangeArchive, NamesReachTheTerminalEscaped) {
+  const std::string name = "Ba\x1b[2Jll\xE2\x80\xAE\xC2\x9B", shown = "\\u001b[2Jll\\u202e\\u009b";
+  std::string scenario = testing::ball_scenario();
+  scenario.replace(scenario.find("name: Ball"), 10, "name: \"Ba\\e[2Jll\\u202e\\u009b\"");
+  scenario.replace(scenario.find("    high:"), 9, "    \"hi\\e[7mgh\":");
+  scenario.replace(scenario.find("above: 0.05"), 11, "above: 0.17");
+  testing::write_file(folder / "ball.yaml", scenario);
+  const auto clean = [](const std::string& text) {
+    return text.find('\x1b') == std::string::npos && text.find("\xE2\x80\xAE") == std::string::npos &&
+           text.find("\xC2\x9B") == std::string::npos;
+  };
+  // What each shows of it: the campaign's name, a requirement's, or (a message) the value that is refused.
+  const std::pair<const char*, std::string> verbs[] = {
+      {"check ball.yaml", shown},
+      {"run ball.yaml -n 20 --quiet -o a.graze", shown},
+      {"score a.graze", "hi\\u001b[7mgh"},
+      {"score a.graze --failures", "hi\\u001b[7mgh"},
+      {"status a.graze", "hi\\u001b[7mgh"},
+      {"replay a.graze --particle 0", shown},
+      {"replay a.graze --particle 0 --json", shown},
+      {"score a.graze --json", shown},
+      {"score a.graze --policy $'\\e[1m'", "\\u001b[1m"},
+      {"check ball.yaml --set name=$'[\\e[1m'", "\\u001b[1m"},
+  };
+  for (const auto& [verb, part] : verbs) {
+    SCOPED_TRACE(verb);
+    const testing::Result run =
+        testing::shell(folder.path(), std::string("exec bash -c \"'") + GRAZE_PROGRAM + "' " + verb + "\"");
+    EXPECT_TRUE(clean(run.out)) << run.out;
+    EXPECT_TRUE(clean(run.err)) << run.err;
+    EXPECT_THAT(run.out + run.err, HasSubstr(part));
+  }
+  EXPECT_EQ(nlohmann::json::parse(graze("score a.graze --json").out)["campaign"], name) << "JSON says the same";
+}
+
+}  // namespace
+}  // namespace graze
