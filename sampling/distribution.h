@@ -2,6 +2,7 @@
 // One-dimensional distributions. All are sampled through their quantile function (inverse CDF) from a uniform in (0,1),
 // so that random, Latin hypercube and Sobol designs share one path.
 
+#include <cstddef>
 #include <string>
 #include <utility>
 #include <vector>
@@ -62,6 +63,8 @@ class Distribution {
   bool is_constant() const;
   Kind kind() const { return kind_; }
   Numbers numbers() const { return {a_, b_, c_, d_, low_, high_, span_, far_ != 0}; }
+  /// How many numbers it keeps: values of an empirical one, weights and values of a choice.
+  std::size_t kept_numbers() const { return table_.size() + values_.size(); }
   bool is_choice() const { return kind_ == Kind::choice; }
   /// One line for tables and archives, e.g. "normal(mean=0.1, std=0.0025)".
   std::string describe() const;

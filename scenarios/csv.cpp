@@ -3,72 +3,100 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
-#include <optional>
-#include <sstream>
+#include <string_view>
 
-#include "engine/settings/tree.h"
+#include "engine/settings/inputs.h"
 #include "engine/settings/units.h"
+#include "scenarios/limits.h"
 
 namespace graze {
 namespace {
 
-struct Line {
-  int number;  // from 1
-  std::vector<std::string> cells;
-};
-
-std::string trimmed(const std::string& text) {
-  const auto first = text.find_first_not_of(" \t\r\"");
-  if (first == std::string::npos) return "";
-  return text.substr(first, text.find_last_not_of(" \t\r\"") - first + 1);
+std::string_view trimmed(std::string_view text) {
+  constexpr std::string_view kAround = " \t\r\"";
+  const auto first = text.find_first_not_of(kAround);
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(kAround) - first + 1);
 }
 
-std::vector<std::string> split(const std::string& line, bool at_spaces) {
-  const bool marked = line.find_first_of(",;") != std::string::npos;
-  const std::string separators = marked ? ",;" : at_spaces ? " \t" : "";
-  std::vector<std::string> out;
-  std::size_t from = 0;
-  while (true) {
+/// Calls take(cell) for each cell of a line.
+template <typename Take>
+void split(std::string_view line, bool at_spaces, const Take& take) {
+  const bool marked = line.find_first_of(",;") != std::string_view::npos;
+  const std::string_view separators = marked ? ",;" : at_spaces ? " \t" : "";
+  for (std::size_t from = 0;;) {
     const std::size_t end = std::min(line.find_first_of(separators, from), line.size());
-    std::string cell = trimmed(line.substr(from, end - from));
-    if (marked || !cell.empty()) out.push_back(std::move(cell));
-    if (end == line.size()) return out;
+    const std::string_view cell = trimmed(line.substr(from, end - from));
+    if (marked || !cell.empty()) take(cell);
+    if (end == line.size()) return;
     from = end + 1;
   }
 }
 
-std::vector<Line> read_lines(const Settings& where, const std::string& file, bool at_spaces) {
-  std::istringstream stream(read_text(file, fmt::format("{}: {}: ", where.place(), where.path())));
-  std::vector<Line> out;
-  std::string text;
-  for (int number = 1; std::getline(stream, text); ++number) {
-    if (trimmed(text).empty() || text[0] == '#') continue;
-    out.push_back({number, split(text, at_spaces)});
-  }
-  if (out.empty()) where.fail(file + ": holds no lines");
-  return out;
-}
+/// A file's lines that hold something, one at a time: the file may be large.
+class Lines {
+ public:
+  Lines(const Settings& where, const std::string& file)
+      : text_(read_input(file, fmt::format("{}: {}: ", where.place(), where.path()), kMaxCsvBytes)) {}
 
-double parse(const std::string& cell, const std::string& file, int line) {
+  /// False at the end.
+  bool next() {
+    while (at_ < text_.size()) {
+      const std::size_t end = std::min(text_.find('\n', at_), text_.size());
+      line_ = std::string_view(text_).substr(at_, end - at_);
+      at_ = end + 1;
+      ++number_;
+      if (!trimmed(line_).empty() && line_[0] != '#') return true;
+    }
+    return false;
+  }
+  std::string_view line() const { return line_; }
+  int number() const { return number_; }  // from 1
+
+ private:
+  std::string text_;
+  std::size_t at_ = 0;
+  std::string_view line_;
+  int number_ = 0;
+};
+
+double parse(std::string_view cell, const std::string& file, int line) {
   const auto number = split_number(cell);
   if (!number || !number->unit.empty() || !std::isfinite(number->value)) {
-    throw InputError(fmt::format("{}:{}: '{}': must be a number", file, line, cell));
+    throw InputError(fmt::format("{}:{}: '{}': must be a number", file, line, clipped(cell, 40)));
   }
   return number->value;
 }
 
+/// The cells of a line of a file whose columns have names.
+std::vector<std::string_view> columns(const Lines& lines, const std::string& file) {
+  std::vector<std::string_view> out;
+  split(lines.line(), false, [&](std::string_view cell) {
+    if (out.size() == kMaxColumns) {
+      throw InputError(fmt::format("{}:{}: more than {} columns", file, lines.number(), kMaxColumns));
+    }
+    out.push_back(cell);
+  });
+  return out;
+}
+
 }  // namespace
 
-std::vector<std::vector<double>> read_grid(const Settings& where) {
+std::vector<std::vector<double>> read_grid(const Settings& where, std::size_t most) {
   const std::string file = where.resolve_file(where.text());
   std::vector<std::vector<double>> out;
-  for (const Line& line : read_lines(where, file, true)) {
-    std::vector<double> row;
-    for (const std::string& cell : line.cells) row.push_back(parse(cell, file, line.number));
-    out.push_back(std::move(row));
+  std::size_t numbers = 0;
+  for (Lines lines(where, file); lines.next();) {
+    std::vector<double>& row = out.emplace_back();
+    split(lines.line(), true, [&](std::string_view cell) {
+      if (++numbers > most) {
+        throw InputError(fmt::format("{}:{}: more than {} numbers; use a coarser grid", file, lines.number(), most));
+      }
+      row.push_back(parse(cell, file, lines.number()));
+    });
   }
+  if (out.empty()) where.fail(file + ": holds no lines");
   return out;
 }
 
@@ -77,8 +105,10 @@ std::vector<double> read_column(const Settings& settings, Quantity quantity) {
   const std::string file = name.resolve_file(name.text()), unit = settings.text_or("unit", "");
   if (!to_si(quantity, 1, unit))
     settings.at("unit").fail(fmt::format("{}: does not fit; one of: {}", unit, units_of(quantity)));
-  const std::vector<Line> lines = read_lines(name, file, false);
-  const std::vector<std::string>& header = lines.front().cells;
+  Lines lines(name, file);
+  if (!lines.next()) name.fail(file + ": holds no lines");
+  const std::vector<std::string_view> cells = columns(lines, file);
+  const std::vector<std::string> header(cells.begin(), cells.end());
   const auto found = std::find(header.begin(), header.end(), column.text());
   if (found == header.end()) {
     const std::string near = nearest(column.text(), header);
@@ -87,9 +117,10 @@ std::vector<double> read_column(const Settings& settings, Quantity quantity) {
   }
   const auto index = static_cast<std::size_t>(found - header.begin());
   std::vector<double> out;
-  for (std::size_t i = 1; i < lines.size(); ++i) {
-    if (index >= lines[i].cells.size()) throw InputError(fmt::format("{}:{}: too few columns", file, lines[i].number));
-    out.push_back(*to_si(quantity, parse(lines[i].cells[index], file, lines[i].number), unit));
+  while (lines.next()) {
+    const std::vector<std::string_view> row = columns(lines, file);
+    if (index >= row.size()) throw InputError(fmt::format("{}:{}: too few columns", file, lines.number()));
+    out.push_back(*to_si(quantity, parse(row[index], file, lines.number()), unit));
   }
   return out;
 }

@@ -4,10 +4,13 @@
 
 #include <algorithm>
 
+#include "engine/settings/limits.h"
+
 namespace graze {
 
 std::vector<int> match_names(const Settings& where, const std::string& pattern, const std::vector<std::string>& names,
                              const std::string& what) {
+  if (const std::string problem = glob_problem(pattern); !problem.empty()) where.fail(problem);
   std::vector<int> out;
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (matches(pattern, names[i])) out.push_back(static_cast<int>(i));

@@ -7,6 +7,7 @@
 #include "engine/model/urdf.h"
 #include "scenarios/csv.h"
 #include "scenarios/keys.h"
+#include "scenarios/limits.h"
 #include "scenarios/world_reader.h"
 
 namespace graze {
@@ -58,7 +59,7 @@ std::shared_ptr<const HeightGrid> read_heights(const Settings& s) {
   if (s.has("csv") == s.has("heights")) s.fail("needs either 'csv' (a file) or 'heights' (a list of rows)");
   std::vector<std::vector<double>> rows;
   if (s.has("csv")) {
-    rows = read_grid(s.at("csv"));
+    rows = read_grid(s.at("csv"), kMaxHeights);
   } else {
     for (const Settings& row : s.at("heights").items()) rows.push_back(row.numbers(-1, Quantity::length));
   }

@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <set>
 
+#include "scenarios/limits.h"
+
 namespace graze {
 namespace {
-
-constexpr std::size_t kMaxPolicies = 1000;
 
 bool name_character(char c) {
   return std::isalnum(static_cast<unsigned char>(c)) || std::string_view("_-+.").find(c) != std::string_view::npos;
@@ -24,6 +24,10 @@ std::string label(const Settings& value, std::size_t index) {
   return out.empty() ? std::to_string(index + 1) : out;
 }
 
+void check_name(const Settings& place, std::size_t size) {
+  if (size > kMaxPolicyName) place.fail(fmt::format("a policy's name of {} bytes; at most {}", size, kMaxPolicyName));
+}
+
 std::vector<PolicySpec> expanded(const std::vector<PolicySpec>& policies, const std::string& path,
                                  const Settings& values) {
   const std::vector<Settings> items = values.items();
@@ -32,6 +36,7 @@ std::vector<PolicySpec> expanded(const std::vector<PolicySpec>& policies, const 
   std::vector<PolicySpec> out;
   for (const PolicySpec& policy : policies) {
     for (std::size_t i = 0; i < items.size(); ++i) {
+      check_name(items[i], policy.name.size() + 1 + label(items[i], i).size());
       out.push_back({fmt::format("{}/{}", policy.name, label(items[i], i)), policy.settings.with(path, items[i])});
     }
   }
@@ -47,8 +52,10 @@ std::vector<PolicySpec> read_policies(const Settings& policies) {
     if (name.empty() || !std::all_of(name.begin(), name.end(), name_character)) {
       value.fail_key("a policy's name is made of letters, digits and _ - + .");
     }
+    check_name(value, name.size());
     std::vector<PolicySpec> one = {{name, value.without("over")}};
     if (const auto over = value.find("over")) {
+      check_count(*over, over->entries().size(), kMaxOver, "paths");
       for (const auto& [path, values] : over->entries()) one = expanded(one, path, values);
     }
     for (PolicySpec& policy : one) {

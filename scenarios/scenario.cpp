@@ -6,8 +6,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <string_view>
+#include <unordered_map>
 
 #include "scenarios/keys.h"
+#include "scenarios/limits.h"
 #include "scenarios/names.h"
 #include "scenarios/policies.h"
 #include "scenarios/uncertain.h"
@@ -120,6 +123,21 @@ Recording read_record(const Settings& root) {
   return out;
 }
 
+/// A trace's telemetry is held in memory until the trace has ended.
+void check_frames(const Settings& root, const Scenario& s) {
+  if (s.recording.telemetry == Telemetry::none) return;
+  const double bytes = 8.0 * (1 + s.model.nq + s.model.nv + s.model.na());
+  double seconds = s.timing.end;
+  if (s.recording.telemetry == Telemetry::last) seconds = std::min(seconds, s.recording.last);
+  const double kept = seconds / s.timing.step * bytes;
+  if (kept / s.recording.every <= kMaxTraceBytes) return;
+  const Settings record = root.at("record");
+  const Settings place = record.find("every").value_or(record.at("telemetry"));
+  place.fail(fmt::format("{:.3g} frames of {} bytes for each trace; at most {:g} MB are held: 'every: {}' or more",
+                         kept / bytes / s.recording.every, bytes, kMaxTraceBytes / 1e6,
+                         static_cast<long long>(std::ceil(kept / kMaxTraceBytes))));
+}
+
 /// Builds every controller once, so that its mistakes come out before anything is simulated.
 void check_policies(const Scenario& scenario) {
   const State initial = initial_state(*scenario.world, scenario.model);
@@ -159,6 +177,7 @@ Scenario read_scenario(const Settings& root, const std::string& file, const Scen
     out.torque_speed = actuators->flag_or("torque_speed", false);
   }
   out.recording = read_record(root);
+  check_frames(root, out);
   const auto task = root.find("task");
   out.task = read_task(task ? *task : Settings::parse("", file), out.model);
   out.policies = read_policies(root.at("policies"));
@@ -191,11 +210,11 @@ Scenario parse_scenario(const std::string& text, const std::string& name, const 
 SensorNoise sensor_noise(const Scenario& scenario, std::uint64_t seed) {
   SensorNoise out;
   out.seed = seed;
+  std::unordered_map<std::string_view, const UncertainParameter*> by_name;
+  for (const UncertainParameter& parameter : scenario.space.parameters) by_name.emplace(parameter.name, &parameter);
   for (const std::string& channel : channel_names(scenario.world->robot)) {
-    const auto& parameters = scenario.space.parameters;
-    const auto found = std::find_if(parameters.begin(), parameters.end(),
-                                    [&](const UncertainParameter& parameter) { return parameter.name == channel; });
-    out.jitter.push_back(found == parameters.end() ? std::nullopt : found->jitter);
+    const auto found = by_name.find(channel);
+    out.jitter.push_back(found == by_name.end() ? std::nullopt : found->second->jitter);
   }
   return out;
 }

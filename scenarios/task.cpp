@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "scenarios/keys.h"
+#include "scenarios/limits.h"
 #include "scenarios/witnesses.h"
 
 namespace graze {
@@ -180,10 +181,14 @@ Task read_task(const Settings& settings, const Model& nominal) {
   task.objective.kind = Objective::Kind::all;  // of nothing: met by every trace that reaches its end
   task.objective.name = "reaches the end";
   if (const auto requirements = settings.find("requirements")) {
+    check_count(*requirements, requirements->entries().size(), kMaxRequirements, "requirements");
     for (const auto& [name, value] : requirements->entries())
       task.requirements.push_back(reader.requirement(name, value));
   }
-  if (const auto objective = settings.find("objective")) task.objective = reader.objective(*objective);
+  if (const auto objective = settings.find("objective")) {
+    task.objective = reader.objective(*objective);
+    check_count(*objective, leaves(task.objective).size(), kMaxRequirements, "predicates");
+  }
   task.stop_at_violation = settings.flag_or("stop_at_violation", true);
   return task;
 }

@@ -6,7 +6,9 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "engine/settings/limits.h"
 #include "scenarios/keys.h"
+#include "scenarios/limits.h"
 
 namespace graze {
 namespace {
@@ -35,7 +37,11 @@ class UncertainReader {
       add_axis(pattern, value);
       return;
     }
-    for (const int i : parameters(pattern, value)) spreads_[i] = read_spread(value, table_.all()[i]);
+    const std::vector<int> found = parameters(pattern, value);
+    for (const int i : found) {
+      spreads_[i] = read_spread(value, table_.all()[i]);
+      if (i == found.front()) check_kept(value, found.size(), spreads_[i]->persistent.kept_numbers());
+    }
   }
 
   ParameterSpace space() {
@@ -54,12 +60,15 @@ class UncertainReader {
     settings.allow(keys_of("correlated"));
     CorrelationGroup out;
     for (const Settings& glob : settings.at("parameters").items()) {
-      for (const int i : parameters(glob.text(), glob)) {
+      for (const int i : parameters(glob.glob(), glob)) {
         const int member = index_[i];
         if (member < 0 || space.parameters[member].persistent.is_constant()) {
           glob.fail(fmt::format("{} has no spread, so it cannot be correlated", table_.all()[i].path));
         }
         out.members.push_back(member);
+        if (out.members.size() > kMaxGroup) {
+          settings.fail(fmt::format("more than {0} parameters in one group; at most {0}", kMaxGroup));
+        }
       }
     }
     out.correlation = matrix(settings.at("correlation"), static_cast<int>(out.members.size()));
@@ -67,7 +76,26 @@ class UncertainReader {
   }
 
  private:
+  /// A parameter keeps its own copy of the numbers of a distribution.
+  void check_kept(const Settings& value, std::size_t parameters, std::size_t numbers) {
+    kept_ += parameters * numbers;
+    if (kept_ <= kMaxKeptNumbers) return;
+    value.fail(fmt::format("{} numbers for each of {} parameters: with them, distributions keep {} numbers; at most {}",
+                           numbers, parameters, kept_, kMaxKeptNumbers));
+  }
+
   std::vector<int> parameters(const std::string& pattern, const Settings& value) const {
+    if (const std::string problem = glob_problem(pattern); !problem.empty()) value.fail_key(problem);
+    if (pattern.find_first_of("*?{") != std::string::npos) {
+      comparisons_ +=
+          (1 + static_cast<std::size_t>(std::count(pattern.begin(), pattern.end(), ','))) * table_.all().size();
+    }
+    if (comparisons_ > kMaxComparisons) {
+      value.fail_key(
+          fmt::format("the globs so far take more than {} comparisons with {} parameters; name fewer, or name "
+                      "parameters in full",
+                      kMaxComparisons, table_.all().size()));
+    }
     std::vector<int> found = table_.match(pattern);
     if (!found.empty()) return found;
     const std::string near = table_.suggest(pattern);
@@ -127,17 +155,16 @@ class UncertainReader {
   const ParameterTable& table_;
   std::vector<std::optional<Spread>> spreads_;  // per parameter of the table
   std::vector<int> index_;                      // per parameter of the table: in the space, or -1
+  mutable std::size_t comparisons_ = 0;         // of globs with parameters, so far
+  std::size_t kept_ = 0;                        // numbers of distributions, so far
 };
 
-/// Matrices beyond this would take long to factor and mean a pattern that is too wide.
-constexpr std::size_t kMaxGroup = 500;
-
 void add_groups(const Settings& correlated, const UncertainReader& reader, ParameterSpace& space) {
+  std::size_t members = 0;
   for (const Settings& settings : correlated.items()) {
     CorrelationGroup group = reader.group(settings, space);
-    if (group.members.size() > kMaxGroup) {
-      settings.fail(fmt::format("{} parameters in one group; at most {}", group.members.size(), kMaxGroup));
-    }
+    members += group.members.size();
+    check_count(correlated, members, kMaxCorrelated, "correlated parameters");
     space.groups.push_back(std::move(group));
     try {
       space.validate();

@@ -35,7 +35,7 @@ unsigned features_named(const std::string& pattern, const Collider& collider) {
 }
 
 Part read_part(const Settings& settings, const Model& nominal) {
-  const std::string pattern = settings.text();
+  const std::string pattern = settings.glob();
   Part part;
   bool any = false;
   for (const Collider& collider : nominal.colliders) {

@@ -9,6 +9,7 @@
 #include "engine/model/urdf.h"
 #include "engine/physics.h"
 #include "scenarios/keys.h"
+#include "scenarios/limits.h"
 #include "scenarios/names.h"
 
 namespace graze {
@@ -32,7 +33,9 @@ class WorldReader {
     read_robot(root_.at("robot"));
     read_contact();
     if (const auto environment = root_.find("environment")) {
-      for (const auto& [name, value] : environment->entries()) add_object(name, value);
+      const auto objects = environment->entries();
+      check_count(*environment, objects.size(), kMaxObjects, "objects");
+      for (const auto& [name, value] : objects) add_object(name, value);
     }
     if (root_.has("gravity")) read_gravity(root_.at("gravity"));
     if (const auto control = root_.find("control")) {
@@ -65,6 +68,7 @@ class WorldReader {
     if (const auto base = robot.find("base")) urdf.fixed_base = base->choice({"floating", "fixed"}) == "fixed";
     if (const auto density = robot.find("density")) urdf.density = density->positive(Quantity::density);
     if (const auto folders = robot.find("package_path")) {
+      check_count(*folders, folders->items().size(), kMaxFolders, "folders");
       for (const Settings& folder : folders->items()) urdf.package_path.push_back(folder.resolve_file(folder.text()));
     }
     urdf.warn = [this](const std::string& warning) { out_.warnings.push_back(warning); };
@@ -129,6 +133,7 @@ class WorldReader {
       moving.push_back(&joint);
       names.push_back(joint.name);
     }
+    check_count(*joints, joints->entries().size(), kMaxJointEntries, "entries");
     for (const auto& [pattern, value] : joints->entries()) {
       for (const int i : match_names(value, pattern, names, "joint")) {
         out[names[i]] = value.number(moving[i]->type == JointType::revolute ? angular : linear);
@@ -160,9 +165,11 @@ class WorldReader {
     read_model(*contact);
     out.self_collision = contact->flag_or("self_collision", true);
     if (const auto pairs = contact->find("pairs")) {
+      check_count(*pairs, pairs->items().size(), kMaxContactRules, "pairs");
       for (const Settings& pair : pairs->items()) add_pair(pair);
     }
     if (const auto ignore = contact->find("ignore")) {
+      check_count(*ignore, ignore->items().size(), kMaxContactRules, "pairs");
       for (const Settings& pair : ignore->items()) out.ignore.push_back(two_names(pair));
     }
   }
@@ -182,7 +189,7 @@ class WorldReader {
   static std::pair<std::string, std::string> two_names(const Settings& pair) {
     const std::vector<Settings> names = pair.items();
     if (!pair.is_list() || names.size() != 2) pair.fail("must be a list of two globs of part names, [a, b]");
-    return {names[0].text(), names[1].text()};
+    return {names[0].glob(), names[1].glob()};
   }
 
   void add_pair(const Settings& pair) {

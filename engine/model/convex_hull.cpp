@@ -1,10 +1,15 @@
 #include "engine/model/convex_hull.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <limits>
 #include <map>
 #include <optional>
+
+#include "engine/model/limits.h"
+#include "engine/settings/settings.h"
 
 namespace graze {
 
@@ -22,11 +27,17 @@ class Quickhull {
  public:
   explicit Quickhull(const std::vector<Vec3>& points) : points_(points) {}
 
-  /// False when the points have no volume.
-  bool run() {
+  /// False when the points have no volume. Throws InputError, that the mesh is too fine, beyond the room's limits.
+  bool run(const std::string& file) {
     if (!first_tetrahedron()) return false;
     for (std::size_t f = 0; f < faces_.size(); ++f) {
       if (faces_[f].alive && !faces_[f].outside.empty()) grow(static_cast<int>(f));
+      if (corners_ > kMaxHullCorners || work_ > kMaxHullWork) {
+        throw InputError(fmt::format("{}: the convex hull of its {} vertices is too fine: more than {}; simplify it",
+                                     file, points_.size(),
+                                     corners_ > kMaxHullCorners ? fmt::format("{} corners", kMaxHullCorners)
+                                                                : fmt::format("{} distances", kMaxHullWork)));
+      }
     }
     return true;
   }
@@ -108,6 +119,7 @@ class Quickhull {
     }
     for (int point : candidates) {
       for (std::size_t f = first; f < faces_.size(); ++f) {
+        ++work_;
         if (height(faces_[f], point) <= tolerance_) continue;
         faces_[f].outside.push_back(point);
         break;
@@ -143,6 +155,7 @@ class Quickhull {
     const std::vector<int>& outside = faces_[f].outside;
     const int apex = *std::max_element(outside.begin(), outside.end(),
                                        [&](int a, int b) { return height(faces_[f], a) < height(faces_[f], b); });
+    ++corners_;
     std::vector<Edge> horizon;
     std::vector<int> candidates;
     for (int seen : visible_from(apex, f, horizon)) {
@@ -158,6 +171,7 @@ class Quickhull {
 
   const std::vector<Vec3>& points_;
   double tolerance_ = 0;
+  std::size_t corners_ = 4, work_ = 0;  // corners taken so far, and distances computed
   std::vector<Face> faces_;
   std::map<Edge, int> owner_;  // directed edge -> the latest face that has it counter-clockwise
 };
@@ -166,7 +180,7 @@ class Quickhull {
 
 std::shared_ptr<const Mesh> convex_hull(const Mesh& mesh) {
   Quickhull hull(mesh.vertices);
-  return hull.run() ? hull.mesh(mesh.file) : nullptr;
+  return hull.run(mesh.file) ? hull.mesh(mesh.file) : nullptr;
 }
 
 }  // namespace graze

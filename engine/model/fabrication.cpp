@@ -6,6 +6,8 @@
 #include <cassert>
 #include <cmath>
 #include <map>
+#include <set>
+#include <string_view>
 
 #include "engine/model/parameters.h"
 
@@ -83,17 +85,22 @@ Particle particle_of(std::uint32_t id, const World& world, std::vector<double> s
 // ---- ParameterTable
 
 ParameterTable::ParameterTable(const World& world) {
-  for (AddressedParameter& entry : list_parameters(world)) parameters_.push_back(std::move(entry.parameter));
+  for (AddressedParameter& entry : list_parameters(world)) {
+    index_.emplace(entry.parameter.path, static_cast<int>(parameters_.size()));
+    parameters_.push_back(std::move(entry.parameter));
+  }
 }
 
 const Parameter* ParameterTable::find(const std::string& path) const {
-  for (const Parameter& parameter : parameters_) {
-    if (parameter.path == path) return &parameter;
-  }
-  return nullptr;
+  const auto found = index_.find(path);
+  return found == index_.end() ? nullptr : &parameters_[static_cast<std::size_t>(found->second)];
 }
 
 std::vector<int> ParameterTable::match(const std::string& pattern) const {
+  if (pattern.find_first_of("*?{") == std::string::npos) {
+    const auto found = index_.find(pattern);
+    return found == index_.end() ? std::vector<int>() : std::vector<int>{found->second};
+  }
   std::vector<int> out;
   for (std::size_t i = 0; i < parameters_.size(); ++i) {
     if (matches(pattern, parameters_[i].path)) out.push_back(static_cast<int>(i));
@@ -145,10 +152,12 @@ namespace {
 /// Which of many items the paths with this prefix name, by the item's name up to the next dot.
 template <typename Items>
 std::vector<char> touched(const Items& items, const std::string& prefix, const std::vector<std::string>& paths) {
+  const std::set<std::string_view> sorted(paths.begin(), paths.end());
   std::vector<char> out(items.size());
   for (std::size_t i = 0; i < items.size(); ++i) {
     const std::string start = prefix + items[i].name + ".";
-    for (const std::string& path : paths) out[i] |= path.rfind(start, 0) == 0;
+    const auto next = sorted.lower_bound(start);
+    out[i] = next != sorted.end() && next->substr(0, start.size()) == start;
   }
   return out;
 }
@@ -162,10 +171,11 @@ World without_pictures(World world) {
 }
 
 void refuse_double_mass(const std::vector<std::string>& paths) {
+  const std::set<std::string_view> all(paths.begin(), paths.end());
   for (const std::string& path : paths) {
     if (!path.ends_with(".mass")) continue;
     const std::string density = path.substr(0, path.size() - 4) + "density";
-    if (std::find(paths.begin(), paths.end(), density) == paths.end()) continue;
+    if (all.count(density) == 0) continue;
     throw InputError(
         fmt::format("{} and {}: only one of them can be uncertain; mass is density times volume", path, density));
   }
@@ -189,7 +199,7 @@ Fabricator::Fabricator(std::shared_ptr<const World> nominal, std::vector<std::st
   }
   refuse_double_mass(paths_);
   const Robot& robot = world_->robot;
-  for (std::size_t i = 0; i < robot.links.size(); ++i) plan->links.emplace_back(robot, static_cast<int>(i));
+  plan->links = link_plans(robot);
   plan->changed_links = touched(robot.links, "robot.link.", paths_);
   plan->changed_joints = touched(robot.joints, "robot.joint.", paths_);
   plan->changed_objects = touched(world_->objects, "environment.", paths_);

@@ -6,6 +6,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "engine/model/model.h"
@@ -50,6 +51,7 @@ class ParameterTable {
 
  private:
   std::vector<Parameter> parameters_;
+  std::unordered_map<std::string, int> index_;  // by path
 };
 
 /// One fabricated particle, ready to simulate.

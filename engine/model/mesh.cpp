@@ -3,9 +3,16 @@
 #include <assimp/scene.h>
 #include <fmt/format.h>
 
+#include <array>
+#include <assimp/IOSystem.hpp>
 #include <assimp/Importer.hpp>
+#include <cstdint>
+#include <cstring>
 #include <filesystem>
+#include <unordered_map>
 
+#include "engine/model/limits.h"
+#include "engine/model/mesh_size.h"
 #include "engine/model/urdf.h"
 #include "engine/settings/inputs.h"
 #include "engine/settings/settings.h"
@@ -20,20 +27,53 @@ bool readable_kind(const std::filesystem::path& file) {
   return extension == ".obj" || extension == ".stl";
 }
 
-/// Appends one of the scene's meshes; points and lines are left out.
-void append(const aiMesh& part, Mesh& mesh) {
-  const int first = static_cast<int>(mesh.vertices.size());
-  for (unsigned i = 0; i < part.mNumVertices; ++i) {
-    const aiVector3D& p = part.mVertices[i];
-    mesh.vertices.emplace_back(p.x, p.y, p.z);
+/// Collects triangles, with each point once: files like STL repeat it for every triangle. (The library's own way to
+/// join vertices takes the square of those that lie in one plane.)
+class Joiner {
+ public:
+  explicit Joiner(Mesh& mesh) : mesh_(mesh) {}
+
+  /// Points and lines are left out.
+  void append(const aiMesh& part) {
+    std::vector<int> index(part.mNumVertices, -1);
+    for (unsigned i = 0; i < part.mNumVertices; ++i) index[i] = vertex(part.mVertices[i]);
+    for (unsigned i = 0; i < part.mNumFaces; ++i) {
+      const aiFace& face = part.mFaces[i];
+      if (face.mNumIndices != 3) continue;
+      mesh_.triangles.emplace_back(index[face.mIndices[0]], index[face.mIndices[1]], index[face.mIndices[2]]);
+    }
   }
-  for (unsigned i = 0; i < part.mNumFaces; ++i) {
-    const aiFace& face = part.mFaces[i];
-    if (face.mNumIndices != 3) continue;
-    mesh.triangles.emplace_back(first + static_cast<int>(face.mIndices[0]), first + static_cast<int>(face.mIndices[1]),
-                                first + static_cast<int>(face.mIndices[2]));
+
+ private:
+  struct Hash {
+    std::size_t operator()(const std::array<std::uint32_t, 3>& bits) const {
+      std::uint64_t h = bits[0];
+      for (int k = 1; k < 3; ++k) h = (h ^ (h >> 29)) * 0x9e3779b97f4a7c15u + bits[k];
+      return (h ^ (h >> 32)) * 0x9e3779b97f4a7c15u;
+    }
+  };
+
+  int vertex(const aiVector3D& p) {
+    const float xyz[] = {p.x + 0.0f, p.y + 0.0f, p.z + 0.0f};  // -0 is 0
+    std::array<std::uint32_t, 3> bits;
+    std::memcpy(bits.data(), xyz, sizeof xyz);
+    const auto [place, fresh] = index_.try_emplace(bits, static_cast<int>(mesh_.vertices.size()));
+    if (fresh) mesh_.vertices.emplace_back(p.x, p.y, p.z);
+    return place->second;
   }
-}
+
+  Mesh& mesh_;
+  std::unordered_map<std::array<std::uint32_t, 3>, int, Hash> index_;
+};
+
+/// A mesh is one file: what it says of others (materials) is not looked at.
+class NoFiles : public Assimp::IOSystem {
+ public:
+  bool Exists(const char*) const override { return false; }
+  char getOsSeparator() const override { return '/'; }
+  Assimp::IOStream* Open(const char*, const char*) override { return nullptr; }
+  void Close(Assimp::IOStream*) override {}
+};
 
 }  // namespace
 
@@ -42,16 +82,18 @@ std::shared_ptr<const Mesh> load_mesh(const std::string& file) {
   if (!readable_kind(file)) {
     throw InputError(fmt::format("{}: meshes must be OBJ or STL files; convert it to one of them", file));
   }
+  const std::string bytes = read_input(file, "", kMaxMeshBytes);
+  check_mesh_size(bytes, file);
   Assimp::Importer importer;
-  const std::string bytes = read_input(file);
-  const aiScene* scene = importer.ReadFileFromMemory(
-      bytes.data(), bytes.size(),
-      aiProcess_Triangulate | aiProcess_JoinIdenticalVertices | aiProcess_PreTransformVertices,
-      std::filesystem::path(file).extension().string().substr(1).c_str());
+  importer.SetIOHandler(new NoFiles);  // the importer's from now on
+  const aiScene* scene =
+      importer.ReadFileFromMemory(bytes.data(), bytes.size(), aiProcess_Triangulate,
+                                  std::filesystem::path(file).extension().string().substr(1).c_str());
   if (!scene) throw InputError(fmt::format("{}: cannot be read as a mesh: {}", file, importer.GetErrorString()));
   auto mesh = std::make_shared<Mesh>();
   mesh->file = file;
-  for (unsigned i = 0; i < scene->mNumMeshes; ++i) append(*scene->mMeshes[i], *mesh);
+  Joiner joiner(*mesh);
+  for (unsigned i = 0; i < scene->mNumMeshes; ++i) joiner.append(*scene->mMeshes[i]);
   for (const Vec3& vertex : mesh->vertices) {
     if (!vertex.allFinite()) throw InputError(fmt::format("{}: a vertex of the mesh is not finite", file));
   }

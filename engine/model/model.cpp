@@ -10,6 +10,7 @@
 #include <set>
 
 #include "engine/model/kinematics.h"
+#include "engine/model/limits.h"
 #include "engine/settings/settings.h"
 
 namespace graze {
@@ -56,6 +57,10 @@ class Compiler {
     for (const Object& object : world_.objects) add_object(object);
     finish_inertia();
     check_names();
+    if (model_.colliders.size() > kMaxShapes) {
+      throw InputError(fmt::format("{} collision shapes of the robot and the environment; at most {}",
+                                   model_.colliders.size(), kMaxShapes));
+    }
     add_pairs();
     return std::move(model_);
   }
@@ -236,8 +241,16 @@ class Compiler {
           if (special[i](a, b)) override_pair(contact.pairs[i], pair);
         }
         model_.pairs.push_back(pair);
+        if (model_.pairs.size() > kMaxPairs) refuse_pairs();
       }
     }
+  }
+
+  [[noreturn]] static void refuse_pairs() {
+    throw InputError(
+        fmt::format("more than {0} pairs of shapes may touch; at most {0}: use fewer shapes, contact.ignore, "
+                    "or contact.self_collision: false",
+                    kMaxPairs));
   }
 
   static void override_pair(const ContactPair& given, ColliderPair& pair) {

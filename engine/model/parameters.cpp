@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <unordered_set>
 
 #include "engine/model/kinematics.h"
 
@@ -25,20 +26,23 @@ constexpr Bounds kPositive{0, kInfinity, true};
 constexpr Bounds kNonNegative{0, kInfinity, false};
 constexpr Bounds kUnit{0, 1, false};
 
-Quantity channel_quantity(const std::string& name, const Robot& robot) {
+/// What a joint's channel measures; `turns`: its joint does.
+Quantity joint_channel_quantity(const std::string& name, bool turns) {
+  if (name.rfind("sensor.encoder.", 0) != 0) return turns ? Quantity::torque : Quantity::force;
+  if (name.ends_with(".position")) return turns ? Quantity::angle : Quantity::length;
+  if (name.ends_with(".velocity")) return turns ? Quantity::angular_velocity : Quantity::velocity;
+  return turns ? Quantity::angular_acceleration : Quantity::acceleration;
+}
+
+/// `prismatic`: the joints that slide.
+Quantity channel_quantity(const std::string& name, const std::unordered_set<std::string>& prismatic) {
+  for (const std::string& start :
+       {std::string("sensor.encoder."), std::string("sensor.torque."), std::string("actuator.torque.")}) {
+    if (name.rfind(start, 0) != 0) continue;
+    const std::size_t end = start == "sensor.encoder." ? name.rfind('.') : name.size();
+    return joint_channel_quantity(name, prismatic.count(name.substr(start.size(), end - start.size())) == 0);
+  }
   const auto has = [&](const char* text) { return name.find(text) != std::string::npos; };
-  for (const Joint& joint : robot.joints) {
-    if (joint.type != JointType::prismatic) continue;
-    if (name == "sensor.encoder." + joint.name + ".position") return Quantity::length;
-    if (name == "sensor.encoder." + joint.name + ".velocity") return Quantity::velocity;
-    if (name == "sensor.encoder." + joint.name + ".acceleration") return Quantity::acceleration;
-    if (name == "sensor.torque." + joint.name || name == "actuator.torque." + joint.name) return Quantity::force;
-  }
-  if (name.rfind("sensor.torque.", 0) == 0 || name.rfind("actuator.torque.", 0) == 0) return Quantity::torque;
-  if (name.rfind("sensor.encoder.", 0) == 0) {
-    if (name.ends_with(".position")) return Quantity::angle;
-    return name.ends_with(".velocity") ? Quantity::angular_velocity : Quantity::angular_acceleration;
-  }
   if (has("imu.linear")) return Quantity::acceleration;
   if (has("imu.angular")) return Quantity::angular_acceleration;
   if (has("magnetometer")) return Quantity::angle;
@@ -52,7 +56,8 @@ class Lister {
 
   std::vector<AddressedParameter> run() {
     const Robot& robot = world_.robot;
-    for (std::size_t i = 0; i < robot.links.size(); ++i) add_link(static_cast<int>(i));
+    const std::vector<LinkPlan> plans = link_plans(robot);
+    for (std::size_t i = 0; i < robot.links.size(); ++i) add_link(static_cast<int>(i), plans[i]);
     for (std::size_t i = 0; i < robot.joints.size(); ++i) add_joint(static_cast<int>(i));
     for (std::size_t i = 0; i < world_.objects.size(); ++i) add_object(static_cast<int>(i));
     add_contact();
@@ -70,10 +75,9 @@ class Lister {
 
   // ---- links
 
-  void add_link(int i) {
+  void add_link(int i, const LinkPlan& plan) {
     const Link& link = world_.robot.links[i];
     const std::string path = "robot.link." + link.name + ".";
-    const LinkPlan plan(world_.robot, i);
     const double mass = link.inertia.mass;
     if (mass > 0 && plan.volume() > 0) {
       const double density = mass / plan.volume();
@@ -260,9 +264,13 @@ class Lister {
     }
     const std::vector<std::string> channels = channel_names(world_.robot);
     const std::vector<double> bias = nominal_bias(world_);
+    std::unordered_set<std::string> prismatic;
+    for (const Joint& joint : world_.robot.joints) {
+      if (joint.type == JointType::prismatic) prismatic.insert(joint.name);
+    }
     for (std::size_t i = 0; i < channels.size(); ++i) {
       add(
-          channels[i], bias[i], channel_quantity(channels[i], world_.robot), kAny,
+          channels[i], bias[i], channel_quantity(channels[i], prismatic), kAny,
           [i](Draft& d, double x) { d.sensor_bias[i] = x; }, true);
     }
   }

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
+#include <unordered_map>
+#include <utility>
 
 #include "engine/model/kinematics.h"
 
@@ -71,11 +74,8 @@ const std::vector<Geometry>& LinkPlan::shapes(const Link& link) {
   return link.collisions.empty() ? link.visuals : link.collisions;
 }
 
-LinkPlan::LinkPlan(const Robot& robot, int link) : link_(link), root_(link == 0) {
-  const std::string& name = robot.links[link].name;
-  for (std::size_t j = 0; j < robot.joints.size(); ++j) {
-    if (robot.joints[j].parent == name) children_.push_back(static_cast<int>(j));
-  }
+LinkPlan::LinkPlan(const Robot& robot, int link, std::vector<int> children)
+    : link_(link), root_(link == 0), children_(std::move(children)) {
   choose_primary(robot);
   if (limb_) choose_ends(robot);
 }
@@ -163,6 +163,18 @@ void LinkPlan::apply(const LinkChange& change, Robot& robot) const {
   if (!(link.inertia.mass > 0)) return;
   link.inertia = with_mass(link.inertia, change.density * volume_ratio, change.mass);
   link.inertia = link.inertia.transformed(Mat3::Identity(), change.com);
+}
+
+std::vector<LinkPlan> link_plans(const Robot& robot) {
+  std::unordered_map<std::string_view, std::vector<int>> children;
+  for (std::size_t j = 0; j < robot.joints.size(); ++j) {
+    children[robot.joints[j].parent].push_back(static_cast<int>(j));
+  }
+  std::vector<LinkPlan> out;
+  for (std::size_t i = 0; i < robot.links.size(); ++i) {
+    out.emplace_back(robot, static_cast<int>(i), std::move(children[robot.links[i].name]));
+  }
+  return out;
 }
 
 void apply(const ObjectChange& change, Object& object) {

@@ -30,7 +30,8 @@ struct ObjectChange {
 /// What does not change from particle to particle: where a link's primary shape is, how it lies, what hangs on it.
 class LinkPlan {
  public:
-  LinkPlan(const Robot& robot, int link);
+  /// `children`: the joints whose parent is the link.
+  LinkPlan(const Robot& robot, int link, std::vector<int> children);
 
   bool has_shape() const { return primary_ >= 0; }
   /// The primary shape; has_shape() only.
@@ -56,8 +57,11 @@ class LinkPlan {
   int axis_ = 2;          // of the primary's frame, along the limb
   double direction_ = 1;  // +1: the distal end is at the axis' positive end
   double volume_ = 0;
-  std::vector<int> children_;  // joints whose parent is this link
+  std::vector<int> children_;
 };
+
+/// The plans of all links of a robot.
+std::vector<LinkPlan> link_plans(const Robot& robot);
 
 void apply(const ObjectChange& change, Object& object);
 

@@ -8,7 +8,9 @@
 #include <algorithm>
 #include <cmath>
 #include <mutex>
+#include <set>
 
+#include "engine/model/limits.h"
 #include "engine/model/mesh_files.h"
 #include "engine/model/model.h"
 #include "engine/model/urdf_outline.h"
@@ -283,16 +285,19 @@ class Builder {
   /// A base whose <inertial> says mass 0, on a robot that moves, is bolted down: the habit of Bullet's URDF files.
   bool massless_base(const UrdfOutline& outline) const {
     if (!outline.links.front().inertial_line || robot_.links.front().inertia.mass > 0) return false;
-    std::vector<std::string> merged{robot_.links.front().name};
+    std::set<std::string> heavy, merged{robot_.links.front().name};
+    for (const Link& link : robot_.links) {
+      if (link.inertia.mass > 0) heavy.insert(link.name);
+    }
     bool moves = false;
     for (const Joint& joint : robot_.joints) {
-      if (std::find(merged.begin(), merged.end(), joint.parent) == merged.end()) continue;
+      if (merged.count(joint.parent) == 0) continue;
       if (joint.type != JointType::fixed) {
         moves = true;
-      } else if (robot_.link(joint.child).inertia.mass > 0) {
+      } else if (heavy.count(joint.child) > 0) {
         return false;
       } else {
-        merged.push_back(joint.child);
+        merged.insert(joint.child);
       }
     }
     if (moves) {
@@ -306,6 +311,7 @@ class Builder {
   void check_bodies() const {
     World world;
     world.robot = robot_;
+    world.contact.self_collision = false;  // which pairs may touch is the scenario's matter
     compile(world);
   }
 
@@ -328,7 +334,7 @@ Robot parse_urdf(const std::string& xml, const std::string& name, const UrdfOpti
 }
 
 Robot load_urdf(const std::string& file, const UrdfOptions& options) {
-  const std::string text = read_input(file);
+  const std::string text = read_input(file, "", kMaxUrdfBytes);
   if (text.empty()) throw InputError(fmt::format("{}: is empty", file));
   return parse_urdf(text, file, options);
 }

@@ -6,10 +6,13 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstring>
 #include <optional>
 #include <string_view>
 
+#include "engine/model/limits.h"
 #include "engine/model/urdf_tree.h"
+#include "engine/settings/limits.h"
 #include "engine/settings/settings.h"
 
 namespace graze {
@@ -45,6 +48,10 @@ class Reader {
   explicit Reader(const std::string& name) : name_(name), printer_(nullptr, true) {}
 
   UrdfOutline run(const std::string& xml) {
+    if (xml.size() > kMaxUrdfBytes) {
+      throw InputError(
+          fmt::format("{}: {} bytes; a URDF file has at most {}", name_, xml.size(), bytes_in_words(kMaxUrdfBytes)));
+    }
     tinyxml2::XMLDocument document;
     if (document.Parse(xml.data(), xml.size()) != tinyxml2::XML_SUCCESS) not_xml(document);
     const XMLElement& robot = root_of(document);
@@ -53,6 +60,9 @@ class Reader {
     printer_.PushAttribute("name", out_.robot.c_str());
     for (const XMLElement* e = robot.FirstChildElement(); e; e = e->NextSiblingElement()) read_part(*e);
     printer_.CloseElement();
+    if (unknown_ > kMaxWarnings) {
+      out_.warnings.push_back(fmt::format("{}: {} more unknown elements are ignored", name_, unknown_ - kMaxWarnings));
+    }
     out_.xml = printer_.CStr();
     order_as_tree(out_, name_);
     return std::move(out_);
@@ -73,7 +83,7 @@ class Reader {
     const XMLElement* root = document.RootElement();
     if (!root) fail(1, "the document has no element; a URDF file is an XML document <robot name=\"…\">…</robot>");
     if (std::string_view(root->Name()) != "robot") {
-      fail(root->GetLineNum(), fmt::format("root element <{}>: must be <robot>{}", root->Name(),
+      fail(root->GetLineNum(), fmt::format("root element <{}>: must be <robot>{}", clipped(root->Name(), 40),
                                            std::string_view(root->Name()) == "sdf" ? "; this is SDF, not URDF" : ""));
     }
     return *root;
@@ -82,7 +92,8 @@ class Reader {
   void read_part(const XMLElement& e) {
     const std::string_view tag = e.Name();
     if (tag.substr(0, 6) == "xacro:") {
-      fail(e.GetLineNum(), fmt::format("<{}>: this is a xacro file; expand it first: xacro in.xacro > out.urdf", tag));
+      fail(e.GetLineNum(),
+           fmt::format("<{}>: this is a xacro file; expand it first: xacro in.xacro > out.urdf", clipped(tag, 40)));
     }
     if (tag == "link") {
       read_link(e);
@@ -97,6 +108,7 @@ class Reader {
   void note_unknown(const XMLElement& e, const std::vector<std::string>& known, const std::string& where) {
     const std::string near = nearest(e.Name(), known);
     if (near.empty() || near == e.Name()) return;
+    if (++unknown_ > kMaxWarnings) return;
     out_.warnings.push_back(fmt::format("{}:{}: {}: unknown element <{}> is ignored; did you mean <{}>?", name_,
                                         e.GetLineNum(), where, e.Name(), near));
   }
@@ -104,7 +116,17 @@ class Reader {
   std::string required(const XMLElement& e, const char* attribute, const std::string& where) const {
     const char* text = e.Attribute(attribute);
     if (!text || !*text) fail(e.GetLineNum(), fmt::format("{}: <{}> needs a non-empty {}", where, e.Name(), attribute));
+    const std::size_t size = std::strlen(text);
+    if (size > kMaxAttributeBytes) {
+      fail(e.GetLineNum(), fmt::format("{}: <{}> {}: {}: {} bytes; at most {}", where, e.Name(), attribute,
+                                       clipped(text, 40), size, kMaxAttributeBytes));
+    }
     return text;
+  }
+
+  /// What there may be only so many of: counts one more.
+  void count(std::size_t& sum, std::size_t most, int line, const char* what) const {
+    if (++sum > most) fail(line, fmt::format("more than {} {}; a robot has at most {}", most, what, most));
   }
 
   const XMLElement& child(const XMLElement& e, const char* tag, const std::string& where) const {
@@ -166,6 +188,7 @@ class Reader {
   // ---- links
 
   void read_link(const XMLElement& e) {
+    count(links_, kMaxLinks, e.GetLineNum(), "links");
     UrdfOutline::LinkEntry link;
     link.name = required(e, "name", "link");
     link.line = e.GetLineNum();
@@ -187,8 +210,10 @@ class Reader {
       link.inertial_line = part.GetLineNum();
       read_inertial(part, where);
     } else if (tag == "collision") {
+      count(collisions_, kMaxShapes, part.GetLineNum(), "collision shapes");
       link.collisions.push_back(read_shape(part, where));
     } else if (tag == "visual") {
+      count(visuals_, kMaxVisuals, part.GetLineNum(), "visual shapes");
       if (!invisible(part)) link.visuals.push_back(read_shape(part, where));
     } else {
       note_unknown(
@@ -242,8 +267,9 @@ class Reader {
     const std::vector<std::string> known = {"box", "sphere", "cylinder", "capsule", "mesh"};
     if (std::find(known.begin(), known.end(), tag) == known.end()) {
       const std::string near = nearest(tag, known);
-      fail(shape.GetLineNum(), fmt::format("{}: unknown shape <{}>; shapes are box, sphere, cylinder, capsule, mesh{}",
-                                           where, tag, near.empty() ? "" : "; did you mean <" + near + ">?"));
+      fail(shape.GetLineNum(),
+           fmt::format("{}: unknown shape <{}>; shapes are box, sphere, cylinder, capsule, mesh{}", where,
+                       clipped(tag, 40), near.empty() ? "" : "; did you mean <" + near + ">?"));
     }
     entry.capsule = tag == "capsule";
     printer_.OpenElement(entry.capsule ? "cylinder" : tag.c_str());
@@ -276,6 +302,7 @@ class Reader {
     if (!joint_names_.insert(joint.name).second) fail(joint.line, where + ": there are two joints of this name");
     joint.type = required(e, "type", where);
     check_type(e, joint, where);
+    if (joint.type != "fixed") count(joints_, kMaxJoints, joint.line, "joints that move");
     joint.parent = required(child(e, "parent", where), "link", where);
     joint.child = required(child(e, "child", where), "link", where);
     printer_.OpenElement("joint");
@@ -374,6 +401,7 @@ class Reader {
   const std::string& name_;
   tinyxml2::XMLPrinter printer_;
   std::set<std::string> link_names_, joint_names_;
+  std::size_t links_ = 0, joints_ = 0, collisions_ = 0, visuals_ = 0, unknown_ = 0;
   UrdfOutline out_;
 };
 

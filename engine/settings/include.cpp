@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
+#include <unordered_map>
 
+#include "engine/settings/inputs.h"
 #include "engine/settings/tree.h"
 
 namespace graze {
@@ -23,17 +25,22 @@ NodePtr merged(const NodePtr& under, const NodePtr& over) {
   if (over->kind != Kind::map || under->kind != Kind::map || over->replace) return over;
   auto out = std::make_shared<SettingsNode>(*over);
   out->map = under->map;
+  std::unordered_map<std::string_view, std::size_t> index;
+  for (std::size_t i = 0; i < under->map.size(); ++i) index.emplace(under->map[i].key, i);
+  std::vector<bool> gone(under->map.size());
   for (const SettingsNode::Entry& entry : over->map) {
-    const auto same =
-        std::find_if(out->map.begin(), out->map.end(), [&](const auto& other) { return other.key == entry.key; });
-    if (same == out->map.end()) {
+    const auto same = index.find(entry.key);
+    if (same == index.end()) {
       out->map.push_back(entry);
     } else if (entry.value->kind == Kind::null) {
-      out->map.erase(same);
+      gone[same->second] = true;
     } else {
-      *same = {entry.key, entry.key_place, merged(same->value, entry.value)};
+      SettingsNode::Entry& place = out->map[same->second];
+      place = {entry.key, entry.key_place, merged(place.value, entry.value)};
     }
   }
+  std::size_t i = 0;
+  std::erase_if(out->map, [&](const auto&) { return i++ < gone.size() && gone[i - 1]; });
   out->measure();
   return out;
 }
@@ -100,13 +107,16 @@ class Includer {
   NodePtr file(const SettingsNode& name, int depth) {
     const std::string where = name.place.text() + ": include: ";
     const std::string path = beside(name, name.text);
-    std::error_code error;
-    const std::string identity = std::filesystem::weakly_canonical(path, error).string();
+    const std::string identity = input_identity(path);
     if (std::find(open_.begin(), open_.end(), identity) != open_.end()) {
       throw InputError(fmt::format("{}{}: includes itself", where, path));
     }
     if (++files_ > kMaxIncludes) throw InputError(fmt::format("{}more than {} included files", where, kMaxIncludes));
     NodePtr root = parse_yaml(read_text(path, where), path);
+    if ((values_ += root->count) > kMaxNodes) {
+      throw InputError(
+          fmt::format("{}{}: with it, the included files hold more than {} values", where, path, kMaxNodes));
+    }
     if (root->kind != SettingsNode::Kind::map) throw InputError(fmt::format("{}{}: is not a map", where, path));
     open_.push_back(identity);
     root = resolve(root, depth + 1);
@@ -116,6 +126,7 @@ class Includer {
 
   std::vector<std::string> open_;
   int files_ = 0;
+  std::size_t values_ = 0;  // of all files, before they are merged
 };
 
 bool begins(std::string_view path, std::string_view key) {

@@ -1,10 +1,15 @@
 #include "engine/settings/inputs.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
+#include <array>
 #include <cassert>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
-#include <fstream>
 
 #include "engine/settings/paths.h"
 #include "engine/settings/settings.h"
@@ -15,28 +20,77 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uintmax_t kMostBytes = std::uintmax_t{1} << 30;  // 1 GiB; meshes are the largest inputs
-
 thread_local InputRecord* recording = nullptr;
 const InputReplay* replaying = nullptr;
 
-std::string read_file(const std::string& path, const std::string& where) {
-  std::error_code error;
-  const fs::file_status status = fs::status(path, error);
-  if (!fs::exists(status))
-    throw InputError(fmt::format("{}{}: there is no such file{}", where, path, path_suggestion(path)));
-  if (!fs::is_regular_file(status)) throw InputError(fmt::format("{}{}: not a file", where, path));
-  const std::uintmax_t size = fs::file_size(path, error);
-  if (!error && size > kMostBytes) {
-    throw InputError(fmt::format("{}{}: {} bytes; at most {} are read", where, path, size, kMostBytes));
+/// A file that is being read, for one message of each kind.
+class InputFile {
+ public:
+  InputFile(const std::string& path, const std::string& where, std::size_t most)
+      : path_(path), where_(where), most_(most) {
+    struct stat status {};
+    if (stat(path.c_str(), &status) != 0) cannot_open(errno);
+    check(status);  // before it is opened: opening a device may move something, opening a FIFO may wake its writer
+    number_ = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
+    if (number_ < 0) cannot_open(errno);
+    try {
+      if (fstat(number_, &status) != 0) cannot_open(errno);
+      check(status);  // and after it, because it may have been changed for another
+    } catch (...) {
+      close(number_);
+      throw;
+    }
+    size_ = static_cast<std::size_t>(status.st_size);
   }
-  std::ifstream stream(path, std::ios::binary);
-  std::string bytes((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
-  if (!stream) throw InputError(fmt::format("{}{}: cannot be read", where, path));
-  return bytes;
-}
+  ~InputFile() { close(number_); }
+  InputFile(const InputFile&) = delete;
+  InputFile& operator=(const InputFile&) = delete;
+
+  /// To its end, whatever its size says: files of the system have none, files that grow have another.
+  std::string read_all() const {
+    std::string bytes;
+    bytes.reserve(size_);
+    std::array<char, 1 << 16> piece;
+    while (true) {
+      const ssize_t got = read(number_, piece.data(), piece.size());
+      if (got < 0 && errno == EINTR) continue;
+      if (got < 0) fail(fmt::format("cannot be read: {}", std::strerror(errno)));
+      if (got == 0) return bytes;
+      bytes.append(piece.data(), static_cast<std::size_t>(got));
+      if (bytes.size() > most_) fail(fmt::format("more than {}; no more are read", bytes_in_words(most_)));
+    }
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& message) const {
+    throw InputError(fmt::format("{}{}: {}", where_, path_, message));
+  }
+
+  [[noreturn]] void cannot_open(int error) const {
+    if (error == ENOENT || error == ENOTDIR) fail("there is no such file" + path_suggestion(path_));
+    if (error == ELOOP) fail("symbolic links that lead in a circle; name the file itself");
+    fail(fmt::format("cannot be opened: {}", std::strerror(error)));
+  }
+
+  void check(const struct stat& status) const {
+    if (S_ISDIR(status.st_mode)) fail("not a file, but a folder");
+    if (!S_ISREG(status.st_mode)) fail("not a file: only regular files are read, no devices, pipes or sockets");
+    if (static_cast<std::size_t>(status.st_size) > most_) {
+      fail(fmt::format("{} bytes; at most {} are read", status.st_size, bytes_in_words(most_)));
+    }
+  }
+
+  const std::string &path_, &where_;
+  std::size_t most_, size_ = 0;
+  int number_ = -1;
+};
 
 }  // namespace
+
+std::string bytes_in_words(std::size_t bytes) {
+  const bool whole = bytes >= (1u << 20) && bytes % (1u << 20) == 0;
+  return whole ? fmt::format("{} MiB", bytes >> 20) : fmt::format("{} bytes", bytes);
+}
 
 std::string input_folder() {
   if (replaying) return replaying->folder_;
@@ -54,17 +108,38 @@ bool input_exists(const std::string& path) {
   return fs::is_regular_file(path, error);
 }
 
-std::string read_input(const std::string& path, const std::string& where) {
+std::string input_identity(const std::string& path) {
+  if (replaying) return input_path(path);
+  std::error_code error;
+  const fs::path real = fs::canonical(path, error);
+  return error ? input_path(path) : real.string();
+}
+
+std::string read_input(const std::string& path, const std::string& where, std::size_t most) {
   if (replaying) {
     const auto found = replaying->files_.find(input_path(path));
     if (found == replaying->files_.end()) {
       throw InputError(fmt::format("{}{}: is not among the files that the archive kept", where, path));
     }
+    if (found->second.size() > most) {
+      throw InputError(
+          fmt::format("{}{}: {} bytes; at most {} are read", where, path, found->second.size(), bytes_in_words(most)));
+    }
     return found->second;
   }
-  std::string bytes = read_file(path, where);
-  if (recording) recording->files_[input_path(path)] = bytes;
+  std::string bytes = InputFile(path, where, most).read_all();
+  if (recording) recording->keep(path, bytes, where);
   return bytes;
+}
+
+void InputRecord::keep(const std::string& path, const std::string& bytes, const std::string& where) {
+  const auto [place, fresh] = files_.try_emplace(input_path(path));
+  bytes_ += bytes.size() - place->second.size();
+  if (bytes_ > kMaxAllInputBytes) {
+    throw InputError(fmt::format("{}{}: with it, the files that the scenario names have {} bytes; at most {} in all",
+                                 where, path, bytes_, bytes_in_words(kMaxAllInputBytes)));
+  }
+  place->second = bytes;
 }
 
 InputRecord::InputRecord() {

@@ -5,6 +5,8 @@
 #include <map>
 #include <string>
 
+#include "engine/settings/limits.h"
+
 namespace graze {
 
 /// Contents by path. Paths are absolute and normal, as on the machine where they were read.
@@ -17,11 +19,14 @@ std::string input_path(const std::string& path);
 
 /// Whether there is such a regular file.
 bool input_exists(const std::string& path);
-/// The file's bytes. `where` begins the message ("scenario.yaml:3:9: "). Throws InputError: no such file, not a file,
-/// too large, cannot be read.
-std::string read_input(const std::string& path, const std::string& where = "");
+/// One name for all the names of a file: two paths lead to the same file if and only if these are equal.
+std::string input_identity(const std::string& path);
+/// The file's bytes, at most `most` of them. Only regular files are read, and none is waited for. `where` begins the
+/// message ("scenario.yaml:3:9: "). Throws InputError: no such file, links in a circle, not a file, too large, cannot
+/// be read.
+std::string read_input(const std::string& path, const std::string& where = "", std::size_t most = kMaxInputBytes);
 
-/// Keeps what this thread reads while it is alive. They do not nest.
+/// Keeps what this thread reads while it is alive, up to kMaxAllInputBytes. They do not nest.
 class InputRecord {
  public:
   InputRecord();
@@ -31,8 +36,11 @@ class InputRecord {
   const InputFiles& files() const { return files_; }
 
  private:
-  friend std::string read_input(const std::string& path, const std::string& where);
+  friend std::string read_input(const std::string& path, const std::string& where, std::size_t most);
+  /// Throws InputError when they become too many bytes.
+  void keep(const std::string& path, const std::string& bytes, const std::string& where);
   InputFiles files_;
+  std::size_t bytes_ = 0;
 };
 
 /// While it is alive all threads read from `files` and from nowhere else. They do not nest; no other thread reads while
@@ -47,7 +55,8 @@ class InputReplay {
  private:
   friend std::string input_folder();
   friend bool input_exists(const std::string& path);
-  friend std::string read_input(const std::string& path, const std::string& where);
+  friend std::string input_identity(const std::string& path);
+  friend std::string read_input(const std::string& path, const std::string& where, std::size_t most);
   InputFiles files_;
   std::string folder_;
 };

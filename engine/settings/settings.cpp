@@ -28,14 +28,6 @@ std::string suggestion(std::string_view word, const std::vector<std::string>& ch
   return "; one of: " + joined(choices);
 }
 
-std::string clipped(std::string text) {
-  constexpr std::size_t kShown = 80;
-  if (text.size() <= kShown) return text;
-  std::size_t cut = kShown;
-  while (cut > 0 && (static_cast<unsigned char>(text[cut]) & 0xc0) == 0x80) --cut;  // not inside a UTF-8 character
-  return text.substr(0, cut) + "…";
-}
-
 }  // namespace
 
 Settings Settings::parse(const std::string& text, const std::string& name) {
@@ -153,12 +145,13 @@ void Settings::fail_key(const std::string& message) const {
 }
 
 std::string Settings::shown() const {
+  constexpr std::size_t kShown = 80;
   if (is_null()) return "nothing";
-  if (is_scalar()) return clipped(node_->text);
+  if (is_scalar()) return clipped(node_->text, kShown);
   std::string text = to_yaml(*node_);
   std::replace(text.begin(), text.end(), '\n', ' ');
   while (!text.empty() && text.back() == ' ') text.pop_back();
-  return clipped(text);
+  return clipped(text, kShown);
 }
 
 }  // namespace graze

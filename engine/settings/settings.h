@@ -50,7 +50,11 @@ std::string nearest(std::string_view word, const std::vector<std::string>& candi
 /// walk".
 std::string nearest_or_all(std::string_view word, const std::vector<std::string>& names);
 
-/// True if `name` matches the glob `pattern` (`*`, `?`, `{a,b}`).
+/// `text`, or its first `most` bytes or a little less and "…": for messages.
+std::string clipped(std::string_view text, std::size_t most);
+
+/// True if `name` matches the glob `pattern` (`*`, `?`, `{a,b}`). Throws InputError if its braces stand for too many
+/// patterns (kMaxAlternatives).
 bool matches(std::string_view pattern, std::string_view name);
 
 /// `--set path=value`, as given on the command line.
@@ -109,6 +113,8 @@ class Settings {
   long long integer() const;
   bool flag() const;
   std::string text() const;
+  /// A text that will serve as a glob: one that is too long, or stands for too many patterns, is refused.
+  std::string glob() const;
   /// One of `choices`, with the nearest named in the error.
   std::string choice(const std::vector<std::string>& choices) const;
   /// A list of exactly n numbers (n < 0: any). A trailing unit for all may stand as last item: `[25, 75, 0, 50, "%"]`,

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <map>
 #include <sstream>
+#include <unordered_set>
 
 #include "engine/settings/inputs.h"
 
@@ -92,6 +93,7 @@ class TreeBuilder : public YAML::EventHandler {
     bool has_key = false;
     std::string key;
     SourcePlace key_place;
+    std::unordered_set<std::string> keys;  // so far
   };
 
   SourcePlace place(const YAML::Mark& mark) const {
@@ -109,7 +111,11 @@ class TreeBuilder : public YAML::EventHandler {
 
   void take_key(const YAML::Mark& mark, const std::string& key) {
     Open& top = stack_.back();
-    if (top.node->find(key)) {
+    if (key.size() > kMaxKeyBytes) {
+      fail(mark,
+           fmt::format("a key of {} bytes; at most {}: keys are names, paths and globs", key.size(), kMaxKeyBytes));
+    }
+    if (!top.keys.insert(key).second) {
       const auto& map = top.node->map;
       const auto first = std::find_if(map.begin(), map.end(), [&](const auto& entry) { return entry.key == key; });
       fail(mark, fmt::format("the key '{}' stands here for the second time; the first is at {}", key,
@@ -132,7 +138,7 @@ class TreeBuilder : public YAML::EventHandler {
 
   void open(std::shared_ptr<SettingsNode> node, YAML::anchor_t anchor, const YAML::Mark& mark) {
     if (static_cast<int>(stack_.size()) >= kMaxDepth) fail(mark, fmt::format("nested deeper than {}", kMaxDepth));
-    stack_.push_back({std::move(node), anchor, false, {}, {}});
+    stack_.push_back({std::move(node), anchor, false, {}, {}, {}});
   }
 
   void close() {
@@ -181,7 +187,7 @@ class TreeBuilder : public YAML::EventHandler {
 
 NodePtr parse(const std::string& text, const std::string& name, bool lines) {
   if (text.size() > kMaxBytes) {
-    throw InputError(fmt::format("{}: {} bytes; at most {} are read", name, text.size(), kMaxBytes));
+    throw InputError(fmt::format("{}: {} bytes; at most {} are read", name, text.size(), bytes_in_words(kMaxBytes)));
   }
   TreeBuilder builder(name, lines);
   std::istringstream stream(text);
@@ -245,12 +251,6 @@ NodePtr parse_override(const std::string& text, const std::string& name) {
   }
 }
 
-std::string read_text(const std::string& file, const std::string& where) {
-  std::string text = read_input(file, where);
-  if (text.size() > kMaxBytes) {
-    throw InputError(fmt::format("{}{}: {} bytes; at most {} are read", where, file, text.size(), kMaxBytes));
-  }
-  return text;
-}
+std::string read_text(const std::string& file, const std::string& where) { return read_input(file, where, kMaxBytes); }
 
 }  // namespace graze

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "engine/settings/limits.h"
 #include "engine/settings/settings.h"
 
 namespace graze {
@@ -43,18 +44,11 @@ struct SettingsNode {
   void measure();  // count and depth from the children
 };
 
-/// Bounds on what is accepted, so that no input can exhaust memory or the stack: text in bytes, nodes once aliases are
-/// expanded, nesting, and files that one scenario may include.
-inline constexpr std::size_t kMaxBytes = 16u << 20;
-inline constexpr std::size_t kMaxNodes = 1u << 20;
-inline constexpr int kMaxDepth = 64;
-inline constexpr int kMaxIncludes = 64;
-
 /// Text -> tree, `include` not yet resolved. Throws InputError.
 NodePtr parse_yaml(const std::string& text, const std::string& name);
 /// The same for the value of an override: `name` is "--set path=value".
 NodePtr parse_override(const std::string& text, const std::string& name);
-/// The whole of a regular file. Throws InputError that begins with `where`.
+/// The whole of a settings file, at most kMaxBytes. Throws InputError that begins with `where`.
 std::string read_text(const std::string& file, const std::string& where);
 
 /// The tree with every `include` replaced by what it names.

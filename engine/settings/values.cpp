@@ -97,6 +97,12 @@ bool Settings::flag() const {
 
 std::string Settings::text() const { return scalar("must be a text"); }
 
+std::string Settings::glob() const {
+  const std::string& text = scalar("must be a name or a glob");
+  if (const std::string problem = glob_problem(text); !problem.empty()) fail(problem);
+  return text;
+}
+
 std::string Settings::choice(const std::vector<std::string>& choices) const {
   std::string list;
   for (const std::string& one : choices) list += (list.empty() ? "" : ", ") + one;

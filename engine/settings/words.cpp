@@ -1,8 +1,12 @@
 // Names: the nearest right one, and glob patterns.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cctype>
 #include <numeric>
+#include <optional>
 
+#include "engine/settings/limits.h"
 #include "engine/settings/settings.h"
 
 namespace graze {
@@ -51,25 +55,35 @@ bool matches_wildcards(std::string_view pattern, std::string_view name) {
   return p == pattern.size();
 }
 
-/// Alternatives multiply; a pattern of more than this many matches nothing.
-constexpr int kMaxAlternatives = 4096;
-
-bool matches_braces(const std::string& pattern, std::string_view name, int& budget) {
+/// Whether `test` holds for one of the plain patterns that braces stand for; `budget`: how many may be tried. Nothing
+/// if there are more.
+template <typename Test>
+std::optional<bool> any_plain(const std::string& pattern, std::size_t& budget, const Test& test) {
   const std::size_t open = pattern.find('{');
   const std::size_t close = open == std::string::npos ? open : pattern.find('}', open);
-  if (close == std::string::npos) return --budget >= 0 && matches_wildcards(pattern, name);
-  std::size_t from = open + 1;
-  while (budget > 0) {
+  if (close == std::string::npos) {
+    if (budget == 0) return std::nullopt;
+    --budget;
+    return test(pattern);
+  }
+  for (std::size_t from = open + 1;;) {
     const std::size_t comma = std::min(pattern.find(',', from), close);
     const std::string one = pattern.substr(0, open) + pattern.substr(from, comma - from) + pattern.substr(close + 1);
-    if (matches_braces(one, name, budget)) return true;
+    const std::optional<bool> found = any_plain(one, budget, test);
+    if (!found || *found) return found;
     if (comma == close) return false;
     from = comma + 1;
   }
-  return false;
 }
 
 }  // namespace
+
+std::string clipped(std::string_view text, std::size_t most) {
+  if (text.size() <= most) return std::string(text);
+  std::size_t cut = most;
+  while (cut > 0 && (static_cast<unsigned char>(text[cut]) & 0xc0) == 0x80) --cut;  // not inside a UTF-8 character
+  return std::string(text.substr(0, cut)) + "…";
+}
 
 std::string nearest(std::string_view word, const std::vector<std::string>& candidates) {
   constexpr std::size_t kLongest = 200;  // longer words are not misspelt names
@@ -98,9 +112,25 @@ std::string nearest_or_all(std::string_view word, const std::vector<std::string>
   return "there are: " + all + (names.size() > kMost ? ", …" : "");
 }
 
+std::string glob_problem(std::string_view pattern) {
+  constexpr std::size_t kShown = 80;
+  const std::string shown = clipped(pattern, kShown);
+  if (pattern.size() > kMaxGlobBytes) {
+    return fmt::format("{}: a glob of {} bytes; at most {}: use several, or *", shown, pattern.size(), kMaxGlobBytes);
+  }
+  std::size_t budget = kMaxAlternatives;
+  if (any_plain(std::string(pattern), budget, [](const std::string&) { return false; })) return "";
+  return fmt::format("{}: a glob whose braces stand for more than {} patterns; use several, or *", shown,
+                     kMaxAlternatives);
+}
+
 bool matches(std::string_view pattern, std::string_view name) {
-  int budget = kMaxAlternatives;
-  return matches_braces(std::string(pattern), name, budget);
+  if (pattern.find('{') == std::string_view::npos) return matches_wildcards(pattern, name);
+  std::size_t budget = kMaxAlternatives;
+  const std::optional<bool> found =
+      any_plain(std::string(pattern), budget, [&](const std::string& plain) { return matches_wildcards(plain, name); });
+  if (!found) throw InputError(glob_problem(pattern));
+  return *found;
 }
 
 }  // namespace graze

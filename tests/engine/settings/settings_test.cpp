@@ -4,7 +4,9 @@
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
+#include <ctime>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -122,7 +124,7 @@ TEST(Words, HostileGlobsEndSoon) {
     braces += "{a,a}";
   }
   EXPECT_FALSE(matches(stars + "b", std::string(200, 'a')));
-  EXPECT_FALSE(matches(braces + "b", std::string(40, 'a')));
+  EXPECT_THROW(matches(braces + "b", std::string(40, 'a')), InputError);
 }
 
 TEST(Overrides, FollowTheLongestKey) {
@@ -226,7 +228,40 @@ TEST_F(Includes, RefuseCyclesAndMissingFiles) {
             gone + ":1:14: include: " + (folder_ / "nothing.yaml").string() + ": there is no such file");
   EXPECT_EQ(message_of([&] { Settings::load((folder_ / "no.yaml").string()); }),
             (folder_ / "no.yaml").string() + ": there is no such file");
-  EXPECT_EQ(message_of([&] { Settings::load(folder_.string()); }), folder_.string() + ": not a file");
+  EXPECT_EQ(message_of([&] { Settings::load(folder_.string()); }), folder_.string() + ": not a file, but a folder");
+}
+
+// Claim: an include that is no regular file is answered with its name, and never waited for.
+TEST_F(Includes, ReadRegularFilesOnly) {
+  const auto message = [&](const std::string& file) {
+    const std::string main = write("main.yaml", "include: " + file + "\n");
+    const std::string text = message_of([&] { Settings::load(main); });
+    const std::string start = main + ":1:10: include: ";
+    EXPECT_EQ(text.substr(0, start.size()), start);
+    return text.substr(std::min(text.size(), start.size()));
+  };
+  EXPECT_EQ(message("/proc/self/mem"), "/proc/self/mem: cannot be read: Input/output error");
+  EXPECT_EQ(message("/dev/zero"), "/dev/zero: not a file: only regular files are read, no devices, pipes or sockets");
+  const std::string a = (folder_ / "a.yaml").string(), fifo = (folder_ / "fifo").string();
+  std::filesystem::create_symlink("b.yaml", a);
+  std::filesystem::create_symlink("a.yaml", folder_ / "b.yaml");
+  EXPECT_EQ(message("a.yaml"), a + ": symbolic links that lead in a circle; name the file itself");
+  ASSERT_EQ(mkfifo(fifo.c_str(), 0600), 0);
+  EXPECT_EQ(message("fifo"), fifo + ": not a file: only regular files are read, no devices, pipes or sockets");
+}
+
+// Claim: what many files include is bounded together, so that files of a legal size cannot add up.
+TEST_F(Includes, BoundTheirSum) {
+  std::string thousand = "a: &a [", times = "b: [";
+  for (int i = 0; i < 1'000; ++i) thousand += "1,";
+  for (int i = 0; i < 300; ++i) times += "*a,";
+  write("big.yaml", thousand + "]\n" + times + "]\n");
+  std::string list = "include: [big.yaml";
+  for (int i = 0; i < 3; ++i) list += ", big.yaml";
+  const std::string main = write("main.yaml", list + "]\n");
+  EXPECT_EQ(message_of([&] { Settings::load(main); }),
+            main + ":1:41: include: " + (folder_ / "big.yaml").string() +
+                ": with it, the included files hold more than 1048576 values");
 }
 
 TEST(Hostile, BytesGiveInputErrorsOnly) {
@@ -244,6 +279,33 @@ TEST(Hostile, BytesGiveInputErrorsOnly) {
   }
   EXPECT_EQ(parse_message(""), "(no error)");
   EXPECT_TRUE(parse("").is_null());
+}
+
+// Claim: keys of a large map are told apart in time that grows with their number, not with its square (which takes
+// more than 10 s of these).
+TEST(Hostile, ManyKeysAreQuick) {
+  std::string text;
+  for (int i = 0; i < 100'000; ++i) text += fmt::format("key{}: 1\n", i);
+  const std::clock_t begin = std::clock();
+  EXPECT_EQ(parse(text).entries().size(), 100'000u);
+  EXPECT_LT(static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC, 5);
+  EXPECT_EQ(parse_message(text + "key7: 2\n"),
+            "a.yaml:100001:1: the key 'key7' stands here for the second time; the first is at a.yaml:8:1");
+}
+
+// Claim: keys and globs that no one would write are refused, with their size and the bound.
+TEST(Hostile, NamesOfAMegabyte) {
+  const std::string mega(1 << 20, 'a');
+  EXPECT_EQ(parse_message("? " + mega + "\n: 1\n"),
+            "a.yaml:1:3: a key of 1048576 bytes; at most 1000: keys are names, paths and globs");
+  const std::string text = message_of([&] { parse("g: " + mega).at("g").glob(); });
+  EXPECT_EQ(text,
+            "a.yaml:1:4: g: " + std::string(80, 'a') + "…: a glob of 1048576 bytes; at most 1000: use several, or *");
+  const std::string braces = "{a,b}{a,b}{a,b}{a,b}{a,b}{a,b}{a,b}{a,b}{a,b}{a,b}";
+  const std::string rule = braces + ": a glob whose braces stand for more than 1000 patterns; use several, or *";
+  EXPECT_EQ(message_of([&] { parse("g: \"" + braces + "\"").at("g").glob(); }), "a.yaml:1:4: g: " + rule);
+  EXPECT_EQ(message_of([&] { matches(braces, "c"); }), rule) << "once it matched nothing, silently";
+  EXPECT_TRUE(matches(braces.substr(5), "bbbbbbbbb")) << "512 patterns";
 }
 
 TEST(Copies, WithAndWithout) {

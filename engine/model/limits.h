@@ -1,0 +1,40 @@
+#pragma once
+// Bounds on robots and meshes, so that no file can exhaust memory or time. The largest robots that were tried have 78
+// links, 45 collision shapes, 37 driven joints, 64 kB of URDF and meshes of 2.5 MB and 51,000 triangles each.
+
+#include <cstddef>
+
+namespace graze {
+
+/// Bytes of a URDF file: its tree of elements takes some thirty times as many.
+inline constexpr std::size_t kMaxUrdfBytes = 16u << 20;
+/// Links, those that are fixed to others included.
+inline constexpr std::size_t kMaxLinks = 10'000;
+/// Joints that move: the mass matrix of a serial chain of n has n^2 / 2 entries for each lane.
+inline constexpr std::size_t kMaxJoints = 1'000;
+/// Bytes of one attribute (a name, a file name, three numbers), which messages repeat.
+inline constexpr std::size_t kMaxAttributeBytes = 1'000;
+/// Warnings about one file; the rest is counted.
+inline constexpr std::size_t kMaxWarnings = 50;
+
+/// Collision shapes of the robot and the environment: every two of them are looked at.
+inline constexpr std::size_t kMaxShapes = 2'000;
+/// Visual shapes of a robot.
+inline constexpr std::size_t kMaxVisuals = 10'000;
+/// Pairs of shapes that may touch: each keeps 2 kB of contacts from step to step.
+inline constexpr std::size_t kMaxPairs = 100'000;
+
+/// Bytes of a mesh file; 1.3 million triangles of a binary STL file. Reading takes eight times as many.
+inline constexpr std::size_t kMaxMeshBytes = 64u << 20;
+/// Vertices of an OBJ file, and corners of all its faces: a corner is written in two bytes and takes a hundred.
+inline constexpr std::size_t kMaxMeshCorners = 4'000'000;
+/// Corners of one face: cutting a polygon into triangles takes the square of them.
+inline constexpr std::size_t kMaxPolygon = 1'000;
+/// Objects, groups, materials or solids of a mesh file.
+inline constexpr std::size_t kMaxMeshParts = 10'000;
+/// Corners of a collision mesh's convex hull: all of them are looked at in a contact.
+inline constexpr std::size_t kMaxHullCorners = 50'000;
+/// Distances of points from faces that finding a hull may take; the largest mesh that was tried takes 3 million.
+inline constexpr std::size_t kMaxHullWork = 1'000'000'000;
+
+}  // namespace graze

@@ -1,0 +1,114 @@
+#include "engine/model/mesh_size.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cstdint>
+#include <cstring>
+#include <string_view>
+
+#include "engine/model/limits.h"
+#include "engine/settings/settings.h"
+
+namespace graze {
+
+namespace {
+
+constexpr std::string_view kSpace = " \t\r";
+
+std::size_t count_words(std::string_view line) {
+  std::size_t words = 0;
+  for (std::size_t at = line.find_first_not_of(kSpace); at != std::string_view::npos;) {
+    ++words;
+    at = line.find_first_of(kSpace, at);
+    if (at != std::string_view::npos) at = line.find_first_not_of(kSpace, at);
+  }
+  return words;
+}
+
+/// Counts what the lines of an OBJ file make.
+class ObjCount {
+ public:
+  explicit ObjCount(const std::string& file) : file_(file) {}
+
+  void run(std::string_view text) {
+    std::size_t corners = 0;  // of the face whose lines are being continued by a backslash
+    bool continued = false;
+    for (int number = 1; !text.empty(); ++number) {
+      const std::size_t end = std::min(text.find('\n'), text.size());
+      std::string_view line = text.substr(0, end);
+      text.remove_prefix(std::min(end + 1, text.size()));
+      line.remove_prefix(std::min(line.find_first_not_of(kSpace), line.size()));
+      const std::size_t last = line.find_last_not_of(kSpace);
+      const bool goes_on = last != std::string_view::npos && line[last] == '\\';
+      const char kind = line.empty() ? '#' : line[0];
+      const bool element = kind == 'f' || kind == 'l' || kind == 'p';
+      if (continued || element) {
+        corners += count_words(line);
+        take_face(corners, count_words(line), number);
+      } else if (kind == 'v') {
+        add(corners_, 1, kMaxMeshCorners, number, "vertices and corners of faces");
+      } else if (kind != '#') {
+        add(parts_, 1, kMaxMeshParts, number, "parts (objects, groups, materials)");
+      }
+      continued = (continued || element) && goes_on;
+      if (!continued) corners = 0;
+    }
+  }
+
+ private:
+  [[noreturn]] void fail(int line, const std::string& message) const {
+    throw InputError(fmt::format("{}:{}: {}", file_, line, message));
+  }
+
+  void add(std::size_t& sum, std::size_t more, std::size_t most, int line, const char* what) const {
+    if ((sum += more) > most) fail(line, fmt::format("more than {} {}; simplify the mesh", most, what));
+  }
+
+  void take_face(std::size_t corners, std::size_t more, int line) {
+    add(corners_, more, kMaxMeshCorners, line, "vertices and corners of faces");
+    if (corners > kMaxPolygon + 1) {  // and the letter
+      fail(line, fmt::format("a face of more than {} corners; cut it into triangles", kMaxPolygon));
+    }
+  }
+
+  const std::string& file_;
+  std::size_t corners_ = 0, parts_ = 0;
+};
+
+/// A binary STL file is as long as its head says: 84 bytes and 50 for each triangle.
+bool is_binary_stl(const std::string& bytes) {
+  constexpr std::size_t kHead = 84, kTriangle = 50;
+  if (bytes.size() < kHead) return false;
+  std::uint32_t triangles = 0;
+  std::memcpy(&triangles, bytes.data() + kHead - sizeof triangles, sizeof triangles);
+  return bytes.size() == kHead + kTriangle * triangles;
+}
+
+/// Each `solid` of a text file becomes a part.
+void check_stl_parts(const std::string& bytes, const std::string& file) {
+  constexpr std::string_view kWord = "solid";
+  std::size_t parts = 0;
+  for (auto at = bytes.begin(); at != bytes.end(); ++at) {
+    at = std::search(at, bytes.end(), kWord.begin(), kWord.end(),
+                     [](char a, char b) { return std::tolower(static_cast<unsigned char>(a)) == b; });
+    if (at == bytes.end()) return;
+    if (++parts > 2 * kMaxMeshParts) {  // each ends with `endsolid`
+      throw InputError(fmt::format("{}: more than {} solids; simplify the mesh", file, kMaxMeshParts));
+    }
+  }
+}
+
+}  // namespace
+
+void check_mesh_size(const std::string& bytes, const std::string& file) {
+  const bool obj = !file.empty() && std::tolower(static_cast<unsigned char>(file.back())) == 'j';
+  if (obj) {
+    ObjCount(file).run(bytes);
+  } else if (!is_binary_stl(bytes)) {
+    check_stl_parts(bytes, file);
+  }
+}
+
+}  // namespace graze

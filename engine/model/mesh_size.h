@@ -1,0 +1,13 @@
+#pragma once
+// How much a mesh file asks for, before a library takes it apart.
+
+#include <string>
+
+namespace graze {
+
+/// Refuses OBJ and STL files that would take too much memory or time: more vertices, faces, corners of one face or
+/// parts than engine/model/limits.h allows. `file` stands in the message, and its end says which kind it is. Throws
+/// InputError with file and line.
+void check_mesh_size(const std::string& bytes, const std::string& file);
+
+}  // namespace graze

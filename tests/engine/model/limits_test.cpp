@@ -1,0 +1,177 @@
+// Claim: robots and meshes that would exhaust memory or time are refused with file, line, number and bound, before they
+// do; what is merely large is read in time that grows with its size.
+
+#include "engine/model/limits.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <sys/stat.h>
+
+#include <cstring>
+#include <ctime>
+
+#include "engine/model/convex_hull.h"
+#include "engine/model/fabrication.h"
+#include "tests/engine/model/support.h"
+
+namespace graze {
+namespace {
+
+using testing::HasSubstr;
+using testing::StartsWith;
+
+const std::string kBody =
+    R"(<inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>)";
+const std::string kSphere = R"(<collision><geometry><sphere radius="1"/></geometry></collision>)";
+
+/// Links l0, l1 … each on a joint of `type` to the one before; element i stands in lines 2 i + 2 and 2 i + 3.
+std::string chain(std::size_t links, const std::string& type, const std::string& shape = "") {
+  std::string out = "<robot name=\"r\">\n";
+  for (std::size_t i = 0; i < links; ++i) {
+    out += fmt::format("<link name=\"l{}\">{}{}</link>\n", i, kBody, shape);
+    if (i == 0) {
+      out += '\n';
+    } else {
+      out += fmt::format("<joint name=\"j{0}\" type=\"{2}\"><parent link=\"l{1}\"/><child link=\"l{0}\"/></joint>\n", i,
+                         i - 1, type);
+    }
+  }
+  return out + "</robot>";
+}
+
+std::string refusal(const std::string& xml) {
+  return input_error([&] { parse_urdf(xml, "r.urdf"); });
+}
+
+double processor_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
+TEST(Limits, LinksJointsAndShapes) {
+  EXPECT_EQ(refusal(chain(20'000, "fixed")), "r.urdf:20002: more than 10000 links; a robot has at most 10000");
+  EXPECT_EQ(refusal(chain(1'010, "continuous")),
+            "r.urdf:2005: more than 1000 joints that move; a robot has at most 1000");
+  std::string shapes;
+  for (int i = 0; i < 2'001; ++i) shapes += kSphere + "\n";
+  EXPECT_EQ(refusal("<robot name=\"r\"><link name=\"a\">" + kBody + shapes + "</link></robot>"),
+            "r.urdf:2001: more than 2000 collision shapes; a robot has at most 2000");
+}
+
+// Each link was searched for in all joints, and each channel in all links: 10,000 links took 20 times as long.
+TEST(Limits, AsManyLinksAsAllowedAreQuick) {
+  const double begin = processor_seconds();
+  auto world = std::make_shared<World>();
+  world->robot = parse_urdf(chain(kMaxLinks, "fixed"), "r.urdf");
+  const ParameterTable table(*world);
+  EXPECT_EQ(table.match("robot.link.*.mass").size(), kMaxLinks);
+  const Fabricator fabricator(world, {"robot.link.l0.mass", "robot.link.l9999.mass"});
+  const double values[] = {2, 3};
+  EXPECT_DOUBLE_EQ(fabricator.fabricate(0, values).model.bodies.at(0).mass, 2 + 3 + kMaxLinks - 2);
+  EXPECT_LT(processor_seconds() - begin, 3);
+}
+
+TEST(Limits, Pairs) {
+  World world;
+  world.robot = parse_urdf(chain(500, "continuous", kSphere), "r.urdf");
+  EXPECT_THAT(input_error([&] { compile(world); }), StartsWith("more than 100000 pairs of shapes may touch"));
+  world.contact.self_collision = false;
+  EXPECT_EQ(compile(world).pairs.size(), 0u);
+}
+
+TEST(Limits, NamesAndWarnings) {
+  const std::string mega(1 << 20, 'n');
+  const std::string text = refusal("<robot name=\"r\"><link name=\"" + mega + "\"/></robot>");
+  EXPECT_EQ(text, "r.urdf:1: link: <link> name: " + std::string(40, 'n') + "…: 1048576 bytes; at most 1000");
+  EXPECT_LT(refusal("<" + mega + "/>").size(), 200u);
+  std::vector<std::string> warnings;
+  UrdfOptions options;
+  options.warn = [&](const std::string& warning) { warnings.push_back(warning); };
+  std::string odd;
+  for (int i = 0; i < 1'000; ++i) odd += "<lnk/>";
+  parse_urdf("<robot name=\"r\"><link name=\"a\">" + kBody + "</link>" + odd + "</robot>", "r.urdf", options);
+  ASSERT_EQ(warnings.size(), kMaxWarnings + 1);
+  EXPECT_EQ(warnings.back(), "r.urdf: 950 more unknown elements are ignored");
+}
+
+TEST(Limits, FilesByTheirSize) {
+  const TemporaryFolder folder;
+  for (const auto& [name, most] : {std::pair("big.stl", kMaxMeshBytes), std::pair("big.obj", kMaxMeshBytes)}) {
+    const std::string file = folder.write(name, "");
+    std::filesystem::resize_file(file, most + 1);
+    EXPECT_EQ(input_error([&] { load_mesh(file); }),
+              fmt::format("{}: {} bytes; at most 64 MiB are read", file, most + 1));
+  }
+  const std::string urdf = folder.write("big.urdf", "");
+  std::filesystem::resize_file(urdf, kMaxUrdfBytes + 1);
+  EXPECT_EQ(input_error([&] { load_urdf(urdf); }), urdf + ": 16777217 bytes; at most 16 MiB are read");
+}
+
+const std::string kCorners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
+const std::string kFaces = "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+
+TEST(Limits, FacesOfAnObjFile) {
+  const TemporaryFolder folder;
+  const auto refused = [&](const std::string& more) {
+    const std::string file = folder.write("m.obj", kCorners + more + kFaces);
+    const std::string text = input_error([&] { load_mesh(file); });
+    EXPECT_THAT(text, StartsWith(file + ":"));
+    return text.substr(std::min(text.size(), file.size() + 1));
+  };
+  std::string polygon;
+  for (int i = 0; i < 400; ++i) polygon += " 1 2 3";
+  EXPECT_EQ(refused("f" + polygon + "\n"), "5: a face of more than 1000 corners; cut it into triangles");
+  EXPECT_EQ(refused("f" + polygon.substr(0, 1200) + " \\\n" + polygon.substr(0, 1206) + "\n"),
+            "6: a face of more than 1000 corners; cut it into triangles");
+  std::string groups;
+  for (std::size_t i = 0; i <= kMaxMeshParts; ++i) groups += "o a\n";
+  EXPECT_EQ(refused(groups), "10005: more than 10000 parts (objects, groups, materials); simplify the mesh");
+  std::string points;
+  for (std::size_t i = 0; i <= kMaxMeshCorners / 2; ++i) points += "f 1\n";
+  EXPECT_EQ(refused(points), "2000003: more than 4000000 vertices and corners of faces; simplify the mesh");
+  const std::string whole = folder.write("ok.obj", kCorners + "f" + polygon.substr(0, 1800) + "\n" + kFaces);
+  EXPECT_EQ(load_mesh(whole)->vertices.size(), 4u);
+}
+
+// An OBJ file may name a file of materials. It is not opened: as a FIFO it would be waited for.
+TEST(Limits, AMeshIsOneFile) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(mkfifo((folder.path() / "fifo").c_str(), 0600), 0);
+  const std::string file = folder.write("m.obj", "mtllib fifo\n" + kCorners + kFaces);
+  EXPECT_EQ(load_mesh(file)->triangles.size(), 4u);
+}
+
+/// Binary STL: triangle i has the same corners and a normal of its own.
+std::string one_triangle_often(std::uint32_t count) {
+  std::string bytes(84 + 50 * std::size_t{count}, '\0');
+  std::memcpy(&bytes[80], &count, sizeof count);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const float facet[12] = {1, static_cast<float>(i), 0, 0, 0, 0, 1, 0, 0, 0, 1, 0};
+    std::memcpy(&bytes[84 + 50 * std::size_t{i}], facet, sizeof facet);
+  }
+  return bytes;
+}
+
+// Vertices in one place are joined in time that grows with their number; its square takes minutes here.
+TEST(Limits, EqualVerticesAreJoinedQuickly) {
+  const TemporaryFolder folder;
+  const std::string file = folder.write("same.stl", one_triangle_often(100'000));
+  const double begin = processor_seconds();
+  EXPECT_EQ(load_mesh(file)->vertices.size(), 3u);
+  EXPECT_LT(processor_seconds() - begin, 3);
+}
+
+// A hull with too many corners is given up, with the number. Slow: such a hull takes seconds.
+TEST(Limits, HullCorners) {
+  if (!std::getenv("GRAZE_LONG")) GTEST_SKIP() << "takes seconds; set GRAZE_LONG";
+  std::mt19937 random(1);
+  std::normal_distribution<double> n;
+  Mesh cloud;
+  cloud.file = "ball.stl";
+  for (std::size_t i = 0; i < kMaxHullCorners + 100; ++i) {
+    cloud.vertices.push_back(Vec3(n(random), n(random), n(random)).normalized());
+  }
+  EXPECT_THAT(
+      input_error([&] { convex_hull(cloud); }),
+      testing::AllOf(StartsWith("ball.stl: the convex hull of its 50100 vertices"), HasSubstr("50000 corners")));
+}
+
+}  // namespace
+}  // namespace graze
