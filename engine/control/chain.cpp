@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "engine/control/chain_motion.h"
+#include "engine/model/kinematics.h"
 
 namespace graze {
 
@@ -18,20 +19,21 @@ int actuator_of(const Model& model, int body) {
 void put(const Vec3& from, double* to) { Vec3::Map(to) = from; }
 void put_matrix(const Mat3& from, double* to) { Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>{to} = from; }
 
-ChainJointView joint_view(const Body& body, int actuator) {
+/// X_PB: the joint's frame at zero in that of the joint before it, or in the base's.
+ChainJointView joint_view(const Body& body, const Pose& X_PB, int actuator) {
   ChainJointView out{};
   out.prismatic = body.type == JointType::prismatic;
   out.actuator = actuator;
   out.lower = body.lower;
   out.upper = body.upper;
   // Rodrigues: R(q) = a a^T + cos(q) (1 - a a^T) + sin(q) [a]x, behind the frame's own rotation.
-  const Mat3 R = body.X_PB.linear(), along = body.axis * body.axis.transpose();
+  const Mat3 R = X_PB.linear(), along = body.axis * body.axis.transpose();
   Mat3 skew;
   skew << 0, -body.axis.z(), body.axis.y(), body.axis.z(), 0, -body.axis.x(), -body.axis.y(), body.axis.x(), 0;
   put_matrix(out.prismatic ? R : Mat3(R * along), out.fixed);
   put_matrix(R * (Mat3::Identity() - along), out.cosine);
   put_matrix(R * skew, out.sine);
-  put(Vec3(body.X_PB.translation()), out.offset);
+  put(Vec3(X_PB.translation()), out.offset);
   put(R * body.axis, out.axis);
   out.mass = body.mass;
   put(body.com, out.com);
@@ -50,7 +52,8 @@ Chain::Chain(const Model& model, int frame) {
   p_BF_ = tip.X_BF.translation();
   for (int b = tip.body; b >= 0 && model.bodies[b].type != JointType::floating; b = model.bodies[b].parent) {
     const Body& body = model.bodies[b];
-    joints_.push_back(joint_view(body, actuator_of(model, b)));
+    const Pose X_PB = body.parent < 0 ? Pose(fixed_base_pose(model).inverse() * body.X_PB) : body.X_PB;
+    joints_.push_back(joint_view(body, X_PB, actuator_of(model, b)));
     q_.push_back(body.q);
     if (joints_.back().actuator < 0) {
       throw std::invalid_argument("joint " + body.joint + " on the way is not actuated");

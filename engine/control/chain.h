@@ -11,7 +11,7 @@ class Chain {
  public:
   using Values = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxChainJoints, 1>;
 
-  /// From the base (body 0 of a floating base, else the world) to `frame`, an index into Model::frames. Throws
+  /// From the base (body 0 of a floating base, else fixed_base_pose()) to `frame`, an index into Model::frames. Throws
   /// std::invalid_argument with a sentence if the frame is fixed to the base, a joint on the way is not actuated, or
   /// there are more than kMaxChainJoints.
   Chain(const Model& model, int frame);

@@ -85,6 +85,17 @@ Pose frame_pose(const Model& model, const std::vector<Pose>& X_WB, int frame) {
   return f.body < 0 ? f.X_BF : X_WB[f.body] * f.X_BF;
 }
 
+Pose fixed_base_pose(const Model& model) {
+  if (model.floating_base) return Pose::Identity();
+  const Frame* base = nullptr;
+  for (const Frame& frame : model.frames) {
+    if (frame.body >= 0) continue;
+    if (base == nullptr || base->name == "world") base = &frame;
+    if (base->name != "world") break;
+  }
+  return base != nullptr ? base->X_BF : Pose::Identity();
+}
+
 Eigen::Matrix3Xd point_jacobian(const Model& model, const std::vector<Pose>& X_WB, int body, const Vec3& p_W) {
   Eigen::Matrix3Xd J = Eigen::Matrix3Xd::Zero(3, model.nv);
   for (int b = body; b >= 0; b = model.bodies[b].parent) add_columns(model.bodies[b], X_WB[b], p_W, J);

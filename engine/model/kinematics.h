@@ -13,6 +13,10 @@ void forward_kinematics(const Model& model, const Eigen::Ref<const Eigen::Vector
 /// Pose of a frame (body -1: the world).
 Pose frame_pose(const Model& model, const std::vector<Pose>& X_WB, int frame);
 
+/// Pose in the world of a base that is fixed to it: the root link, or, if that is `world` itself, the first link that
+/// is fixed to it. Identity for a floating base.
+Pose fixed_base_pose(const Model& model);
+
 /// Velocity of a point fixed to `body`, now at p_W (world): J * v. 3 x nv, world axes; columns off the path are zero.
 Eigen::Matrix3Xd point_jacobian(const Model& model, const std::vector<Pose>& X_WB, int body, const Vec3& p_W);
 

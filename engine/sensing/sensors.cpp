@@ -6,6 +6,7 @@
 #include <map>
 #include <string>
 
+#include "engine/model/kinematics.h"
 #include "sampling/stream.h"
 
 namespace graze {
@@ -30,6 +31,11 @@ void resize_group(BlockArray& group, int rows, bool read) {
   group = BlockArray(rows);
   if (read) return;
   for (int i = 0; i < rows; ++i) std::fill_n(group.row(i), kLanes, std::numeric_limits<double>::quiet_NaN());
+}
+
+/// The same three numbers in every lane.
+void fill(BlockArray& group, const Vec3& value) {
+  for (int i = 0; i < 3; ++i) std::fill_n(group.row(i), kLanes, value[i]);
 }
 
 /// Where a reading's true value comes from; index into ReadingView::source.
@@ -139,6 +145,7 @@ std::vector<int> Sensors::needed_channels() const {
 
 void Sensors::resize(Observation& out) const {
   const int na = nominal_.na();
+  const bool fresh = out.base_rpy.rows() == 0;
   resize_group(out.joint_position, na, reads(kJointPosition));
   resize_group(out.joint_velocity, na, reads(kJointVelocity));
   resize_group(out.joint_acceleration, na, reads(kJointAcceleration));
@@ -150,6 +157,10 @@ void Sensors::resize(Observation& out) const {
   resize_group(out.imu_linear, 3, reads(kImuLinear));
   resize_group(out.imu_angular, 3, reads(kImuAngular));
   resize_group(out.link_force, static_cast<int>(nominal_.frames.size()), reads(kLinkForce));
+  if (!fresh || nominal_.floating_base) return;
+  const Pose X_WB = fixed_base_pose(nominal_);
+  if (reads(kBasePosition)) fill(out.base_position, X_WB.translation());
+  if (reads(kBaseRpy)) fill(out.base_rpy, rpy_from_rotation(X_WB.linear()));
 }
 
 void Sensors::start(int lane, const Particle& particle) {

@@ -30,7 +30,8 @@ enum SensedGroup : unsigned {
 };
 
 /// What is sensed at a control step, all lanes. Rows in the order of Model::actuated (na), SI units, world axes. A
-/// group that nobody reads is NaN throughout.
+/// group that nobody reads is NaN throughout. A base that is fixed to the world is where the nominal model has it, at
+/// rest.
 struct Observation {
   std::array<double, kLanes> time{};                              // s since the start of the trace
   BlockArray joint_position, joint_velocity, joint_acceleration;  // na rows, encoder

@@ -329,5 +329,85 @@ TEST_F(ControllerTest, SteersToWaypoints) {
   }
 }
 
+/// LINKS with its base fixed to the world at a pose.
+World fixed_links(const Vec3& position, const Vec3& rpy) {
+  World world = links_world();
+  world.robot.floating_base = false;
+  world.initial.on_ground = false;
+  world.initial.position = position;
+  world.initial.rpy = rpy;
+  return world;
+}
+
+/// Joint targets of a gait over half a second, [control step][joint], when the joints are wherever they are asked to
+/// be.
+std::vector<std::vector<double>> gait_targets(const World& world, const std::string& up) {
+  const Scene scene(world);
+  Controller controller(scene.context(),
+                        Settings::parse("{gait: {velocity: [0.2, 0.05, 0.3], duration: 0.3 s, duty: 75 %, liftoff: "
+                                        "'[25, 75, 0, 50] %', step_height: 3 cm, recovery: false, global_up: " +
+                                            up + "}, control: {joint_pd: {kp: 20}}}",
+                                        "test.yaml"));
+  Sensors sensors(scene.model, channel_names(scene.world.robot), SensorNoise{}, controller.reads());
+  FakePhysics physics(scene.model);
+  const Particle particle = scene.particle();
+  physics.start(0, particle);
+  sensors.start(0, particle);
+  controller.start(0, 0);
+  Observation observation;
+  ActuatorCommand command(scene.model.na());
+  const BlockArray tau(scene.model.na());
+  const LaneMask lane = LaneMask::first(1);
+  std::vector<std::vector<double>> out;
+  for (std::uint32_t k = 0; k < 500; ++k) {
+    sensors.sense(physics, tau, 1e-3, {k}, {k * 1e-3}, lane, observation);
+    controller.act(observation, nullptr, lane, command);
+    std::vector<double>& q = out.emplace_back();
+    for (int i = 0; i < scene.model.na(); ++i) {
+      q.push_back(command.q(i, 0));
+      physics.mutable_state().q(scene.model.bodies[scene.model.actuated[i]].q, 0) = command.q(i, 0);
+    }
+  }
+  return out;
+}
+
+double largest_difference(const std::vector<std::vector<double>>& a, const std::vector<std::vector<double>>& b) {
+  double out = 0;
+  for (std::size_t k = 0; k < a.size(); ++k) {
+    for (std::size_t i = 0; i < a[k].size(); ++i) out = std::max(out, std::abs(a[k][i] - b[k][i]));
+  }
+  return out;
+}
+
+// A gait knows its stance from the base, wherever that is fixed: at every pose the joints move as at the origin. Steps
+// that rise along the world's vertical are the same on every upright base, and others on a tilted one.
+TEST(FixedBase, GaitMovesTheJointsAsAtTheOrigin) {
+  const Vec3 none = Vec3::Zero();
+  for (const char* up : {"true", "false"}) {
+    const auto origin = gait_targets(fixed_links(none, none), up);
+    EXPECT_LT(largest_difference(origin, gait_targets(fixed_links({3, -2, 1.5}, none), up)), 1e-11) << up;
+    EXPECT_LT(largest_difference(origin, gait_targets(fixed_links({-1, 0.5, 0}, {0, 0, 2.5}), up)), 1e-11) << up;
+    const double tilted = largest_difference(origin, gait_targets(fixed_links({0.2, 0.3, 1}, {0.4, -0.3, 1}), up));
+    EXPECT_EQ(tilted > 0.01, std::string(up) == "true") << tilted;
+    EXPECT_EQ(tilted < 1e-11, std::string(up) == "false") << tilted;
+    EXPECT_GT(largest_difference(origin, {500, origin[0]}), 0.1);  // it does walk
+  }
+}
+
+// The base of a robot that hangs on a link called `world` is the link that is fixed to it.
+TEST(FixedBase, IsTheLinkThatIsFixedToTheWorld) {
+  Model model;
+  model.floating_base = false;
+  Pose X_WB = Pose::Identity();
+  X_WB.translation() = Vec3(1, 2, 3);
+  model.frames = {{"world", -1, Pose::Identity()}, {"base", -1, X_WB}, {"plate", -1, Pose::Identity()}};
+  EXPECT_EQ(fixed_base_pose(model).translation(), Vec3(1, 2, 3));
+  model.frames.resize(1);
+  model.frames[0].X_BF = X_WB;
+  EXPECT_EQ(fixed_base_pose(model).translation(), Vec3(1, 2, 3));
+  model.floating_base = true;
+  EXPECT_EQ(fixed_base_pose(model).translation(), Vec3(0, 0, 0));
+}
+
 }  // namespace
 }  // namespace graze
