@@ -62,6 +62,20 @@ std::string requirement_table(const Score& score) {
   return text_table(rows, 1);
 }
 
+/// One line per policy and measure.
+std::string measure_table(const Score& score) {
+  Rows rows = {{"policy", "measure", "N", "kept", "rate", "95 % interval", "objective met", "of these kept"}};
+  for (const PolicyScore& p : score.policies) {
+    for (std::size_t k = 0; k < p.kept.size(); ++k) {
+      const PolicyScore::Kept& kept = p.kept[k];
+      const double rate = static_cast<double>(kept.all) / static_cast<double>(p.n);  // NaN if n = 0
+      rows.push_back({p.policy, score.measures[k], std::to_string(p.n), std::to_string(kept.all), decimal(rate),
+                      interval_text(kept.interval), std::to_string(p.objective_met), std::to_string(kept.met)});
+    }
+  }
+  return text_table(rows, 2);
+}
+
 std::string pair_table(const std::vector<PairedComparison>& pairs) {
   Rows rows = {{"a", "b", "pairs", "both", "only a", "only b", "neither", "rate b - a", "95 % interval", "McNemar p"}};
   for (const PairedComparison& p : pairs) {
@@ -78,9 +92,15 @@ Json json_of(const Interval& interval) { return Json::array({interval.low, inter
 /// JSON has no NaN.
 Json json_of(double x) { return std::isnan(x) ? Json(nullptr) : Json(x); }
 
-Json json_of(const PolicyScore& p, const std::vector<std::string>& requirements) {
+Json json_of(const PolicyScore& p, const std::vector<std::string>& requirements,
+             const std::vector<std::string>& names) {
   Json by_requirement = Json::object();
   for (std::size_t i = 0; i < requirements.size(); ++i) by_requirement[requirements[i]] = p.by_requirement[i];
+  Json measures = Json::object();
+  for (std::size_t k = 0; k < p.kept.size(); ++k) {
+    measures[names[k]] = {
+        {"kept", p.kept[k].all}, {"kept_and_objective_met", p.kept[k].met}, {"interval", json_of(p.kept[k].interval)}};
+  }
   return {{"policy", p.policy},
           {"n", p.n},
           {"success", p.success},
@@ -88,6 +108,7 @@ Json json_of(const PolicyScore& p, const std::vector<std::string>& requirements)
           {"by_requirement", by_requirement},
           {"unknown_failure", p.unknown},
           {"objective_met", p.objective_met},
+          {"measures", measures},
           {"invalid", p.invalid},
           {"rate", json_of(p.rate)},
           {"interval", json_of(p.interval)}};
@@ -130,6 +151,9 @@ std::string format_score(const Score& score, bool failures) {
   if (!score.requirements.empty()) {
     out.append("\nKnown failures by the requirement that was violated first\n").append(requirement_table(score));
   }
+  if (!score.measures.empty()) {
+    out.append("\nMeasures, which decide nothing: valid traces that kept them\n").append(measure_table(score));
+  }
   if (!score.pairs.empty()) {
     out.append("\nThe same particles under two policies\n").append(pair_table(score.pairs));
   }
@@ -138,9 +162,12 @@ std::string format_score(const Score& score, bool failures) {
 }
 
 std::string score_json(const Score& score, bool failures) {
-  Json json = {{"campaign", score.campaign},         {"complete", score.complete}, {"confidence", 0.95},
-               {"requirements", score.requirements}, {"policies", Json::array()},  {"pairs", Json::array()}};
-  for (const PolicyScore& policy : score.policies) json["policies"].push_back(json_of(policy, score.requirements));
+  Json json = {{"campaign", score.campaign}, {"complete", score.complete},
+               {"confidence", 0.95},         {"requirements", score.requirements},
+               {"measures", score.measures}, {"policies", Json::array()},
+               {"pairs", Json::array()}};
+  for (const PolicyScore& policy : score.policies)
+    json["policies"].push_back(json_of(policy, score.requirements, score.measures));
   for (const PairedComparison& pair : score.pairs) json["pairs"].push_back(json_of(pair));
   json["interval_method"] = score.stopped_by_question ? "confidence_sequence" : "clopper_pearson";
   json["particles"] = score.particles;

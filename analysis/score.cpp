@@ -28,7 +28,13 @@ struct Ends {
 };
 
 void count(const TraceOutcome& trace, PolicyScore& out) {
-  if (trace.outcome != Outcome::invalid && trace.objective_margin >= 0) ++out.objective_met;
+  const bool valid = trace.outcome != Outcome::invalid, met = valid && trace.objective_margin >= 0;
+  if (met) ++out.objective_met;
+  for (std::size_t k = 0; k < out.kept.size(); ++k) {
+    const bool kept = valid && (trace.kept >> k & 1u);
+    out.kept[k].all += kept;
+    out.kept[k].met += kept && met;
+  }
   switch (trace.outcome) {
     case Outcome::success:
       ++out.success;
@@ -52,7 +58,9 @@ PolicyScore score_policy(const Archive& archive, const std::string& policy, Ends
   PolicyScore out;
   WaysToFail ways;
   out.policy = policy;
-  out.by_requirement.assign(archive.info().requirements.size(), 0);
+  const CampaignInfo& info = archive.info();
+  out.by_requirement.assign(info.deciding(), 0);
+  out.kept.resize(std::min(info.requirements.size() - info.deciding(), kMostMeasures));
   archive.visit_outcomes(policy, [&](std::span<const TraceOutcome> traces) {
     for (const TraceOutcome& trace : traces) {
       count(trace, out);
@@ -66,6 +74,7 @@ PolicyScore score_policy(const Archive& archive, const std::string& policy, Ends
   out.rate = out.n > 0 ? static_cast<double>(out.success) / static_cast<double>(out.n)
                        : std::numeric_limits<double>::quiet_NaN();
   out.interval = clopper_pearson(out.success, out.n);
+  for (PolicyScore::Kept& kept : out.kept) kept.interval = clopper_pearson(kept.all, out.n);
   return out;
 }
 
@@ -120,7 +129,9 @@ Score score(const Archive& archive, const std::string& name, const std::vector<s
   out.complete = archive.complete();
   out.part = info.part;
   out.particles = info.particles;
-  for (const auto& requirement : info.requirements) out.requirements.push_back(requirement.name);
+  for (const auto& requirement : info.requirements) {
+    (requirement.measure ? out.measures : out.requirements).push_back(requirement.name);
+  }
   const std::vector<std::string>& policies = chosen.empty() ? info.policies : chosen;
   std::vector<Ends> ends(policies.size());
   for (std::size_t i = 0; i < policies.size(); ++i) {

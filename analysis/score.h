@@ -28,6 +28,11 @@ struct PolicyScore {
   std::uint64_t objective_met = 0;            // valid traces that met the objective, whatever they violated on the way
   double rate = 0;                            // success / n; NaN if n = 0
   Interval interval;  // 95 %: Clopper-Pearson, or the confidence sequence if --until chose the number of particles
+  struct Kept {
+    std::uint64_t all = 0, met = 0;  // valid traces that kept a measure; of these, those that met the objective
+    Interval interval = {};          // of all / n, 95 %, Clopper-Pearson
+  };
+  std::vector<Kept> kept = {};  // per measure
 };
 
 /// Policies a and b on the particles for which both traces are valid.
@@ -48,7 +53,7 @@ struct Answer {
 
 struct Score {
   std::string campaign;
-  std::vector<std::string> requirements;
+  std::vector<std::string> requirements, measures;
   std::vector<PolicyScore> policies;
   std::vector<PairedComparison> pairs;
   bool complete = true;

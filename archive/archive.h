@@ -57,8 +57,10 @@ struct CampaignInfo {
   std::vector<ParameterRow> parameters;
   struct RequirementRow {
     std::string name, description, unit;
+    bool measure = false;  // decides nothing
   };
-  std::vector<RequirementRow> requirements;
+  std::vector<RequirementRow> requirements;  // measures last
+  std::size_t deciding() const;              // requirements that are no measures
   std::string objective;
   std::vector<std::string> policies;                          // in scenario order
   std::vector<std::string> colliders;                         // part names, by index in events
@@ -155,6 +157,7 @@ struct TraceOutcome {
   Outcome outcome;
   int violated;  // requirement index; -1: none
   double objective_margin;
+  std::uint64_t kept = 0;  // bit k: the k-th measure's margin is not negative
 };
 
 /// Whether the seals of shards are to be checked, which reads all of them; trusted: this program has just written them.

@@ -119,8 +119,7 @@ CampaignFiles open_parts(const std::vector<fs::path>& directories) {
   all.parts = Parts(std::move(shards), info.particles);
   all.stored.complete = std::all_of(info.policies.begin(), info.policies.end(), [&](const std::string& policy) {
     std::uint64_t traces = 0;
-    scan_outcomes(all.parts, policy, info.requirements.size(),
-                  [&](std::span<const TraceOutcome> some) { traces += some.size(); });
+    scan_outcomes(all.parts, policy, info, [&](std::span<const TraceOutcome> some) { traces += some.size(); });
     return traces == info.particles;
   });
   return all;

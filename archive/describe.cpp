@@ -79,7 +79,7 @@ CampaignInfo describe_campaign(const Scenario& scenario, std::uint64_t particles
   info.end = scenario.timing.end;
   for (const UncertainParameter& parameter : scenario.space.parameters) info.parameters.push_back(row_of(parameter));
   for (const Requirement& requirement : scenario.task.requirements) {
-    info.requirements.push_back({requirement.name, requirement.description, requirement.unit});
+    info.requirements.push_back({requirement.name, requirement.description, requirement.unit, requirement.measure});
   }
   info.objective = scenario.task.objective.name;
   for (const PolicySpec& policy : scenario.policies) info.policies.push_back(policy.name);

@@ -50,6 +50,7 @@ void read_member(const Handle& file, const std::string& path, std::vector<Row>& 
   for (std::size_t i = 0; i < rows.size(); ++i) rows[i].*field = std::move(texts[i]);
 }
 
+const hdf5::Spec kMeasure{"measure", hdf5::Type::u8};
 const hdf5::Spec kNominal{"nominal", hdf5::Type::f64};
 const hdf5::Spec kLabelOffset{"label_offset", hdf5::Type::u64};
 
@@ -204,6 +205,33 @@ ParticleRange read_part(const Handle& file, std::uint64_t particles) {
   return part;
 }
 
+/// Archives without measures do without the dataset.
+void write_requirements(const Handle& file, const CampaignInfo& info) {
+  const hid_t root = file.id();
+  hdf5::write_strings(root, "requirements/name", member(info.requirements, &RequirementRow::name));
+  hdf5::write_strings(root, "requirements/description", member(info.requirements, &RequirementRow::description));
+  hdf5::write_strings(root, "requirements/unit", member(info.requirements, &RequirementRow::unit));
+  if (info.deciding() == info.requirements.size()) return;
+  std::vector<std::uint8_t> measure;
+  for (const RequirementRow& row : info.requirements) measure.push_back(row.measure ? 1 : 0);
+  hdf5::write_column(root, "requirements", kMeasure, measure, 0);
+}
+
+std::vector<RequirementRow> read_requirements(const Handle& file, std::uint64_t file_bytes) {
+  const hid_t root = file.id();
+  std::vector<RequirementRow> rows(hdf5::read_strings(root, "requirements/name").size());
+  read_member(file, "requirements/name", rows, &RequirementRow::name);
+  read_member(file, "requirements/description", rows, &RequirementRow::description);
+  read_member(file, "requirements/unit", rows, &RequirementRow::unit);
+  if (!hdf5::exists(root, "requirements/measure")) return rows;
+  const auto measure = hdf5::read_column<std::uint8_t>(root, "requirements", kMeasure, file_bytes);
+  if (measure.size() != rows.size() || !std::is_sorted(measure.begin(), measure.end())) {
+    throw hdf5::Error("dataset 'requirements/measure' does not fit its neighbours");
+  }
+  for (std::size_t i = 0; i < rows.size(); ++i) rows[i].measure = measure[i] != 0;
+  return rows;
+}
+
 template <class Info, class Do>
 void each_list(Info& info, const Do& act) {
   act("policies/name", info.policies);
@@ -225,6 +253,11 @@ bool is_path(const std::string& name) {
 }
 
 }  // namespace
+
+std::size_t CampaignInfo::deciding() const {
+  return static_cast<std::size_t>(
+      std::count_if(requirements.begin(), requirements.end(), [](const RequirementRow& row) { return !row.measure; }));
+}
 
 void check_policy_names(const std::vector<std::string>& policies) {
   for (const std::string& name : policies) {
@@ -263,9 +296,7 @@ void write_info(const Handle& file, const CampaignInfo& info, Layout layout, boo
   each_list(info, [&](const char* path, const auto& list) { hdf5::write_strings(root, path, list); });
   write_parameters(file, info.parameters);
   write_source(file, info.source);
-  hdf5::write_strings(root, "requirements/name", member(info.requirements, &RequirementRow::name));
-  hdf5::write_strings(root, "requirements/description", member(info.requirements, &RequirementRow::description));
-  hdf5::write_strings(root, "requirements/unit", member(info.requirements, &RequirementRow::unit));
+  write_requirements(file, info);
 }
 
 StoredInfo read_info(const Handle& file) {
@@ -291,10 +322,7 @@ StoredInfo read_info(const Handle& file) {
   info.part = read_part(file, info.particles);
   info.source = read_source(file, bytes);
   info.parameters = read_parameters(file, bytes);
-  info.requirements.resize(hdf5::read_strings(root, "requirements/name").size());
-  read_member(file, "requirements/name", info.requirements, &RequirementRow::name);
-  read_member(file, "requirements/description", info.requirements, &RequirementRow::description);
-  read_member(file, "requirements/unit", info.requirements, &RequirementRow::unit);
+  info.requirements = read_requirements(file, bytes);
   return stored;
 }
 

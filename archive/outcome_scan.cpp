@@ -50,8 +50,9 @@ void check_again(Parts& parts, const std::string& policy, const std::vector<std:
 
 }  // namespace
 
-void scan_outcomes(Parts& parts, const std::string& policy, std::size_t requirements,
+void scan_outcomes(Parts& parts, const std::string& policy, const CampaignInfo& info,
                    const std::function<void(std::span<const TraceOutcome>)>& take) {
+  const std::size_t requirements = info.requirements.size(), deciding = info.deciding();
   std::vector<bool> seen;
   std::vector<std::uint32_t> twice;
   std::vector<TraceOutcome> out;
@@ -62,18 +63,27 @@ void scan_outcomes(Parts& parts, const std::string& policy, std::size_t requirem
         const auto outcome = file.slice<std::uint8_t>(group, schema::outcome(), rows, first, count);
         const auto violated = file.slice<std::int32_t>(group, schema::violated(), rows, first, count);
         const auto margin = file.slice<double>(group, schema::objective_margin(), rows, first, count);
+        std::vector<double> margins;  // [row][requirement]
+        if (deciding < requirements) {
+          margins = file.slice<double>(group, schema::margins(widths_of(info)), rows, first, count);
+        }
         out.clear();
         for (std::size_t i = 0; i < count; ++i) {
           const std::uint32_t id = particle[i];
           if (id >= parts.particles_that_count()) continue;
           const auto result = static_cast<Outcome>(outcome[i]);
-          if (!possible_outcome(result, violated[i], requirements)) {
+          if (!possible_outcome(result, violated[i], deciding)) {
             file.fail(fmt::format("policy '{}', particle {}: outcome {} with violated requirement {} is not possible",
                                   policy, id, static_cast<int>(outcome[i]), violated[i]));
           }
           if (id >= seen.size()) seen.resize(std::max<std::size_t>(std::size_t{id} + 1, 2 * seen.size()));
           if (seen[id]) twice.push_back(id);
-          if (!seen[id]) out.push_back({id, result, violated[i], margin[i]});
+          if (!seen[id]) {
+            out.push_back({id, result, violated[i], margin[i]});
+            for (std::size_t k = deciding; k < requirements && k - deciding < kMostMeasures; ++k) {
+              out.back().kept |= std::uint64_t{margins[i * requirements + k] >= 0} << (k - deciding);
+            }
+          }
           seen[id] = true;
         }
         take(out);

@@ -119,7 +119,7 @@ void check_part(const OpenPart& part, const CampaignInfo& info) {
 
 void check_outcomes(Parts& part, const CampaignInfo& info) {
   for (const std::string& policy : info.policies) {
-    scan_outcomes(part, policy, info.requirements.size(), [](std::span<const TraceOutcome>) {});
+    scan_outcomes(part, policy, info, [](std::span<const TraceOutcome>) {});
     scan_failures(part, policy, info, {});
   }
 }

@@ -220,7 +220,7 @@ FailureTable Archive::failures(const std::string& policy, const std::function<bo
 void Archive::visit_outcomes(const std::string& policy,
                              const std::function<void(std::span<const TraceOutcome>)>& take) const {
   const hdf5::Lock lock;
-  if (impl_->has_policy(policy)) scan_outcomes(impl_->files.parts, policy, info().requirements.size(), take);
+  if (impl_->has_policy(policy)) scan_outcomes(impl_->files.parts, policy, info(), take);
 }
 
 std::vector<double> Archive::particle_values(std::uint32_t particle) const {

@@ -42,6 +42,7 @@ struct ReplayedParameter {
 struct ReplayedRequirement {
   std::string name, description, unit;
   double from = 0, to = 0;  // s: when it counts
+  bool measure = false;     // decides nothing
 };
 
 struct ReplayFile {

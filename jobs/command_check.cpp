@@ -61,6 +61,15 @@ std::string counted(std::size_t n, const std::string& noun) {
   return fmt::format("{} {}{}", n, noun, n == 1 ? "" : "s");
 }
 
+/// "upright (tilt of BODY0 below 90 deg); …", of requirements or of measures.
+std::string requirement_list(const Task& task, bool measures) {
+  std::string out;
+  for (const Requirement& one : task.requirements) {
+    if (one.measure == measures) out += fmt::format("{}{} ({})", out.empty() ? "" : "; ", one.name, one.description);
+  }
+  return out;
+}
+
 std::string overview(const Scenario& s) {
   std::string out = fmt::format("{}\n", s.name);
   if (!s.description.empty()) out += fmt::format("  {}\n", s.description);
@@ -74,10 +83,9 @@ std::string overview(const Scenario& s) {
                      s.timing.step, s.timing.control, s.physics);
   out += "  policies     ";
   for (std::size_t i = 0; i < s.policies.size(); ++i) out += (i ? ", " : "") + s.policies[i].name;
-  out += "\n  requirements ";
-  for (std::size_t i = 0; i < s.task.requirements.size(); ++i) {
-    out += fmt::format("{}{} ({})", i ? "; " : "", s.task.requirements[i].name, s.task.requirements[i].description);
-  }
+  out += "\n  requirements " + requirement_list(s.task, false);
+  const std::string measures = requirement_list(s.task, true);
+  if (!measures.empty()) out += "\n  measures     " + measures;
   const Count c = count(s.space);
   out += fmt::format("\n  objective    {}\n", s.task.objective.name);
   out += fmt::format("  uncertain    {}: {} drawn once per particle, {} redrawn at each control step",
@@ -127,7 +135,7 @@ nlohmann::json as_json(const Scenario& s) {
       {"count",
        {{"total", c.total()}, {"persistent", c.persistent}, {"transient", c.transient}, {"scalars", s.space.size()}}}};
   for (const PolicySpec& policy : s.policies) out["policies"].push_back(policy.name);
-  for (const Requirement& r : s.task.requirements) out["requirements"].push_back(r.name);
+  for (const Requirement& r : s.task.requirements) out[r.measure ? "measures" : "requirements"].push_back(r.name);
   for (const UncertainParameter& p : s.space.parameters) {
     out["parameters"].push_back({{"name", p.name},
                                  {"unit", p.unit},

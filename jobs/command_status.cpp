@@ -88,7 +88,9 @@ Status status_of(const fs::path& path) {
   out.part = info.part;
   out.particles = info.particles;
   out.total = info.part.count(info.particles) * info.policies.size();
-  for (const auto& requirement : info.requirements) out.requirements.push_back(requirement.name);
+  for (const auto& requirement : info.requirements) {
+    if (!requirement.measure) out.requirements.push_back(requirement.name);
+  }
   out.violated.resize(out.requirements.size());
   for (const std::string& policy : info.policies) {
     out.policies.push_back(counts_of(archive, policy, out));

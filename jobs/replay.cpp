@@ -119,7 +119,7 @@ std::vector<ReplayedParameter> describe_parameters(const Scenario& scenario, con
 std::vector<ReplayedRequirement> describe_requirements(const Task& task) {
   std::vector<ReplayedRequirement> out;
   for (const Requirement& one : task.requirements) {
-    out.push_back({one.name, one.description, one.unit, one.window.from, one.window.to});
+    out.push_back({one.name, one.description, one.unit, one.window.from, one.window.to, one.measure});
   }
   return out;
 }

@@ -63,7 +63,8 @@ std::string margin_table(const Replay& replay) {
     const ReplayedRequirement& requirement = replay.file.requirements[i];
     const double first = trace.first_violations[i];
     rows.push_back({requirement.name, with_unit(trace.margins[i], requirement.unit),
-                    std::isnan(first) ? "-" : fmt::format("{:g} s", first), requirement.description});
+                    std::isnan(first) ? "-" : fmt::format("{:g} s", first),
+                    (requirement.measure ? "measure: " : "") + requirement.description});
   }
   return rows.size() == 1 ? "" : "\nMargins: the least value of each requirement's witness\n" + text_table(rows, 4);
 }
@@ -77,7 +78,8 @@ std::vector<std::string> story(const Replay& replay) {
     const ReplayedRequirement& requirement = replay.file.requirements[i];
     if (std::isnan(trace.first_violations[i])) continue;
     lines.emplace_back(trace.first_violations[i],
-                       fmt::format("VIOLATED: {} ({})", requirement.name, requirement.description));
+                       fmt::format("{}: {} ({})", requirement.measure ? "measure not kept" : "VIOLATED",
+                                   requirement.name, requirement.description));
   }
   std::stable_sort(lines.begin(), lines.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   std::vector<std::string> out;
@@ -204,6 +206,7 @@ std::string replay_json(const Replay& replay, const std::vector<std::string>& ex
     out["requirements"].push_back({{"name", one.name},
                                    {"description", one.description},
                                    {"unit", one.unit},
+                                   {"measure", one.measure},
                                    {"margin", json_of(trace.margins[i])},
                                    {"first_violation", json_of(trace.first_violations[i])}});
   }

@@ -67,7 +67,7 @@ std::map<std::string, Keys> run_keys() {
       {"actuators", {"torque_speed"}},
       {"control", {"lag"}},
       {"record", {"telemetry", "every", "last", "events"}},
-      {"task", {"requirements", "objective", "stop_at_violation"}},
+      {"task", {"requirements", "measures", "objective", "stop_at_violation"}},
   };
 }
 
@@ -78,7 +78,9 @@ std::map<std::string, Keys> witness_keys() {
       {"position", {"link", "x", "y", "z"}},
       {"region", {"above", "below"}},
       {"speed", {"link", "below"}},
-      {"self_collision", {}},
+      {"gap", {"between", "within"}},
+      {"contact_impulse", {"between", "below", "during"}},
+      {"self_collision", {"within"}},
       {"joint_limits", {"joints", "margin"}},
       {"torque_limits", {"joints"}},
       {"torque_speed", {"joints"}},

@@ -185,6 +185,16 @@ Task read_task(const Settings& settings, const Model& nominal) {
     for (const auto& [name, value] : requirements->entries())
       task.requirements.push_back(reader.requirement(name, value));
   }
+  if (const auto measures = settings.find("measures")) {
+    check_count(*measures, measures->entries().size(), kMostMeasures, "measures");
+    for (const auto& [name, value] : measures->entries()) {
+      for (const Requirement& other : task.requirements) {
+        if (other.name == name) value.fail_key("is a requirement too; give the measure a name of its own");
+      }
+      task.requirements.push_back(reader.requirement(name, value));
+      task.requirements.back().measure = true;
+    }
+  }
   if (const auto objective = settings.find("objective")) {
     task.objective = reader.objective(*objective);
     check_count(*objective, leaves(task.objective).size(), kMaxRequirements, "predicates");
@@ -193,20 +203,34 @@ Task read_task(const Settings& settings, const Model& nominal) {
   return task;
 }
 
+TaskMonitor::Watched::Watched(const Witness& one) : witness(&one), own(one.numbers()), memory(one.remember()) {}
+
+void TaskMonitor::Watched::start(int lane, const Model& model) {
+  witness->read(model, lane, own);
+  if (memory) memory->start(lane, model);
+}
+
+void TaskMonitor::Watched::follow(WitnessInput input) const {
+  input.memory = memory.get();
+  witness->follow(input);
+}
+
+void TaskMonitor::Watched::evaluate(WitnessInput input, const double* enough, double* out) const {
+  input.memory = memory.get();
+  input.enough = enough;
+  witness->evaluate(input, own, out);
+}
+
 TaskMonitor::TaskMonitor(const Task& task) : task_(&task), leaves_(leaves(task.objective)) {
-  for (const Requirement& one : task.requirements) {
-    watched_.push_back({one.witness.get(), BlockArray(one.witness->numbers())});
-  }
-  for (const Objective* leaf : leaves_) {
-    judging_.push_back({leaf->witness.get(), BlockArray(leaf->witness->numbers())});
-  }
+  for (const Requirement& one : task.requirements) watched_.emplace_back(*one.witness);
+  for (const Objective* leaf : leaves_) judging_.emplace_back(*leaf->witness);
   margin_ = violation_ = BlockArray(static_cast<int>(watched_.size()));
   leaf_ = BlockArray(static_cast<int>(leaves_.size()));
 }
 
 void TaskMonitor::start(int lane, const Model& model) {
-  for (Watched& one : watched_) one.witness->read(model, lane, one.own);
-  for (Watched& one : judging_) one.witness->read(model, lane, one.own);
+  for (Watched& one : watched_) one.start(lane, model);
+  for (Watched& one : judging_) one.start(lane, model);
   for (int i = 0; i < margin_.rows(); ++i) {
     margin_(i, lane) = kInfinity;
     violation_(i, lane) = std::numeric_limits<double>::quiet_NaN();
@@ -218,9 +242,10 @@ void TaskMonitor::start(int lane, const Model& model) {
 LaneMask TaskMonitor::update(const WitnessInput& input) {
   double value[kLanes];
   for (int i = 0; i < margin_.rows(); ++i) {
+    watched_[i].follow(input);
     const unsigned lanes = lanes_within(task_->requirements[i].window, input);
     if (lanes == 0) continue;
-    watched_[i].witness->evaluate(input, watched_[i].own, value);
+    watched_[i].evaluate(input, margin_.row(i), value);
     lower(margin_.row(i), value, lanes);
     unsigned below = 0;
     for (int lane = 0; lane < kLanes; ++lane) below |= static_cast<unsigned>(!(value[lane] >= 0)) << lane;
@@ -228,9 +253,10 @@ LaneMask TaskMonitor::update(const WitnessInput& input) {
   }
   for (int i = 0; i < leaf_.rows(); ++i) {
     const Objective& leaf = *leaves_[i];
+    judging_[i].follow(input);
     const unsigned lanes = leaf.kind == Objective::Kind::at_end ? 0 : lanes_within(leaf.window, input);
     if (lanes == 0) continue;
-    judging_[i].witness->evaluate(input, judging_[i].own, value);
+    judging_[i].evaluate(input, leaf.kind == Objective::Kind::once ? nullptr : leaf_.row(i), value);
     lower(leaf_.row(i), value, lanes, leaf.kind == Objective::Kind::once ? -1 : 1);
   }
   LaneMask out;
@@ -242,10 +268,10 @@ void TaskMonitor::values(const WitnessInput& input, BlockArray& requirements, Bl
   requirements = BlockArray(static_cast<int>(watched_.size()));
   objective = BlockArray(static_cast<int>(judging_.size()));
   for (int i = 0; i < requirements.rows(); ++i) {
-    watched_[i].witness->evaluate(input, watched_[i].own, requirements.row(i));
+    watched_[i].evaluate(input, nullptr, requirements.row(i));
   }
   for (int i = 0; i < objective.rows(); ++i) {
-    judging_[i].witness->evaluate(input, judging_[i].own, objective.row(i));
+    judging_[i].evaluate(input, nullptr, objective.row(i));
   }
 }
 
@@ -253,7 +279,7 @@ void TaskMonitor::note_violations(int requirement, unsigned lanes, const Witness
   for (int lane = 0; lane < kLanes; ++lane) {
     if (!(lanes >> lane & 1u) || !std::isnan(violation_(requirement, lane))) continue;
     violation_(requirement, lane) = input.time[lane];
-    if (violated_[lane] < 0) violated_[lane] = requirement;
+    if (violated_[lane] < 0 && !task_->requirements[requirement].measure) violated_[lane] = requirement;
   }
 }
 
@@ -261,7 +287,7 @@ void TaskMonitor::finish(const WitnessInput& input) {
   double value[kLanes];
   for (int i = 0; i < leaf_.rows(); ++i) {
     if (leaves_[i]->kind != Objective::Kind::at_end) continue;
-    judging_[i].witness->evaluate(input, judging_[i].own, value);
+    judging_[i].evaluate(input, nullptr, value);
     for (int lane = 0; lane < kLanes; ++lane) {
       if (input.lanes[lane]) leaf_(i, lane) = value[lane];
     }

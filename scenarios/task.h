@@ -13,6 +13,14 @@
 
 namespace graze {
 
+/// What a witness keeps of the traces of one block from step to step.
+class WitnessMemory {
+ public:
+  virtual ~WitnessMemory() = default;
+  /// A fresh trace in a lane, of a particle with this p*.
+  virtual void start(int lane, const Model& model) = 0;
+};
+
 /// What witnesses may look at: a block after a step.
 struct WitnessInput {
   const BlockState& state;
@@ -21,6 +29,9 @@ struct WitnessInput {
   const BlockArray& headroom;               // Actuators::headroom, [na]
   std::array<double, kLanes> time;          // s
   LaneMask lanes;                           // those whose witnesses are wanted
+  WitnessMemory* memory = nullptr;          // of this witness: what remember() gave
+  /// [kLanes], or null: where the value is no less than this, any value that is no less will do.
+  const double* enough = nullptr;
 };
 
 class Witness {
@@ -32,6 +43,10 @@ class Witness {
   virtual void read(const Model& /*model*/, int /*lane*/, BlockArray& /*own*/) const {}
   /// The witness's value in each lane, out[kLanes]; in lanes that are not wanted it may be anything.
   virtual void evaluate(const WitnessInput& input, const BlockArray& own, double* out) const = 0;
+  /// A memory for one block, for witnesses that need one.
+  virtual std::unique_ptr<WitnessMemory> remember() const { return nullptr; }
+  /// Called once after each step, before evaluate(): for witnesses whose memory sums up what has been.
+  virtual void follow(const WitnessInput& /*input*/) const {}
 };
 
 /// When a witness counts.
@@ -41,7 +56,9 @@ struct Window {
   bool contains(double t) const { return t >= from && t <= to; }
 };
 
+/// A witness that must stay >= 0; or, as a measure, one that is watched in the same way and decides nothing.
 struct Requirement {
+  bool measure = false;
   std::string name;
   std::string description;  // one line for tables
   std::string unit;         // of the margin
@@ -62,8 +79,11 @@ struct Objective {
   std::vector<Objective> parts;            // inner nodes
 };
 
+/// Bits of a mask (TraceOutcome::kept).
+inline constexpr std::size_t kMostMeasures = 64;
+
 struct Task {
-  std::vector<Requirement> requirements;
+  std::vector<Requirement> requirements;  // measures last
   Objective objective;
   bool stop_at_violation = true;  // a trace ends at its first violated requirement
 };
@@ -71,8 +91,9 @@ struct Task {
 /// The nodes that have a witness, in the order in which TaskMonitor::values gives theirs.
 std::vector<const Objective*> leaves(const Objective& objective);
 
-/// Reads `requirements` (map name -> witness) and `objective` (map with one name -> predicate, or the predicate
-/// itself). Names are checked against the model: a pattern that matches nothing is refused with the nearest name.
+/// Reads `requirements` and `measures` (maps name -> witness; no name in both) and `objective` (map with one name ->
+/// predicate, or the predicate itself). Names are checked against the model: a pattern that matches nothing is refused
+/// with the nearest name.
 Task read_task(const Settings& settings, const Model& nominal);
 
 /// Names of all witnesses ("tilt", "height", "no_contact", …), for help and the schema.
@@ -84,7 +105,8 @@ class TaskMonitor {
   explicit TaskMonitor(const Task& task);
   /// A fresh trace in a lane, of a particle with this p*.
   void start(int lane, const Model& model);
-  /// After each step (and once at t = 0). Returns the lanes in which a requirement is violated now or was before.
+  /// After each step (and once at t = 0). Returns the lanes in which a requirement (no measure) is violated now or was
+  /// before.
   LaneMask update(const WitnessInput& input);
   /// The witnesses of requirements and of the objective's leaves, a row each, whatever their windows say. Has no effect
   /// on the judgement.
@@ -106,6 +128,13 @@ class TaskMonitor {
   struct Watched {
     const Witness* witness;
     BlockArray own;
+    std::unique_ptr<WitnessMemory> memory;
+
+    explicit Watched(const Witness& one);
+    void start(int lane, const Model& model);
+    void follow(WitnessInput input) const;
+    /// `enough`: as WitnessInput::enough.
+    void evaluate(WitnessInput input, const double* enough, double* out) const;
   };
   static std::vector<double> column(const BlockArray& array, int lane);
   void note_violations(int requirement, unsigned lanes, const WitnessInput& input);

@@ -1,167 +1,107 @@
-// Witnesses of contact between parts. A part is a glob of collision shapes' or links' names, or of one shape's
-// features ("curb.side"). Margins are gaps in metres as far as the back end reports near points, saturated at 2 cm.
+// Witnesses of contact between parts. Margins are gaps in metres, measured at the end of each step as far as the
+// witness asks, whatever the back end looks at; while the parts touch, overlaps as the back end reports them.
 #include <fmt/format.h>
 
 #include <algorithm>
 
 #include "scenarios/keys.h"
-#include "scenarios/names.h"
+#include "scenarios/parts.h"
 #include "scenarios/witnesses.h"
 
 namespace graze {
 namespace {
 
-/// Gaps beyond this are not told apart, m.
+/// Gaps beyond this are not told apart unless `within` says otherwise, m.
 constexpr double kFar = 0.02;
-/// Least margin of a touch that overlaps by less, so that its sign is never 0, m.
+/// Least margin of a touch that overlaps by less, and of a gap where nothing touches, so that its sign is never 0, m.
 constexpr double kTouch = 1e-9;
 
-constexpr int kFeatures = static_cast<int>(Feature::rim) + 1;
-constexpr unsigned kAllFeatures = ~0u;
-
-/// Which (collider, feature) a pattern names: bit f of mask[collider].
-struct Part {
-  std::vector<unsigned> mask;
+struct GapMemory final : WitnessMemory {
+  Clearance clearance;
+  explicit GapMemory(Clearance from) : clearance(std::move(from)) {}
+  void start(int lane, const Model& model) override { clearance.start(lane, model); }
 };
 
-unsigned features_named(const std::string& pattern, const Collider& collider) {
-  if (matches(pattern, collider.name) || matches(pattern, collider.link)) return kAllFeatures;
-  unsigned out = 0;
-  for (int f = 0; f < kFeatures; ++f) {
-    const std::string suffix = fmt::format(".{}", feature_name(static_cast<Feature>(f)));
-    if (matches(pattern, collider.name + suffix) || matches(pattern, collider.link + suffix)) out |= 1u << f;
-  }
-  return out;
-}
-
-Part read_part(const Settings& settings, const Model& nominal) {
-  const std::string pattern = settings.glob();
-  Part part;
-  bool any = false;
-  for (const Collider& collider : nominal.colliders) {
-    part.mask.push_back(features_named(pattern, collider));
-    any = any || part.mask.back() != 0;
-  }
-  if (!any) {
-    std::vector<std::string> names = part_names(nominal);
-    const std::size_t parts = names.size();
-    for (std::size_t i = 0; i < parts; ++i) {
-      for (int f = 0; f < kFeatures; ++f) {
-        names.push_back(fmt::format("{}.{}", names[i], feature_name(static_cast<Feature>(f))));
-      }
-    }
-    match_names(settings, pattern, names, "part of the robot or the environment");
-  }
-  return part;
-}
-
-/// Lanes of a point whose feature, a row of numbers, is in the mask.
-unsigned lanes_with(const double* feature, unsigned mask) {
-  if (mask == kAllFeatures) return LaneMask::all().bits();
-  unsigned out = 0;
-  for (int lane = 0; lane < kLanes; ++lane) out |= (mask >> static_cast<unsigned>(feature[lane]) & 1u) << lane;
-  return out;
-}
-
-/// Contacts between two sets of parts.
-struct Between {
-  Part first, second;
-
-  /// Lanes in which the point is one of them.
-  unsigned operator()(const ContactPoint& point) const {
-    return one_way(point, first.mask[point.a], second.mask[point.b]) |
-           one_way(point, second.mask[point.a], first.mask[point.b]);
-  }
-
- private:
-  static unsigned one_way(const ContactPoint& point, unsigned mask_a, unsigned mask_b) {
-    if (mask_a == 0 || mask_b == 0) return 0;
-    return lanes_with(point.row(kFeatureA), mask_a) & lanes_with(point.row(kFeatureB), mask_b) & point.lanes.bits();
-  }
-};
-
-/// least = min(least, gap) in some lanes; points that touch count as overlapping.
-void take_gaps(const ContactPoint& point, unsigned lanes, double* least) {
-  const unsigned touching = point.touching().bits();
-  const double* gap = point.row(kGap);
-  for (int lane = 0; lane < kLanes; ++lane) {
-    if (!(lanes >> lane & 1u)) continue;
-    least[lane] = std::min(least[lane], touching >> lane & 1u ? std::min(gap[lane], -kTouch) : gap[lane]);
-  }
-}
-
-/// `[a, b]`; refused if no pair of colliders that may touch is meant, because then nothing could ever change it.
-Between read_between(const Settings& settings, const Model& nominal) {
-  const std::vector<Settings> parts = settings.items();
-  if (parts.size() != 2) settings.fail("must be a list of two parts, e.g. [\"*_FOOT\", curb.side]");
-  Between out{read_part(parts[0], nominal), read_part(parts[1], nominal)};
-  for (const ColliderPair& pair : nominal.pairs) {
-    if ((out.first.mask[pair.a] && out.second.mask[pair.b]) || (out.first.mask[pair.b] && out.second.mask[pair.a])) {
-      return out;
-    }
-  }
-  settings.fail(
-      fmt::format("{} and {} never touch: they are one body, neighbours at a joint, both fixed, or in contact.ignore",
-                  parts[0].text(), parts[1].text()));
-}
-
+/// Contacts between some parts: whether they touch is the physics' word, how far apart they are is measured.
 class NoContact : public Witness {
  public:
-  explicit NoContact(Between between) : between_(std::move(between)) {}
+  NoContact(Between between, const Model& nominal, double within)
+      : between_(std::move(between)), clearance_(nominal, between_.first, between_.second, within) {}
+
+  std::unique_ptr<WitnessMemory> remember() const override { return std::make_unique<GapMemory>(clearance_); }
 
   void evaluate(const WitnessInput& in, const BlockArray&, double* out) const override {
-    std::fill_n(out, kLanes, kFar);
-    for (const ContactPoint& point : in.points) {
-      const unsigned lanes = between_(point);
-      if (lanes != 0) take_gaps(point, lanes, out);
+    const unsigned touching = overlaps(in, out);
+    const LaneMask apart(in.lanes.bits() & ~touching);
+    if (!apart.any()) return;
+    double gap[kLanes];
+    static_cast<GapMemory*>(in.memory)->clearance.least(in.state, apart, in.enough, gap);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      if (apart[lane]) out[lane] = std::max(gap[lane], kTouch);
     }
   }
 
  private:
+  /// Fills `out` in the lanes in which something touches, and gives these.
+  unsigned overlaps(const WitnessInput& in, double* out) const {
+    unsigned all = 0;
+    for (const ContactPoint& point : in.points) {
+      const unsigned touching = between_(point) & point.touching().bits();
+      if (touching == 0) continue;
+      const double* gap = point.row(kGap);
+      for (int lane = 0; lane < kLanes; ++lane) {
+        if (!(touching >> lane & 1u)) continue;
+        const double overlap = std::min(gap[lane], -kTouch);
+        out[lane] = all >> lane & 1u ? std::min(out[lane], overlap) : overlap;
+        all |= 1u << lane;
+      }
+    }
+    return all;
+  }
+
   Between between_;
+  Clearance clearance_;  // copied for each block
 };
 
 /// At least one of the pairs touches.
-class HeldContact : public NoContact {
+class HeldContact final : public NoContact {
  public:
   using NoContact::NoContact;
 
   void evaluate(const WitnessInput& in, const BlockArray& own, double* out) const override {
-    NoContact::evaluate(in, own, out);
+    WitnessInput exact = in;
+    exact.enough = nullptr;  // it is of the negative
+    NoContact::evaluate(exact, own, out);
     for (int lane = 0; lane < kLanes; ++lane) out[lane] = -out[lane];
   }
 };
 
-class NoSelfCollision : public Witness {
- public:
-  explicit NoSelfCollision(std::vector<bool> robot) : robot_(std::move(robot)) {}
+double read_within(const Settings& settings) {
+  const auto within = settings.is_map() ? settings.find("within") : std::nullopt;
+  return within ? within->positive(Quantity::length) : kFar;
+}
 
-  void evaluate(const WitnessInput& in, const BlockArray&, double* out) const override {
-    std::fill_n(out, kLanes, kFar);
-    for (const ContactPoint& point : in.points) {
-      if (robot_[point.a] && robot_[point.b]) take_gaps(point, point.lanes.bits(), out);
-    }
-  }
-
- private:
-  std::vector<bool> robot_;  // per collider
-};
-
-std::string between_text(const Settings& settings) {
-  const std::vector<Settings> parts = settings.items();
-  return parts[0].text() + " and " + parts[1].text();
+/// `[a, b]`, or a map that holds them as `between`.
+template <class Kind>
+std::shared_ptr<const Witness> read_gap(const Settings& settings, const Model& nominal, std::string& text) {
+  if (settings.is_map()) settings.allow(keys_of("gap"));
+  Between between = read_between(settings.is_map() ? settings.at("between") : settings, nominal);
+  text = between.text;
+  return std::make_shared<Kind>(std::move(between), nominal, read_within(settings));
 }
 
 }  // namespace
 
 ReadWitness read_no_contact(const Settings& settings, const Model& nominal) {
-  return {std::make_shared<NoContact>(read_between(settings, nominal)), "no contact between " + between_text(settings),
-          "m"};
+  std::string text;
+  auto witness = read_gap<NoContact>(settings, nominal, text);
+  return {std::move(witness), "no contact between " + text, "m"};
 }
 
 ReadWitness read_contact(const Settings& settings, const Model& nominal) {
-  return {std::make_shared<HeldContact>(read_between(settings, nominal)), "contact between " + between_text(settings),
-          "m"};
+  std::string text;
+  auto witness = read_gap<HeldContact>(settings, nominal, text);
+  return {std::move(witness), "contact between " + text, "m"};
 }
 
 ReadWitness read_self_collision(const Settings& settings, const Model& nominal) {
@@ -170,8 +110,9 @@ ReadWitness read_self_collision(const Settings& settings, const Model& nominal) 
   } else {
     settings.allow(keys_of("self_collision"));
   }
-  std::vector<bool> robot;
-  for (const Collider& collider : nominal.colliders) robot.push_back(!collider.is_object);
+  Between between;
+  std::vector<unsigned>& robot = between.first.features;
+  for (const Collider& collider : nominal.colliders) robot.push_back(collider.is_object ? 0u : ~0u);
   const bool possible = std::any_of(nominal.pairs.begin(), nominal.pairs.end(),
                                     [&](const ColliderPair& pair) { return robot[pair.a] && robot[pair.b]; });
   if (!possible) {
@@ -179,7 +120,9 @@ ReadWitness read_self_collision(const Settings& settings, const Model& nominal) 
         "no two parts of the robot may touch (contact.self_collision is false, contact.ignore names them "
         "all, or all are neighbours), so this can never be violated");
   }
-  return {std::make_shared<NoSelfCollision>(std::move(robot)), "no contact between non-adjacent links", "m"};
+  between.second = between.first;
+  return {std::make_shared<NoContact>(std::move(between), nominal, read_within(settings)),
+          "no contact between non-adjacent links", "m"};
 }
 
 }  // namespace graze

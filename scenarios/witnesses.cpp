@@ -10,6 +10,7 @@ const std::vector<WitnessKind>& witness_kinds() {
       {"speed", read_speed},
       {"contact", read_contact},
       {"no_contact", read_no_contact},
+      {"contact_impulse", read_contact_impulse},
       {"self_collision", read_self_collision},
       {"joint_limits", read_joint_limits},
       {"torque_limits", read_torque_limits},

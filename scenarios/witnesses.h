@@ -36,6 +36,8 @@ ReadWitness read_speed(const Settings& settings, const Model& nominal);
 ReadWitness read_contact(const Settings& settings, const Model& nominal);
 ReadWitness read_no_contact(const Settings& settings, const Model& nominal);
 ReadWitness read_self_collision(const Settings& settings, const Model& nominal);
+// witness_impulse.cpp
+ReadWitness read_contact_impulse(const Settings& settings, const Model& nominal);
 // witness_joints.cpp
 ReadWitness read_joint_limits(const Settings& settings, const Model& nominal);
 ReadWitness read_torque_limits(const Settings& settings, const Model& nominal);

@@ -1,5 +1,6 @@
 // The kernels of one instruction set; compiled once for each (see CMakeLists.txt).
 
+#include "engine/lane_physics/gaps.h"
 #include "engine/lane_physics/step.h"
 
 namespace graze {
@@ -19,7 +20,8 @@ constexpr LaneKernel make_kernel() {
           static_cast<int>(sizeof(JointRowT<T>) / sizeof(double)),
           &settle<T>,
           &begin<T>,
-          &finish<T>};
+          &finish<T>,
+          &measure_gap<T>};
 }
 
 }  // namespace

@@ -139,6 +139,21 @@ struct LaneBlock {
   int contact_count;
 };
 
+/// A pair of shapes whose gap is asked for, outside of any step (gaps.h).
+struct GapQuery {
+  struct Side {
+    int kind;                   // ShapeKind
+    const double *size, *pose;  // rows: 3, as Shape::size; 12, world
+    const HeightView* terrain;  // heightfields only
+  };
+  Side a, b;
+  unsigned lanes;        // in which it is wanted
+  const double* enough;  // 1 row, m: beyond that a bound will do
+  const double* reach;   // 1 row, m: points farther apart than that need not be found
+  double* bound;         // 1 row, out: no more than the gap, m
+  double* manifold;      // out: kManifoldRows kSlots rows; places and normals are left out
+};
+
 /// The functions of one instruction set and width.
 struct LaneKernel {
   int lanes;
@@ -150,6 +165,8 @@ struct LaneKernel {
   void (*begin)(LaneBlock& block, double h, unsigned active, const DriveView& drive);
   /// Second half: contacts, impulses, new state. Lanes that are not active keep q and v.
   void (*finish)(LaneBlock& block, double h, unsigned active, const DriveView& drive);
+  /// Fills `bound`; and, where that is not enough in every lane that is wanted, `manifold` too, and says so.
+  bool (*measure_gap)(const GapQuery& query);
 };
 
 /// The kernel of a width, or null: 1 and 8 lanes exist everywhere, 4 in the AVX2 build. Builds for x86 exist if the

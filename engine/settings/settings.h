@@ -33,6 +33,7 @@ enum class Quantity {
   acceleration,          // m/s^2
   angular_acceleration,  // rad/s^2
   force,                 // N
+  impulse,               // N s, mN s
   torque,                // N m (also "Nm")
   stiffness,             // N/m
   rotational_stiffness,  // N m/rad

@@ -29,6 +29,7 @@ const std::vector<Unit>& units(Quantity quantity) {
       {{"m/s^2", 1}},                                                          // acceleration
       {{"rad/s^2", 1}},                                                        // angular_acceleration
       {{"N", 1}},                                                              // force
+      {{"N s", 1}, {"Ns", 1}, {"mN s", 1, 1000}, {"mNs", 1, 1000}},            // impulse
       {{"N m", 1}, {"Nm", 1}},                                                 // torque
       {{"N/m", 1}},                                                            // stiffness
       {{"N m/rad", 1}, {"Nm/rad", 1}},                                         // rotational_stiffness

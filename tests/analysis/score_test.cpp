@@ -117,6 +117,43 @@ TEST(Score, ObjectiveMetAfterAViolationHasAColumn) {
   EXPECT_THAT(format_score(s), ::testing::Not(::testing::HasSubstr("objective met")));
 }
 
+// Claim: measures are counted beside the outcome, for all valid traces and for those that met the objective, and have a
+// table; no known failure is put down to one.
+TEST(Score, MeasuresAreCountedBesideTheOutcome) {
+  const Folder folder;
+  CampaignInfo want = facts();
+  want.requirements.push_back({"gentle", "impulse", "N s", true});
+  std::uint64_t kept = 0, met = 0;
+  {
+    CampaignWriter writer(folder / "a.graze", want, false);
+    Block all = block(want, 0, range(0, 200));
+    for (TraceRecord& trace : all.traces) {
+      trace.margins[2] = trace.particle % 3 == 0 ? -0.1 : 0.0;
+      const bool counts = trace.particle % 3 != 0 && trace.outcome != Outcome::invalid;
+      kept += counts;
+      met += counts && trace.objective_margin >= 0;
+    }
+    writer.append(0, std::move(all.traces), std::move(all.values));
+    writer.finish(false);
+  }
+  const Archive archive(folder / "a.graze");
+  EXPECT_TRUE(archive.info().requirements[2].measure);
+  EXPECT_FALSE(archive.info().requirements[1].measure);
+  const Score got = score(archive);
+  EXPECT_THAT(got.requirements, ::testing::ElementsAre("upright", "clears-curb"));
+  EXPECT_THAT(got.measures, ::testing::ElementsAre("gentle"));
+  const PolicyScore& p = got.policies[0];
+  EXPECT_EQ(p.by_requirement.size(), 2u);
+  ASSERT_EQ(p.kept.size(), 1u);
+  EXPECT_EQ(p.kept[0].all, kept);
+  EXPECT_EQ(p.kept[0].met, met);
+  EXPECT_GT(met, 0u);
+  EXPECT_EQ(p.kept[0].interval.high, clopper_pearson(kept, p.n).high);
+  EXPECT_THAT(format_score(got), HasSubstr("objective met  of these kept"));
+  const auto json = nlohmann::json::parse(score_json(got));
+  EXPECT_EQ(json["policies"][0]["measures"]["gentle"]["kept"], kept);
+}
+
 // Claim: the table has one aligned line per policy, requirement counts and pairs, in the shape shown in
 // docs/statistics.md.
 TEST(Score, Table) {

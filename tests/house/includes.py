@@ -14,7 +14,7 @@ import sys
 import tempfile
 
 FOLDERS = ["jobs", "analysis", "archive", "scenarios", "engine", "sampling"]  # from top to bottom
-ROOMS = ["control", "actuation", "sensing", "physics.cpp", "lane_physics", "bullet", "contact", "physics.h", "dynamics", "model", "lanes",
+ROOMS = ["control", "actuation", "sensing", "physics.cpp", "clearance", "lane_physics", "bullet", "contact", "physics.h", "dynamics", "model", "lanes",
          "settings"]  # of engine/, from top to bottom; engine/physics.cpp is the factory of the back ends
 OUTSIDE = ["tests", "bench"]  # may include anything; nothing may include them
 GENERATED = {"graze_version.h", "graze_results_version.h"}

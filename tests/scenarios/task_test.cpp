@@ -52,8 +52,12 @@ class Tasks : public ::testing::Test {
     const Witness& w = *t.requirements[0].witness;
     BlockArray own(w.numbers());
     w.read(model_, kLane, own);
+    const std::unique_ptr<WitnessMemory> memory = w.remember();
+    if (memory) memory->start(kLane, model_);
     double out[kLanes];
-    w.evaluate(input(), own, out);
+    WitnessInput in = input();
+    in.memory = memory.get();
+    w.evaluate(in, own, out);
     return out[kLane];
   }
 
@@ -136,11 +140,14 @@ TEST_F(Tasks, SpeedIsThatOfTheLinksOrigin) {
 
 TEST_F(Tasks, ContactsAreGapsOrOverlaps) {
   const std::string forbidden = "{no_contact: [foot, \"*\"]}", needed = "{contact: [foot, ground]}";
+  q_[6] = 5;  // base far above the ground
   EXPECT_DOUBLE_EQ(margin(forbidden), 0.02) << "nothing near";
   EXPECT_DOUBLE_EQ(margin(needed), -0.02);
-  touch("foot", "ground", 0.005, 0);
-  EXPECT_DOUBLE_EQ(margin(forbidden), 0.005);
-  EXPECT_DOUBLE_EQ(margin(needed), -0.005);
+  const double wide = margin("{no_contact: {between: [foot, ground], within: 10 m}}");
+  q_[6] -= wide - 0.005;
+  EXPECT_NEAR(margin(forbidden), 0.005, 1e-12) << "though the back end reports no near point";
+  EXPECT_NEAR(margin(needed), -0.005, 1e-12);
+  EXPECT_DOUBLE_EQ(margin("{no_contact: {between: [foot, ground], within: 4 mm}}"), 0.004);
   touch("foot", "ground", -0.001, 0);
   EXPECT_DOUBLE_EQ(margin(forbidden), -0.001);
   EXPECT_DOUBLE_EQ(margin(needed), 0.001);
@@ -149,6 +156,7 @@ TEST_F(Tasks, ContactsAreGapsOrOverlaps) {
   EXPECT_LT(margin(forbidden), 0);
   EXPECT_GT(margin(needed), 0);
   contacts_.clear();
+  q_[6] = 5;
   touch("base", "ground", -0.001, 1);
   EXPECT_DOUBLE_EQ(margin(forbidden), 0.02) << "another part";
 }
@@ -264,6 +272,8 @@ BlockState only_lane(const BlockState& state, int lane) {
 double alone(const Witness& witness, const RandomBlock& block, int lane) {
   BlockArray own(witness.numbers());
   witness.read(block.models[lane], lane, own);
+  const std::unique_ptr<WitnessMemory> memory = witness.remember();
+  if (memory) memory->start(lane, block.models[lane]);
   ContactLists contacts = block.contacts;
   for (int other = 0; other < kLanes; ++other) {
     if (other != lane) contacts[other].clear();
@@ -272,17 +282,25 @@ double alone(const Witness& witness, const RandomBlock& block, int lane) {
   const BlockState state = only_lane(block.state, lane);
   const BlockArray tau = only_lane(block.tau, lane), headroom = only_lane(block.headroom, lane);
   double out[kLanes];
-  witness.evaluate({state, points, tau, headroom, {}, LaneMask(1u << lane)}, own, out);
+  const WitnessInput input{state, points, tau, headroom, {}, LaneMask(1u << lane), memory.get()};
+  witness.follow(input);
+  witness.evaluate(input, own, out);
   return out[lane];
 }
 
 /// A witness in every lane of a block.
 std::array<double, kLanes> together(const Witness& witness, RandomBlock& block) {
   BlockArray own(witness.numbers());
-  for (int lane = 0; lane < kLanes; ++lane) witness.read(block.models[lane], lane, own);
+  const std::unique_ptr<WitnessMemory> memory = witness.remember();
+  for (int lane = 0; lane < kLanes; ++lane) {
+    witness.read(block.models[lane], lane, own);
+    if (memory) memory->start(lane, block.models[lane]);
+  }
   const std::vector<ContactPoint> points = block.contacts.gather();
   std::array<double, kLanes> out;
-  witness.evaluate({block.state, points, block.tau, block.headroom, {}, LaneMask::all()}, own, out.data());
+  const WitnessInput input{block.state, points, block.tau, block.headroom, {}, LaneMask::all(), memory.get()};
+  witness.follow(input);
+  witness.evaluate(input, own, out.data());
   return out;
 }
 
@@ -297,6 +315,8 @@ TEST_F(Tasks, LanesAreJudgedApart) {
       "  apart: {no_contact: [foot, \"block.{side,top}\"]}\n"
       "  standing: {contact: [foot, ground]}\n"
       "  self: {self_collision: true}\n"
+      "  far: {no_contact: {between: [\"{thigh,base}\", \"*\"], within: 50 m}}\n"
+      "  struck: {contact_impulse: {between: [\"*\", \"*\"], below: 5}}\n"
       "  limits: {joint_limits: {}}\n"
       "  torque: {torque_limits: {}}\n"
       "  line: {torque_speed: {joints: hip}}\n"

@@ -1,0 +1,93 @@
+#pragma once
+// How far apart chosen parts are, for witnesses: the least signed gap over some pairs of colliders, from the poses
+// after a step. The physics does not know of it: it looks at a state only, with geometry of its own reach, and so gives
+// the same for every back end. Gaps are exact up to a distance that is asked for.
+//
+// Most steps need no geometry: a gap that was measured once shrinks no faster than its bodies move.
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "engine/bullet/convex_pairs.h"
+#include "engine/lane_physics/kernel.h"
+#include "engine/physics.h"
+
+namespace graze {
+
+/// Features by name, as bits 1 << Feature. A collider is meant in none, some or all (~0u) of its features.
+struct Parts {
+  std::vector<unsigned> features;  // per collider of the Model
+};
+
+/// Whether a point of two colliders with these features is one of two parts', in either order.
+inline bool meant(const Parts& first, const Parts& second, int a, Feature feature_a, int b, Feature feature_b) {
+  const unsigned in_a = 1u << static_cast<unsigned>(feature_a), in_b = 1u << static_cast<unsigned>(feature_b);
+  return ((first.features[a] & in_a) && (second.features[b] & in_b)) ||
+         ((second.features[a] & in_a) && (first.features[b] & in_b));
+}
+
+class Clearance {
+ public:
+  /// The pairs of the Model that have a part of `first` and one of `second`. A gap counts for the features on which its
+  /// nearest points lie. `within`: how far it is measured, m.
+  Clearance(const Model& nominal, Parts first, Parts second, double within);
+
+  /// A fresh trace in a lane, of a particle with this p*.
+  void start(int lane, const Model& model);
+  /// The least gap in some lanes after a step, or `within` where it is more. `enough` (per lane, m; null: within):
+  /// where the gap is no less than this, `within` may be given instead. Does not depend on what was asked before, but
+  /// for speed.
+  void least(const BlockState& state, LaneMask lanes, const double* enough, double* out);
+
+  double within() const { return within_; }
+  /// Pairs that are looked at.
+  std::size_t pairs() const { return pairs_.size(); }
+
+ private:
+  using Row = std::array<double, kLanes>;
+  /// A body that moves, and how far any point of its shapes has been moved since the trace began, summed over the times
+  /// of looking: a bound.
+  struct Mover {
+    int body;
+    Row radius{}, travel{};
+    BlockArray last{12};
+  };
+  struct Solid {
+    int collider, mover;  // mover -1: the world
+    ShapeKind kind;
+    std::shared_ptr<const HeightGrid> grid;
+    std::shared_ptr<const Mesh> mesh;
+    BlockArray X_BG{12}, size{3}, pose{12};
+  };
+  struct Pair {
+    int index;      // in Model::pairs
+    int a, b;       // solids
+    bool ground;    // one is a heightfield
+    Row reserve{};  // gap when last measured, and both travels then: the gap is no less than this minus the travels now
+  };
+
+  int solid_of(const Model& nominal, int collider);
+  void move(const BlockState& state);
+  double travel(const Pair& pair, int lane) const;
+  const double* pose_of(Solid& solid, const BlockState& state) const;
+  void measure(Pair& pair, const BlockState& state, unsigned wanted, unsigned lanes, Row& least);
+  bool find_points(const Pair& pair, const double* pose_a, const double* pose_b, unsigned wanted, const Row& enough,
+                   Row& bound);
+  void take_points(const Pair& pair, unsigned wanted, Row& bound, Row& least) const;
+  void take_terrain(const Pair& pair, const double* pose_a, const double* pose_b, unsigned wanted, Row& bound,
+                    Row& least) const;
+
+  Parts first_, second_;
+  double within_;
+  std::vector<Mover> movers_;
+  std::vector<Solid> solids_;
+  std::vector<HeightView> views_;  // per solid
+  std::vector<Pair> pairs_;
+  Row lowest_{};                              // no more than any pair's gap
+  LaneMask fresh_;                            // lanes in which nothing has been seen yet
+  std::optional<bullet::ConvexPairs> hulls_;  // meshes only
+  BlockArray manifold_;
+};
+
+}  // namespace graze

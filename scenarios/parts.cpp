@@ -1,0 +1,76 @@
+#include "scenarios/parts.h"
+
+#include <fmt/format.h>
+
+#include "scenarios/names.h"
+
+namespace graze {
+namespace {
+
+constexpr int kFeatures = static_cast<int>(Feature::rim) + 1;
+constexpr unsigned kAllFeatures = ~0u;
+
+unsigned features_named(const std::string& pattern, const Collider& collider) {
+  if (matches(pattern, collider.name) || matches(pattern, collider.link)) return kAllFeatures;
+  unsigned out = 0;
+  for (int f = 0; f < kFeatures; ++f) {
+    const std::string suffix = fmt::format(".{}", feature_name(static_cast<Feature>(f)));
+    if (matches(pattern, collider.name + suffix) || matches(pattern, collider.link + suffix)) out |= 1u << f;
+  }
+  return out;
+}
+
+Parts read_part(const Settings& settings, const Model& nominal) {
+  const std::string pattern = settings.glob();
+  Parts part;
+  bool any = false;
+  for (const Collider& collider : nominal.colliders) {
+    part.features.push_back(features_named(pattern, collider));
+    any = any || part.features.back() != 0;
+  }
+  if (!any) {
+    std::vector<std::string> names = part_names(nominal);
+    const std::size_t parts = names.size();
+    for (std::size_t i = 0; i < parts; ++i) {
+      for (int f = 0; f < kFeatures; ++f) {
+        names.push_back(fmt::format("{}.{}", names[i], feature_name(static_cast<Feature>(f))));
+      }
+    }
+    match_names(settings, pattern, names, "part of the robot or the environment");
+  }
+  return part;
+}
+
+/// Lanes of a point whose feature, a row of numbers, is in the mask.
+unsigned lanes_with(const double* feature, unsigned mask) {
+  if (mask == kAllFeatures) return LaneMask::all().bits();
+  unsigned out = 0;
+  for (int lane = 0; lane < kLanes; ++lane) out |= (mask >> static_cast<unsigned>(feature[lane]) & 1u) << lane;
+  return out;
+}
+
+unsigned one_way(const ContactPoint& point, unsigned mask_a, unsigned mask_b) {
+  if (mask_a == 0 || mask_b == 0) return 0;
+  return lanes_with(point.row(kFeatureA), mask_a) & lanes_with(point.row(kFeatureB), mask_b) & point.lanes.bits();
+}
+
+}  // namespace
+
+unsigned Between::operator()(const ContactPoint& point) const {
+  return one_way(point, first.features[point.a], second.features[point.b]) |
+         one_way(point, second.features[point.a], first.features[point.b]);
+}
+
+Between read_between(const Settings& settings, const Model& nominal) {
+  const std::vector<Settings> parts = settings.items();
+  if (parts.size() != 2) settings.fail("must be a list of two parts, e.g. [\"*_FOOT\", curb.side]");
+  Between out{read_part(parts[0], nominal), read_part(parts[1], nominal), parts[0].text() + " and " + parts[1].text()};
+  const std::vector<unsigned>&first = out.first.features, &second = out.second.features;
+  for (const ColliderPair& pair : nominal.pairs) {
+    if ((first[pair.a] && second[pair.b]) || (first[pair.b] && second[pair.a])) return out;
+  }
+  settings.fail(fmt::format(
+      "{} never touch: they are one body, neighbours at a joint, both fixed, or in contact.ignore", out.text));
+}
+
+}  // namespace graze

@@ -1,0 +1,132 @@
+// How hard parts strike each other. The impulse of a contact is the sum of the normal impulses of all its points from
+// the step in which two shapes begin to touch on, N s: of a ball that drops and rests, m v and then m g t; of one that
+// bounces, (1 + e) m v. It is a change of momentum, so a smaller time step spreads it over more steps and leaves it as
+// it is. A contact that was lost for less than kPause goes on: a solver's chatter is no row of strikes.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+#include "scenarios/keys.h"
+#include "scenarios/parts.h"
+#include "scenarios/witnesses.h"
+
+namespace graze {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kPause = 5e-3;  // s
+
+/// The contacts of one pair of colliders.
+struct PairImpulse {
+  int a, b;
+  unsigned open = 0;                           // lanes in which a contact is under way
+  std::array<double, kLanes> sum{};            // N s, of that contact
+  std::array<double, kLanes> begin{}, last{};  // s: when it began, when it last touched
+
+  // Of the present step.
+  unsigned touching = 0;
+  std::array<double, kLanes> impulse{}, age{};
+};
+
+struct ImpulseMemory final : WitnessMemory {
+  std::vector<PairImpulse> pairs;     // by a, then b
+  std::array<double, kLanes> time{};  // s, of the last step
+
+  void start(int lane, const Model&) override {
+    for (PairImpulse& pair : pairs) pair.open &= ~(1u << lane);
+    time[lane] = 0;
+  }
+
+  PairImpulse& pair_of(const ContactPoint& point) {
+    const auto place = std::lower_bound(pairs.begin(), pairs.end(), point, [](const PairImpulse& x, const auto& y) {
+      return x.a != y.a ? x.a < y.a : x.b < y.b;
+    });
+    if (place != pairs.end() && place->a == point.a && place->b == point.b) return *place;
+    PairImpulse fresh;
+    fresh.a = point.a;
+    fresh.b = point.b;
+    return *pairs.insert(place, fresh);
+  }
+};
+
+class ContactImpulse final : public Witness {
+ public:
+  ContactImpulse(Between between, double below, double during)
+      : between_(std::move(between)), below_(below), during_(during) {}
+
+  std::unique_ptr<WitnessMemory> remember() const override { return std::make_unique<ImpulseMemory>(); }
+
+  void follow(const WitnessInput& in) const override {
+    ImpulseMemory& memory = *static_cast<ImpulseMemory*>(in.memory);
+    for (PairImpulse& pair : memory.pairs) {
+      pair.touching = 0;
+      pair.impulse.fill(0);
+      pair.age.fill(0);
+    }
+    for (const ContactPoint& point : in.points) take(point, in.lanes.bits(), memory);
+    for (PairImpulse& pair : memory.pairs) add(pair, in, memory.time);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      if (in.lanes[lane]) memory.time[lane] = in.time[lane];
+    }
+  }
+
+  void evaluate(const WitnessInput& in, const BlockArray&, double* out) const override {
+    std::fill_n(out, kLanes, below_);
+    for (const PairImpulse& pair : static_cast<ImpulseMemory*>(in.memory)->pairs) {
+      for (int lane = 0; lane < kLanes; ++lane) {
+        if (pair.open >> lane & 1u) out[lane] = std::min(out[lane], below_ - pair.sum[lane]);
+      }
+    }
+  }
+
+ private:
+  void take(const ContactPoint& point, unsigned lanes, ImpulseMemory& memory) const {
+    const unsigned touching = between_(point) & point.touching().bits() & lanes;
+    if (touching == 0) return;
+    PairImpulse& pair = memory.pair_of(point);
+    pair.touching |= touching;
+    for (int lane = 0; lane < kLanes; ++lane) {
+      if (!(touching >> lane & 1u)) continue;
+      pair.impulse[lane] += point(kNormalImpulse, lane);
+      pair.age[lane] = std::max(pair.age[lane], point(kAge, lane));
+    }
+  }
+
+  /// Of an impulse that is spread over a step, the part within `during_` of the beginning counts.
+  void add(PairImpulse& pair, const WitnessInput& in, const std::array<double, kLanes>& before) const {
+    for (int lane = 0; lane < kLanes; ++lane) {
+      if (!in.lanes[lane]) continue;
+      const unsigned bit = 1u << lane;
+      const double now = in.time[lane];
+      if ((pair.open & bit) && now - pair.last[lane] > kPause) pair.open &= ~bit;
+      if (!(pair.touching & bit)) continue;
+      if (!(pair.open & bit)) {
+        pair.open |= bit;
+        pair.sum[lane] = 0;
+        pair.begin[lane] = now - pair.age[lane];
+      }
+      pair.last[lane] = now;
+      const double left = pair.begin[lane] + during_ - before[lane], step = now - before[lane];
+      pair.sum[lane] += pair.impulse[lane] * (left >= step ? 1.0 : std::max(left, 0.0) / step);
+    }
+  }
+
+  Between between_;
+  double below_, during_;
+};
+
+}  // namespace
+
+ReadWitness read_contact_impulse(const Settings& settings, const Model& nominal) {
+  settings.allow(keys_of("contact_impulse"));
+  Between between = read_between(settings.at("between"), nominal);
+  const double below = settings.at("below").positive(Quantity::impulse);
+  const auto during = settings.find("during");
+  const double seconds = during ? during->positive(Quantity::time) : kInfinity;
+  std::string text = fmt::format("impulse between {} below {:g} N s", between.text, below);
+  if (during) text += fmt::format(" within {:g} s", seconds);
+  return {std::make_shared<ContactImpulse>(std::move(between), below, seconds), text, "N s"};
+}
+
+}  // namespace graze

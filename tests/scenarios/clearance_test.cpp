@@ -1,0 +1,246 @@
+// Claims: a margin of no_contact is the distance of the parts, in closed form, as far as the witness asks, for every
+// pair of shapes and under both back ends; over a trace it is the least distance at the steps. The margin of
+// contact_impulse is the momentum that a contact exchanges, whatever the step.
+#include "engine/clearance/clearance.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "engine/bullet/convex_gap.h"
+#include "scenarios/task.h"
+#include "tests/engine/bullet/worlds.h"
+
+namespace graze {
+namespace {
+
+using test::at;
+using test::turn;
+
+Shape cube_mesh(double edge) {
+  auto mesh = std::make_shared<Mesh>();
+  for (int k = 0; k < 8; ++k) mesh->vertices.emplace_back(k & 1 ? 1 : -1, k & 2 ? 1 : -1, k & 4 ? 1 : -1);
+  mesh->triangles = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                     {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+  return {ShapeKind::mesh, Vec3::Constant(0.5 * edge), mesh, nullptr};
+}
+
+/// 2 m square, 5 cm cells, a ridge of height h along y at x = 0.
+Shape ridge(double h) {
+  auto grid = std::make_shared<HeightGrid>();
+  grid->nx = grid->ny = 41;
+  for (int i = 0; i < 41 * 41; ++i) grid->height.push_back(i % 41 == 20 ? h : 0.0);
+  return {ShapeKind::heightfield, {2, 2, 1}, nullptr, grid};
+}
+
+/// A free body over a fixed thing, without gravity.
+World over(const Shape& body, const Shape& thing) {
+  World world = test::free_body(body, 1);
+  world.objects.push_back(test::fixed("thing", thing));
+  world.gravity = Vec3::Zero();
+  return world;
+}
+
+/// One particle under a task, as a trace is judged.
+class Judged {
+ public:
+  Judged(const std::string& physics, const World& world, const std::string& requirement)
+      : bench_(physics, world),
+        task_(read_task(Settings::parse("requirements: {r: " + requirement + "}", "task.yaml"), bench_.model())),
+        monitor_(task_) {
+    monitor_.start(0, bench_.model());
+    look();
+  }
+
+  void run(double seconds, double h, const std::function<void()>& each = {}) {
+    for (long k = std::lround(seconds / h); k > 0; --k) {
+      bench_.step(h);
+      time_ += h;
+      look();
+      if (each) each();
+    }
+  }
+  double margin() const { return monitor_.margins(0)[0]; }
+  double present() {
+    BlockArray requirements, objective;
+    monitor_.values(input(), requirements, objective);
+    return requirements(0, 0);
+  }
+  test::Bench& bench() { return bench_; }
+
+ private:
+  WitnessInput input() {
+    std::array<double, kLanes> times{};
+    times[0] = time_;
+    return {bench_.physics().state(), bench_.physics().contact_points(), tau_, tau_, times, LaneMask(1)};
+  }
+  void look() { monitor_.update(input()); }
+
+  test::Bench bench_;
+  Task task_;
+  TaskMonitor monitor_;
+  BlockArray tau_{0};
+  double time_ = 0;
+};
+
+const std::string kNear = "{no_contact: {between: [body, thing], within: 5 cm}}";
+
+class Clearances : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(Clearances, AreExactForEveryPairOfShapes) {
+  // Shapes with how far they reach down and up from their origins.
+  struct Thing {
+    const char* name;
+    Shape shape;
+    double down, up;
+  };
+  const double tilted = 0.02 * std::sqrt(3.0);  // half the diagonal of the cube that stands on a corner
+  const Mat3 on_corner = Quat::FromTwoVectors(Vec3(1, 1, 1).normalized(), Vec3::UnitZ()).toRotationMatrix();
+  const std::vector<Thing> bodies = {{"sphere", test::sphere(0.03), 0.03, 0},
+                                     {"capsule", test::capsule(0.02, 0.1), 0.07, 0},
+                                     {"box", test::box(0.04, 0.04, 0.04), tilted, 0},
+                                     {"cylinder", test::cylinder(0.02, 0.08), 0.04, 0},
+                                     {"mesh", cube_mesh(0.04), tilted, 0}};
+  const std::vector<Thing> things = {{"plane", test::plane(), 0, 0},
+                                     {"sphere", test::sphere(0.1), 0, 0.1},
+                                     {"capsule", test::capsule(0.05, 0.2), 0, 0.15},
+                                     {"box", test::box(0.3, 0.3, 0.1), 0, 0.05},
+                                     {"cylinder", test::cylinder(0.1, 0.2), 0, 0.1},
+                                     {"mesh", cube_mesh(0.2), 0, 0.1},
+                                     {"terrain", ridge(0.01), 0, 0.01}};
+  for (const Thing& body : bodies) {
+    const bool turned = body.shape.kind == ShapeKind::box || body.shape.kind == ShapeKind::mesh;
+    for (const Thing& thing : things) {
+      for (const double gap : {0.9e-3, 1.1e-3, 5e-3, 15e-3, 30e-3, 80e-3}) {
+        World world = over(body.shape, thing.shape);
+        world.initial.position = {0, 0, thing.up + gap + body.down};
+        if (turned) world.initial.rpy = on_corner.eulerAngles(2, 1, 0).reverse();
+        Judged judged(GetParam(), world, kNear);
+        EXPECT_NEAR(judged.margin(), std::min(gap, 0.05), 1e-9)
+            << body.name << " over " << thing.name << ", gap " << gap;
+      }
+    }
+  }
+}
+
+// Two edges that cross, where the contact kernels see nothing of terrain: a long box across the ridge.
+TEST_P(Clearances, SeeEdgesOverTerrain) {
+  World world = over(test::box(0.5, 0.04, 0.04), ridge(0.03));
+  world.initial.rpy = {std::numbers::pi / 4, 0, 0};
+  world.initial.position = {0.013, 0.02, 0.03 + 0.02 * std::sqrt(2.0) + 0.004};
+  EXPECT_NEAR(Judged(GetParam(), world, kNear).margin(), 0.004, 1e-9);
+}
+
+// A capsule that tumbles past a box: at each step the value is what GJK finds, and the margin is the least of them.
+TEST_P(Clearances, LeastOfATraceIsTheLeastOfItsSteps) {
+  const Shape capsule = test::capsule(0.02, 0.1), box = test::box(0.2, 0.3, 0.1);
+  World world = over(capsule, box);
+  world.initial.position = {-0.5, 0.03, 0.125};
+  world.initial.linear_velocity = {1, 0, 0};
+  world.initial.angular_velocity = {0, 9, 3};
+  Judged judged(GetParam(), world, kNear), watched(GetParam(), world, kNear);
+  double least = 0.05;
+  judged.run(1, 1e-3, [&] {
+    const bullet::Convex a{capsule.kind, capsule.size, at(0, 0, 0)}, b{box.kind, box.size, Pose::Identity()};
+    bullet::Convex now = a;
+    now.X = judged.bench().physics().state().pose(0, 0);
+    const double gap = std::min(0.05, bullet::gap_between(now, b).phi);
+    least = std::min(least, gap);
+  });
+  watched.run(1, 1e-3, [&] { watched.present(); });
+  EXPECT_GT(least, 1e-3) << "it never touches";
+  EXPECT_LT(least, 0.04);
+  EXPECT_NEAR(judged.margin(), least, 1e-9);
+  EXPECT_EQ(judged.margin(), watched.margin()) << "being looked at changes nothing";
+}
+
+// The gap counts for the feature on which its nearest point lies.
+TEST_P(Clearances, TellFeaturesApart) {
+  const auto margin = [&](const Vec3& at, const std::string& part) {
+    World world = over(test::sphere(0.01), test::box(0.1, 0.1, 0.1));
+    world.initial.position = at;
+    return Judged(GetParam(), world, "{no_contact: [body, \"" + part + "\"]}").margin();
+  };
+  EXPECT_NEAR(margin({0.063, 0, 0}, "thing.side"), 0.003, 1e-12);
+  EXPECT_NEAR(margin({0.063, 0, 0}, "thing.{top,edge}"), 0.02, 1e-12);
+  EXPECT_NEAR(margin({0, 0, 0.063}, "thing.top"), 0.003, 1e-12);
+  EXPECT_NEAR(margin({0.06, 0, 0.06}, "thing.edge"), 0.01 * std::sqrt(2.0) - 0.01, 1e-12);
+}
+
+std::string impulse(const std::string& more) {
+  return "{contact_impulse: {between: [body, thing], below: 10" + more + "}}";
+}
+
+TEST_P(Clearances, ImpulsesAreMomenta) {
+  const double m = 2, g = test::kGravity, v = 1.5;
+  for (const double h : {1e-3, 2.5e-4}) {
+    World world = over(test::sphere(0.05), test::plane());
+    world.robot.links[0] = test::link("body", test::sphere(0.05), m);
+    world.initial.position = {0, 0, 0.0513};
+    world.initial.linear_velocity = {0, 0, -v};
+    Judged stops(GetParam(), world, impulse(""));
+    EXPECT_EQ(stops.margin(), 10);
+    stops.run(0.1, h);
+    EXPECT_NEAR(10 - stops.margin(), m * v, 1e-3 * m * v) << "it stops, " << h;
+
+    world.contact.restitution = 0.5;
+    Judged bounces(GetParam(), world, impulse(""));
+    bounces.run(0.1, h);
+    EXPECT_NEAR(10 - bounces.margin(), 1.5 * m * v, 2e-3 * m * v) << "it bounces, " << h;
+
+    world.contact.restitution = 0;
+    world.gravity = {0, 0, -g};
+    world.initial.position = {0, 0, 0.05};
+    world.initial.linear_velocity = Vec3::Zero();
+    Judged rests(GetParam(), world, impulse("")), begins(GetParam(), world, impulse(", during: 10.1 ms"));
+    rests.run(0.2, h);
+    begins.run(0.2, h);
+    EXPECT_NEAR(10 - rests.margin(), m * g * 0.2, 2 * m * g * h) << "it rests, " << h;
+    EXPECT_NEAR(10 - begins.margin(), m * g * 0.0101, m * g * h) << "of the first 10.1 ms, " << h;
+  }
+}
+
+// Falls on a plane with 1 m/s, twice: the larger impulse counts, not the sum.
+TEST_P(Clearances, EachContactCountsForItself) {
+  const double m = 1, g = test::kGravity;
+  World world = over(test::sphere(0.05), test::plane());
+  world.contact.restitution = 0.6;
+  world.gravity = {0, 0, -g};
+  world.initial.position = {0, 0, 0.05 + 0.5 / g};  // 1 m/s at the plane
+  Judged judged(GetParam(), world, impulse(""));
+  judged.run(0.28, 2.5e-4);  // lands at 0.102 s and at 0.224 s
+  EXPECT_NEAR(10 - judged.margin(), 1.6 * m, 0.01);
+}
+
+INSTANTIATE_TEST_SUITE_P(BackEnds, Clearances, ::testing::Values("lanes", "bullet"));
+
+// Beside other particles, which are measured at other times, a lane gets the same bits.
+TEST(Clearance, IsTheSameInCompany) {
+  const Shape capsule = test::capsule(0.02, 0.1), box = test::box(0.2, 0.3, 0.1);
+  const World world = over(capsule, box);
+  const Model model = compile(world);
+  const Parts body{{~0u, 0u}}, thing{{0u, ~0u}};
+  Clearance together(model, body, thing, 0.05);
+  std::vector<Clearance> alone(kLanes, together);
+  BlockState state{BlockArray(model.nq), BlockArray(model.nv), BlockArray(model.nv), BlockArray(12)};
+  for (int step = 0; step < 400; ++step) {
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const double t = 2e-3 * step * (1 + 0.1 * lane);
+      const Mat3 R = turn(5 * t + lane, Vec3(1, lane, 2));
+      for (int i = 0; i < 9; ++i) state.X(i, lane) = R(i / 3, i % 3);
+      state.X(9, lane) = t - 0.4, state.X(10, lane) = 0.01 * lane, state.X(11, lane) = 0.13 + 0.003 * lane;
+    }
+    double all[kLanes];
+    together.least(state, LaneMask::all(), nullptr, all);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      double one[kLanes];
+      alone[lane].least(state, LaneMask(1u << lane), nullptr, one);
+      ASSERT_EQ(one[lane], all[lane]) << "lane " << lane << ", step " << step;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace graze
