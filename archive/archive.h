@@ -18,6 +18,7 @@
 namespace graze {
 
 class DirectoryLock;
+struct UnfinishedTrace;
 
 inline constexpr int kArchiveFormatVersion = 1;
 
@@ -103,6 +104,8 @@ class CampaignWriter {
   /// traces. Buffered; a shard is written, by a thread of its own, when enough has gathered. Throws MachineError (disk
   /// full, …), once, for this shard or one before it: what is on disk stays.
   void append(int policy, std::vector<TraceRecord> traces, std::vector<double> values);
+  /// Notes a particle that the machine has failed. Throws as append().
+  void add_unfinished(const UnfinishedTrace& trace);
   /// Writes what is buffered.
   void flush();
   /// Writes what is buffered; marks the campaign complete unless it was stopped early. `answered_at`: so many particles
@@ -111,6 +114,9 @@ class CampaignWriter {
   /// Highest number of a shard that the directory has or had when this began, or that was written since.
   int shards() const;
   const std::filesystem::path& directory() const;
+  /// Throws MachineError if the path leads elsewhere by now: somebody has moved, removed or replaced the directory.
+  /// Nothing is ever written into another one.
+  void check_in_place() const;
 
  private:
   struct Impl;
@@ -175,6 +181,8 @@ class Archive {
   const std::filesystem::path& path() const;  // as given
   const CampaignInfo& info() const;
   bool complete() const;
+  /// What whoever reads it should know: its description was damaged and a copy was read, …; a sentence each.
+  const std::vector<std::string>& warnings() const;
   /// By policy name; empty table if it has no traces yet.
   TraceTable traces(const std::string& policy) const;
   /// One trace with its events, without telemetry and contact sequence; none if it is not there. Reads that trace
@@ -198,15 +206,13 @@ class Archive {
   std::unique_ptr<Impl> impl_;
 };
 
-/// The facts of a campaign directory alone; its shards need not be whole. Throws InputError.
-CampaignInfo read_description(const std::filesystem::path& directory);
-
 /// One file of a campaign directory. Written under a temporary name, synced, renamed. Throws InputError if `file`
 /// exists (unless force) or the directory is no campaign, MachineError on a failing disk. Deterministic: equal traces
-/// give byte-identical datasets, whatever the order in which shards were written.
-void pack(const std::filesystem::path& directory, const std::filesystem::path& file, bool force);
+/// give byte-identical datasets, whatever the order in which shards were written. Gives what Archive::warnings() would.
+std::vector<std::string> pack(const std::filesystem::path& directory, const std::filesystem::path& file, bool force);
 /// The same of several directories that hold parts of one campaign (equal scenario, seed, number of particles, policies
 /// and results version; else InputError, which names what differs). Complete if every trace is there.
-void pack(const std::vector<std::filesystem::path>& directories, const std::filesystem::path& file, bool force);
+std::vector<std::string> pack(const std::vector<std::filesystem::path>& directories, const std::filesystem::path& file,
+                              bool force);
 
 }  // namespace graze

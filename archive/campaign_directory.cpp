@@ -1,8 +1,10 @@
 #include "archive/campaign_directory.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cstdlib>
 
 #include "archive/file_driver.h"
 #include "archive/files.h"
@@ -17,26 +19,25 @@ namespace fs = std::filesystem;
 
 constexpr const char* kManifestName = "shards";
 
-bool is_archive_file(const fs::path& path) {
-  return path.extension() == ".h5" || (path.extension() == ".tmp" && path.stem().extension() == ".h5");
-}
-
-bool is_manifest_file(const fs::path& path) {
-  return path.extension() == ".jsonl" || (path.extension() == ".tmp" && path.stem().extension() == ".jsonl");
+/// Whether a campaign has a file of this name, or did while that was written, in the folder `within` ("": its own).
+bool is_campaign_file(const std::string& within, const std::string& name) {
+  const std::string end = final_name(name).value_or(name);
+  if (within == kManifestFolder) return end.ends_with(".jsonl");
+  if (!within.empty()) return end.ends_with(".h5");
+  return end == kDescriptionFile || end == kDescriptionCopy || end == kLockFile || end == kUnfinishedFile;
 }
 
 /// The first entry that no campaign has: --force must never remove somebody's other files.
-std::optional<fs::path> foreign_entry(const fs::path& directory) {
-  for (const fs::path& entry : entries_of(directory)) {
-    const fs::path name = entry.filename();
-    if (name == kLockFile || name == kUnfinishedFile) continue;
+std::optional<std::string> foreign_entry(const Directory& directory) {
+  for (const std::string& name : directory.names()) {
     if (name != kShardFolder && name != kDamagedFolder && name != kManifestFolder) {
-      if (entry.stem().stem() != fs::path(kDescriptionFile).stem() || !is_archive_file(entry)) return entry;
+      if (!is_campaign_file("", name) || !directory.has_file(name)) return name;
       continue;
     }
-    for (const fs::path& one : entries_of(entry)) {
-      const bool ours = name == kManifestFolder ? is_manifest_file(one) : is_archive_file(one);
-      if (!ours || !fs::is_regular_file(one)) return one;
+    const Directory folder = *directory.find(name);
+    for (const std::string& one : folder.names()) {
+      // What was put aside as damaged may be anything.
+      if (!is_campaign_file(name, one) || (name != kDamagedFolder && !folder.has_file(one))) return name + "/" + one;
     }
   }
   return std::nullopt;
@@ -53,116 +54,133 @@ void check_place(const fs::path& path) {
   }
 }
 
-/// What there may be of a campaign that was killed before it was described.
-bool begun_only(const fs::path& entry) {
-  const fs::path name = entry.filename();
-  if (name == kLockFile || name == std::string(kDescriptionFile) + ".tmp") return true;
-  return name == kShardFolder && entries_of(entry).empty();
-}
-
 /// Whether a campaign may be made in a directory that is locked; true if something there has to be set aside first.
-bool must_replace(const fs::path& path, bool force) {
-  const std::vector<fs::path> entries = entries_of(path);
-  if (std::all_of(entries.begin(), entries.end(), begun_only)) return false;
+bool must_replace(const Directory& directory, bool force) {
+  if (only_begun(directory)) return false;
+  const std::string path = directory.path().string();
   if (!force) {
-    throw InputError(
-        fmt::format("{}: exists and is not empty; choose another --output or give --force", path.string()));
+    throw InputError(fmt::format("{}: exists and is not empty; choose another --output or give --force", path));
   }
-  if (const auto foreign = foreign_entry(path)) {
-    throw InputError(fmt::format("{}: is not replaced, even by --force: {} is not part of a campaign", path.string(),
-                                 foreign->string()));
+  if (directory.has(kReplacedFolder)) {
+    throw MachineError(fmt::format("{}: is left over and cannot be removed", (directory / kReplacedFolder).string()));
+  }
+  if (const auto foreign = foreign_entry(directory)) {
+    throw InputError(fmt::format("{}: is not replaced, even by --force: {} is not part of a campaign", path,
+                                 (directory / *foreign).string()));
   }
   return true;
 }
 
 /// The number in a shard's name: 17 of 000017.h5 and of r00003-000017.h5.
-int shard_number(const fs::path& shard) {
-  const std::string name = shard.stem().string();
+int shard_number(const std::string& shard) {
+  const std::string name = fs::path(shard).stem().string();
   return std::atoi(name.c_str() + (name.rfind('-') + 1));  // npos + 1 is 0
 }
 
-void describe(const fs::path& directory, const CampaignInfo& info, bool complete) {
-  publish_hdf5(directory / kDescriptionFile,
-               [&](const hdf5::Handle& file) { write_info(file, info, Layout::directory, complete); });
+/// The description, then its copy: a kill in between leaves the copy as it was before, and readers ask the first.
+void describe(const Directory& directory, const CampaignInfo& info, bool complete) {
+  for (const char* name : {kDescriptionFile, kDescriptionCopy}) {
+    publish_hdf5(directory, name,
+                 [&](const hdf5::Handle& file) { write_info(file, info, Layout::directory, complete); });
+  }
 }
 
 }  // namespace
 
-std::vector<fs::path> entries_of(const fs::path& directory) {
-  std::error_code error;
-  std::vector<fs::path> entries;
-  for (fs::directory_iterator at(directory, error), end; !error && at != end; at.increment(error)) {
-    entries.push_back(at->path());
-  }
-  if (error) throw InputError(fmt::format("{}: cannot be listed: {}", directory.string(), error.message()));
-  std::sort(entries.begin(), entries.end());
-  return entries;
+std::vector<std::string> shard_names(const Directory& directory) {
+  const auto folder = directory.find(kShardFolder);
+  if (!folder) return {};
+  std::vector<std::string> names = folder->names();
+  std::erase_if(names, [](const std::string& name) { return !name.ends_with(".h5"); });
+  return names;
 }
 
-std::vector<fs::path> shard_files(const fs::path& directory) {
+std::vector<fs::path> shard_files(const Directory& directory) {
   std::vector<fs::path> files;
-  const fs::path folder = directory / kShardFolder;
-  if (!fs::exists(folder)) return files;
-  for (const fs::path& entry : entries_of(folder)) {
-    if (entry.extension() == ".h5") files.push_back(entry);
-  }
+  for (const std::string& name : shard_names(directory)) files.push_back(directory / kShardFolder / name);
   return files;
 }
 
-CampaignDirectory::CampaignDirectory(fs::path directory, const CampaignInfo& info, bool force)
-    : path_(std::move(directory)), info_(info) {
-  if (!path_.has_filename()) path_ = path_.parent_path();  // "curb.graze/"
+bool only_begun(const Directory& directory) {
+  const std::vector<std::string> names = directory.names();
+  return std::all_of(names.begin(), names.end(), [&](const std::string& name) {
+    if (name == kLockFile) return true;
+    if (name == kShardFolder) return directory.find(name)->names().empty();
+    const auto end = final_name(name);
+    return end && (*end == kDescriptionFile || *end == kDescriptionCopy);
+  });
+}
+
+namespace {
+
+/// Makes the directory of a new campaign, or finds it; `made` tells which.
+Directory make_place(const fs::path& path, const CampaignInfo& info, bool& made) {
   check_policy_names(info.policies);
-  check_place(path_);
-  made_ = make_directory(path_);
+  check_place(path);
+  made = make_directory(path);
   try {
-    lock_ = std::make_shared<const DirectoryLock>(path_);
-  } catch (...) {
-    std::error_code error;
-    if (made_) fs::remove(path_, error);  // unless another holds it by now
-    throw;
+    return Directory(path);
+  } catch (const InputError& error) {
+    if (made) rmdir(path.c_str());
+    throw MachineError(error.what());
   }
-  recover_set_aside(path_);
-  const bool replaces = must_replace(path_, force);
+}
+
+/// "curb.graze/" is "curb.graze".
+fs::path without_slash(const fs::path& path) { return path.has_filename() ? path : path.parent_path(); }
+
+std::shared_ptr<const DirectoryLock> lock_of(CampaignWriter::Existing existing, const fs::path& path) {
+  return existing.lock ? std::move(existing.lock) : std::make_shared<const DirectoryLock>(without_slash(path));
+}
+
+}  // namespace
+
+CampaignDirectory::CampaignDirectory(const fs::path& path, const CampaignInfo& info, bool force)
+    : info_(info), directory_(make_place(without_slash(path), info, made_)) {
+  bool ours = false;  // all that is there; an old campaign lies aside
   try {
-    if (replaces) set_aside(path_);
+    lock_ = std::make_shared<const DirectoryLock>(directory_);
+    recover_set_aside(directory_);
+    const bool replaces = must_replace(directory_, force);
+    replaces ? set_aside(directory_) : directory_.remove_temporary();
     replaces_ = replaces;
-    make_directory(path_ / kShardFolder);
-    describe(path_, info, false);
+    ours = true;
+    shard_folder_ = directory_.make(kShardFolder);
+    describe(directory_, info, false);
   } catch (...) {
-    restore();
+    ours ? restore() : leave();
     throw;
   }
 }
 
-CampaignDirectory::CampaignDirectory(fs::path directory, const CampaignInfo& info, CampaignWriter::Existing existing)
-    : path_(std::move(directory)), info_(info), kept_(true), lock_(std::move(existing.lock)) {
-  if (!path_.has_filename()) path_ = path_.parent_path();
+CampaignDirectory::CampaignDirectory(const fs::path& path, const CampaignInfo& info, CampaignWriter::Existing existing)
+    : info_(info), kept_(true), lock_(lock_of(std::move(existing), path)), directory_(lock_->directory()) {
   check_policy_names(info.policies);
-  if (!lock_) lock_ = std::make_shared<const DirectoryLock>(path_);
-  recover_set_aside(path_);
-  forget_unfinished(path_);
+  recover_set_aside(directory_);
+  forget_unfinished(directory_);
   // Names are not used again, not even those of shards that are gone.
-  const auto taken = [&](const fs::path& shard) { shards_ = std::max(shards_, shard_number(shard)); };
-  for (const fs::path& shard : shard_files(path_)) taken(shard);
-  for (const auto& [shard, entry] : read_manifest(path_)) taken(shard);
-  describe(path_, info_, false);
+  const auto taken = [&](const std::string& shard) { shards_ = std::max(shards_, shard_number(shard)); };
+  for (const std::string& shard : shard_names(directory_)) taken(shard);
+  for (const auto& [shard, entry] : read_manifest(directory_)) taken(shard);
+  shard_folder_ = directory_.make(kShardFolder);
+  describe(directory_, info_, false);
 }
 
-CampaignDirectory::CampaignDirectory(fs::path directory, const CampaignInfo& info, CampaignWriter::Member member)
-    : path_(std::move(directory)),
-      info_(info),
+CampaignDirectory::CampaignDirectory(const fs::path& path, const CampaignInfo& info, CampaignWriter::Member member)
+    : info_(info),
       kept_(true),
       prefix_(fmt::format("r{:05}-", member.rank)),
-      shards_(member.shards) {
-  member_.emplace(path_);
+      shards_(member.shards),
+      directory_(without_slash(path)),
+      shard_folder_(directory_.make(kShardFolder)) {
+  member_.emplace(directory_);
 }
 
 CampaignDirectory::~CampaignDirectory() {
   if (kept_) return;
   try {
     // There is something to resume.
-    if (!shard_files(path_).empty() || (!replaces_ && !read_unfinished(path_).empty())) return;
+    if (!shard_names(directory_).empty() || (!replaces_ && !read_unfinished(directory_).empty())) return;
   } catch (const InputError&) {
     return;
   }
@@ -171,35 +189,54 @@ CampaignDirectory::~CampaignDirectory() {
 
 void CampaignDirectory::restore() noexcept {
   try {
-    remove_empty(path_);
-    if (replaces_) put_back(path_);
+    remove_begun(directory_);
+    if (replaces_) put_back(directory_);
   } catch (const std::exception&) {
     // What is left over is put back by whoever writes here next.
   }
+  leave();
+}
+
+void CampaignDirectory::leave() noexcept {
   lock_.reset();
-  std::error_code error;
-  if (made_) fs::remove(path_, error);
+  if (made_ && directory_.in_place()) rmdir(directory_.path().c_str());  // unless another holds it by now
 }
 
 void CampaignDirectory::keep() {
   kept_ = true;
-  if (replaces_) drop_set_aside(path_);
+  if (replaces_) drop_set_aside(directory_);
   replaces_ = false;
 }
 
+void CampaignDirectory::check_in_place() const {
+  for (const Directory& held : {directory_, *shard_folder_}) {
+    if (held.in_place()) continue;
+    throw MachineError(
+        fmt::format("{}: is no longer the directory that this program writes into: {}; nothing more is written",
+                    held.path().string(), held.whereabouts()));
+  }
+}
+
 void CampaignDirectory::add_shard(ShardBuffer shard) {
-  const ShardEntry entry = shard.publish(path_ / kShardFolder / fmt::format("{}{:06}.h5", prefix_, ++shards_), info_);
+  check_in_place();
+  const ShardEntry entry = shard.publish(*shard_folder_, fmt::format("{}{:06}.h5", prefix_, ++shards_), info_);
   keep();
-  if (!manifest_) manifest_.emplace(path_, prefix_ + kManifestName);
+  if (!manifest_) manifest_.emplace(directory_, prefix_ + kManifestName);
   manifest_->append(entry);
 }
 
+void CampaignDirectory::add_unfinished(const UnfinishedTrace& trace) {
+  check_in_place();
+  graze::add_unfinished(directory_, trace);
+}
+
 void CampaignDirectory::complete(std::uint64_t answered_at) {
+  check_in_place();
   manifest_.reset();
-  replace_manifest(path_, read_manifest(path_));
+  replace_manifest(directory_, read_manifest(directory_));
   info_.until.answered_at = answered_at;
   if (answered_at > 0) info_.particles = answered_at;
-  describe(path_, info_, true);
+  describe(directory_, info_, true);
   keep();
 }
 

@@ -11,36 +11,44 @@
 #include "archive/lock.h"
 #include "archive/manifest.h"
 #include "archive/shard.h"
+#include "archive/unfinished.h"
 
 namespace graze {
 
 inline constexpr const char* kDescriptionFile = "campaign.h5";
+inline constexpr const char* kDescriptionCopy = "campaign.copy.h5";  // for when the first is damaged or gone
 inline constexpr const char* kShardFolder = "shards";
 inline constexpr const char* kDamagedFolder = "damaged";  // shards that could not be read
 
-/// What is in a directory, sorted by name. Throws InputError if it cannot be listed.
-std::vector<std::filesystem::path> entries_of(const std::filesystem::path& directory);
+/// The shards of a campaign directory, sorted by name; unfinished ones (*.tmp) are not among them. Throws InputError.
+std::vector<std::string> shard_names(const Directory& directory);
+std::vector<std::filesystem::path> shard_files(const Directory& directory);
 
-/// The shards of a campaign directory, sorted by name; unfinished ones (*.tmp) are not among them.
-std::vector<std::filesystem::path> shard_files(const std::filesystem::path& directory);
+/// Whether there is no more than what a campaign leaves that is killed before it is described.
+bool only_begun(const Directory& directory);
 
 class CampaignDirectory {
  public:
   /// As CampaignWriter's constructor.
-  CampaignDirectory(std::filesystem::path directory, const CampaignInfo& info, bool force);
+  CampaignDirectory(const std::filesystem::path& path, const CampaignInfo& info, bool force);
   /// Takes up an existing campaign, which `info` describes from now on; shards are added to those that are there.
-  CampaignDirectory(std::filesystem::path directory, const CampaignInfo& info, CampaignWriter::Existing existing);
+  CampaignDirectory(const std::filesystem::path& path, const CampaignInfo& info, CampaignWriter::Existing existing);
   /// Adds shards to a campaign that another process holds.
-  CampaignDirectory(std::filesystem::path directory, const CampaignInfo& info, CampaignWriter::Member member);
+  CampaignDirectory(const std::filesystem::path& path, const CampaignInfo& info, CampaignWriter::Member member);
   /// Leaves things as they were before if no shard was added and the campaign was not completed.
   ~CampaignDirectory();
 
-  const std::filesystem::path& path() const { return path_; }
+  const std::filesystem::path& path() const { return directory_.path(); }
+  const Directory& directory() const { return directory_; }
   const CampaignInfo& info() const { return info_; }
   /// Highest number of a shard so far.
   int shards() const { return shards_; }
+  /// Throws MachineError if the path leads elsewhere by now: somebody has moved, removed or replaced the directory. All
+  /// that follows does so, too, and never writes into another directory.
+  void check_in_place() const;
   /// Writes it under its name, then tells the manifest.
   void add_shard(ShardBuffer shard);
+  void add_unfinished(const UnfinishedTrace& trace);
   /// Makes one file of the manifest and writes campaign.h5 anew, marked complete; `answered_at` as
   /// CampaignWriter::finish.
   void complete(std::uint64_t answered_at = 0);
@@ -48,8 +56,8 @@ class CampaignDirectory {
  private:
   void keep();              // from now on the new campaign counts: the old one is removed
   void restore() noexcept;  // the new campaign never was
+  void leave() noexcept;    // gives the lock back, and removes the directory if it was made here and is empty
 
-  std::filesystem::path path_;
   CampaignInfo info_;
   bool made_ = false;      // the directory
   bool replaces_ = false;  // an old campaign is set aside
@@ -58,6 +66,8 @@ class CampaignDirectory {
   int shards_ = 0;      // highest number of a shard
   std::optional<ManifestWriter> manifest_;
   std::shared_ptr<const DirectoryLock> lock_;
+  Directory directory_;
+  std::optional<Directory> shard_folder_;
   std::optional<MemberLock> member_;
 };
 

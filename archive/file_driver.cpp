@@ -1,12 +1,14 @@
 #include "archive/file_driver.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/types.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <memory>
 
 #include "archive/archive.h"
 #include "archive/files.h"
@@ -17,7 +19,7 @@ namespace {
 /// What a file access property list carries to the driver's open().
 struct DriverInfo {
   int descriptor;
-  DriverStatus* status;
+  DriverStatus* status;  // none: the file is only read, and read errors are HDF5's own
 };
 
 /// HDF5 sees the first member only, by its address.
@@ -25,7 +27,10 @@ struct DriverFile {
   H5FD_t base;
   DriverInfo info;
   haddr_t allocated, end;  // bytes
+  Descriptor own;          // of a file that is only read
 };
+
+bool only_read(const DriverFile& file) { return file.info.status == nullptr; }
 
 DriverFile* of(H5FD_t* file) { return reinterpret_cast<DriverFile*>(file); }
 const DriverFile* of(const H5FD_t* file) { return reinterpret_cast<const DriverFile*>(file); }
@@ -33,9 +38,16 @@ const DriverFile* of(const H5FD_t* file) { return reinterpret_cast<const DriverF
 H5FD_t* open_driver(const char*, unsigned, hid_t access, haddr_t) {
   const void* info = H5Pget_driver_info(access);
   if (info == nullptr) return nullptr;
-  auto* file = new DriverFile{};
+  auto file = std::make_unique<DriverFile>();
   std::memcpy(&file->info, info, sizeof(DriverInfo));
-  return &file->base;
+  if (only_read(*file)) {
+    struct stat status {};
+    file->own = Descriptor(fcntl(file->info.descriptor, F_DUPFD_CLOEXEC, 0));
+    file->info.descriptor = file->own.number();
+    if (fstat(file->info.descriptor, &status) != 0) return nullptr;
+    file->end = static_cast<haddr_t>(status.st_size);
+  }
+  return &file.release()->base;
 }
 
 herr_t close_driver(H5FD_t* file) {
@@ -66,6 +78,7 @@ herr_t read_driver(H5FD_t* base, H5FD_mem_t, hid_t, haddr_t address, std::size_t
     const ssize_t got = pread(file->info.descriptor, to, size, static_cast<off_t>(address));
     if (got < 0 && errno == EINTR) continue;
     if (got <= 0) {
+      if (got < 0 && only_read(*file)) return -1;
       if (got < 0 && file->info.status->error == 0) file->info.status->error = errno;
       std::memset(to, 0, size);
       return 0;
@@ -79,6 +92,7 @@ herr_t read_driver(H5FD_t* base, H5FD_mem_t, hid_t, haddr_t address, std::size_t
 
 herr_t write_driver(H5FD_t* base, H5FD_mem_t, hid_t, haddr_t address, std::size_t size, const void* buffer) {
   DriverFile* file = of(base);
+  if (only_read(*file)) return -1;
   const auto* from = static_cast<const char*>(buffer);
   file->end = std::max(file->end, address + size);
   while (size > 0 && file->info.status->error == 0) {
@@ -98,6 +112,7 @@ herr_t write_driver(H5FD_t* base, H5FD_mem_t, hid_t, haddr_t address, std::size_
 /// HDF5 wants the file to be as long as what it has allocated.
 herr_t truncate_driver(H5FD_t* base, hid_t, hbool_t) {
   DriverFile* file = of(base);
+  if (only_read(*file)) return 0;
   if (file->end != file->allocated && file->info.status->error == 0 &&
       ftruncate(file->info.descriptor, static_cast<off_t>(file->allocated)) != 0) {
     file->info.status->error = errno;
@@ -126,23 +141,38 @@ H5FD_class_t make_class() {
   return driver;
 }
 
+void set_driver(const Handle& list, const DriverInfo& info) {
+  static const H5FD_class_t driver = make_class();
+  static const hid_t id = H5FDregister(&driver);
+  check(H5Pset_driver(list.id(), id, &info), "file driver");
+}
+
 }  // namespace
 
 Handle create_on(int descriptor, DriverStatus& status) {
-  static const H5FD_class_t driver = make_class();
-  static const hid_t id = H5FDregister(&driver);
-  const DriverInfo info{descriptor, &status};
   const Handle list = file_access();
-  check(H5Pset_driver(list.id(), id, &info), "file driver");
+  set_driver(list, {descriptor, &status});
   return create_file("graze", list);
+}
+
+Handle open_for_reading(int descriptor) {
+  const Handle list(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "access properties");
+  set_driver(list, {descriptor, nullptr});
+  return Handle(H5Fopen("graze", H5F_ACC_RDONLY, list.id()), H5Fclose, "not a readable HDF5 file");
+}
+
+Handle open_for_reading(const std::filesystem::path& path) {
+  return open_for_reading(open_archive_file(path).number());
 }
 
 }  // namespace graze::hdf5
 
 namespace graze {
 
-Seal publish_hdf5(const std::filesystem::path& path, const std::function<void(const hdf5::Handle& file)>& fill) {
-  NewFile target(path);
+namespace {
+
+Seal publish(NewFile& target, const std::filesystem::path& path,
+             const std::function<void(const hdf5::Handle& file)>& fill) {
   {
     const hdf5::Lock lock;
     hdf5::DriverStatus status;
@@ -159,6 +189,19 @@ Seal publish_hdf5(const std::filesystem::path& path, const std::function<void(co
   if (const int error = seal_file(target.descriptor(), &seal); error != 0) fail_writing(path, error);
   target.publish();
   return seal;
+}
+
+}  // namespace
+
+Seal publish_hdf5(const Directory& folder, const std::string& name,
+                  const std::function<void(const hdf5::Handle& file)>& fill) {
+  NewFile target(folder, name);
+  return publish(target, folder / name, fill);
+}
+
+Seal publish_hdf5(const std::filesystem::path& path, const std::function<void(const hdf5::Handle& file)>& fill) {
+  NewFile target(path);
+  return publish(target, path, fill);
 }
 
 }  // namespace graze

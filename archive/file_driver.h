@@ -1,11 +1,13 @@
 #pragma once
-// An HDF5 file that is written through a descriptor of ours and survives a failing disk. HDF5 cannot close a file whose
-// writes fail: it keeps it open and tries again at exit. This driver remembers the first error, swallows all later
-// writes, and so lets HDF5 finish; the caller then looks at the error and throws the file away.
+// HDF5 files that are read and written through descriptors of ours: HDF5 never looks up a path. New ones survive a
+// failing disk. HDF5 cannot close a file whose writes fail: it keeps it open and tries again at exit. This driver
+// remembers the first error, swallows all later writes, and so lets HDF5 finish; the caller then looks at the error and
+// throws the file away.
 
 #include <filesystem>
 #include <functional>
 
+#include "archive/directory.h"
 #include "archive/hdf5.h"
 #include "archive/seal.h"
 
@@ -13,6 +15,8 @@ namespace graze {
 
 /// A new HDF5 file, sealed, that appears whole or not at all: `fill` writes its content. Takes the library's lock.
 /// Throws MachineError, and what `fill` throws. Gives the file's seal.
+Seal publish_hdf5(const Directory& folder, const std::string& name,
+                  const std::function<void(const hdf5::Handle& file)>& fill);
 Seal publish_hdf5(const std::filesystem::path& path, const std::function<void(const hdf5::Handle& file)>& fill);
 
 namespace hdf5 {

@@ -1,6 +1,5 @@
 #include "archive/files.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -12,22 +11,6 @@
 #include "archive/archive.h"
 
 namespace graze {
-namespace {
-
-/// Makes a rename or a new name in a directory last through a power cut.
-void sync_directory_of(const std::filesystem::path& path) {
-  const std::filesystem::path parent = path.has_parent_path() ? path.parent_path() : ".";
-  const Descriptor directory(open(parent.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  // Some network file systems cannot sync a directory (EINVAL); they order renames themselves.
-  if (directory.number() < 0 || (fsync(directory.number()) != 0 && errno != EINVAL)) fail_writing(parent, errno);
-}
-
-}  // namespace
-
-Descriptor::~Descriptor() {
-  if (number_ >= 0) close(number_);
-}
-
 int write_all(int descriptor, std::span<const std::byte> bytes) {
   while (!bytes.empty()) {
     const ssize_t written = write(descriptor, bytes.data(), bytes.size());
@@ -36,10 +19,6 @@ int write_all(int descriptor, std::span<const std::byte> bytes) {
     bytes = bytes.subspan(static_cast<std::size_t>(written));
   }
   return 0;
-}
-
-void fail_writing(const std::filesystem::path& path, int error) {
-  throw MachineError(fmt::format("{}: cannot be written: {}", path.string(), std::strerror(error)));
 }
 
 void check_new_file(const std::filesystem::path& file, bool force, const std::vector<std::filesystem::path>& made_of) {
@@ -67,25 +46,24 @@ bool make_directory(const std::filesystem::path& path) {
     if (error == EEXIST && std::filesystem::is_directory(path)) return false;  // another rank was faster
     fail_writing(path, error);
   }
-  sync_directory_of(path);
+  Directory::of_new(path).sync();
   return true;
 }
 
-NewFile::NewFile(std::filesystem::path path)
-    : path_(std::move(path)),
-      temporary_(path_.string() + ".tmp"),
-      file_(open(temporary_.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)) {
-  if (file_.number() < 0) fail_writing(path_, errno);
-}
+NewFile::NewFile(Directory folder, std::string name)
+    : folder_(std::move(folder)), name_(std::move(name)), file_(folder_.create_temporary(name_, temporary_)) {}
+
+NewFile::NewFile(const std::filesystem::path& path) : NewFile(Directory::of_new(path), path.filename().string()) {}
 
 NewFile::~NewFile() {
-  if (!published_) unlink(temporary_.c_str());
+  if (!published_) folder_.remove(temporary_);
 }
 
 void NewFile::publish() {
-  if (fsync(file_.number()) != 0 || rename(temporary_.c_str(), path_.c_str()) != 0) fail_writing(path_, errno);
+  if (fsync(file_.number()) != 0) fail_writing(folder_ / name_, errno);
+  if (const int error = folder_.rename(temporary_, name_); error != 0) fail_writing(folder_ / name_, error);
   published_ = true;
-  sync_directory_of(path_);
+  folder_.sync();
 }
 
 }  // namespace graze

@@ -7,26 +7,12 @@
 #include <string>
 #include <vector>
 
+#include "archive/directory.h"
+
 namespace graze {
-
-/// Owns a POSIX file descriptor.
-class Descriptor {
- public:
-  explicit Descriptor(int number) : number_(number) {}
-  ~Descriptor();
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  int number() const { return number_; }
-
- private:
-  int number_;
-};
 
 /// Writes everything at the descriptor's position. Returns 0 or errno.
 int write_all(int descriptor, std::span<const std::byte> bytes);
-
-/// Throws MachineError("path: cannot be written: reason of the system").
-[[noreturn]] void fail_writing(const std::filesystem::path& path, int error);
 
 /// Before a file is made of archives or other files: throws InputError if something of its name is there already that
 /// is no file, or that must stay (unless `force`), or if it is one of those that it is made of, or lies within one.
@@ -35,11 +21,12 @@ void check_new_file(const std::filesystem::path& file, bool force, const std::ve
 /// Creates a directory, if it is not there; its parent must be. Returns whether it did. Throws MachineError.
 bool make_directory(const std::filesystem::path& path);
 
-/// A new file under its temporary name, `path` + ".tmp"; removed again unless it is published.
+/// A new file under a temporary name of its own; removed again unless it is published.
 class NewFile {
  public:
   /// Throws MachineError.
-  explicit NewFile(std::filesystem::path path);
+  NewFile(Directory folder, std::string name);
+  explicit NewFile(const std::filesystem::path& path);
   ~NewFile();
   NewFile(const NewFile&) = delete;
   NewFile& operator=(const NewFile&) = delete;
@@ -48,7 +35,8 @@ class NewFile {
   void publish();
 
  private:
-  std::filesystem::path path_, temporary_;
+  Directory folder_;
+  std::string name_, temporary_;
   Descriptor file_;
   bool published_ = false;
 };

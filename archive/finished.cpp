@@ -21,11 +21,12 @@ struct ShardContent {
 };
 
 /// The traces of one shard. Throws InputError.
-ShardContent content_of(const fs::path& shard, const CampaignInfo& info) {
-  const Seal seal = check_seal(shard);
+ShardContent content_of(const Directory& shards, const std::string& name, const CampaignInfo& info) {
+  const Descriptor file = shards.open(name);
+  const Seal seal = check_seal(file.number(), shards / name);
   const hdf5::Lock lock;
-  ShardContent out{{shard.filename().string(), seal.bytes, seal.digest, {}}, {}};
-  const OpenPart part(shard);
+  ShardContent out{{name, seal.bytes, seal.digest, {}}, {}};
+  const OpenPart part(shards / name, file);
   try {
     check_shard_identity(part.file(), info);
   } catch (const hdf5::Error& error) {
@@ -42,26 +43,15 @@ ShardContent content_of(const fs::path& shard, const CampaignInfo& info) {
   return out;
 }
 
-void put_aside(const fs::path& directory, const fs::path& shard) {
-  const fs::path folder = directory / kDamagedFolder;
-  if (!fs::exists(folder)) make_directory(folder);
-  fs::path place = folder / shard.filename();
-  for (int number = 1; fs::exists(place); ++number) {
-    place = folder / fmt::format("{}.{}.h5", shard.stem().string(), number);
+void put_aside(const Directory& directory, const Directory& shards, const std::string& name) {
+  const Directory folder = directory.make(kDamagedFolder);
+  std::string place = name;
+  for (int number = 1; folder.has(place); ++number) {
+    place = fmt::format("{}.{}.h5", fs::path(name).stem().string(), number);
   }
-  std::error_code error;
-  fs::rename(shard, place, error);
-  if (error) throw MachineError(fmt::format("{}: cannot be moved: {}", shard.string(), error.message()));
-}
-
-void remove_leftovers(const fs::path& directory) {
-  std::error_code error;
-  for (const fs::path& folder : {directory, directory / kShardFolder, directory / kManifestFolder}) {
-    for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
-      std::error_code ignored;
-      if (at->path().extension() == ".tmp") fs::remove(at->path(), ignored);
-    }
-  }
+  shards.move(name, folder, place);
+  folder.sync();
+  shards.sync();
 }
 
 }  // namespace
@@ -71,25 +61,33 @@ bool FinishedTraces::has(const std::string& policy, std::uint64_t particle) cons
   return found != done.end() && particle < found->second.size() && found->second[particle];
 }
 
-std::uint64_t traces_in_shard(const fs::path& shard, const CampaignInfo& info) {
+std::uint64_t traces_kept(const Directory& directory, const CampaignInfo& info) {
   std::uint64_t count = 0;
-  for (const ShardEntry::Traces& traces : content_of(shard, info).entry.traces) count += traces.count;
+  const auto shards = directory.find(kShardFolder);
+  for (const std::string& name : shard_names(directory)) {
+    for (const ShardEntry::Traces& traces : content_of(*shards, name, info).entry.traces) count += traces.count;
+  }
   return count;
 }
 
-FinishedTraces repair_and_list(const fs::path& directory, const CampaignInfo& info) {
+FinishedTraces repair_and_list(const Directory& directory, const CampaignInfo& info) {
   FinishedTraces out;
-  remove_leftovers(directory);
+  directory.remove_temporary();
+  for (const char* name : {kShardFolder, kManifestFolder}) {
+    if (const auto folder = directory.find(name)) folder->remove_temporary();
+  }
   for (const ShardEntry& missing : missing_shards(directory, read_manifest(directory))) {
-    out.notes.push_back(fmt::format("{}: {}; that is simulated again", directory.string(), missing_text(missing)));
+    out.notes.push_back(
+        fmt::format("{}: {}; that is simulated again", directory.path().string(), missing_text(missing)));
   }
   Manifest manifest;
-  for (const fs::path& shard : shard_files(directory)) {
+  const auto shards = directory.find(kShardFolder);
+  for (const std::string& shard : shard_names(directory)) {
     ShardContent content;
     try {
-      content = content_of(shard, info);
+      content = content_of(*shards, shard, info);
     } catch (const InputError& error) {
-      put_aside(directory, shard);
+      put_aside(directory, *shards, shard);
       out.notes.push_back(
           fmt::format("{}; it lies in {}/ now, and what it held is simulated again", error.what(), kDamagedFolder));
       continue;

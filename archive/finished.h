@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "archive/archive.h"
+#include "archive/directory.h"
 
 namespace graze {
 
@@ -21,13 +22,13 @@ struct FinishedTraces {
   bool has(const std::string& policy, std::uint64_t particle) const;
 };
 
-/// Traces of all policies in one shard. Throws InputError.
-std::uint64_t traces_in_shard(const std::filesystem::path& shard, const CampaignInfo& info);
+/// Traces of all policies in all shards. Throws InputError.
+std::uint64_t traces_kept(const Directory& directory, const CampaignInfo& info);
 
 /// Reads all shards and writes the manifest anew. A shard that the manifest names and that is gone is noted. A shard
-/// whose seal, structure or campaign does not fit is moved to `damaged/`; leftovers (*.tmp) are removed. To be called
-/// by whoever holds the directory's lock. Throws InputError if the description cannot be read, MachineError if a
-/// damaged shard cannot be moved.
-FinishedTraces repair_and_list(const std::filesystem::path& directory, const CampaignInfo& info);
+/// whose seal, structure or campaign does not fit, or that is no file (a link, a pipe), is moved to `damaged/`;
+/// leftovers (*.tmp) are removed. To be called by whoever holds the directory's lock. Throws InputError if the
+/// description cannot be read, MachineError if a damaged shard cannot be moved.
+FinishedTraces repair_and_list(const Directory& directory, const CampaignInfo& info);
 
 }  // namespace graze

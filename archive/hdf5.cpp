@@ -139,13 +139,6 @@ Handle create_file(const std::string& name, const Handle& access) {
   return Handle(H5Fcreate(name.c_str(), H5F_ACC_TRUNC, list.id(), access.id()), H5Fclose, "new file");
 }
 
-Handle open_for_reading(const std::filesystem::path& path) {
-  const Handle list(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "access properties");
-  // No lock: archives are never changed in place, and some network file systems refuse to lock.
-  check(H5Pset_file_locking(list.id(), false, true), "access properties");
-  return Handle(H5Fopen(path.c_str(), H5F_ACC_RDONLY, list.id()), H5Fclose, "not a readable HDF5 file");
-}
-
 void make_group(hid_t parent, const std::string& path) {
   const Handle list = creation(H5P_GROUP_CREATE);
   for (std::size_t end = path.find('/');; end = path.find('/', end + 1)) {

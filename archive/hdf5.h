@@ -60,6 +60,9 @@ void check(herr_t status, std::string_view what);
 /// limit on the size of an attribute.
 Handle file_access();
 Handle create_file(const std::string& name, const Handle& access);
+/// Opens an HDF5 file through a descriptor, of which it takes a copy: the path is never looked up again.
+Handle open_for_reading(int descriptor);
+/// The same of a file that the caller names.
 Handle open_for_reading(const std::filesystem::path& path);
 
 // ---- groups

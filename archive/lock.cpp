@@ -13,11 +13,10 @@
 #include <thread>
 
 #include "archive/archive.h"
+#include "archive/files.h"
 
 namespace graze {
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr off_t kLeader = 0, kMembers = 1;  // what is locked: bytes of the file
 
@@ -72,61 +71,68 @@ std::string who_i_am() {
   return fmt::format("process {} on {} since {}", getpid(), host.data(), time.data());
 }
 
-/// True if `path` still names the open file: whoever held the lock before may have removed it meanwhile.
-bool names(const fs::path& path, int descriptor) {
-  struct stat named {
-  }, opened{};
-  return stat(path.c_str(), &named) == 0 && fstat(descriptor, &opened) == 0 && named.st_ino == opened.st_ino &&
-         named.st_dev == opened.st_dev;
+/// True if the lock's name still stands for the open file: whoever held the lock before may have removed it meanwhile.
+bool names(const Directory& directory, int descriptor) {
+  struct stat opened {};
+  const struct stat named = directory.status(kLockFile);
+  return fstat(descriptor, &opened) == 0 && named.st_ino == opened.st_ino && named.st_dev == opened.st_dev;
 }
 
-int open_locked(const fs::path& path) {
+Descriptor open_locked(const Directory& directory) {
   constexpr std::chrono::milliseconds kPause{50};
   const auto begin = std::chrono::steady_clock::now();
   while (true) {
-    const int descriptor = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-    if (descriptor < 0) fail_writing(path, errno);
+    Descriptor file = directory.open_to_change(kLockFile, O_RDWR);
     std::chrono::seconds patience{};
-    const int error = try_lead(descriptor, patience);
+    const int error = try_lead(file.number(), patience);
     const bool locked = error == 0 || without_locks(error);
-    if (locked && names(path, descriptor)) return descriptor;
-    const std::string holder = content(descriptor);
-    close(descriptor);
+    if (locked && names(directory, file.number())) return file;
     if (locked) continue;
-    if (error != EAGAIN) fail_writing(path, error);
+    if (error != EAGAIN) fail_writing(directory / kLockFile, error);
     if (std::chrono::steady_clock::now() < begin + patience) {
       std::this_thread::sleep_for(kPause);
       continue;
     }
-    throw MachineError(
-        fmt::format("{}: {} is writing here; wait for it, or end it first", path.parent_path().string(), holder));
+    throw MachineError(fmt::format("{}: {} is writing here; wait for it, or end it first", directory.path().string(),
+                                   content(file.number())));
   }
 }
 
 }  // namespace
 
-DirectoryLock::DirectoryLock(const fs::path& directory) : path_(directory / kLockFile), file_(open_locked(path_)) {
+DirectoryLock::DirectoryLock(Directory directory) : directory_(std::move(directory)), file_(open_locked(directory_)) {
   const std::string text = who_i_am();
-  if (ftruncate(file_.number(), 0) != 0) fail_writing(path_, errno);
-  if (const int failed = write_all(file_.number(), std::as_bytes(std::span(text)))) fail_writing(path_, failed);
+  const int failed =
+      ftruncate(file_.number(), 0) != 0 ? errno : write_all(file_.number(), std::as_bytes(std::span(text)));
+  if (failed == 0) return;
+  directory_.remove(kLockFile);
+  fail_writing(directory_ / kLockFile, failed);
 }
 
-DirectoryLock::~DirectoryLock() { unlink(path_.c_str()); }
+DirectoryLock::~DirectoryLock() {
+  try {
+    if (names(directory_, file_.number())) directory_.remove(kLockFile);
+  } catch (const std::exception&) {
+    // A file that is left over locks nobody out.
+  }
+}
 
-MemberLock::MemberLock(const fs::path& directory) : file_(open((directory / kLockFile).c_str(), O_RDWR | O_CLOEXEC)) {
-  if (file_.number() < 0) fail_writing(directory / kLockFile, errno);
+MemberLock::MemberLock(const Directory& directory) {
+  auto file = directory.find_file(kLockFile);
+  if (!file) fail_writing(directory / kLockFile, ENOENT);
+  file_ = std::move(*file);
   const int error = set_lock(file_.number(), F_RDLCK, kMembers);
   if (error != 0 && !without_locks(error)) fail_writing(directory / kLockFile, error);
 }
 
-std::optional<std::string> writer_of(const fs::path& directory) {
-  const Descriptor file(open((directory / kLockFile).c_str(), O_RDONLY | O_CLOEXEC));
-  if (file.number() < 0) return std::nullopt;
+std::optional<std::string> writer_of(const Directory& directory) {
+  const auto file = directory.find_file(kLockFile);
+  if (!file) return std::nullopt;
   struct flock lock {};
   lock.l_type = F_WRLCK;
   lock.l_whence = SEEK_SET;
-  if (fcntl(file.number(), F_OFD_GETLK, &lock) != 0 || lock.l_type == F_UNLCK) return std::nullopt;
-  return content(file.number());
+  if (fcntl(file->number(), F_OFD_GETLK, &lock) != 0 || lock.l_type == F_UNLCK) return std::nullopt;
+  return content(file->number());
 }
 
 }  // namespace graze

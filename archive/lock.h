@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-#include "archive/files.h"
+#include "archive/directory.h"
 
 namespace graze {
 
@@ -18,14 +18,15 @@ class DirectoryLock {
  public:
   /// Throws MachineError if another process or a rank that it has left behind writes there (its host, process and start
   /// are named), or the file cannot be made. A file system without locks leaves it to the user that only one writes.
-  explicit DirectoryLock(const std::filesystem::path& directory);
+  explicit DirectoryLock(Directory directory);
   /// Removes the file.
   ~DirectoryLock();
   DirectoryLock(const DirectoryLock&) = delete;
   DirectoryLock& operator=(const DirectoryLock&) = delete;
+  const Directory& directory() const { return directory_; }
 
  private:
-  std::filesystem::path path_;
+  Directory directory_;
   Descriptor file_;
 };
 
@@ -33,13 +34,14 @@ class DirectoryLock {
 class MemberLock {
  public:
   /// Throws MachineError if nobody leads.
-  explicit MemberLock(const std::filesystem::path& directory);
+  explicit MemberLock(const Directory& directory);
 
  private:
   Descriptor file_;
 };
 
 /// Who writes into a directory now ("process 4711 on node3 since 2026-01-01T12:00:00Z"), if anybody does.
-std::optional<std::string> writer_of(const std::filesystem::path& directory);
+/// Throws InputError.
+std::optional<std::string> writer_of(const Directory& directory);
 
 }  // namespace graze

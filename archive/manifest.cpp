@@ -7,11 +7,12 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <span>
 
 #include "archive/campaign_directory.h"
+#include "archive/files.h"
+#include "archive/text_lines.h"
 
 namespace graze {
 namespace {
@@ -21,23 +22,18 @@ using Json = nlohmann::ordered_json;
 
 constexpr const char* kMerged = "all.jsonl";
 
+/// A line takes some 200 bytes; more than a million of them are no campaign's.
+constexpr std::uint64_t kMostBytes = std::uint64_t{256} << 20;
+
 /// Files of the manifest, sorted, so that it reads the same each time.
-std::vector<fs::path> manifest_files(const fs::path& directory) {
-  std::vector<fs::path> files;
-  std::error_code error;
-  for (fs::directory_iterator at(directory / kManifestFolder, error), end; !error && at != end; at.increment(error)) {
-    if (at->path().extension() == ".jsonl") files.push_back(at->path());
-  }
-  std::sort(files.begin(), files.end());
+std::vector<std::string> manifest_files(const Directory& folder) {
+  std::vector<std::string> files = folder.names();
+  std::erase_if(files, [](const std::string& name) { return !name.ends_with(".jsonl"); });
   return files;
 }
 
 void write_text(int descriptor, const fs::path& path, const std::string& text) {
   if (const int error = write_all(descriptor, std::as_bytes(std::span(text)))) fail_writing(path, error);
-}
-
-void need_folder(const fs::path& folder) {
-  if (!fs::exists(folder)) make_directory(folder);
 }
 
 /// True if the last line of a file was torn: what is appended must begin a line of its own.
@@ -79,37 +75,38 @@ std::optional<ShardEntry> parse_manifest_line(const std::string& text) {
   }
 }
 
-Manifest read_manifest(const fs::path& directory) {
+Manifest read_manifest(const Directory& directory) {
   Manifest manifest;
-  for (const fs::path& file : manifest_files(directory)) {
-    std::ifstream in(file);
-    for (std::string line; std::getline(in, line);) {
+  const auto folder = directory.find(kManifestFolder);
+  if (!folder) return manifest;
+  for (const std::string& name : manifest_files(*folder)) {
+    const auto file = folder->find_file(name);
+    if (!file) continue;  // the writer has just made one file of all
+    for_each_line(file->number(), kMostBytes, [&](const std::string& line) {
       if (auto entry = parse_manifest_line(line)) manifest[entry->shard] = std::move(*entry);
-    }
+    });
   }
   return manifest;
 }
 
-void replace_manifest(const fs::path& directory, const Manifest& manifest) {
+void replace_manifest(const Directory& directory, const Manifest& manifest) {
   std::string text;
   for (const auto& [shard, entry] : manifest) text += manifest_line(entry) + "\n";
-  need_folder(directory / kManifestFolder);
-  const std::vector<fs::path> old = manifest_files(directory);
-  const fs::path merged = directory / kManifestFolder / kMerged;
-  NewFile file(merged);
-  write_text(file.descriptor(), merged, text);
+  const Directory folder = directory.make(kManifestFolder);
+  const std::vector<std::string> old = manifest_files(folder);
+  NewFile file(folder, kMerged);
+  write_text(file.descriptor(), folder / kMerged, text);
   file.publish();
-  std::error_code ignored;  // what stays says the same once more
-  for (const fs::path& one : old) {
-    if (one != merged) fs::remove(one, ignored);
+  for (const std::string& one : old) {
+    if (one != kMerged) folder.remove(one);  // what stays says the same once more
   }
 }
 
-std::vector<ShardEntry> missing_shards(const fs::path& directory, const Manifest& manifest) {
+std::vector<ShardEntry> missing_shards(const Directory& directory, const Manifest& manifest) {
   std::vector<ShardEntry> missing;
-  const std::vector<fs::path> files = shard_files(directory);  // sorted
+  const std::vector<std::string> files = shard_names(directory);  // sorted
   for (const auto& [shard, entry] : manifest) {
-    if (!std::binary_search(files.begin(), files.end(), directory / kShardFolder / shard)) missing.push_back(entry);
+    if (!std::binary_search(files.begin(), files.end(), shard)) missing.push_back(entry);
   }
   return missing;
 }
@@ -123,23 +120,21 @@ std::string missing_text(const ShardEntry& entry) {
   return fmt::format("{}/{} is gone; it held {}", kShardFolder, entry.shard, fmt::join(held, ", "));
 }
 
-ManifestWriter::ManifestWriter(fs::path directory, std::string name)
-    : path_(std::move(directory) / kManifestFolder / (std::move(name) + ".jsonl")) {}
+ManifestWriter::ManifestWriter(Directory directory, const std::string& name)
+    : directory_(std::move(directory)), name_(name + ".jsonl") {}
 
 void ManifestWriter::append(const ShardEntry& entry) {
   std::string line = manifest_line(entry) + "\n";
+  const fs::path path = directory_ / kManifestFolder / name_;
   if (!file_) {
-    need_folder(path_.parent_path());
-    file_.emplace(open(path_.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666));
-    if (file_->number() < 0) {
-      const int error = errno;
-      file_.reset();
-      fail_writing(path_, error);
-    }
-    if (torn(file_->number())) line.insert(line.begin(), '\n');
+    const Directory folder = directory_.make(kManifestFolder);
+    Descriptor file = folder.open_to_change(name_, O_RDWR | O_APPEND);
+    folder.sync();
+    if (torn(file.number())) line.insert(line.begin(), '\n');
+    file_ = std::move(file);
   }
-  write_text(file_->number(), path_, line);
-  if (fsync(file_->number()) != 0) fail_writing(path_, errno);
+  write_text(file_.number(), path, line);
+  if (fsync(file_.number()) != 0) fail_writing(path, errno);
 }
 
 }  // namespace graze

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "archive/files.h"
+#include "archive/directory.h"
 
 namespace graze {
 
@@ -38,27 +38,29 @@ std::optional<ShardEntry> parse_manifest_line(const std::string& line);
 /// By name of the shard.
 using Manifest = std::map<std::string, ShardEntry>;
 
-/// All files of a directory's manifest. Lines that are torn and files that cannot be read count as lost.
-Manifest read_manifest(const std::filesystem::path& directory);
+/// All files of a directory's manifest. Lines that are torn count as lost. Throws InputError if something there is no
+/// regular file or may not be read.
+Manifest read_manifest(const Directory& directory);
 
 /// One file with these entries in place of all that were there. Throws MachineError.
-void replace_manifest(const std::filesystem::path& directory, const Manifest& manifest);
+void replace_manifest(const Directory& directory, const Manifest& manifest);
 
 /// The entries whose shards are gone. Read the manifest before listing shards: a campaign may be running.
-std::vector<ShardEntry> missing_shards(const std::filesystem::path& directory, const Manifest& manifest);
+std::vector<ShardEntry> missing_shards(const Directory& directory, const Manifest& manifest);
 /// "shards/000002.h5 is gone; it held 8 traces of 'step/1cm' (particles 8 to 15)"
 std::string missing_text(const ShardEntry& entry);
 
 /// Appends lines to one file, manifest/NAME.jsonl; made when it is first needed.
 class ManifestWriter {
  public:
-  ManifestWriter(std::filesystem::path directory, std::string name);
+  ManifestWriter(Directory directory, const std::string& name);
   /// One write at the end of the file, then synced. Throws MachineError.
   void append(const ShardEntry& entry);
 
  private:
-  std::filesystem::path path_;
-  std::optional<Descriptor> file_;
+  Directory directory_;
+  std::string name_;
+  Descriptor file_;
 };
 
 }  // namespace graze

@@ -297,30 +297,32 @@ class Packer {
   TextSpool sequences_, reasons_;
 };
 
-void pack_files(CampaignFiles files, const std::filesystem::path& file) {
+std::vector<std::string> pack_files(CampaignFiles files, const std::filesystem::path& file) {
   publish_hdf5(file, [&](const hdf5::Handle& out) {
     write_info(out, files.stored.info, Layout::packed, files.stored.complete);
     Packer(files, out, file).pack();
   });
   const hdf5::Lock lock;  // closes the shards
-  files.parts = Parts({}, 0);
+  files.parts = Parts({}, 0, 0);
+  return std::move(files.warnings);
 }
 
 }  // namespace
 
-void pack(const std::filesystem::path& directory, const std::filesystem::path& file, bool force) {
+std::vector<std::string> pack(const std::filesystem::path& directory, const std::filesystem::path& file, bool force) {
   CampaignFiles files = open_campaign(directory);
   if (files.stored.layout == Layout::packed) {
     throw InputError(fmt::format("{}: is one file already; give a campaign directory", directory.string()));
   }
   check_new_file(file, force, {directory});
   if (files.stored.info.part.end > 0) files = open_parts({directory});  // of the whole, however little is there
-  pack_files(std::move(files), file);
+  return pack_files(std::move(files), file);
 }
 
-void pack(const std::vector<std::filesystem::path>& directories, const std::filesystem::path& file, bool force) {
+std::vector<std::string> pack(const std::vector<std::filesystem::path>& directories, const std::filesystem::path& file,
+                              bool force) {
   check_new_file(file, force, directories);
-  pack_files(open_parts(directories), file);
+  return pack_files(open_parts(directories), file);
 }
 
 }  // namespace graze

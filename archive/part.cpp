@@ -18,9 +18,9 @@ struct DigestRef {
 
 }  // namespace
 
-OpenPart::OpenPart(std::filesystem::path path) : path_(std::move(path)) {
+OpenPart::OpenPart(std::filesystem::path path, const Descriptor& descriptor) : path_(std::move(path)) {
   guarded([&] {
-    file_ = hdf5::open_for_reading(path_);
+    file_ = hdf5::open_for_reading(descriptor.number());
     hsize_t bytes = 0;
     hdf5::check(H5Fget_filesize(file_.id(), &bytes), "file size");
     bytes_ = bytes;
@@ -95,7 +95,7 @@ OpenPart& Parts::open(std::size_t part) {
       for (auto& one : open_) one.reset();
       opened_ = 0;
     }
-    open_[part].emplace(files_[part]);
+    open_[part].emplace(files_[part], open_archive_file(files_[part], inner_));
     ++opened_;
   }
   return *open_[part];

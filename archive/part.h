@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "archive/archive.h"
+#include "archive/directory.h"
 #include "archive/hdf5.h"
 #include "archive/schema.h"
 
@@ -17,7 +18,8 @@ namespace graze {
 /// An open part. All methods throw InputError that names the file, and need the library's lock.
 class OpenPart {
  public:
-  explicit OpenPart(std::filesystem::path path);
+  /// `path` is for messages.
+  OpenPart(std::filesystem::path path, const Descriptor& descriptor);
   const std::filesystem::path& path() const { return path_; }
   const hdf5::Handle& file() const { return file_; }
 
@@ -71,8 +73,9 @@ struct RowRef {
 class Parts {
  public:
   /// `particles`: how many the campaign has; rows of particles beyond are passed over.
-  Parts(std::vector<std::filesystem::path> files, std::uint64_t particles)
-      : files_(std::move(files)), open_(files_.size()), particles_(particles) {}
+  /// `inner`: so many of each path's last names are within a campaign directory (open_archive_file).
+  Parts(std::vector<std::filesystem::path> files, std::uint64_t particles, int inner)
+      : files_(std::move(files)), open_(files_.size()), particles_(particles), inner_(inner) {}
   std::size_t size() const { return files_.size(); }
   OpenPart& open(std::size_t part);
   const std::filesystem::path& path(std::size_t part) const { return files_[part]; }
@@ -89,6 +92,7 @@ class Parts {
   std::vector<std::optional<OpenPart>> open_;
   std::size_t opened_ = 0;
   std::uint64_t particles_;
+  int inner_;
 };
 
 }  // namespace graze

@@ -131,7 +131,7 @@ struct Archive::Impl {
   Impl(const std::filesystem::path& from, Seals seals) : path(from), files(open_campaign(from, seals)) {}
   ~Impl() {
     const hdf5::Lock lock;  // closes files
-    files.parts = Parts({}, 0);
+    files.parts = Parts({}, 0, 0);
   }
 
   const std::vector<RowRef>& rows(const std::string& policy) {
@@ -156,6 +156,7 @@ Archive::~Archive() = default;
 const std::filesystem::path& Archive::path() const { return impl_->path; }
 const CampaignInfo& Archive::info() const { return impl_->files.stored.info; }
 bool Archive::complete() const { return impl_->files.stored.complete; }
+const std::vector<std::string>& Archive::warnings() const { return impl_->files.warnings; }
 
 TraceTable Archive::traces(const std::string& policy) const {
   const hdf5::Lock lock;

@@ -1,6 +1,5 @@
 #include "archive/seal.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/mman.h>
 #include <unistd.h>
@@ -147,14 +146,12 @@ int seal_file(int descriptor, Seal* made) {
   return write_all(descriptor, make_seal(seal));
 }
 
-Seal check_seal(const std::filesystem::path& path) {
-  const Descriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC));
-  if (file.number() < 0) refuse(path, fmt::format("cannot be read: {}", std::strerror(errno)));
-  if (!begins_as_hdf5(file.number())) refuse(path, "is not an HDF5 file; give a campaign directory or a packed file");
-  const off_t size = lseek(file.number(), 0, SEEK_END);
+Seal check_seal(int descriptor, const std::filesystem::path& path) {
+  if (!begins_as_hdf5(descriptor)) refuse(path, "is not an HDF5 file; give a campaign directory or a packed file");
+  const off_t size = lseek(descriptor, 0, SEEK_END);
   const auto length = static_cast<std::uint64_t>(std::max<off_t>(size, kSealBytes)) - kSealBytes;
   std::array<std::byte, kSealBytes> found{};
-  if (pread(file.number(), found.data(), kSealBytes, static_cast<off_t>(length)) != static_cast<ssize_t>(kSealBytes) ||
+  if (pread(descriptor, found.data(), kSealBytes, static_cast<off_t>(length)) != static_cast<ssize_t>(kSealBytes) ||
       std::memcmp(found.data(), kMagic.data(), kMagic.size()) != 0) {
     throw DamagedFile(
         path.string() +
@@ -162,7 +159,7 @@ Seal check_seal(const std::filesystem::path& path) {
         "written by another program");
   }
   Xxh64 hash;
-  if (const int error = hash_file(file.number(), length, hash); error != 0) {
+  if (const int error = hash_file(descriptor, length, hash); error != 0) {
     refuse(path, fmt::format("cannot be read: {}", std::strerror(error)));
   }
   const Seal seal{length, hash.digest()};

@@ -42,7 +42,8 @@ struct DamagedFile : InputError {
   using InputError::InputError;
 };
 
-/// Throws InputError unless `path` is an HDF5 file with its seal intact; DamagedFile if it has none or it does not fit.
-Seal check_seal(const std::filesystem::path& path);
+/// Throws InputError unless an open file is an HDF5 file with its seal intact; DamagedFile if it has none or it does
+/// not fit. `path` is for messages.
+Seal check_seal(int descriptor, const std::filesystem::path& path);
 
 }  // namespace graze

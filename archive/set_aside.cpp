@@ -5,77 +5,103 @@
 #include <vector>
 
 #include "archive/campaign_directory.h"
-#include "archive/files.h"
+#include "archive/shell_word.h"
 #include "archive/unfinished.h"
 
 namespace graze {
 namespace {
 
-namespace fs = std::filesystem;
-
-void move(const fs::path& from, const fs::path& to) {
-  std::error_code error;
-  fs::rename(from, to, error);
-  if (error) throw MachineError(fmt::format("{}: cannot be moved: {}", from.string(), error.message()));
-}
-
-void move_back(const fs::path& directory) {
-  const fs::path folder = directory / kReplacingFolder;
-  for (const fs::path& entry : entries_of(folder)) move(entry, directory / entry.filename());
-  std::error_code error;
-  fs::remove(folder, error);
+/// Moves all that can be moved, then throws what stood in the way of the first that could not.
+void move_back(const Directory& directory) {
+  const auto folder = directory.find(kReplacingFolder);
+  if (!folder) return;
+  std::exception_ptr failed;
+  for (const std::string& name : folder->names()) {
+    try {
+      folder->move(name, directory, name);
+    } catch (const MachineError&) {
+      if (!failed) failed = std::current_exception();
+    }
+  }
+  if (failed) std::rethrow_exception(failed);
+  directory.sync();
+  directory.remove_empty(kReplacingFolder);
 }
 
 }  // namespace
 
-void set_aside(const fs::path& directory) {
-  const fs::path folder = directory / kReplacingFolder;
-  const std::vector<fs::path> entries = entries_of(directory);
-  make_directory(folder);
+void set_aside(const Directory& directory) {
+  const std::vector<std::string> names = directory.names();
   try {
-    for (const fs::path& entry : entries) {
-      if (entry.filename() != kLockFile) move(entry, folder / entry.filename());
+    const Directory folder = directory.make(kReplacingFolder);
+    for (const std::string& name : names) {
+      if (name != kLockFile) directory.move(name, folder, name);
     }
-    move(folder, directory / kReplacedFolder);
-  } catch (const MachineError&) {
-    move_back(directory);
+    folder.sync();
+    directory.sync();
+    directory.move(kReplacingFolder, directory, kReplacedFolder);
+    directory.sync();
+  } catch (...) {
+    try {
+      put_back(directory);
+    } catch (const std::exception&) {
+      // Whoever writes here next tries again.
+    }
     throw;
   }
 }
 
-void remove_empty(const fs::path& directory) {
-  std::error_code error;
-  for (const char* file : {kDescriptionFile, kUnfinishedFile}) fs::remove(directory / file, error);
-  for (const char* folder : {kShardFolder, kManifestFolder}) {
-    if (!fs::exists(directory / folder)) continue;
-    for (const fs::path& entry : entries_of(directory / folder)) {
-      if (entry.extension() == ".tmp") fs::remove(entry, error);
-    }
-    fs::remove(directory / folder, error);  // unless there is something in it
+void remove_begun(const Directory& directory) {
+  if (!shard_names(directory).empty()) return;
+  directory.remove_temporary();
+  for (const char* file : {kDescriptionFile, kDescriptionCopy, kUnfinishedFile}) directory.remove(file);
+  for (const char* name : {kShardFolder, kManifestFolder}) {
+    const auto folder = directory.find(name);
+    if (!folder) continue;
+    folder->remove_temporary();
+    directory.remove_empty(name);  // unless there is something in it
   }
 }
 
-bool put_back(const fs::path& directory) {
-  if (fs::exists(directory / kReplacedFolder)) {
-    remove_empty(directory);
-    move(directory / kReplacedFolder, directory / kReplacingFolder);
+bool put_back(const Directory& directory) {
+  if (directory.find(kReplacedFolder)) {
+    remove_begun(directory);
+    directory.move(kReplacedFolder, directory, kReplacingFolder);
+    directory.sync();
   }
-  if (!fs::exists(directory / kReplacingFolder)) return false;
+  if (!directory.find(kReplacingFolder)) return false;
   move_back(directory);
   return true;
 }
 
-void drop_set_aside(const fs::path& directory) {
-  std::error_code error;
-  fs::remove_all(directory / kReplacedFolder, error);
-}
+void drop_set_aside(const Directory& directory) { directory.remove_all(kReplacedFolder); }
 
-bool recover_set_aside(const fs::path& directory) {
-  if (fs::exists(directory / kReplacedFolder) && !shard_files(directory).empty()) {
+bool recover_set_aside(const Directory& directory) {
+  if (interrupted_replacing(directory) == Replacing::goes) {
     drop_set_aside(directory);
     return false;
   }
   return put_back(directory);
+}
+
+Replacing interrupted_replacing(const Directory& directory) {
+  if (directory.find(kReplacedFolder)) return shard_names(directory).empty() ? Replacing::comes_back : Replacing::goes;
+  return directory.find(kReplacingFolder) ? Replacing::comes_back : Replacing::none;
+}
+
+std::string replacing_text(const Directory& directory) {
+  const std::string resume = "'graze resume " + shell_word(directory.path().string()) + "'";
+  switch (interrupted_replacing(directory)) {
+    case Replacing::none:
+      return "";
+    case Replacing::comes_back:
+      return fmt::format(
+          "a 'graze run --force' here ended before its campaign had a shard; {} brings back what it was to replace",
+          resume);
+    case Replacing::goes:
+      return fmt::format("what this campaign has replaced is in {}/ still; {} removes that", kReplacedFolder, resume);
+  }
+  return "";
 }
 
 }  // namespace graze

@@ -186,9 +186,9 @@ void ShardBuffer::add(int policy, std::vector<TraceRecord> traces, const std::ve
   std::move(traces.begin(), traces.end(), std::back_inserter(all));
 }
 
-ShardEntry ShardBuffer::publish(const std::filesystem::path& path, const CampaignInfo& info) {
-  const Seal seal = publish_hdf5(path, [&](const hdf5::Handle& file) { write(file, info); });
-  ShardEntry entry{path.filename().string(), seal.bytes, seal.digest, {}};
+ShardEntry ShardBuffer::publish(const Directory& folder, const std::string& name, const CampaignInfo& info) {
+  const Seal seal = publish_hdf5(folder, name, [&](const hdf5::Handle& file) { write(file, info); });
+  ShardEntry entry{name, seal.bytes, seal.digest, {}};
   for (std::size_t policy = 0; policy < traces_.size(); ++policy) {
     const Traces& traces = traces_[policy];  // sorted by now
     if (traces.empty()) continue;

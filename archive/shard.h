@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "archive/archive.h"
+#include "archive/directory.h"
 #include "archive/hdf5.h"
 #include "archive/manifest.h"
 
@@ -22,7 +23,7 @@ class ShardBuffer {
   std::size_t bytes() const { return bytes_; }
   /// Writes it as a file that appears whole. Sorted by particle: the order of adding leaves no mark. Gives
   /// what the manifest says of it. Throws MachineError.
-  ShardEntry publish(const std::filesystem::path& path, const CampaignInfo& info);
+  ShardEntry publish(const Directory& folder, const std::string& name, const CampaignInfo& info);
 
  private:
   void write(const hdf5::Handle& file, const CampaignInfo& info);

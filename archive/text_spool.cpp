@@ -1,6 +1,5 @@
 #include "archive/text_spool.h"
 
-#include <fcntl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -15,11 +14,12 @@ namespace {
 
 constexpr std::size_t kPending = std::size_t{1} << 20;
 
-int open_nameless(const std::filesystem::path& path) {
-  const int descriptor = open(path.c_str(), O_RDWR | O_CREAT | O_TRUNC | O_CLOEXEC, 0600);
-  if (descriptor < 0) fail_writing(path, errno);
-  unlink(path.c_str());
-  return descriptor;
+Descriptor open_nameless(const std::filesystem::path& path) {
+  const Directory folder = Directory::of_new(path);
+  std::string temporary;
+  Descriptor file = folder.create_temporary(path.filename().string(), temporary);
+  folder.remove(temporary);
+  return file;
 }
 
 /// Reads a file from its start, some bytes at a time.
@@ -56,7 +56,7 @@ class Reader {
 }  // namespace
 
 TextSpool::TextSpool(const std::filesystem::path& beside)
-    : path_(beside.string() + ".texts.tmp"), file_(open_nameless(path_)) {}
+    : path_(beside.string() + ".texts"), file_(open_nameless(path_)) {}
 
 std::uint32_t TextSpool::number(const std::string& text) {
   Xxh64 hash;

@@ -5,16 +5,18 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <span>
 #include <tuple>
 
 #include "archive/files.h"
+#include "archive/text_lines.h"
 #include "archive/utf8.h"
 
 namespace graze {
 namespace {
+
+constexpr std::uint64_t kMostBytes = std::uint64_t{64} << 20;  // some 400,000 lines
 
 /// Waits for its turn: on network file systems appending is only safe under a lock.
 void lock(int descriptor) {
@@ -27,32 +29,34 @@ void lock(int descriptor) {
 
 }  // namespace
 
-void add_unfinished(const std::filesystem::path& directory, const UnfinishedTrace& trace) {
-  const std::filesystem::path path = directory / kUnfinishedFile;
+void add_unfinished(const Directory& directory, const UnfinishedTrace& trace) {
   nlohmann::ordered_json line;
   line["policy"] = trace.policy;
   line["particle"] = trace.particle;
   line["reason"] = valid_utf8(trace.reason);
   const std::string text = line.dump() + "\n";
-  const Descriptor file(open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0666));
-  if (file.number() < 0) fail_writing(path, errno);
+  const Descriptor file = directory.open_to_change(kUnfinishedFile, O_WRONLY | O_APPEND);
   lock(file.number());
-  if (const int error = write_all(file.number(), std::as_bytes(std::span(text)))) fail_writing(path, error);
-  if (fsync(file.number()) != 0) fail_writing(path, errno);
+  if (const int error = write_all(file.number(), std::as_bytes(std::span(text)))) {
+    fail_writing(directory / kUnfinishedFile, error);
+  }
+  if (fsync(file.number()) != 0) fail_writing(directory / kUnfinishedFile, errno);
+  directory.sync();
 }
 
-std::vector<UnfinishedTrace> read_unfinished(const std::filesystem::path& directory) {
+std::vector<UnfinishedTrace> read_unfinished(const Directory& directory) {
   std::vector<UnfinishedTrace> traces;
-  std::ifstream in(directory / kUnfinishedFile);
-  for (std::string line; std::getline(in, line);) {
+  const auto file = directory.find_file(kUnfinishedFile);
+  if (!file) return traces;
+  for_each_line(file->number(), kMostBytes, [&](const std::string& line) {
     const auto json = nlohmann::json::parse(line, nullptr, false);
-    if (!json.is_object()) continue;
+    if (!json.is_object()) return;
     try {
       traces.push_back({json.at("policy"), json.at("particle"), json.at("reason")});
     } catch (const nlohmann::json::exception&) {
-      continue;
+      return;
     }
-  }
+  });
   const auto key = [](const UnfinishedTrace& trace) { return std::tie(trace.policy, trace.particle); };
   std::stable_sort(traces.begin(), traces.end(), [&](const auto& a, const auto& b) { return key(a) < key(b); });
   traces.erase(
@@ -61,9 +65,9 @@ std::vector<UnfinishedTrace> read_unfinished(const std::filesystem::path& direct
   return traces;
 }
 
-void forget_unfinished(const std::filesystem::path& directory) {
-  const std::filesystem::path path = directory / kUnfinishedFile;
-  if (unlink(path.c_str()) != 0 && errno != ENOENT) fail_writing(path, errno);
+void forget_unfinished(const Directory& directory) {
+  const int error = directory.remove(kUnfinishedFile);
+  if (error != 0 && error != ENOENT) fail_writing(directory / kUnfinishedFile, error);
 }
 
 }  // namespace graze

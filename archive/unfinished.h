@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "archive/directory.h"
+
 namespace graze {
 
 inline constexpr const char* kUnfinishedFile = "unfinished.jsonl";
@@ -17,11 +19,13 @@ struct UnfinishedTrace {
   std::string reason;
 };
 
-/// Appends one. May be called by several processes at once. Throws MachineError.
-void add_unfinished(const std::filesystem::path& directory, const UnfinishedTrace& trace);
-/// In order of policy, then particle; each once. A line that a crash cut short is left out.
-std::vector<UnfinishedTrace> read_unfinished(const std::filesystem::path& directory);
+/// Appends one. May be called by several processes at once. Throws MachineError, or InputError if the file is none of
+/// this campaign's own.
+void add_unfinished(const Directory& directory, const UnfinishedTrace& trace);
+/// In order of policy, then particle; each once. A line that a crash cut short is left out. Throws InputError if the
+/// file is no regular one.
+std::vector<UnfinishedTrace> read_unfinished(const Directory& directory);
 /// Throws MachineError.
-void forget_unfinished(const std::filesystem::path& directory);
+void forget_unfinished(const Directory& directory);
 
 }  // namespace graze

@@ -103,4 +103,8 @@ int CampaignWriter::shards() const {
 
 const std::filesystem::path& CampaignWriter::directory() const { return impl_->directory.path(); }
 
+void CampaignWriter::add_unfinished(const UnfinishedTrace& trace) { impl_->directory.add_unfinished(trace); }
+
+void CampaignWriter::check_in_place() const { impl_->directory.check_in_place(); }
+
 }  // namespace graze

@@ -1,14 +1,16 @@
 #include "jobs/batch_queue.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <array>
 #include <cstdio>
 #include <cstdlib>
-#include <fstream>
-#include <iterator>
+#include <span>
 
 #include "archive/archive.h"
+#include "archive/files.h"
 #include "archive/parent_folders.h"
 #include "archive/shell_word.h"
 
@@ -34,10 +36,18 @@ bool have_sbatch() {
 }
 
 void write_file(const BatchFile& file) {
-  std::ofstream out(file.path);
-  out << file.text;
-  out.close();
-  if (!out) throw MachineError(fmt::format("{}: cannot be written", file.path.string()));
+  NewFile out(file.path);
+  const int error = write_all(out.descriptor(), std::as_bytes(std::span(file.text)));
+  if (error != 0) fail_writing(file.path, error);
+  out.publish();
+}
+
+/// Whether a file says that, and no more. What cannot be read says something else.
+bool says(const fs::path& path, const std::string& text) {
+  const OpenedFile file = open_regular(AT_FDCWD, path.c_str(), O_RDONLY, Links::followed);
+  std::string there(text.size() + 1, '\0');
+  return file.file && pread(file.file.number(), there.data(), there.size(), 0) == static_cast<ssize_t>(text.size()) &&
+         there.compare(0, text.size(), text) == 0;
 }
 
 }  // namespace
@@ -46,9 +56,7 @@ std::vector<fs::path> differing(const std::vector<BatchFile>& files) {
   std::vector<fs::path> out;
   for (const BatchFile& file : files) {
     if (!fs::exists(fs::symlink_status(file.path))) continue;
-    std::ifstream in(file.path);
-    const std::string there{std::istreambuf_iterator<char>(in), {}};
-    if (!in || there != file.text) out.push_back(file.path);
+    if (!says(file.path, file.text)) out.push_back(file.path);
   }
   return out;
 }
@@ -57,7 +65,7 @@ std::vector<std::string> queue_jobs(const std::vector<BatchFile>& files) {
   const ParentFolders folders(files.front().path);
   std::vector<fs::path> fresh;
   for (const BatchFile& file : files) {
-    if (!fs::exists(file.path)) fresh.push_back(file.path);
+    if (!fs::exists(fs::symlink_status(file.path))) fresh.push_back(file.path);
     write_file(file);
   }
   const std::string first = shell_word(files.front().path.string());

@@ -45,11 +45,7 @@ int pack_campaign(const Arguments& arguments) {
   const fs::path file =
       arguments.output.empty() ? fs::path(directories[0]).replace_extension(".h5") : fs::path(arguments.output);
   const ParentFolders folders(file);
-  if (directories.size() > 1) {
-    pack(directories, file, arguments.force);
-  } else {
-    pack(directories[0], file, arguments.force);
-  }
+  warn(directories.size() > 1 ? pack(directories, file, arguments.force) : pack(directories[0], file, arguments.force));
   warn_if_incomplete(file);
   std::cout << fmt::format("{}: {:.1f} kB\n", file.string(), static_cast<double>(fs::file_size(file)) / 1e3);
   return kDone;

@@ -26,6 +26,7 @@ int replay(const Arguments& arguments) {
   std::optional<ParentFolders> folders;
   if (!arguments.output.empty()) folders.emplace(arguments.output);
   const Replay result = replay(arguments.request);
+  warn(result.warnings);
   std::vector<std::string> exported;
   if (!arguments.output.empty()) {
     write_replay(result.file, arguments.output);

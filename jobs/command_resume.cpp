@@ -6,8 +6,10 @@
 #include <memory>
 
 #include "archive/campaign_directory.h"
+#include "archive/campaign_files.h"
 #include "archive/finished.h"
 #include "archive/set_aside.h"
+#include "archive/shell_word.h"
 #include "engine/settings/paths.h"
 #include "jobs/archived_scenario.h"
 #include "jobs/commands.h"
@@ -81,18 +83,42 @@ void check_growth(Scenario scenario, const CampaignInfo& before, const CampaignI
   check_space(estimate_size(scenario), directory, false);
 }
 
-/// The directory's lock, before anything there is read: what another writer changes meanwhile would be undone.
-std::shared_ptr<const DirectoryLock> hold(const std::string& directory) {
-  const auto there = [&](const char* name) { return std::filesystem::exists(std::filesystem::path(directory) / name); };
-  if (!there(kDescriptionFile) && !there(kReplacingFolder) && !there(kReplacedFolder)) {
-    throw InputError(fmt::format("{}: is no campaign directory: it has no {}", directory, kDescriptionFile));
+/// Throws unless a campaign was described in a directory, or there is something that one may be made of.
+void check_begun(const Directory& directory) {
+  for (const char* name : {kDescriptionFile, kDescriptionCopy, kReplacingFolder, kReplacedFolder}) {
+    if (directory.has(name)) return;
   }
+  if (!shard_names(directory).empty()) return;
+  const std::string path = directory.path().string();
+  if (const auto writer = writer_of(directory)) {
+    throw MachineError(fmt::format("{}: {} is just beginning a campaign here", path, *writer));
+  }
+  if (!only_begun(directory)) {
+    throw InputError(fmt::format("{}: is no campaign directory: it has no {}", path, kDescriptionFile));
+  }
+  throw InputError(
+      fmt::format("{}: has no campaign to resume: none was begun, or it ended before it was described; 'graze run "
+                  "SCENARIO -o {}' runs it from its start",
+                  path, shell_word(path)));
+}
+
+/// The directory's lock, before anything there is read: what another writer changes meanwhile would be undone.
+std::shared_ptr<const DirectoryLock> hold(const Directory& directory) {
+  check_begun(directory);
   auto lock = std::make_shared<const DirectoryLock>(directory);
   if (recover_set_aside(directory)) {
     spdlog::warn("{}: the campaign that was to replace this one ended before it had a shard; this one is back",
-                 directory);
+                 directory.path().string());
   }
   return lock;
+}
+
+/// The description, or its copy, with a warning.
+CampaignInfo describe(const Directory& directory) {
+  std::vector<std::string> warnings;
+  CampaignInfo info = read_description(directory, &warnings);
+  warn(warnings);
+  return info;
 }
 
 int resume(const Arguments& arguments) {
@@ -106,8 +132,8 @@ int resume(const Arguments& arguments) {
                                      ? "; packed files cannot go on, the directories that they were made of can"
                                      : path_suggestion(directory)));
   }
-  const auto lock = hold(directory);
-  const CampaignInfo before = read_description(directory);
+  const auto lock = hold(std::filesystem::path(directory));
+  const CampaignInfo before = describe(lock->directory());
   check_results_version(directory, before, "resume it with that program, or run the scenario anew");
   const ArchivedScenario archived(directory, before, "it cannot be resumed");
   Scenario scenario = archived.scenario();
@@ -126,8 +152,8 @@ int resume(const Arguments& arguments) {
   if (!arguments.ignore_space) check_growth(scenario, before, info, directory);
   if (!info.until.questions.empty()) check_looks(info);
   CampaignWriter writer(directory, info, {lock});
-  const FinishedTraces finished = repair_and_list(directory, info);
-  for (const std::string& note : finished.notes) spdlog::warn("{}", note);
+  const FinishedTraces finished = repair_and_list(lock->directory(), info);
+  warn(finished.notes);
   if (!arguments.quiet) {
     spdlog::info("{}: {} of {} traces are there", directory, finished.count,
                  options.part.count(options.particles) * scenario.policies.size());

@@ -24,6 +24,7 @@ int run(const RunArguments& arguments, const std::string& command_line) {
   if (request.packed) {
     printing.completed = [&] {
       pack(request.directory, made, arguments.force);
+      writer.check_in_place();
       std::filesystem::remove_all(request.directory);
     };
   }

@@ -1,10 +1,13 @@
 // graze sample: writes the particles as CSV without simulating.
+#include <fcntl.h>
 #include <fmt/format.h>
-#include <fmt/os.h>
+#include <unistd.h>
 
-#include <cstdio>
+#include <cerrno>
 #include <filesystem>
 #include <memory>
+#include <optional>
+#include <span>
 
 #include "archive/archive.h"
 #include "archive/files.h"
@@ -21,37 +24,48 @@ struct Arguments {
   bool force = false;
 };
 
-/// stdout or a file; every write is checked, so that a full disk is told.
+/// Standard output, a pipe that the user names, or a file that appears whole; every write is checked, so that a full
+/// disk is told.
 class Output {
  public:
-  explicit Output(const std::string& name) : name_(name), file_(name == "-" ? stdout : std::fopen(name.c_str(), "w")) {
-    if (!file_) fail();
-  }
-  ~Output() {
-    if (file_ && file_ != stdout) std::fclose(file_);
+  Output(const std::string& name, bool file) : name_(name) {
+    if (file) file_.emplace(name);
+    if (!file && name != "-") stream_ = Descriptor(open(name.c_str(), O_WRONLY | O_CLOEXEC));
+    if (!file && name != "-" && !stream_) fail_writing(name, errno);
   }
   void write(const std::string& text) {
-    if (std::fwrite(text.data(), 1, text.size(), file_) != text.size()) fail();
+    buffer_ += text;
+    if (buffer_.size() > kBuffer) flush();
   }
   void close() {
-    if (std::fflush(file_) != 0) fail();
+    flush();
+    if (file_) file_->publish();
   }
 
  private:
-  [[noreturn]] void fail() const { fail_writing(name_ == "-" ? "standard output" : name_, errno); }
-  std::string name_;
-  std::FILE* file_;
+  static constexpr std::size_t kBuffer = std::size_t{1} << 16;
+  void flush() {
+    const int to = file_ ? file_->descriptor() : stream_ ? stream_.number() : STDOUT_FILENO;
+    const int error = write_all(to, std::as_bytes(std::span(buffer_)));
+    if (error != 0) fail_writing(name_ == "-" ? "standard output" : name_, error);
+    buffer_.clear();
+  }
+  const std::string name_;
+  std::optional<NewFile> file_;
+  Descriptor stream_;
+  std::string buffer_;
 };
 
 int sample(const Arguments& arguments) {
   Scenario scenario = arguments.scenario.load();
   arguments.draw.apply_to(scenario);
   namespace fs = std::filesystem;
-  const bool regular = fs::is_regular_file(arguments.output) || !fs::exists(arguments.output);  // no pipe
-  if (arguments.output != "-" && regular) check_new_file(arguments.output, arguments.force, {scenario.file});
+  const bool file =
+      arguments.output != "-" && (fs::is_regular_file(arguments.output) || !fs::exists(arguments.output));  // no pipe
+  if (file) check_new_file(arguments.output, arguments.force, {scenario.file});
   const Sampler sampler(scenario.space, scenario.design, scenario.seed, scenario.particles);
   const ParentFolders folders(arguments.output);
-  Output out(arguments.output);
+  Output out(arguments.output, file);
   std::string line = "particle";
   for (const UncertainParameter& parameter : scenario.space.parameters) line += "," + parameter.name;
   out.write(line + "\n");

@@ -83,6 +83,7 @@ std::vector<Asked> open_all(const Arguments& arguments, const std::vector<Questi
   std::vector<Asked> out;
   for (const std::string& file : arguments.archives) {
     auto archive = std::make_unique<const Archive>(file);
+    warn(archive->warnings());
     std::vector<std::string> policies = chosen_names(archive->info().policies, arguments.policies, file);
     check_selectors(gates, policies, "--require");
     out.push_back({std::move(archive), std::move(policies)});

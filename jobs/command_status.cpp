@@ -72,17 +72,18 @@ Counts counts_of(const Archive& archive, const std::string& policy, Status& stat
 }
 
 Status status_of(const fs::path& path) {
-  const bool directory = fs::is_directory(path);
   Status out;
-  out.packed = !directory;
-  if (directory) {
-    out.writer = writer_of(path);
-    out.rate = writing_rate(path);
-    out.unfinished = read_unfinished(path);
-    out.shards = shard_files(path).size();
-    out.replaced = out.shards == 0 && fs::exists(path / kReplacedFolder);
+  out.packed = !fs::is_directory(path);
+  if (!out.packed) {
+    const Directory directory(path);
+    out.writer = writer_of(directory);
+    out.rate = writing_rate(directory);
+    out.unfinished = read_unfinished(directory);
+    out.shards = shard_names(directory).size();
+    out.replaced = out.shards == 0 && directory.has(kReplacedFolder);
   }
   const Archive archive(path);
+  warn(archive.warnings());
   const CampaignInfo& info = archive.info();
   out.complete = archive.complete();
   out.part = info.part;

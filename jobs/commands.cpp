@@ -36,6 +36,10 @@ ExitCode report_error(const std::exception_ptr& error) {
   }
 }
 
+void warn(const std::vector<std::string>& sentences) {
+  for (const std::string& sentence : sentences) spdlog::warn("{}", sentence);
+}
+
 void ScenarioArguments::add_to(CLI::App& verb) {
   verb.add_option("scenario", file, "Scenario file (YAML)")->required();
   verb.add_option("--set", set, "Override a value of the scenario: PATH=VALUE, e.g. time.end='2 s' (may be repeated)")
@@ -66,7 +70,7 @@ Scenario ScenarioArguments::load() const {
   options.ignore_missing_meshes = ignore_missing_meshes;
   options.overrides = overrides();
   Scenario scenario = load_scenario(file, options);
-  for (const std::string& warning : scenario.warnings) spdlog::warn("{}", warning);
+  warn(scenario.warnings);
   return scenario;
 }
 

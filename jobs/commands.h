@@ -19,6 +19,9 @@ enum ExitCode { kDone = 0, kGateMissed = 1, kInvalidInput = 2, kMachineFailed = 
 /// Says on stderr what went wrong and gives the exit code for it.
 ExitCode report_error(const std::exception_ptr& error);
 
+/// Says on stderr what is good to know, a sentence each.
+void warn(const std::vector<std::string>& sentences);
+
 /// A verb that has been given: does its work and returns the exit code.
 using Action = std::function<int()>;
 

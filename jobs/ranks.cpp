@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "archive/campaign_files.h"
 #include "archive/unfinished.h"
 #include "jobs/archived_scenario.h"
 #include "jobs/commands.h"
@@ -47,12 +48,12 @@ class Part {
  public:
   Part(Crew& crew, const Briefing& briefing, int threads)
       : crew_(crew),
-        info_(read_description(briefing.directory)),
+        info_(read_description(std::filesystem::path(briefing.directory))),
         archived_(briefing.directory, info_, "other ranks cannot read it"),
         scenario_(with_policies_of(info_, archived_.scenario())),
         writer_(briefing.directory, info_, CampaignWriter::Member{crew.rank(), briefing.shards, crew.size()}) {
     finished_.done = briefing.finished;
-    set_out(options_, briefing.directory, finished_);
+    set_out(options_, writer_, finished_);
     options_.particles = briefing.particles;
     options_.part = info_.part;
     options_.seed = info_.seed;
@@ -116,14 +117,14 @@ void Start::give(const Briefing& briefing) {
   if (crew_.size() > 1) crew_.broadcast(briefing.to_text());
 }
 
-void set_out(CampaignOptions& options, const std::string& directory, const FinishedTraces& finished) {
-  options.stop = &heed_signals(directory);
+void set_out(CampaignOptions& options, CampaignWriter& writer, const FinishedTraces& finished) {
+  options.stop = &heed_signals(writer.directory().string());
   options.finished = finished.count;
   options.is_finished = [&finished](const std::string& policy, std::uint64_t particle) {
     return finished.has(policy, particle);
   };
-  options.unfinished = [directory](const std::string& policy, const UnfinishedParticle& particle) {
-    add_unfinished(directory, {policy, particle.particle, particle.reason});
+  options.unfinished = [&writer](const std::string& policy, const UnfinishedParticle& particle) {
+    writer.add_unfinished({policy, particle.particle, particle.reason});
   };
 }
 

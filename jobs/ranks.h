@@ -45,8 +45,8 @@ class Start {
 int assist(Crew& crew, int threads);
 
 /// What all ranks set in the options: the traces that are there already, signals, where unfinished ones are noted.
-/// `finished` outlives the options.
-void set_out(CampaignOptions& options, const std::string& directory, const FinishedTraces& finished);
+/// `writer` and `finished` outlive the options.
+void set_out(CampaignOptions& options, CampaignWriter& writer, const FinishedTraces& finished);
 
 /// Runs this rank's share into its writer and writes all of it.
 CampaignEnd run_share(const Scenario& scenario, const CampaignOptions& options, Crew& crew, CampaignWriter& writer);

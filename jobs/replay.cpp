@@ -221,6 +221,7 @@ Replay replay(const ReplayRequest& request) {
   const Archive archive(request.archive);
   Replay out;
   out.archived_info = archive.info();
+  out.warnings = archive.warnings();
   const CampaignInfo& info = out.archived_info;
   if (!request.any_version) {
     check_results_version(request.archive, info,

@@ -21,6 +21,7 @@ struct ReplayRequest {
 
 struct Replay {
   CampaignInfo archived_info;
+  std::vector<std::string> warnings;     // of the archive
   std::optional<TraceRecord> archived;   // none: the archive does not hold the trace
   std::vector<std::string> differences;  // between archived and replayed, a line each; empty: the same bits
   ReplayFile file;                       // what came out; its log is empty unless it was asked for

@@ -1,7 +1,7 @@
 #include "jobs/shard_rate.h"
 
 #include <algorithm>
-#include <chrono>
+#include <ctime>
 #include <utility>
 
 #include "archive/campaign_directory.h"
@@ -11,12 +11,12 @@
 namespace graze {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr double kSlack = 2;        // s: clocks of a network's machines differ, and file systems round
 constexpr double kMuchLonger = 20;  // times the usual gap, and at least as many seconds: a jump or a pause
 
-double seconds(fs::file_time_type time) { return std::chrono::duration<double>(time.time_since_epoch()).count(); }
+double seconds(const std::timespec& time) {
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
 
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -53,19 +53,22 @@ std::optional<double> rate_of(double begin, double now, std::vector<ShardTime> s
   return traces / time;
 }
 
-std::optional<double> writing_rate(const fs::path& directory) {
+std::optional<double> writing_rate(const Directory& directory) {
   if (!writer_of(directory)) return std::nullopt;
-  std::error_code error;
-  const double begin = seconds(fs::last_write_time(directory / kLockFile, error));
-  if (error) return std::nullopt;
+  const struct stat lock = directory.status(kLockFile);
+  if (lock.st_mode == 0) return std::nullopt;
   std::vector<ShardTime> shards;
+  const auto folder = directory.find(kShardFolder);
   for (const auto& [name, entry] : read_manifest(directory)) {
-    const double time = seconds(fs::last_write_time(directory / kShardFolder / name, error));
-    if (error) continue;
-    ShardTime& shard = shards.emplace_back(ShardTime{time, 0});
+    if (!folder) break;
+    const struct stat file = folder->status(name);
+    if (file.st_mode == 0) continue;
+    ShardTime& shard = shards.emplace_back(ShardTime{seconds(file.st_mtim), 0});
     for (const ShardEntry::Traces& traces : entry.traces) shard.traces += traces.count;
   }
-  return rate_of(begin, seconds(fs::file_time_type::clock::now()), std::move(shards));
+  std::timespec now{};
+  clock_gettime(CLOCK_REALTIME, &now);
+  return rate_of(seconds(lock.st_mtim), seconds(now), std::move(shards));
 }
 
 }  // namespace graze

@@ -2,9 +2,10 @@
 // How fast a campaign is, as its files tell: somebody else's process writes it, maybe on another machine.
 
 #include <cstdint>
-#include <filesystem>
 #include <optional>
 #include <vector>
+
+#include "archive/directory.h"
 
 namespace graze {
 
@@ -19,6 +20,6 @@ struct ShardTime {
 std::optional<double> rate_of(double begin, double now, std::vector<ShardTime> shards);
 
 /// The rate of whoever writes into a campaign directory now; nothing if nobody does.
-std::optional<double> writing_rate(const std::filesystem::path& directory);
+std::optional<double> writing_rate(const Directory& directory);
 
 }  // namespace graze

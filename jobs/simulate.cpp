@@ -22,17 +22,15 @@
 namespace graze {
 namespace {
 
-/// Traces on disk.
-std::uint64_t traces_kept(const CampaignWriter& writer, const CampaignInfo& info) {
-  std::uint64_t traces = 0;
-  for (const auto& shard : shard_files(writer.directory())) traces += traces_in_shard(shard, info);
-  return traces;
-}
-
 /// The machine's failure, and what it has left.
 std::string failed(const CampaignWriter& writer, const CampaignInfo& info, const MachineError& error) {
   const std::string directory = writer.directory().string();
-  const std::uint64_t kept = traces_kept(writer, info);
+  try {
+    writer.check_in_place();
+  } catch (const MachineError&) {
+    return error.what();  // what is found under the path is another's
+  }
+  const std::uint64_t kept = traces_kept(writer.directory(), info);
   if (kept == 0) return fmt::format("{}; no trace had been written yet", error.what());
   return fmt::format("{}; {} of {} traces are kept, and 'graze resume {}' does the rest when that is mended",
                      error.what(), kept, info.part.count(info.particles) * info.policies.size(), shell_word(directory));
@@ -53,10 +51,10 @@ bool holds_all(const Archive& archive, std::uint64_t answered_at) {
 
 /// What was left undone without anything having failed.
 std::string incomplete(const std::string& directory, const CampaignEnd& end, std::uint64_t failed_ranks) {
-  const std::vector<UnfinishedTrace> unfinished = read_unfinished(directory);
+  const std::vector<UnfinishedTrace> unfinished = read_unfinished(std::filesystem::path(directory));
   std::string text;
   const std::string by = stop_signal().empty() ? "" : " by " + stop_signal();
-  if (failed_ranks == 0 && end.stopped && unfinished.empty() && shard_files(directory).empty()) {
+  if (failed_ranks == 0 && end.stopped && unfinished.empty() && shard_names(std::filesystem::path(directory)).empty()) {
     return fmt::format("{}: stopped{} before any trace was finished; nothing is kept", directory, by);
   }
   if (failed_ranks > 0) {
@@ -109,6 +107,7 @@ void print_table(const Score& result, const Printing& printing) {
 
 /// Marks the campaign, prints its table, and gives its exit code.
 ExitCode close(CampaignWriter& writer, bool complete, std::uint64_t answered_at, const Printing& printing) {
+  writer.check_in_place();
   if (complete && !holds_all(Archive(writer.directory(), Seals::trusted), answered_at)) {
     throw MachineError(fmt::format("{}: finished traces are gone: something else has changed the campaign's files",
                                    writer.directory().string()));
@@ -161,7 +160,7 @@ ExitCode simulate_into(CampaignWriter& writer, const Scenario& scenario, Campaig
                        const FinishedTraces& finished) {
   Crew& crew = start.crew();
   const std::string directory = writer.directory().string();
-  set_out(options, directory, finished);
+  set_out(options, writer, finished);
   if (options.threads == 0) options.threads = default_threads();
   options.workers = static_cast<std::uint64_t>(options.threads) * static_cast<std::uint64_t>(crew.size());
   std::optional<Looks> looks;

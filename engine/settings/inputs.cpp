@@ -12,6 +12,7 @@
 #include <filesystem>
 
 #include "engine/settings/paths.h"
+#include "engine/settings/regular_file.h"
 #include "engine/settings/settings.h"
 
 namespace graze {
@@ -28,23 +29,16 @@ class InputFile {
  public:
   InputFile(const std::string& path, const std::string& where, std::size_t most)
       : path_(path), where_(where), most_(most) {
+    OpenedFile opened = open_regular(AT_FDCWD, path.c_str(), O_RDONLY, Links::followed);
+    if (opened.error != 0) cannot_open(opened.error);
+    if (opened.refused == kind_of(S_IFDIR)) fail("not a file, but a folder");
+    if (!opened.refused.empty()) fail("not a file: only regular files are read, no devices, pipes or sockets");
     struct stat status {};
-    if (stat(path.c_str(), &status) != 0) cannot_open(errno);
-    check(status);  // before it is opened: opening a device may move something, opening a FIFO may wake its writer
-    number_ = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
-    if (number_ < 0) cannot_open(errno);
-    try {
-      if (fstat(number_, &status) != 0) cannot_open(errno);
-      check(status);  // and after it, because it may have been changed for another
-    } catch (...) {
-      close(number_);
-      throw;
-    }
+    if (fstat(opened.file.number(), &status) != 0) cannot_open(errno);
     size_ = static_cast<std::size_t>(status.st_size);
+    if (size_ > most_) fail(fmt::format("{} bytes; at most {} are read", size_, bytes_in_words(most_)));
+    file_ = std::move(opened.file);
   }
-  ~InputFile() { close(number_); }
-  InputFile(const InputFile&) = delete;
-  InputFile& operator=(const InputFile&) = delete;
 
   /// To its end, whatever its size says: files of the system have none, files that grow have another.
   std::string read_all() const {
@@ -52,7 +46,7 @@ class InputFile {
     bytes.reserve(size_);
     std::array<char, 1 << 16> piece;
     while (true) {
-      const ssize_t got = read(number_, piece.data(), piece.size());
+      const ssize_t got = read(file_.number(), piece.data(), piece.size());
       if (got < 0 && errno == EINTR) continue;
       if (got < 0) fail(fmt::format("cannot be read: {}", std::strerror(errno)));
       if (got == 0) return bytes;
@@ -72,17 +66,9 @@ class InputFile {
     fail(fmt::format("cannot be opened: {}", std::strerror(error)));
   }
 
-  void check(const struct stat& status) const {
-    if (S_ISDIR(status.st_mode)) fail("not a file, but a folder");
-    if (!S_ISREG(status.st_mode)) fail("not a file: only regular files are read, no devices, pipes or sockets");
-    if (static_cast<std::size_t>(status.st_size) > most_) {
-      fail(fmt::format("{} bytes; at most {} are read", status.st_size, bytes_in_words(most_)));
-    }
-  }
-
   const std::string &path_, &where_;
   std::size_t most_, size_ = 0;
-  int number_ = -1;
+  Descriptor file_;
 };
 
 }  // namespace

@@ -69,7 +69,7 @@ TEST(Refusal, FlippedBits) {
   }
 }
 
-// Claim: a damaged shard is named, and so is a truncated description.
+// Claim: a damaged shard is named, and so is a truncated description, if its copy is no better.
 TEST(Refusal, DamagedDirectory) {
   const Folder folder;
   packed(folder);
@@ -78,8 +78,10 @@ TEST(Refusal, DamagedDirectory) {
   put(shard, whole.substr(0, whole.size() - 1));
   EXPECT_THAT(refusal(folder / "good.graze"), AllOf(HasSubstr("000001.h5"), HasSubstr("cut short")));
   put(shard, whole);
-  const fs::path description = folder / "good.graze" / "campaign.h5";
-  put(description, content(description).substr(0, 100));
+  for (const char* name : {kDescriptionFile, kDescriptionCopy}) {
+    const fs::path description = folder / "good.graze" / name;
+    put(description, content(description).substr(0, 100));
+  }
   EXPECT_THAT(refusal(folder / "good.graze"), AllOf(HasSubstr("campaign.h5"), HasSubstr("cut short")));
 }
 

@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include "archive/parent_folders.h"
 #include "tests/jobs/ball_campaign.h"
@@ -76,6 +77,26 @@ TEST_F(Paths, ParentsOfOutputsAreMade) {
   const testing::Result in_the_way = campaign.graze("run ball.yaml -n 2 -o ball.yaml/a/b.graze");
   EXPECT_EQ(in_the_way.code, 3);
   EXPECT_THAT(in_the_way.err, HasSubstr("ball.yaml/a: cannot be written"));
+}
+
+// Claim: a link that waits under an output's name leads nowhere, and a pipe among inputs is not waited for.
+TEST_F(Paths, LinksAndPipesLeadNowhere) {
+  for (const char* name : {"p.csv", "ball.sbatch"}) {
+    fs::create_symlink(campaign.folder / "elsewhere", campaign.folder / name);
+  }
+  EXPECT_EQ(campaign.graze("sample ball.yaml -n 2 -o p.csv").code, 0);
+  EXPECT_TRUE(fs::is_regular_file(fs::symlink_status(campaign.folder / "p.csv")));
+  campaign.graze("submit ball.yaml --time 9 -o ball --force");  // there need not be an sbatch
+  EXPECT_FALSE(exists("elsewhere"));
+  ASSERT_EQ(mkfifo((campaign.folder / "pipe").c_str(), 0600), 0);
+  testing::write_file(campaign.folder / "piped.yaml", "include: pipe\n");
+  for (const std::string words :
+       {"check pipe", "check piped.yaml", "check ball.yaml --set robot.urdf=pipe", "score pipe", "status pipe",
+        "pack pipe", "resume pipe", "replay pipe --particle 1"}) {
+    const testing::Result refused = campaign.graze(words);
+    EXPECT_EQ(refused.code, 2) << words;
+    EXPECT_THAT(refused.err, HasSubstr("pipe")) << words;
+  }
 }
 
 // Claim: inputs that are not there are refused with the nearest entry of their folder.

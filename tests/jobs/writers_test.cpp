@@ -85,17 +85,99 @@ TEST(Writers, TheReplacedCampaignComesBack) {
     Process process(campaign.folder.path(),
                     "run ball.yaml -n 16 --quiet --force -o a.graze --watchdog 0 --set time.end=900000");
     process.wait_until([&] {
-      return std::filesystem::exists(campaign.folder / "a.graze/campaign.h5") &&
+      return std::filesystem::exists(campaign.folder / "a.graze/campaign.copy.h5") &&
              std::filesystem::exists(campaign.folder / "a.graze/replaced");
     });
     process.send(SIGKILL);
     process.wait();
   }
   EXPECT_THAT(campaign.graze("status a.graze").out, HasSubstr("brings back what it replaced"));
+  EXPECT_THAT(campaign.graze("score a.graze").err,
+              HasSubstr("'graze resume a.graze' brings back what it was to replace"));
   const testing::Result resumed = campaign.graze("resume a.graze --quiet");
   EXPECT_EQ(resumed.code, 0) << resumed.err;
   EXPECT_THAT(resumed.err, HasSubstr("this one is back"));
   EXPECT_EQ(digests(campaign.folder / "a.graze"), before);
+}
+
+// Claim: wherever a kill hits --force, status and score say what resume will do, and it does.
+TEST(Writers, StatusAndScoreSayWhatResumeWillDo) {
+  namespace fs = std::filesystem;
+  const BallCampaign campaign;
+  const fs::path path = campaign.folder / "a.graze";
+  ASSERT_EQ(campaign.graze("run ball.yaml -n 20 --quiet -o a.graze").code, 0);
+  const auto before = digests(path);
+  const auto comes_back = [&] {
+    for (const std::string verb : {"status", "score"}) {
+      const testing::Result refused = campaign.graze(verb + " a.graze");
+      EXPECT_EQ(refused.code, 2) << verb;
+      EXPECT_THAT(refused.err, HasSubstr("'graze resume a.graze' brings back what it was to replace")) << verb;
+    }
+    EXPECT_EQ(campaign.graze("resume a.graze --quiet").code, 0);
+    EXPECT_EQ(digests(path), before);
+  };
+  fs::create_directory(path / "replacing");
+  fs::rename(path / "campaign.h5", path / "replacing/campaign.h5");
+  comes_back();
+  fs::create_directory(path / "replaced");
+  for (const char* name : {"campaign.h5", "campaign.copy.h5", "manifest", "shards"}) {
+    fs::rename(path / name, path / "replaced" / name);
+  }
+  comes_back();
+  fs::create_directory(path / "replaced");
+  EXPECT_THAT(campaign.graze("status a.graze").err, HasSubstr("'graze resume a.graze' removes that"));
+  EXPECT_EQ(campaign.graze("resume a.graze --quiet").code, 0);
+  EXPECT_FALSE(fs::exists(path / "replaced"));
+}
+
+// Claim: a campaign that ended before it was described cannot be resumed, and the message says what does it.
+TEST(Writers, WhatWasNotDescribedIsRunAnew) {
+  const BallCampaign campaign;
+  std::filesystem::create_directories(campaign.folder / "a.graze/shards");
+  testing::write_file(campaign.folder / "a.graze/lock", "process 1 on elsewhere");
+  testing::write_file(campaign.folder / "a.graze/campaign.h5.0123456789abcdef.tmp", "half");
+  const testing::Result refused = campaign.graze("resume a.graze");
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("'graze run SCENARIO -o a.graze' runs it from its start"));
+  EXPECT_EQ(campaign.graze("run ball.yaml -n 20 --quiet -o a.graze").code, 0);
+  EXPECT_FALSE(std::filesystem::exists(campaign.folder / "a.graze/campaign.h5.0123456789abcdef.tmp"));
+}
+
+// Claim: shards outlive the description and its copy: with the description of a like campaign they count as before.
+TEST(Writers, ShardsOutliveTheirDescription) {
+  const BallCampaign campaign;
+  ASSERT_EQ(campaign.graze("run ball.yaml -n 40 --seed 7 --quiet -o a.graze").code, 0);
+  const auto before = digests(campaign.folder / "a.graze");
+  for (const char* name : {"campaign.h5", "campaign.copy.h5"}) {
+    std::filesystem::remove(campaign.folder / "a.graze" / name);
+  }
+  const testing::Result refused = campaign.graze("resume a.graze");
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("can be kept (seed 7, "));
+  ASSERT_EQ(campaign.graze("run ball.yaml -n 1 --seed 7 --quiet -o b.graze").code, 0);
+  std::filesystem::copy_file(campaign.folder / "b.graze/campaign.h5", campaign.folder / "a.graze/campaign.h5");
+  const testing::Result resumed = campaign.graze("resume a.graze -n 40");
+  EXPECT_EQ(resumed.code, 0) << resumed.err;
+  EXPECT_THAT(resumed.err, HasSubstr("40 of 40 traces are there"));
+  EXPECT_EQ(digests(campaign.folder / "a.graze"), before);
+}
+
+// Claim: whoever moves a directory away from under its writer is told by it where it is now.
+TEST(Writers, ADirectoryThatIsMovedIsMissed) {
+  namespace fs = std::filesystem;
+  const BallCampaign campaign;
+  const fs::path path = campaign.folder / "a.graze";
+  Process process(campaign.folder.path(),
+                  "run ball.yaml -n 16 --quiet --threads 1 -o a.graze --watchdog 0 --set time.end=900");
+  process.wait_until([&] { return fs::exists(path / "campaign.copy.h5") && process.catches(SIGTERM); });
+  fs::rename(path, campaign.folder / "b.graze");
+  fs::create_directories(path / "shards");
+  process.send(SIGTERM);
+  const testing::Result ended = process.wait();
+  EXPECT_EQ(ended.code, 3);
+  EXPECT_THAT(ended.err, HasSubstr("a.graze: is no longer the directory that this program writes into"));
+  EXPECT_THAT(ended.err, HasSubstr((campaign.folder / "b.graze").string() + " now"));
+  EXPECT_TRUE(fs::is_empty(path / "shards"));
 }
 
 }  // namespace
