@@ -145,6 +145,24 @@ void check_policies(const Scenario& scenario) {
   for (const PolicySpec& policy : scenario.policies) Controller(context, policy.settings);
 }
 
+/// Warns of a control lag that outlasts every trace: no command would ever arrive. Mostly a unit was forgotten.
+void check_lag(const Settings& root, Scenario& scenario) {
+  constexpr const char* kLag = "control.lag";
+  double typical = scenario.world->control_lag;
+  for (const UncertainParameter& parameter : scenario.space.parameters) {
+    if (parameter.name == kLag) typical = parameter.persistent.median();
+  }
+  if (typical < scenario.timing.end) return;
+  const auto control = root.find("control"), uncertain = root.find("uncertain");
+  auto where = control ? control->find("lag") : std::nullopt;
+  if (uncertain && uncertain->has(kLag)) where = uncertain->find(kLag);
+  const double milliseconds = typical / 1000;
+  scenario.warnings.push_back(
+      fmt::format("{}: {}: {:g} s, and no trace is longer than {:g} s: no command of a policy ever arrives{}",
+                  where ? where->place() : scenario.file, kLag, typical, scenario.timing.end,
+                  milliseconds < scenario.timing.end ? fmt::format("; did you mean {:g} ms?", typical) : ""));
+}
+
 /// A back end's own errors name no place; the robot's file is where the mistake is.
 Model compiled(const Settings& root, const World& world) {
   try {
@@ -171,6 +189,7 @@ Scenario read_scenario(const Settings& root, const std::string& file, const Scen
   check_contact_names(root, out.model);
   out.timing = read_time(root);
   out.space = read_uncertain(root, ParameterTable(*out.world), read.uncertain);
+  check_lag(root, out);
   read_sampling(root, out);
   if (const auto actuators = root.find("actuators")) {
     actuators->allow(keys_of("actuators"));

@@ -60,7 +60,7 @@ Controller::Controller(const ControlContext& context, const Settings& settings) 
   const std::vector<int> effectors = impl_->policy->effectors();
   impl_->tracker = entry.make(context, tracker_settings, effectors);
   impl_->targets = initial_targets(context, effectors);
-  impl_->buffer.emplace(impl_->targets, context.period, entry.kind);
+  impl_->buffer.emplace(impl_->targets, context.period, context.end, entry.kind);
 }
 
 Controller::~Controller() = default;

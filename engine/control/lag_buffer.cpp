@@ -10,12 +10,17 @@ namespace graze {
 
 namespace {
 
-constexpr double kTimeSlack = 1e-9;  // s; control times are sums of steps and carry rounding
+constexpr double kTimeSlack = 1e-9;   // s; control times are sums of steps and carry rounding
+constexpr std::size_t kFewest = 100;  // control steps kept, and the first that memory is taken for
 
 }  // namespace
 
-LagBuffer::LagBuffer(Targets initial, double period, TargetKind kind)
-    : initial_(std::move(initial)), delayed_(initial_), period_(period), kept_{&Targets::tau} {
+LagBuffer::LagBuffer(Targets initial, double period, double end, TargetKind kind)
+    : initial_(std::move(initial)),
+      delayed_(initial_),
+      period_(period),
+      longest_(std::ceil(end / period) + 1),
+      kept_{&Targets::tau} {
   if (kind == TargetKind::effector) {
     kept_.insert(kept_.end(), {&Targets::x, &Targets::xd});
   } else {
@@ -25,8 +30,10 @@ LagBuffer::LagBuffer(Targets initial, double period, TargetKind kind)
 
 void LagBuffer::start(int lane, double lag) {
   Lane& own = lanes_[lane];
-  own.depth = 100 + static_cast<std::size_t>(std::ceil(3 * std::max(lag, 0.0) / period_));
-  grow(own.depth);
+  constexpr double kMost = 1e9;  // control steps: as many as the longest trace that a scenario may have
+  const double steps = std::ceil(3 * std::max(lag, 0.0) / period_);
+  own.depth = kFewest + static_cast<std::size_t>(std::min({steps, longest_, kMost}));
+  grow(kFewest);
   own.issued = 0;
   own.time.assign(slots_.size(), 0.0);
   // In step with the lane that is furthest on its way: lanes that act together then write the same slot, row by row.
@@ -41,7 +48,7 @@ void LagBuffer::grow(std::size_t slots) {
   for (int lane = 0; lane < kLanes; ++lane) {
     Lane& own = lanes_[lane];
     const std::vector<double> time = std::exchange(own.time, std::vector<double>(slots, 0.0));
-    for (std::size_t age = 0; age < std::min(own.issued, own.depth); ++age) {
+    for (std::size_t age = 0; age < std::min({own.issued, own.depth, old.size()}); ++age) {
       const std::size_t from = (own.head + old.size() - age) % old.size(), to = before(own.head, age);
       own.time[to] = time[from];
       LaneMask only;
@@ -54,7 +61,18 @@ void LagBuffer::grow(std::size_t slots) {
   }
 }
 
+/// Twice as many slots when a lane is about to overwrite targets that it may still need.
+void LagBuffer::make_room(LaneMask active) {
+  std::size_t most = 0;
+  for (int lane = 0; lane < kLanes; ++lane) {
+    const Lane& own = lanes_[lane];
+    if (active[lane] && own.issued >= slots_.size()) most = std::max(most, own.depth);
+  }
+  if (most > slots_.size()) grow(std::min(most, 2 * slots_.size()));
+}
+
 void LagBuffer::record(const std::array<double, kLanes>& time, LaneMask active, const Targets& targets) {
+  make_room(active);
   std::array<LaneMask, kLanes> together;  // lanes by the first of those that write the same slot
   for (int lane = 0; lane < kLanes; ++lane) {
     if (!active[lane]) continue;

@@ -11,13 +11,16 @@ namespace graze {
 
 class LagBuffer {
  public:
-  /// `initial`: targets that count as issued before the trace began; `period`: control step, s; `kind`: what the
-  /// tracker follows. Only that and the feed-forward torques are kept.
-  LagBuffer(Targets initial, double period, TargetKind kind);
+  /// `initial`: targets that count as issued before the trace began; `period`: control step, s; `end`: longest trace,
+  /// s; `kind`: what the tracker follows. Only that and the feed-forward torques are kept.
+  LagBuffer(Targets initial, double period, double end, TargetKind kind);
 
-  /// Forgets the lane's history. `lag`: its persistent value, s; it sizes the history to three times as much (and at
-  /// least 100 steps), and a momentary lag beyond that sees the oldest targets kept.
+  /// Forgets the lane's history. `lag`: its persistent value, s; it bounds the history to three times as much (and at
+  /// least 100 steps), and a momentary lag beyond that sees the oldest targets kept. No history is longer than a trace,
+  /// and memory is taken as the trace goes on.
   void start(int lane, double lag);
+  /// Control steps that memory has been taken for.
+  std::size_t slots() const { return slots_.size(); }
   /// Records the active lanes of `targets` as issued at `time` (growing from call to call), and returns targets whose
   /// active lanes are those that were in force at time - lag. `time`, `lag`: s, one per lane. What is returned is
   /// either `targets` or lives here until the next call.
@@ -39,12 +42,14 @@ class LagBuffer {
     return slot >= age ? slot - age : slot + slots_.size() - age;
   }
   void grow(std::size_t slots);
+  void make_room(LaneMask active);
   void record(const std::array<double, kLanes>& time, LaneMask active, const Targets& targets);
   /// How many issues ago the targets in force were issued; kInitial: before the first.
   int age_in_force(const Lane& lane, double due) const;
 
   Targets initial_, delayed_;
   double period_;
+  double longest_;                           // control steps of a whole trace
   std::vector<BlockArray Targets::*> kept_;  // what is passed on
   std::vector<Targets> slots_;
   std::array<Lane, kLanes> lanes_;

@@ -4,6 +4,7 @@
 // add one, write one file in this folder that ends in a PolicyRegistration or TrackerRegistration.
 
 #include <functional>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -29,10 +30,11 @@ struct Targets {
 
 /// What makes a policy or tracker: p0 and the timing.
 struct ControlContext {
-  const Model& nominal;       // outlives the policy
-  const State& initial;       // nominal initial state
-  double period;              // s, control step
-  bool solves_drives = true;  // BlockPhysics::solves_drives
+  const Model& nominal;                                  // outlives the policy
+  const State& initial;                                  // nominal initial state
+  double period;                                         // s, control step
+  bool solves_drives = true;                             // BlockPhysics::solves_drives
+  double end = std::numeric_limits<double>::infinity();  // s, longest trace
 };
 
 class Policy {

@@ -12,8 +12,10 @@
 namespace graze {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using testing::hopper;
 using testing::read;
 
@@ -104,6 +106,18 @@ TEST(Scenario, TakesDistributionsInTheWorld) {
   EXPECT_DOUBLE_EQ(parameter(s, "contact.friction").nominal, 0.6);
   EXPECT_DOUBLE_EQ(s.world->contact.friction, 0.6);
   EXPECT_NEAR(s.world->control_lag, 0.005, 1e-8);  // cut at 5 standard deviations below the mean
+}
+
+// Claim: a lag that outlasts the trace is warned of, where it stands and with what was probably meant; no other is.
+TEST(Scenario, WarnsOfALagBeyondTheTrace) {
+  const auto warnings = [](const std::string& more) { return ::testing::PrintToString(read(hopper(more)).warnings); };
+  EXPECT_THAT(warnings("control: {lag: 5}\n"),
+              AllOf(HasSubstr("test.yaml:6:16: control.lag: 5 s, and no trace is longer than 1 s"),
+                    HasSubstr("did you mean 5 ms?")));
+  EXPECT_THAT(warnings("uncertain: {control.lag: {uniform: [4, 6]}}\n"),
+              AllOf(HasSubstr("test.yaml:6:26: control.lag: 5 s"), HasSubstr("did you mean 5 ms?")));
+  EXPECT_THAT(warnings("control: {lag: 5000}\n"), AllOf(HasSubstr("control.lag: 5000 s"), Not(HasSubstr("mean"))));
+  EXPECT_THAT(warnings("control: {lag: 900 ms}\n"), Not(HasSubstr("control.lag")));
 }
 
 TEST(Uncertain, ReadsEveryDistribution) {

@@ -153,6 +153,37 @@ TEST_F(ControllerTest, LagIsAZeroOrderHold) {
   EXPECT_EQ(command.q(0, 0), 0.2);
 }
 
+/// What a lag buffer gives at step k of a lane that is issued the target k, at 1 ms.
+double followed(LagBuffer& buffer, int k, double lag, Targets& targets) {
+  std::array<double, kLanes> time{}, lags{};
+  time[0] = k * 1e-3;
+  lags[0] = lag;
+  targets.q(0, 0) = k;
+  return buffer.pass(time, lags, LaneMask::first(1), targets).q(0, 0);
+}
+
+// Claim: however long the lag, memory is taken for no more than a trace, and only as that goes on; and while a lag
+// jumps anywhere within the trace, what is followed is what was issued so long ago, as if all had been kept.
+TEST(LagBuffer, KeepsNoMoreThanATrace) {
+  const Targets none(1, 0);
+  for (const double lag : {0.0, 0.18, 180.0, 1e300}) {
+    LagBuffer buffer(none, 1e-3, 0.5, TargetKind::joint);
+    buffer.start(0, lag);
+    EXPECT_LE(buffer.slots(), 100u) << lag;
+    Targets targets = none;
+    for (int k = 0; k <= 500; ++k) {
+      EXPECT_LE(buffer.slots(), std::max<std::size_t>(100, 2 * k)) << "at step " << k;
+      if (lag < 0.5) {
+        followed(buffer, k, lag, targets);
+        continue;
+      }
+      const int back = (k * 7919) % 500;  // steps
+      EXPECT_EQ(followed(buffer, k, back * 1e-3, targets), std::max(0, k - back)) << lag << " at step " << k;
+    }
+    EXPECT_LE(buffer.slots(), 601u) << lag;
+  }
+}
+
 // operational_pd: tau = J^T (kp (x_des - x) + kd (xd_des - xd)) is the power-conjugate of a virtual spring and damper:
 // tau . v = f . J v for any joint velocity.
 TEST_F(ControllerTest, OperationalPdIsAVirtualSpring) {
