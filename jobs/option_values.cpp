@@ -56,15 +56,15 @@ std::uint64_t parse_whole(const std::string& text, const std::string& option, st
   refuse(option, text, fmt::format("is not a whole number from {} to {}, in digits", least, most), right);
 }
 
-double parse_seconds(const std::string& text, const std::string& option, double most) {
+double parse_seconds(const std::string& text, const std::string& option, double least, double most) {
   const auto written = split_number(text);
   const auto value = written ? to_si(Quantity::time, written->value, written->unit) : std::nullopt;
-  if (value && *value >= 0 && *value <= most) return *value;
+  if (value && (*value == 0 || (*value >= least && *value <= most))) return *value;
   const double meant = value ? *value : written ? written->value * longer_unit(written->unit) : NAN;
   refuse(option, text,
-         fmt::format("is not a number of seconds from 0 to {:g}, or a time with a unit ({})", most,
+         fmt::format("is neither 0 nor a number of seconds from {:g} to {:g}, or a time with a unit ({})", least, most,
                      units_of(Quantity::time)),
-         std::isfinite(meant) ? fmt::format("{:g}", std::clamp(meant, 0.0, most)) : "");
+         std::isfinite(meant) ? fmt::format("{:g}", meant < 0 ? 0 : std::clamp(meant, least, most)) : "");
 }
 
 CLI::Option* add_read_option(CLI::App& verb, const std::string& names, const std::string& description,

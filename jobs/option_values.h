@@ -14,8 +14,9 @@ namespace graze {
 /// outside of [least, most].
 std::uint64_t parse_whole(const std::string& text, const std::string& option, std::uint64_t least, std::uint64_t most);
 
-/// Reads a time in seconds, or with a unit ("0.5 s", "500 ms"), within [0, most] s. Throws InputError as parse_whole.
-double parse_seconds(const std::string& text, const std::string& option, double most);
+/// Reads a time in seconds, or with a unit ("0.5 s", "500 ms"), that is 0 or within [least, most] s. Throws InputError
+/// as parse_whole.
+double parse_seconds(const std::string& text, const std::string& option, double least, double most);
 
 /// An option whose one value `read` takes; `read` may throw InputError. It is told the option's long name.
 CLI::Option* add_read_option(CLI::App& verb, const std::string& names, const std::string& description,

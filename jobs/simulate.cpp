@@ -149,8 +149,11 @@ void add_watchdog(CLI::App& verb, double& seconds) {
   seconds = 600;
   add_read_option(
       verb, "--watchdog",
-      "Cut off a trace that takes longer than this on the clock, leave it unfinished and go on; 0: never",
-      [&seconds](const std::string& text, const std::string& option) { seconds = parse_seconds(text, option, 1e8); })
+      "Cut off a trace that takes longer than this on the clock (0.01 at the least), leave it unfinished and go on; "
+      "0: never",
+      [&seconds](const std::string& text, const std::string& option) {
+        seconds = parse_seconds(text, option, kShortestWatchdog, 1e8);
+      })
       ->type_name("SECONDS")
       ->default_str("600");
 }

@@ -9,7 +9,7 @@ namespace graze {
 namespace {
 
 /// Seconds between two looks: fine enough for the limit, and rare enough to cost nothing.
-double tick_for(double seconds) { return std::clamp(seconds / 20, 1e-3, 1.0); }
+double tick_for(double seconds) { return std::clamp(seconds / 20, kShortestWatchdog / 10, 1.0); }
 
 std::uint32_t ticks(double seconds, double tick) {
   constexpr double kMost = 1e9;  // some thirty years of whole seconds

@@ -58,11 +58,16 @@ class TraceWatch {
   std::uint32_t cut_at_ = 0;
 };
 
+/// The shortest limit that a watchdog keeps, s: ten of its shortest ticks.
+inline constexpr double kShortestWatchdog = 0.01;
+
 /// Looks at threads now and then, on a thread of its own.
 class Watchdog {
  public:
-  /// `seconds`: longest time for one trace; what does not heed the cut for as long again, but no more than a minute, is
-  /// stuck. 0: never looks.
+  /// `seconds`: longest time for one trace, at least kShortestWatchdog (less counts as that). It looks twenty times
+  /// within that, at least once a second and no more than once a millisecond, and cuts a trace off at the first look
+  /// after its time is over; what does not heed the cut for as long again, but no more than a minute, is stuck.
+  /// 0: never looks.
   explicit Watchdog(double seconds);
   /// Ends the looking.
   ~Watchdog();

@@ -221,6 +221,34 @@ TEST(ContainedThreads, WhoJoinsLateHasItsWholeTime) {
   watch->leave();
 }
 
+// Claim: the shortest limit that --watchdog takes is kept: a trace has its time, and is cut off soon after it.
+TEST(ContainedThreads, TheShortestLimitIsKept) {
+  Watchdog watchdog(kShortestWatchdog);
+  const auto watch = std::make_shared<TraceWatch>();
+  watchdog.add(watch, [] {});
+  const auto cut_off_after = [&] {
+    watch->enter();
+    watch->begin(0);
+    const auto begin = std::chrono::steady_clock::now();
+    try {
+      while (true) {
+        watch->check();
+        doze(1e-4);
+      }
+    } catch (const Overtime&) {
+      watch->leave();
+      return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    }
+  };
+  double soonest = 1e9;  // of some, as this machine may have other work to do meanwhile
+  for (int trial = 0; trial < 10; ++trial) {
+    const double seconds = cut_off_after();
+    EXPECT_GE(seconds, kShortestWatchdog);
+    soonest = std::min(soonest, seconds);
+  }
+  EXPECT_LT(soonest, 2 * kShortestWatchdog);
+}
+
 /// As `graze run` or `graze resume` do it.
 void write_campaign(const Scenario& scenario, const std::filesystem::path& directory, double watchdog) {
   CampaignOptions options;

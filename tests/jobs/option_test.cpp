@@ -72,15 +72,19 @@ TEST(WholeNumber, RefusesTheRestWithTheNearestRightAnswer) {
 
 // Claim: a time is read as in scenarios, and refused with the nearest right answer.
 TEST(Seconds, AreReadAsInScenarios) {
-  EXPECT_EQ(parse_seconds("5", "--some", 100), 5.0);
-  EXPECT_EQ(parse_seconds("5s", "--some", 100), 5.0);
-  EXPECT_EQ(parse_seconds("0.5 s", "--some", 100), 0.5);
-  EXPECT_EQ(parse_seconds("20 ms", "--some", 100), 0.02);
-  const auto refused = [](const std::string& text) { return refusal([&] { parse_seconds(text, "--some", 1000); }); };
+  EXPECT_EQ(parse_seconds("5", "--some", 0.01, 100), 5.0);
+  EXPECT_EQ(parse_seconds("5s", "--some", 0.01, 100), 5.0);
+  EXPECT_EQ(parse_seconds("0.5 s", "--some", 0.01, 100), 0.5);
+  EXPECT_EQ(parse_seconds("20 ms", "--some", 0.01, 100), 0.02);
+  const auto refused = [](const std::string& text) {
+    return refusal([&] { parse_seconds(text, "--some", 0.01, 1000); });
+  };
   EXPECT_THAT(refused("-1"), AllOf(StartsWith("--some -1: "), HasSubstr("nearest right answer: 0")));
+  EXPECT_EQ(parse_seconds("0", "--some", 0.01, 1000), 0.0);
+  EXPECT_THAT(refused("1 us"), HasSubstr("nearest right answer: 0.01"));
   EXPECT_THAT(refused("1e9"), HasSubstr("nearest right answer: 1000"));
   EXPECT_THAT(refused("5 min"), HasSubstr("nearest right answer: 300"));
-  EXPECT_THAT(refused("soon"), AllOf(HasSubstr("seconds from 0 to 1000"), Not(HasSubstr("nearest"))));
+  EXPECT_THAT(refused("soon"), AllOf(HasSubstr("seconds from 0.01 to 1000"), Not(HasSubstr("nearest"))));
 }
 
 class OptionGrammar : public ::testing::Test {
@@ -149,6 +153,7 @@ TEST_F(OptionGrammar, UnknownOptionsNameTheNearest) {
   refused("replay a.graze", {"replay: --particle is required", "graze replay --help"});
   refused("run ball.yaml --telemetry failres", {"--telemetry failres: is none of", "nearest right answer: failures"});
   refused("run ball.yaml --watchdog 5x", {"--watchdog 5x: ", "nearest right answer: 5"});
+  refused("run ball.yaml --watchdog 1us", {"--watchdog 1us: ", "from 0.01 to ", "nearest right answer: 0.01"});
   EXPECT_EQ(campaign.graze("run ball.yaml -n 2 --watchdog 5s --quiet").code, 0);
 }
 
