@@ -312,8 +312,9 @@ StoredInfo read_info(const Handle& file) {
   each_number(info, [&](const char* name, double& value) { value = hdf5::read_number(root, name); });
   info.seed = hdf5::read_count(root, "seed");
   info.particles = hdf5::read_count(root, "particles");
-  if (info.particles > kParticleLimit) {
-    throw hdf5::Error(fmt::format("particles is {}; a campaign has at most {}", info.particles, kParticleLimit));
+  constexpr std::uint64_t kMost = std::uint64_t{1} << 32;  // ids have 32 bits
+  if (info.particles > kMost) {
+    throw hdf5::Error(fmt::format("particles is {}; a campaign has at most {}", info.particles, kMost));
   }
   info.store_values = hdf5::read_count(root, "store_values") != 0;
   each_list(info, [&](const char* path, auto& list) { list = hdf5::read_strings(root, path); });
