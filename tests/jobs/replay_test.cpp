@@ -150,8 +150,10 @@ TEST(Replay, WitnessesGiveTheMargins) {
     for (std::size_t i = 0; i < now.size(); ++i) least[i] = std::min(least[i], now[i]);
   }
   EXPECT_EQ(least, got.archived->margins);
-  EXPECT_EQ(witnesses.columns.back().name, "level");
-  EXPECT_EQ(witnesses.columns.back().unit, "m");
+  const std::size_t last = got.file.info.deciding() - 1;  // measures stand behind it
+  EXPECT_EQ(witnesses.columns.at(last).name, "level");
+  EXPECT_EQ(witnesses.columns.at(last).unit, "m");
+  EXPECT_EQ(witnesses.columns.back().unit, "N s");
 }
 
 // Contacts stand beside the frames in which they act: where an event says that a part touches, a contact of it begins.

@@ -376,6 +376,27 @@ TEST_F(Tasks, RequirementsKeepMarginAndFirstViolation) {
   EXPECT_TRUE(std::isnan(monitor.first_violations(kLane)[0]));
 }
 
+TEST_F(Tasks, MeasuresAreWatchedAndDecideNothing) {
+  const Task t = task(
+      "requirements: {low: {height: {link: base, below: 9}}}\n"
+      "measures: {high: {height: {link: base, above: 1}}, late: {height: {link: base, above: 1}, window: [2, 3]}}\n");
+  ASSERT_EQ(t.requirements.size(), 3u);
+  EXPECT_FALSE(t.requirements[0].measure);
+  EXPECT_TRUE(t.requirements[1].measure && t.requirements[2].measure);
+  TaskMonitor monitor(t);
+  monitor.start(kLane, model_);
+  q_[6] = 0.25;
+  EXPECT_FALSE(monitor.update(input(1)).any()) << "nor does it end a trace";
+  q_[6] = 3;
+  EXPECT_FALSE(monitor.update(input(2)).any());
+  EXPECT_THAT(monitor.margins(kLane), ElementsAre(6, -0.75, 2));
+  EXPECT_EQ(monitor.first_violations(kLane)[1], 1);
+  EXPECT_EQ(monitor.violated(kLane), -1);
+  q_[6] = 10;
+  EXPECT_TRUE(monitor.update(input(3))[kLane]);
+  EXPECT_EQ(monitor.violated(kLane), 0);
+}
+
 TEST_F(Tasks, ObjectivesAreJudgedAtTheirTimes) {
   const auto margin_of = [&](const std::string& objective) {
     const Task t = task("objective: " + objective);
