@@ -157,7 +157,11 @@ std::uint64_t bytes_in(const fs::path& folder) {
 ReadingLimits reading_limits(const std::vector<fs::path>& paths, double seconds_per_megabyte) {
   constexpr std::uint64_t kMemory = 1'400'000'000, kSeconds = 30;
   std::uint64_t bytes = 0;
-  for (const fs::path& path : paths) bytes += bytes_of(path) + bytes_in(path) + bytes_in(path / kShardFolder);
+  for (const fs::path& path : paths) {
+    const fs::path shards = path / kShardFolder;
+    std::error_code error;
+    bytes += bytes_of(path) + bytes_in(path) + (fs::is_symlink(shards, error) ? 0 : bytes_in(shards));
+  }
   return {kMemory + 2 * bytes,
           kSeconds + static_cast<std::uint64_t>(seconds_per_megabyte * static_cast<double>(bytes) / 1e6)};
 }

@@ -66,6 +66,7 @@ void remove_begun(const Directory& directory) {
 bool put_back(const Directory& directory) {
   if (directory.find(kReplacedFolder)) {
     remove_begun(directory);
+    directory.sync();
     directory.move(kReplacedFolder, directory, kReplacingFolder);
     directory.sync();
   }
