@@ -19,8 +19,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kInShards = 2;  // names of a shard that are within the campaign directory
-
 /// Runs `act` on an open file; says which file it was if HDF5 complains. Its seal must have been checked.
 template <class Act>
 auto with_sealed(const fs::path& path, const Descriptor& file, const Act& act) {

@@ -15,6 +15,8 @@ struct CampaignFiles {
   std::vector<std::string> warnings;  // what readers should tell, a sentence each
 };
 
+inline constexpr int kInShards = 2;  // names of a shard's path that are within the campaign directory
+
 /// A campaign directory or a packed file. Checks the seals of all files and that the shards belong to the campaign
 /// (unless they are trusted). Takes the library's lock. Throws InputError.
 CampaignFiles open_campaign(const std::filesystem::path& path, Seals seals = Seals::checked);

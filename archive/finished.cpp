@@ -5,9 +5,11 @@
 #include <algorithm>
 
 #include "archive/campaign_directory.h"
+#include "archive/campaign_files.h"
 #include "archive/info.h"
 #include "archive/manifest.h"
-#include "archive/part.h"
+#include "archive/part_check.h"
+#include "archive/reading_child.h"
 #include "archive/seal.h"
 
 namespace graze {
@@ -20,18 +22,25 @@ struct ShardContent {
   std::map<std::string, std::vector<std::uint32_t>> particles;  // by policy
 };
 
-/// The traces of one shard. Throws InputError.
-ShardContent content_of(const Directory& shards, const std::string& name, const CampaignInfo& info) {
-  const Descriptor file = shards.open(name);
-  const Seal seal = check_seal(file.number(), shards / name);
-  const hdf5::Lock lock;
-  ShardContent out{{name, seal.bytes, seal.digest, {}}, {}};
-  const OpenPart part(shards / name, file);
+void check_identity(const OpenPart& part, const CampaignInfo& info) {
   try {
     check_shard_identity(part.file(), info);
   } catch (const hdf5::Error& error) {
     part.fail(error.what());
   }
+}
+
+Seal seal_of(const Directory& shards, const std::string& name) {
+  return check_seal(shards.open(name).number(), shards / name);
+}
+
+/// The traces of one shard, whose seal fits. Throws InputError.
+ShardContent content_of(const Directory& shards, const std::string& name, const Seal& seal, const CampaignInfo& info) {
+  const Descriptor file = shards.open(name);
+  const hdf5::Lock lock;
+  ShardContent out{{name, seal.bytes, seal.digest, {}}, {}};
+  const OpenPart part(shards / name, file);
+  check_identity(part, info);
   for (const std::string& policy : info.policies) {
     const std::uint64_t count = part.traces(policy);
     if (count == 0) continue;
@@ -39,6 +48,32 @@ ShardContent content_of(const Directory& shards, const std::string& name, const 
     ids = part.read<std::uint32_t>(schema::traces_group(policy), schema::particle(), count);
     const auto [lowest, highest] = std::minmax_element(ids.begin(), ids.end());
     out.entry.traces.push_back({policy, count, *lowest, *highest});
+  }
+  return out;
+}
+
+/// Which shards this process may read: their seals fit, and a child has read them.
+struct Readable {
+  std::map<std::string, Seal> seals;            // of those that it may
+  std::map<std::string, std::string> messages;  // about the others
+};
+
+Readable readable_shards(const Directory& directory, const CampaignInfo& info) {
+  Readable out;
+  const auto shards = directory.find(kShardFolder);
+  std::vector<fs::path> sealed;
+  for (const std::string& name : shard_names(directory)) {
+    try {
+      out.seals[name] = seal_of(*shards, name);
+      sealed.push_back(*shards / name);
+    } catch (const InputError& error) {
+      out.messages[name] = error.what();
+    }
+  }
+  for (const Unreadable& bad : unreadable(sealed, [&](const fs::path& path) { check_as_resume(path, info); })) {
+    const std::string name = sealed[bad.file].filename().string();
+    out.seals.erase(name);
+    out.messages[name] = bad.why;
   }
   return out;
 }
@@ -65,9 +100,17 @@ std::uint64_t traces_kept(const Directory& directory, const CampaignInfo& info) 
   std::uint64_t count = 0;
   const auto shards = directory.find(kShardFolder);
   for (const std::string& name : shard_names(directory)) {
-    for (const ShardEntry::Traces& traces : content_of(*shards, name, info).entry.traces) count += traces.count;
+    const ShardContent content = content_of(*shards, name, seal_of(*shards, name), info);
+    for (const ShardEntry::Traces& traces : content.entry.traces) count += traces.count;
   }
   return count;
+}
+
+void check_as_resume(const fs::path& shard, const CampaignInfo& info) {
+  const hdf5::Lock lock;
+  Parts part({shard}, info.particles, kInShards);
+  check_identity(part.open(0), info);
+  check_outcomes(part, info);
 }
 
 FinishedTraces repair_and_list(const Directory& directory, const CampaignInfo& info) {
@@ -82,10 +125,12 @@ FinishedTraces repair_and_list(const Directory& directory, const CampaignInfo& i
   }
   Manifest manifest;
   const auto shards = directory.find(kShardFolder);
+  Readable readable = readable_shards(directory, info);
   for (const std::string& shard : shard_names(directory)) {
     ShardContent content;
     try {
-      content = content_of(*shards, shard, info);
+      if (const auto bad = readable.messages.find(shard); bad != readable.messages.end()) throw InputError(bad->second);
+      content = content_of(*shards, shard, readable.seals[shard], info);
     } catch (const InputError& error) {
       put_aside(directory, *shards, shard);
       out.notes.push_back(

@@ -25,10 +25,14 @@ struct FinishedTraces {
 /// Traces of all policies in all shards. Throws InputError.
 std::uint64_t traces_kept(const Directory& directory, const CampaignInfo& info);
 
-/// Reads all shards and writes the manifest anew. A shard that the manifest names and that is gone is noted. A shard
-/// whose seal, structure or campaign does not fit, or that is no file (a link, a pipe), is moved to `damaged/`;
-/// leftovers (*.tmp) are removed. To be called by whoever holds the directory's lock. Throws InputError if the
-/// description cannot be read, MachineError if a damaged shard cannot be moved.
+/// Throws InputError unless a shard, whose seal must fit, is of the campaign and its outcomes can be read: what `graze
+/// resume` asks of it before it counts on it.
+void check_as_resume(const std::filesystem::path& shard, const CampaignInfo& info);
+
+/// Reads all shards, a child process first, and writes the manifest anew. A shard that the manifest names and that is
+/// gone is noted. A shard whose seal, structure or campaign does not fit, or that is no file (a link, a pipe), is moved
+/// to `damaged/`; leftovers (*.tmp) are removed. To be called by whoever holds the directory's lock. Throws InputError
+/// if the description cannot be read, MachineError if a damaged shard cannot be moved.
 FinishedTraces repair_and_list(const Directory& directory, const CampaignInfo& info);
 
 }  // namespace graze

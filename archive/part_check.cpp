@@ -34,7 +34,6 @@ class PartCheck {
     read<double>(schema::kParticles, schema::values(widths_), rows);
   }
 
- private:
   /// The rows of a table, in order of particle id.
   std::uint64_t check_ids(const std::string& group) {
     const std::uint64_t rows = part_.column(group, schema::particle()).rows();
@@ -46,6 +45,7 @@ class PartCheck {
     return rows;
   }
 
+ private:
   void check_policy(const std::string& policy) {
     const std::string group = schema::traces_group(policy);
     const std::uint64_t rows = check_ids(group);
@@ -78,7 +78,7 @@ class PartCheck {
       const auto outcome = part_.slice<std::uint8_t>(group, schema::outcome(), rows, first, count);
       const auto violated = part_.slice<std::int32_t>(group, schema::violated(), rows, first, count);
       for (std::size_t i = 0; i < count; ++i) {
-        if (possible_outcome(static_cast<Outcome>(outcome[i]), violated[i], info_.requirements.size())) continue;
+        if (possible_outcome(static_cast<Outcome>(outcome[i]), violated[i], info_.deciding())) continue;
         part_.fail(fmt::format("'{}', row {}: outcome {} with violated requirement {} is not possible", group,
                                first + i, outcome[i], violated[i]));
       }
@@ -118,7 +118,10 @@ void check_part(const OpenPart& part, const CampaignInfo& info) {
 }
 
 void check_outcomes(Parts& part, const CampaignInfo& info) {
+  PartCheck check(part.open(0), info);
+  if (part.open(0).has(schema::kParticles)) check.check_ids(schema::kParticles);
   for (const std::string& policy : info.policies) {
+    if (part.open(0).traces(policy) > 0) check.check_ids(schema::traces_group(policy));
     scan_outcomes(part, policy, info, [](std::span<const TraceOutcome>) {});
     scan_failures(part, policy, info, {});
   }

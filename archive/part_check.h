@@ -10,8 +10,9 @@ namespace graze {
 /// are equally long, and ids, outcomes, indices and offsets are possible. Needs the library's lock.
 void check_part(const OpenPart& part, const CampaignInfo& info);
 
-/// Throws InputError unless what scores and listings are made of can be read: outcomes and failures of all policies.
-/// Cheaper than the above: events, telemetry and parameter values are left out. Needs the library's lock.
+/// Throws InputError unless what scores and listings of one part are made of can be read: ids in their order, outcomes
+/// and failures of all policies. Cheaper than the above: events, telemetry and parameter values are left out. Needs the
+/// library's lock.
 void check_outcomes(Parts& part, const CampaignInfo& info);
 
 }  // namespace graze

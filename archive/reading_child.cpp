@@ -45,7 +45,7 @@ struct Report {
 Report* report = nullptr;  // in a child and its parent
 bool child = false;
 struct {
-  rlimit memory, processor;
+  rlimit memory, processor, core;
 } before;  // a child's limits, as they were
 
 template <std::size_t N>
@@ -105,8 +105,8 @@ void become_child(pid_t parent, const ReadingLimits& limits) {
   child = true;
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (getppid() != parent) _exit(1);  // it had died before
-  const rlimit no_core = {0, 0};
-  setrlimit(RLIMIT_CORE, &no_core);
+  getrlimit(RLIMIT_CORE, &before.core);
+  lower(RLIMIT_CORE, before.core, 0);
   getrlimit(RLIMIT_AS, &before.memory);
   getrlimit(RLIMIT_CPU, &before.processor);
   allow_memory(limits.memory);
@@ -201,6 +201,7 @@ void end_of_reading() {
   if (!child) return;
   setrlimit(RLIMIT_AS, &before.memory);
   setrlimit(RLIMIT_CPU, &before.processor);
+  setrlimit(RLIMIT_CORE, &before.core);
 }
 
 std::string death_text(const ReaderEnd& end, const ReadingLimits& limits) {
@@ -208,8 +209,10 @@ std::string death_text(const ReaderEnd& end, const ReadingLimits& limits) {
   const std::string name = fmt::format("SIG{}", sigabbrev_np(signal) != nullptr ? sigabbrev_np(signal) : "?");
   constexpr const char* kForged = "it is damaged or forged in a way that its checksum does not show";
   if (signal == SIGXCPU) {
+    rlimit own{};
+    getrlimit(RLIMIT_CPU, &own);  // the user's, if it is lower
     return fmt::format("{}: reading it took more than {} s of processor time, which no archive of its size takes; {}",
-                       end.file, limits.seconds, kForged);
+                       end.file, std::min<rlim_t>(limits.seconds, own.rlim_cur), kForged);
   }
   return fmt::format("{}: the HDF5 library crashed on it ({}); {}", end.file, name, kForged);
 }

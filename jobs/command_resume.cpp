@@ -8,6 +8,7 @@
 #include "archive/campaign_directory.h"
 #include "archive/campaign_files.h"
 #include "archive/finished.h"
+#include "archive/reading_child.h"
 #include "archive/set_aside.h"
 #include "archive/shell_word.h"
 #include "engine/settings/paths.h"
@@ -115,6 +116,9 @@ std::shared_ptr<const DirectoryLock> hold(const Directory& directory) {
 
 /// The description, or its copy, with a warning.
 CampaignInfo describe(const Directory& directory) {
+  // A child reads it first: the library may not survive what somebody else has written.
+  const auto bad = unreadable({directory.path()}, [&](const std::filesystem::path&) { read_description(directory); });
+  if (!bad.empty()) throw InputError(bad.front().why);
   std::vector<std::string> warnings;
   CampaignInfo info = read_description(directory, &warnings);
   warn(warnings);

@@ -7,6 +7,7 @@
 #include <csignal>
 #include <nlohmann/json.hpp>
 
+#include "archive/files.h"
 #include "archive/reading_child.h"
 #include "archive/seal.h"
 #include "archive/utf8.h"
@@ -60,15 +61,15 @@ TEST(ReadingVerbDeathTest, EndsByTheSignalThatEndedItsChild) {
 
 class StrangeArchive : public ::testing::Test, public testing::BallCampaign {
  protected:
-  /// The packed campaign with some bytes changed, and sealed again.
-  void change(const std::string& bytes, int round) const {
+  /// A file of an archive with some bytes changed, and sealed again.
+  void change(const std::string& name, const std::string& bytes, int round) const {
     std::string changed = bytes.substr(0, bytes.size() - 24);
     for (int k = 0; k < 4; ++k) {
       const auto at = static_cast<std::size_t>(uniform(3, round, 2 * k, 0) * static_cast<double>(changed.size()));
       changed[at] = static_cast<char>(256 * uniform(3, round, 2 * k + 1, 0));
     }
-    testing::write_file(folder / "changed.h5", changed);
-    const Descriptor file(open((folder / "changed.h5").c_str(), O_RDWR | O_CLOEXEC));
+    testing::write_file(folder / name, changed);
+    const Descriptor file(open((folder / name).c_str(), O_RDWR | O_CLOEXEC));
     ASSERT_EQ(seal_file(file.number()), 0);
   }
 };
@@ -80,7 +81,7 @@ TEST_F(StrangeArchive, EveryVerbEndsWithAMessage) {
   const std::string verbs[] = {"score ", "status ", "replay --particle 3 ", "score --failures --json "};
   int refused = 0;
   for (int round = 0; round < rounds; ++round) {
-    change(bytes, round);
+    change("changed.h5", bytes, round);
     const testing::Result run = graze(verbs[round % std::size(verbs)] + "changed.h5");
     EXPECT_LT(run.code, 5) << "round " << round << ": " << run.err;
     if (run.code == 0) continue;
@@ -88,6 +89,23 @@ TEST_F(StrangeArchive, EveryVerbEndsWithAMessage) {
     EXPECT_THAT(run.err, AllOf(HasSubstr("graze: "), HasSubstr("changed.h5"))) << "round " << round;
   }
   EXPECT_GT(refused, 0);
+}
+
+TEST_F(StrangeArchive, ResumePutsAsideWhatCannotBeRead) {
+  ASSERT_EQ(graze("run ball.yaml -n 20 --quiet -o good.graze").code, 0);
+  const std::string bytes = testing::read_file(folder / "good.graze/shards/000001.h5");
+  int damaged = 0;
+  for (int round = 0; round < 5; ++round) {
+    SCOPED_TRACE(round);
+    std::filesystem::remove_all(folder / "a.graze");
+    std::filesystem::copy(folder / "good.graze", folder / "a.graze", std::filesystem::copy_options::recursive);
+    change("a.graze/shards/000001.h5", bytes, round);
+    const testing::Result resumed = graze("resume a.graze --quiet");
+    EXPECT_EQ(resumed.code, 0) << resumed.err;
+    EXPECT_EQ(graze("score a.graze").code, 0) << "whatever was kept can be read";
+    damaged += std::filesystem::exists(folder / "a.graze/damaged/000001.h5");
+  }
+  EXPECT_GT(damaged, 0);
 }
 
 TEST(Printable, EscapesWhatActsOnATerminalAndNothingElse) {

@@ -1,0 +1,298 @@
+#include "archive/verify.h"
+
+#include <fmt/format.h>
+
+#include <map>
+
+#include "archive/campaign_directory.h"
+#include "archive/campaign_files.h"
+#include "archive/directory.h"
+#include "archive/file_driver.h"
+#include "archive/finished.h"
+#include "archive/info.h"
+#include "archive/outcome_scan.h"
+#include "archive/part_check.h"
+#include "archive/reading_child.h"
+#include "archive/seal.h"
+#include "archive/set_aside.h"
+#include "archive/shell_word.h"
+#include "engine/settings/paths.h"
+
+namespace graze {
+namespace {
+
+namespace fs = std::filesystem;
+using FileState = VerifiedFile::State;
+
+std::string without_name(const std::string& message, const fs::path& file) {
+  const std::string name = file.string() + ": ";
+  return message.rfind(name, 0) == 0 ? message.substr(name.size()) : message;
+}
+
+/// Facts of a campaign, from a file whose seal fits. Throws InputError.
+StoredInfo info_of(const Descriptor& file, const fs::path& path) {
+  const hdf5::Lock lock;
+  const ReadingNote note(path);
+  try {
+    return read_info(hdf5::open_for_reading(file.number()));
+  } catch (const hdf5::Error& error) {
+    throw InputError(fmt::format("{}: {}", path.string(), error.what()));
+  }
+}
+
+/// Traces of all policies in a part.
+std::uint64_t traces_of(const OpenPart& part, const CampaignInfo& info) {
+  std::uint64_t traces = 0;
+  for (const std::string& policy : info.policies) traces += part.traces(policy);
+  return traces;
+}
+
+/// Counts the traces of sound parts, each once.
+void count_traces(Parts parts, const CampaignInfo& info, Verification& out) {
+  const hdf5::Lock lock;
+  out.total = info.part.count(info.particles) * info.policies.size();
+  try {
+    for (const std::string& policy : info.policies) {
+      scan_outcomes(parts, policy, info, [&](std::span<const TraceOutcome> some) { out.traces += some.size(); });
+    }
+  } catch (const InputError& error) {
+    out.faults.push_back(error.what());
+    out.soundness = Soundness::damaged;
+  }
+  parts = Parts({}, 0, 0);  // closed under the lock
+}
+
+class DirectoryCheck {
+ public:
+  explicit DirectoryCheck(const fs::path& path) : directory_(path) {}
+
+  Verification check() {
+    out_.writer = writer_of(directory_);
+    if (interrupted_replacing(directory_) == Replacing::comes_back) return half_replaced();
+    check_descriptions();
+    list_others();
+    const std::vector<fs::path> shards = check_shards();
+    if (!info_) return std::move(out_);
+    out_.unfinished = read_unfinished(directory_).size();
+    count_traces(Parts(shards, info_->particles, kInShards), *info_, out_);
+    const bool mendable = std::any_of(out_.files.begin(), out_.files.end(), [](const VerifiedFile& file) {
+      return file.state == FileState::damaged || file.state == FileState::missing;
+    });
+    if (out_.soundness == Soundness::whole && (mendable || out_.traces < out_.total || !complete_)) {
+      out_.soundness = Soundness::incomplete;
+    }
+    return std::move(out_);
+  }
+
+ private:
+  void add(const std::string& name, FileState state, std::string what, std::uint64_t traces = 0) {
+    out_.files.push_back({name, state, traces, std::move(what)});
+  }
+
+  /// Between an old campaign and the one that was to replace it: resume decides first.
+  Verification half_replaced() {
+    const char* name = directory_.has(kReplacedFolder) ? kReplacedFolder : kReplacingFolder;
+    add(name, FileState::set_aside, replacing_text(directory_));
+    out_.soundness = Soundness::incomplete;
+    return std::move(out_);
+  }
+
+  /// One of the two files that describe the campaign; says what is wrong with it.
+  std::optional<StoredInfo> described_by(const char* name) {
+    const fs::path path = directory_ / name;
+    try {
+      const auto file = directory_.find_file(name);
+      if (!file) {
+        add(name, FileState::missing, "is not there");
+        return std::nullopt;
+      }
+      check_seal(file->number(), path);
+      const auto bad = unreadable(std::vector<fs::path>{path}, [&](const fs::path&) { info_of(*file, path); });
+      if (!bad.empty()) throw InputError(bad[0].why);
+      StoredInfo stored = info_of(*file, path);
+      add(name, FileState::whole, "");
+      return stored;
+    } catch (const InputError& error) {
+      add(name, FileState::damaged, without_name(error.what(), path));
+      return std::nullopt;
+    }
+  }
+
+  void check_descriptions() {
+    if (!directory_.has(kDescriptionFile) && !directory_.has(kDescriptionCopy) && shard_names(directory_).empty()) {
+      throw InputError(
+          fmt::format("{}: is no campaign directory: it has no {}", directory_.path().string(), kDescriptionFile));
+    }
+    std::optional<StoredInfo> first = described_by(kDescriptionFile), copy = described_by(kDescriptionCopy);
+    if (!first && !copy) {
+      out_.faults.push_back("nothing is left that describes the campaign: its shards cannot be used without");
+      out_.soundness = Soundness::damaged;
+      return;
+    }
+    for (VerifiedFile& file : out_.files) {
+      if (file.state != FileState::whole) file.what += "; 'graze resume' writes it anew";
+    }
+    complete_ = first ? first->complete : copy->complete;
+    info_ = first ? std::move(first->info) : std::move(copy->info);
+  }
+
+  /// What is neither description nor shard.
+  void list_others() {
+    if (interrupted_replacing(directory_) == Replacing::goes) {
+      add(kReplacedFolder, FileState::set_aside, "what --force replaced; 'graze resume' removes it");
+    }
+    if (out_.writer) return;  // it is at work on these
+    list_leftovers(directory_, "");
+    for (const char* name : {kShardFolder, kManifestFolder}) {
+      if (const auto folder = directory_.find(name)) list_leftovers(*folder, std::string(name) + "/");
+    }
+  }
+
+  void list_leftovers(const Directory& folder, const std::string& prefix) {
+    for (const std::string& name : folder.names()) {
+      if (final_name(name))
+        add(prefix + name, FileState::leftover, "of a write that was cut off; 'graze resume' removes it");
+    }
+  }
+
+  void lost(const std::string& shard, FileState state, const std::string& what) {
+    std::uint64_t traces = 0;
+    if (const auto entry = manifest_.find(shard); entry != manifest_.end()) {
+      for (const ShardEntry::Traces& one : entry->second.traces) traces += one.count;
+    }
+    out_.lost += traces;
+    add(std::string(kShardFolder) + "/" + shard, state, what, traces);
+  }
+
+  void check_content(const fs::path& shard) {
+    const hdf5::Lock lock;
+    const Descriptor file = folder_->open(shard.filename().string());
+    const OpenPart part(shard, file);
+    check_identity(part);
+    check_part(part, *info_);
+  }
+
+  void check_identity(const OpenPart& part) {
+    try {
+      check_shard_identity(part.file(), *info_);
+    } catch (const hdf5::Error& error) {
+      part.fail(error.what());
+    }
+  }
+
+  /// Whether `graze resume` finds fault with a shard, too: it does not read all of it.
+  bool resume_notices(const fs::path& shard) {
+    return !unreadable(std::vector<fs::path>{shard}, [&](const fs::path& path) {
+              check_as_resume(path, *info_);
+            }).empty();
+  }
+
+  /// Those that are whole.
+  std::vector<fs::path> check_shards() {
+    manifest_ = read_manifest(directory_);
+    for (const ShardEntry& entry : missing_shards(directory_, manifest_)) {
+      lost(entry.shard, FileState::missing, "is gone; 'graze resume' simulates again what it held");
+    }
+    folder_ = directory_.find(kShardFolder);
+    std::vector<fs::path> sealed;
+    for (const std::string& name : shard_names(directory_)) {
+      const fs::path path = directory_ / kShardFolder / name;
+      try {
+        check_seal(folder_->open(name).number(), path);
+        sealed.push_back(path);
+      } catch (const InputError& error) {
+        lost(name, FileState::damaged, without_name(error.what(), path) + std::string("; ") + kPutAside);
+      }
+    }
+    if (!info_) return {};
+    std::map<std::size_t, std::string> bad;
+    for (const Unreadable& one : unreadable(sealed, [&](const fs::path& path) { check_content(path); })) {
+      bad[one.file] = without_name(one.why, sealed[one.file]);
+    }
+    std::vector<fs::path> whole;
+    for (std::size_t i = 0; i < sealed.size(); ++i) {
+      const std::string name = sealed[i].filename().string();
+      if (const auto found = bad.find(i); found == bad.end()) {
+        whole.push_back(sealed[i]);
+        add_whole(sealed[i]);
+      } else if (resume_notices(sealed[i])) {
+        lost(name, FileState::damaged, found->second + "; " + kPutAside);
+      } else {
+        lost(name, FileState::damaged,
+             found->second + "; 'graze resume' does not see it: remove the file, and it simulates again what it held");
+        out_.soundness = Soundness::damaged;
+      }
+    }
+    return whole;
+  }
+
+  void add_whole(const fs::path& shard) {
+    const hdf5::Lock lock;
+    const Descriptor file = folder_->open(shard.filename().string());
+    const OpenPart part(shard, file);
+    add(std::string(kShardFolder) + "/" + shard.filename().string(), FileState::whole, "", traces_of(part, *info_));
+    ++out_.shards;
+  }
+
+  static constexpr const char* kPutAside = "'graze resume' puts it into damaged/ and simulates again what it held";
+
+  Directory directory_;
+  std::optional<Directory> folder_;  // of the shards
+  Manifest manifest_;
+  std::optional<CampaignInfo> info_;
+  bool complete_ = false;  // says the description
+  Verification out_;
+};
+
+Verification check_packed(const fs::path& path) {
+  Verification out;
+  out.packed = true;
+  try {
+    const Descriptor file = open_archive_file(path);
+    check_seal(file.number(), path);
+    const auto bad = unreadable(std::vector<fs::path>{path}, [&](const fs::path&) {
+      const StoredInfo stored = info_of(file, path);
+      const hdf5::Lock lock;
+      check_part(OpenPart(path, file), stored.info);
+    });
+    if (!bad.empty()) throw InputError(bad[0].why);
+    const StoredInfo stored = info_of(file, path);
+    if (stored.layout != Layout::packed) {
+      throw InputError(fmt::format("{}: only describes a campaign; give the directory that it lies in", path.string()));
+    }
+    count_traces(Parts({path}, stored.info.particles, 0), stored.info, out);
+    out.files.push_back({path.string(), FileState::whole, out.traces});
+    if (out.soundness == Soundness::whole && !stored.complete) out.soundness = Soundness::incomplete;
+    if (stored.complete && out.traces < out.total) {
+      out.faults.push_back(fmt::format("{}: says that it is complete", path.string()));
+      out.soundness = Soundness::damaged;
+    }
+  } catch (const InputError& error) {
+    out.files.push_back({path.string(), FileState::damaged, 0, without_name(error.what(), path)});
+    out.soundness = Soundness::damaged;
+  }
+  return out;
+}
+
+}  // namespace
+
+const char* state_name(FileState state) {
+  constexpr const char* kNames[] = {"whole", "damaged", "missing", "leftover", "set aside"};
+  return kNames[static_cast<int>(state)];
+}
+
+const char* soundness_name(Soundness soundness) {
+  constexpr const char* kNames[] = {"whole", "incomplete", "damaged"};
+  return kNames[static_cast<int>(soundness)];
+}
+
+Verification verify(const fs::path& path) {
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (!fs::exists(status)) {
+    throw InputError(fmt::format("{}: is not there{}", path.string(), path_suggestion(path.string())));
+  }
+  return fs::is_directory(status) ? DirectoryCheck(path).check() : check_packed(path);
+}
+
+}  // namespace graze

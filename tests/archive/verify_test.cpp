@@ -1,0 +1,145 @@
+// Claim: verify() says of every file of an archive whether it is whole, and of the archive what resume would mend; it
+// changes nothing.
+#include "archive/verify.h"
+
+#include <gmock/gmock.h>
+
+#include <map>
+
+#include "archive/campaign_directory.h"
+#include "archive/schema.h"
+#include "tests/archive/forge.h"
+
+namespace graze {
+namespace {
+
+using namespace synthetic;
+using testing::AllOf;
+using testing::HasSubstr;
+using testing::Not;
+namespace fs = std::filesystem;
+using FileState = VerifiedFile::State;
+
+/// A campaign of three policies and 16 particles in two shards of 24 traces each.
+class Verify : public ::testing::Test {
+ protected:
+  Verify() {
+    CampaignInfo facts = info();
+    facts.particles = 16;
+    facts.scenario_text = "graze: 1";
+    CampaignWriter writer(campaign_, facts, false);
+    for (std::uint32_t first = 0; first < 16; first += 8) {
+      for (int policy = 0; policy < 3; ++policy) {
+        Block one = block(facts, policy, range(first, first + 8));
+        writer.append(policy, std::move(one.traces), std::move(one.values));
+      }
+      writer.flush();
+    }
+    writer.finish(true);
+  }
+
+  VerifiedFile file(const std::string& name) const { return file(verify(campaign_), name); }
+  static VerifiedFile file(const Verification& found, const std::string& name) {
+    for (const VerifiedFile& one : found.files) {
+      if (one.name == name) return one;
+    }
+    ADD_FAILURE() << name << " is not listed";
+    return {};
+  }
+  static void flip(const fs::path& path) {
+    std::string bytes = content(path);
+    bytes[bytes.size() / 2] = static_cast<char>(bytes[bytes.size() / 2] ^ 1);
+    put(path, bytes);
+  }
+  std::map<std::string, std::string> everything() const {
+    std::map<std::string, std::string> out;
+    for (const auto& entry : fs::recursive_directory_iterator(campaign_)) {
+      if (entry.is_regular_file()) out[entry.path().string()] = content(entry.path());
+    }
+    return out;
+  }
+
+  Folder folder_;
+  fs::path campaign_ = folder_ / "a.graze";
+  fs::path shard_ = campaign_ / "shards" / "000001.h5";
+};
+
+TEST_F(Verify, AWholeCampaign) {
+  const auto before = everything();
+  const Verification found = verify(campaign_);
+  EXPECT_EQ(found.soundness, Soundness::whole);
+  EXPECT_EQ(found.shards, 2u);
+  EXPECT_EQ(found.traces, 48u);
+  EXPECT_EQ(found.total, 48u);
+  EXPECT_EQ(found.left(), 0u);
+  for (const VerifiedFile& one : found.files) EXPECT_EQ(one.state, FileState::whole) << one.name << one.what;
+  EXPECT_EQ(everything(), before);
+  pack(campaign_, folder_ / "a.h5", false);
+  EXPECT_EQ(verify(folder_ / "a.h5").soundness, Soundness::whole);
+  EXPECT_EQ(verify(folder_ / "a.h5").traces, 48u);
+}
+
+TEST_F(Verify, DamagedAndMissingShardsAreMendable) {
+  flip(shard_);
+  const Verification found = verify(campaign_);
+  EXPECT_EQ(found.soundness, Soundness::incomplete);
+  EXPECT_EQ(found.lost, 24u);
+  EXPECT_EQ(found.left(), 24u);
+  EXPECT_EQ(file("shards/000001.h5").state, FileState::damaged);
+  EXPECT_THAT(file("shards/000001.h5").what, AllOf(HasSubstr("does not fit its checksum"), HasSubstr("damaged/")));
+  EXPECT_EQ(file("shards/000002.h5").state, FileState::whole);
+  fs::remove(shard_);
+  EXPECT_EQ(file("shards/000001.h5").state, FileState::missing);
+  EXPECT_EQ(verify(campaign_).left(), 24u);
+}
+
+TEST_F(Verify, LeftoversHarmNothing) {
+  put(campaign_ / "shards" / "000003.h5.tmp", "half");
+  EXPECT_EQ(file("shards/000003.h5.tmp").state, FileState::leftover);
+  EXPECT_EQ(verify(campaign_).soundness, Soundness::whole);
+}
+
+TEST_F(Verify, OneDescriptionIsEnough) {
+  flip(campaign_ / kDescriptionFile);
+  EXPECT_EQ(verify(campaign_).soundness, Soundness::incomplete);
+  EXPECT_THAT(file(kDescriptionFile).what, HasSubstr("writes it anew"));
+  EXPECT_EQ(verify(campaign_).traces, 48u);
+  flip(campaign_ / kDescriptionCopy);
+  EXPECT_EQ(verify(campaign_).soundness, Soundness::damaged);
+}
+
+TEST_F(Verify, ContentIsReadBehindTheSeal) {
+  pack(campaign_, folder_ / "a.h5", false);
+  const auto forged_ends = [&](const std::function<void(hid_t)>& change) {
+    const Verification found = verify(forged(folder_, folder_ / "a.h5", change));
+    EXPECT_EQ(found.soundness, Soundness::damaged);
+    return found.files.at(0).what;
+  };
+  EXPECT_THAT(forged_ends([](hid_t f) { hdf5::make_group(f, "a/b"), H5Lcreate_hard(f, "/", f, "a/b/c", 0, 0); }),
+              HasSubstr("'a/b/c' is an object that has another name"));
+  EXPECT_THAT(forged_ends([](hid_t f) { H5Lcreate_soft("/nowhere", f, "soft", 0, 0); }),
+              HasSubstr("'soft' is no hard"));
+  EXPECT_THAT(forged_ends([](hid_t f) { drop(f, "traces/hold/final_v"); }), HasSubstr("final_v"));
+  EXPECT_THAT(forged_ends([](hid_t f) { drop(f, "telemetry/hold/tau"); }), HasSubstr("tau"));
+}
+
+TEST_F(Verify, AParticleGoesOneWay) {
+  CampaignInfo facts = info();
+  facts.particles = 16;
+  facts.scenario_text = "graze: 1";
+  {
+    CampaignWriter writer(folder_ / "b.graze", facts, false);
+    Block one = block(facts, 0, range(0, 8));
+    one.traces[3].digest ^= 1;
+    writer.append(0, std::move(one.traces), std::move(one.values));
+    writer.finish(false);
+  }
+  fs::copy(folder_ / "b.graze" / "shards" / "000001.h5", campaign_ / "shards" / "000009.h5");
+  const Verification found = verify(campaign_);
+  EXPECT_EQ(found.soundness, Soundness::damaged);
+  ASSERT_EQ(found.faults.size(), 1u);
+  EXPECT_THAT(found.faults[0], HasSubstr("particle 3 of policy 'step/1cm' went another way"));
+}
+
+}  // namespace
+}  // namespace graze

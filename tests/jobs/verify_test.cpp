@@ -1,0 +1,54 @@
+// Claim: `graze verify` foretells what `graze resume` does, by its exit code, to people and to scripts.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/jobs/ball_campaign.h"
+
+namespace graze {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+class VerifyVerb : public ::testing::Test, public testing::BallCampaign {
+ protected:
+  nlohmann::json json(int code) const {
+    const testing::Result run = graze("verify --json a.graze");
+    EXPECT_EQ(run.code, code) << run.out << run.err;
+    return nlohmann::json::parse(run.out);
+  }
+};
+
+TEST_F(VerifyVerb, ForetellsWhatResumeDoes) {
+  ASSERT_EQ(graze("run ball.yaml -n 20 --quiet -o a.graze").code, 0);
+  const testing::Digests before = testing::digests(folder / "a.graze");
+  const testing::Result whole = graze("verify a.graze");
+  EXPECT_EQ(whole.code, 0) << whole.err;
+  EXPECT_THAT(whole.out, AllOf(HasSubstr("a.graze: whole"), HasSubstr("20 of 20 traces")));
+  testing::write_file(folder / "a.graze/shards/000001.h5", "no archive at all");
+  const testing::Result damaged = graze("verify a.graze");
+  EXPECT_EQ(damaged.code, 3);
+  EXPECT_THAT(damaged.out,
+              AllOf(HasSubstr("'graze resume a.graze' mends it and simulates 20 traces"),
+                    HasSubstr("of which damaged or missing shards held 20"), HasSubstr("shards/000001.h5")));
+  EXPECT_EQ(json(3)["left"], 20);
+  ASSERT_EQ(graze("resume a.graze --quiet").code, 0);
+  EXPECT_EQ(json(0)["verdict"], "whole");
+  EXPECT_EQ(testing::digests(folder / "a.graze"), before);
+}
+
+TEST_F(VerifyVerb, TellsWhatCannotBeMended) {
+  ASSERT_EQ(graze("run ball.yaml -n 20 --quiet -o a.h5").code, 0);
+  EXPECT_EQ(graze("verify a.h5").code, 0);
+  std::string bytes = testing::read_file(folder / "a.h5");
+  testing::write_file(folder / "a.h5", bytes.substr(0, bytes.size() / 2));
+  const testing::Result run = graze("verify a.h5");
+  EXPECT_EQ(run.code, 2);
+  EXPECT_THAT(run.out, AllOf(HasSubstr("a.h5: damaged"), HasSubstr("closing checksum is missing")));
+  EXPECT_THAT(graze("verify nothing.h5").err, HasSubstr("nothing.h5: is not there"));
+}
+
+}  // namespace
+}  // namespace graze
