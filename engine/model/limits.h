@@ -9,7 +9,7 @@ namespace graze {
 /// Bytes of a URDF file: its tree of elements takes some thirty times as many.
 inline constexpr std::size_t kMaxUrdfBytes = 16u << 20;
 /// Links, those that are fixed to others included.
-inline constexpr std::size_t kMaxLinks = 10'000;
+inline constexpr std::size_t kMaxLinks = 20'000;
 /// Joints that move: the mass matrix of a serial chain of n has n^2 / 2 entries for each lane.
 inline constexpr std::size_t kMaxJoints = 1'000;
 /// Bytes of one attribute (a name, a file name, three numbers), which messages repeat.

@@ -8,6 +8,8 @@
 
 #include "engine/model/model.h"
 #include "engine/settings/settings.h"
+#include "tests/fuzz/mutate.h"
+#include "tests/fuzz/xml_mutator.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string text(reinterpret_cast<const char*>(data), size);
@@ -22,4 +24,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   } catch (const graze::InputError&) {
   }
   return 0;
+}
+
+extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size, std::size_t most, unsigned seed) {
+  graze::fuzz::Dice dice(seed);
+  if (dice.one_in(4)) return LLVMFuzzerMutate(data, size, most);
+  const std::string text(reinterpret_cast<const char*>(data), size);
+  return graze::fuzz::put(graze::fuzz::mutated_xml(text, dice), data, size, most);
 }
