@@ -133,11 +133,17 @@ bool begins(std::string_view path, std::string_view key) {
   return !key.empty() && path.substr(0, key.size()) == key && (path.size() == key.size() || path[key.size()] == '.');
 }
 
-/// A map whose keys are dotted paths themselves (`uncertain`), so that a new key may hold dots.
-bool keyed_by_paths(const SettingsNode& map) {
-  return map.map.empty() || std::any_of(map.map.begin(), map.map.end(),
-                                        [](const auto& e) { return e.key.find_first_of(".*") != std::string::npos; });
+/// Maps of the scenario format whose keys are dotted paths themselves, so that a new key may hold dots.
+constexpr std::string_view kPathMaps[] = {"uncertain", "over"};
+
+bool keyed_by_paths(const SettingsNode& map, std::string_view name) {
+  return std::find(std::begin(kPathMaps), std::end(kPathMaps), name) != std::end(kPathMaps) ||
+         std::any_of(map.map.begin(), map.map.end(),
+                     [](const auto& e) { return e.key.find_first_of(".*") != std::string::npos; });
 }
+
+NodePtr set_in(const NodePtr& node, std::string_view name, const std::string& path, const NodePtr& value,
+               const std::string& where);
 
 NodePtr with_item(const NodePtr& node, const std::string& path, const NodePtr& value, const std::string& where) {
   const std::string head = path.substr(0, path.find('.'));
@@ -149,25 +155,27 @@ NodePtr with_item(const NodePtr& node, const std::string& path, const NodePtr& v
   }
   auto out = std::make_shared<SettingsNode>(*node);
   NodePtr& item = out->list[index];
-  item = head.size() == path.size() ? value : with_value(item, path.substr(head.size() + 1), value, where);
+  item = head.size() == path.size() ? value : set_in(item, "", path.substr(head.size() + 1), value, where);
   out->measure();
   return out;
 }
 
-[[noreturn]] void no_parent(const SettingsNode& node, const std::string& path, const std::string& where) {
-  const std::string head = path.substr(0, path.find('.'));
-  std::vector<std::string> keys;
-  for (const auto& entry : node.map) keys.push_back(entry.key);
-  const std::string near = nearest(head, keys);
-  throw InputError(fmt::format("{}there is no '{}' to set '{}' in{}", where, head, path,
-                               near.empty() ? "" : fmt::format("; did you mean '{}'?", near)));
+/// The entry for a path of which no key of `map` is a part: its value, or maps down to it.
+SettingsNode::Entry new_entry(const SettingsNode& map, std::string_view name, const std::string& path,
+                              const NodePtr& value, const std::string& where) {
+  const std::size_t dot = keyed_by_paths(map, name) ? std::string::npos : path.find('.');
+  const std::string key = path.substr(0, dot);
+  if (dot == std::string::npos) return {key, value->place, value};
+  auto parent = std::make_shared<SettingsNode>();
+  parent->kind = SettingsNode::Kind::map;
+  parent->place = value->place;
+  parent->on_command_line = value->on_command_line;
+  return {key, value->place, set_in(parent, key, path.substr(dot + 1), value, where)};
 }
 
-}  // namespace
-
-NodePtr resolve_includes(const NodePtr& root) { return Includer().resolve(root, 0); }
-
-NodePtr with_value(const NodePtr& node, const std::string& path, const NodePtr& value, const std::string& where) {
+/// with_value() in the map that stands under the key `name`.
+NodePtr set_in(const NodePtr& node, std::string_view name, const std::string& path, const NodePtr& value,
+               const std::string& where) {
   if (node->kind == SettingsNode::Kind::list) return with_item(node, path, value, where);
   if (node->kind == SettingsNode::Kind::scalar || path.empty()) {
     throw InputError(fmt::format("{}'{}' leads into a value that is not a map", where, path));
@@ -178,22 +186,35 @@ NodePtr with_value(const NodePtr& node, const std::string& path, const NodePtr& 
   for (SettingsNode::Entry& entry : out->map) {
     if (begins(path, entry.key) && (!best || entry.key.size() > best->key.size())) best = &entry;
   }
-  auto placed = std::make_shared<SettingsNode>(*value);
+  const auto placed = [&](const NodePtr& what) {
+    auto copy = std::make_shared<SettingsNode>(*what);
+    copy->key_place = value->place;
+    return copy;
+  };
+  const bool removes = value->kind == SettingsNode::Kind::null;
   if (!best) {
-    if (path.find('.') != std::string::npos && !keyed_by_paths(*node)) no_parent(*node, path, where);
-    placed->key_place = value->place;
-    out->map.push_back({path, value->place, placed});
-  } else if (best->key.size() == path.size() && value->kind == SettingsNode::Kind::null) {
+    if (removes) return node;  // it is not there
+    SettingsNode::Entry entry = new_entry(*node, name, path, value, where);
+    entry.value = placed(entry.value);
+    out->map.push_back(std::move(entry));
+  } else if (best->key.size() == path.size() && removes) {
     out->map.erase(out->map.begin() + (best - out->map.data()));
   } else if (best->key.size() == path.size()) {
-    placed->key_place = value->place;
     best->key_place = value->place;
-    best->value = placed;
+    best->value = placed(value);
   } else {
-    best->value = with_value(best->value, path.substr(best->key.size() + 1), value, where);
+    best->value = set_in(best->value, best->key, path.substr(best->key.size() + 1), value, where);
   }
   out->measure();
   return out;
+}
+
+}  // namespace
+
+NodePtr resolve_includes(const NodePtr& root) { return Includer().resolve(root, 0); }
+
+NodePtr with_value(const NodePtr& node, const std::string& path, const NodePtr& value, const std::string& where) {
+  return set_in(node, "", path, value, where);
 }
 
 }  // namespace graze

@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <iostream>
 
 #include "engine/settings/paths.h"
 #include "engine/settings/regular_file.h"
@@ -126,6 +127,19 @@ void InputRecord::keep(const std::string& path, const std::string& bytes, const 
                                  where, path, bytes_, bytes_in_words(kMaxAllInputBytes)));
   }
   place->second = bytes;
+}
+
+std::string read_standard_input() {
+  if (replaying) return read_input(kStandardInput);
+  std::string bytes;
+  for (char buffer[1 << 14]; std::cin.read(buffer, sizeof buffer) || std::cin.gcount() > 0;) {
+    bytes.append(buffer, static_cast<std::size_t>(std::cin.gcount()));
+    if (bytes.size() > kMaxBytes) {
+      throw InputError(fmt::format("standard input: more than {} bytes; at most that many are read", kMaxBytes));
+    }
+  }
+  if (recording) recording->keep(kStandardInput, bytes, "");
+  return bytes;
 }
 
 InputRecord::InputRecord() {

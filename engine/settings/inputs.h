@@ -26,6 +26,11 @@ std::string input_identity(const std::string& path);
 /// be read.
 std::string read_input(const std::string& path, const std::string& where = "", std::size_t most = kMaxInputBytes);
 
+/// The file name that stands for standard input.
+inline constexpr const char* kStandardInput = "-";
+/// All of standard input, kept and replayed under that name as a file. Throws InputError: too large.
+std::string read_standard_input();
+
 /// Keeps what this thread reads while it is alive, up to kMaxAllInputBytes. They do not nest.
 class InputRecord {
  public:
@@ -39,6 +44,7 @@ class InputRecord {
   friend std::string read_input(const std::string& path, const std::string& where, std::size_t most);
   /// Throws InputError when they become too many bytes.
   void keep(const std::string& path, const std::string& bytes, const std::string& where);
+  friend std::string read_standard_input();
   InputFiles files_;
   std::size_t bytes_ = 0;
 };

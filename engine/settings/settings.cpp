@@ -6,8 +6,10 @@
 #include <cmath>
 #include <filesystem>
 
+#include "engine/settings/inputs.h"
 #include "engine/settings/tree.h"
 #include "engine/settings/units.h"
+#include "engine/settings/warnings.h"
 
 namespace graze {
 namespace {
@@ -35,14 +37,16 @@ Settings Settings::parse(const std::string& text, const std::string& name) {
 }
 
 Settings Settings::load(const std::string& file, const std::vector<Override>& overrides) {
-  NodePtr root = resolve_includes(parse_yaml(read_text(file, ""), file));
+  const bool piped = file == kStandardInput;
+  const std::string text = piped ? read_standard_input() : read_text(file, "");
+  const NodePtr root = resolve_includes(parse_yaml(text, piped ? "standard input" : file));
   return Settings(root, "").overridden(overrides);
 }
 
 Settings Settings::overridden(const std::vector<Override>& overrides) const {
   NodePtr root = node_;
   for (const Override& override : overrides) {
-    const std::string name = fmt::format("--set {}={}", override.path, override.value);
+    const std::string name = fmt::format("--set {}={}", clipped(override.path), clipped(override.value));
     const NodePtr value = resolve_includes(parse_override(override.value, name));
     root = with_value(root, override.path, value, name + ": ");
   }

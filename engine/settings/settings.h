@@ -28,7 +28,7 @@ enum class Quantity {
   time,                  // s, ms, us
   mass,                  // kg, g
   density,               // kg/m^3, g/cm^3
-  velocity,              // m/s, cm/s
+  velocity,              // m/s, cm/s, mm/s
   angular_velocity,      // rad/s, deg/s, rpm
   acceleration,          // m/s^2
   angular_acceleration,  // rad/s^2
@@ -68,10 +68,11 @@ struct SettingsNode;  // engine/settings/tree.h
 
 class Settings {
  public:
-  /// Reads a YAML file. A key `include: other.yaml` (or a list) anywhere in a map merges that file's map under it, keys
-  /// of the including map winning (maps on both sides are merged in turn, unless the including one is tagged
-  /// `!replace`; `key: ~` takes a key out); paths are relative to the including file. Overrides are applied last; one
-  /// whose path has no parent in the file is an error. Throws InputError, and nothing else, for any bytes.
+  /// Reads a YAML file, "-": standard input. A key `include: other.yaml` (or a list) anywhere in a map merges that
+  /// file's map under it, keys of the including map winning (maps on both sides are merged in turn, unless the
+  /// including one is tagged `!replace`; `key: ~` takes a key out); paths are relative to the including file. Overrides
+  /// are applied last and make the maps that are missing on their way. Throws InputError, and nothing else, for any
+  /// bytes.
   static Settings load(const std::string& file, const std::vector<Override>& overrides = {});
   /// The same from text; `name` stands for the file in messages.
   static Settings parse(const std::string& text, const std::string& name);

@@ -36,11 +36,28 @@ void SettingsNode::measure() {
 
 namespace {
 
+/// The line of this number, from 0; empty if there is none.
+std::string line_of(const std::string& text, int number) {
+  std::istringstream lines(text);
+  std::string line;
+  for (int i = 0; i <= number && std::getline(lines, line); ++i) {
+    if (i == number) return line;
+  }
+  return "";
+}
+
+/// Parsers notice late: the line of the mark, or the one before it.
+std::string hint_near(const std::string& text, const YAML::Mark& mark) {
+  const std::string hint = quoting_hint(line_of(text, mark.line));
+  return hint.empty() ? quoting_hint(line_of(text, mark.line - 1)) : hint;
+}
+
 /// Builds the tree from the parser's events: places stay, duplicate keys and cycles cannot come in, and the size of
 /// what aliases expand to is known before anything is expanded.
 class TreeBuilder : public YAML::EventHandler {
  public:
-  TreeBuilder(const std::string& name, bool lines) : file_(std::make_shared<std::string>(name)), lines_(lines) {}
+  TreeBuilder(const std::string& name, bool lines, const std::string& text)
+      : file_(std::make_shared<std::string>(name)), lines_(lines), text_(text) {}
 
   NodePtr root() const { return root_; }
 
@@ -53,7 +70,7 @@ class TreeBuilder : public YAML::EventHandler {
 
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
     const auto found = anchors_.find(anchor);
-    if (found == anchors_.end()) fail(mark, "an alias inside the value that it names");
+    if (found == anchors_.end()) fail_hinting(mark, "an alias inside the value that it names");
     auto copy = std::make_shared<SettingsNode>(*found->second);
     total_ += copy->count;  // before it is copied once more: a list of aliases must not outgrow the bound
     place_in_parent(std::move(copy), mark);
@@ -105,6 +122,10 @@ class TreeBuilder : public YAML::EventHandler {
     throw InputError(fmt::format("{}: {}", place(mark).text(), message));
   }
 
+  [[noreturn]] void fail_hinting(const YAML::Mark& mark, const std::string& message) const {
+    fail(mark, message + quoting_hint(line_of(text_, mark.line)));
+  }
+
   bool expects_key() const {
     return !stack_.empty() && stack_.back().node->kind == SettingsNode::Kind::map && !stack_.back().has_key;
   }
@@ -127,7 +148,7 @@ class TreeBuilder : public YAML::EventHandler {
   }
 
   std::shared_ptr<SettingsNode> begin(SettingsNode::Kind kind, const YAML::Mark& mark) {
-    if (expects_key()) fail(mark, "a key must be a plain word, not a list, a map, an alias or nothing");
+    if (expects_key()) fail_hinting(mark, "a key must be a plain word, not a list, a map, an alias or nothing");
     last_ = mark;
     auto node = std::make_shared<SettingsNode>();
     node->kind = kind;
@@ -154,7 +175,7 @@ class TreeBuilder : public YAML::EventHandler {
   }
 
   void place_in_parent(std::shared_ptr<SettingsNode> node, const YAML::Mark& mark) {
-    if (expects_key()) fail(mark, "a key must be a plain word, not an alias");
+    if (expects_key()) fail_hinting(mark, "a key must be a plain word, not an alias");
     total_ += stack_.empty() ? 0 : 1;
     if (node->count > kMaxNodes || total_ > kMaxNodes) fail(mark, fmt::format("more than {} values", kMaxNodes));
     if (node->depth + static_cast<int>(stack_.size()) > kMaxDepth) {
@@ -178,6 +199,7 @@ class TreeBuilder : public YAML::EventHandler {
 
   std::shared_ptr<const std::string> file_;
   bool lines_;
+  const std::string& text_;
   YAML::Mark last_;
   NodePtr root_;
   std::size_t total_ = 0;
@@ -189,7 +211,7 @@ NodePtr parse(const std::string& text, const std::string& name, bool lines) {
   if (text.size() > kMaxBytes) {
     throw InputError(fmt::format("{}: {} bytes; at most {} are read", name, text.size(), bytes_in_words(kMaxBytes)));
   }
-  TreeBuilder builder(name, lines);
+  TreeBuilder builder(name, lines, text);
   std::istringstream stream(text);
   try {
     YAML::Parser parser(stream);
@@ -206,7 +228,7 @@ NodePtr parse(const std::string& text, const std::string& name, bool lines) {
   } catch (const YAML::Exception& e) {
     const std::string where =
         lines && !e.mark.is_null() ? fmt::format("{}:{}:{}", name, e.mark.line + 1, e.mark.column + 1) : name;
-    throw InputError(fmt::format("{}: not YAML: {}", where, e.msg));
+    throw InputError(fmt::format("{}: not YAML: {}{}", where, e.msg, hint_near(text, e.mark)));
   }
 }
 

@@ -55,8 +55,13 @@ std::string read_text(const std::string& file, const std::string& where);
 NodePtr resolve_includes(const NodePtr& root);
 
 /// Copy of the map `node` in which `path` holds `value`. At each level the longest key of the map that begins the
-/// rest of the path is followed, because keys may hold dots. `where` begins the message when the path leads nowhere.
+/// rest of the path is followed, because keys may hold dots; maps that are missing on the way are made. A null takes
+/// out what is there. `where` begins the message when the path leads into something that is no map.
 NodePtr with_value(const NodePtr& node, const std::string& path, const NodePtr& value, const std::string& where);
+
+/// What an unquoted *, % or { in a line of YAML may have meant: "; * begins an alias in YAML; …". Empty: nothing that
+/// is known.
+std::string quoting_hint(const std::string& line);
 
 /// The tree as YAML text that parses to the same tree.
 std::string to_yaml(const SettingsNode& root);

@@ -1,6 +1,9 @@
 #include "engine/settings/units.h"
 
+#include <fmt/format.h>
+
 #include <charconv>
+#include <cmath>
 #include <numbers>
 #include <vector>
 
@@ -24,7 +27,7 @@ const std::vector<Unit>& units(Quantity quantity) {
       {{"s", 1}, {"ms", 1, 1e3}, {"us", 1, 1e6}},                              // time
       {{"kg", 1}, {"g", 1, 1e3}},                                              // mass
       {{"kg/m^3", 1}, {"g/cm^3", 1000}},                                       // density
-      {{"m/s", 1}, {"cm/s", 1, 100}},                                          // velocity
+      {{"m/s", 1}, {"cm/s", 1, 100}, {"mm/s", 1, 1000}},                       // velocity
       {{"rad/s", 1}, {"deg/s", kDegree}, {"rpm", 2 * std::numbers::pi / 60}},  // angular_velocity
       {{"m/s^2", 1}},                                                          // acceleration
       {{"rad/s^2", 1}},                                                        // angular_acceleration
@@ -72,6 +75,48 @@ std::string units_of(Quantity quantity) {
     if (unit.name != "1") out += (out.empty() ? "" : ", ") + std::string(unit.name);
   }
   return out;
+}
+
+std::string unlikely(Quantity quantity, double value, std::string_view unit) {
+  if (!unit.empty() && unit != unit_of(quantity)) return "";
+  const double size = std::abs(value);
+  const auto meant = [&](const char* other) { return fmt::format("; did you mean {:.15g} {}?", value, other); };
+  constexpr double kTurn = 2 * std::numbers::pi;
+  switch (quantity) {
+    case Quantity::angle:
+      if (size > kTurn * (1 + 1e-9)) return fmt::format("is {:.3g} turns{}", size / kTurn, meant("deg"));
+      break;
+    case Quantity::angular_velocity:  // beyond what legs and arms do by an order of magnitude
+      if (size > 100) return fmt::format("is {:.3g} turns per second{}", size / kTurn, meant("deg/s"));
+      break;
+    case Quantity::length:
+      if (size > 100) return fmt::format("is {:g} m{}", size, meant("mm"));
+      break;
+    case Quantity::time:
+      if (size > 1000) return fmt::format("is {:.3g} minutes{}", size / 60, meant("ms"));
+      break;
+    case Quantity::mass:
+      if (size > 1000) return fmt::format("is {:.3g} tonnes{}", size / 1000, meant("g"));
+      break;
+    case Quantity::density:
+      if (size > 23000) return "is denser than any metal; kg/m^3 is meant";
+      break;
+    case Quantity::velocity:
+      if (size > 50) return fmt::format("is {:.3g} km/h{}", 3.6 * size, meant("mm/s"));
+      break;
+    case Quantity::acceleration:
+      if (size > 500) return fmt::format("is {:.3g} times the earth's gravity; m/s^2 is meant", size / 9.81);
+      break;
+    default:
+      break;
+  }
+  return "";
+}
+
+std::string percent_meant(std::string_view text) {
+  const auto written = split_number(text);
+  if (!written || !written->unit.empty() || !(written->value > 1 && written->value <= 100)) return "";
+  return fmt::format("; did you mean {:.15g} %?", written->value);
 }
 
 std::optional<WrittenNumber> split_number(std::string_view text) {

@@ -21,6 +21,13 @@ std::optional<WrittenNumber> split_number(std::string_view text);
 std::optional<double> to_si(Quantity quantity, double value, std::string_view unit);
 bool is_unit(std::string_view word);  // of any quantity
 
+/// Why a number that was written with this unit is hardly what was meant, and what may have been: "is 14.3 turns; did
+/// you mean -90 deg?". Empty: nothing strange about it. Only numbers without a unit or with the SI unit are doubted.
+std::string unlikely(Quantity quantity, double value, std::string_view unit);
+
+/// "; did you mean 55 %?" for the text "55", where a fraction was wanted. Empty: it has a unit, or is no percentage.
+std::string percent_meant(std::string_view text);
+
 /// "m, cm, mm, in", for messages.
 std::string units_of(Quantity quantity);
 

@@ -7,6 +7,7 @@
 #include "engine/settings/settings.h"
 #include "engine/settings/tree.h"
 #include "engine/settings/units.h"
+#include "engine/settings/warnings.h"
 
 namespace graze {
 namespace {
@@ -34,6 +35,14 @@ std::optional<std::vector<std::string>> split_list(const std::string& text) {
 }  // namespace
 
 const std::string& Settings::scalar(const char* expected) const {
+  if (node_->kind == SettingsNode::Kind::map && !node_->map.empty()) {
+    std::string glob;  // {LF,RF}, which YAML reads as a map of keys without values
+    const auto bare = [](const auto& entry) { return entry.value->kind == SettingsNode::Kind::null; };
+    for (const auto& entry : node_->map) glob += (glob.empty() ? "" : ",") + entry.key;
+    if (std::all_of(node_->map.begin(), node_->map.end(), bare)) {
+      fail(fmt::format("{}: {}; {{ begins a map in YAML; in quotes it is a glob: \"{{{}}}\"", shown(), expected, glob));
+    }
+  }
   if (node_->kind != SettingsNode::Kind::scalar) fail(fmt::format("{}: {}", shown(), expected));
   return node_->text;
 }
@@ -48,6 +57,8 @@ double Settings::number_from(const std::string& text, Quantity quantity) const {
                      fitting.empty() ? "a bare number is meant" : "one of: " + fitting));
   }
   if (!std::isfinite(*value)) fail(shown() + ": must be finite");
+  const std::string doubt = unlikely(quantity, written->value, written->unit);
+  if (!doubt.empty()) warn(*this, fmt::format("{}: {}", shown(), doubt));
   return *value;
 }
 
@@ -71,8 +82,8 @@ double Settings::within(double low, double high, Quantity quantity) const {
   const double value = number(quantity);
   if (!(value >= low && value <= high)) {
     const bool si = quantity != Quantity::dimensionless;
-    fail(fmt::format("{}: must lie within [{:g}, {:g}]{}{}", shown(), low, high, si ? " " : "",
-                     si ? unit_of(quantity) : ""));
+    fail(fmt::format("{}: must lie within [{:g}, {:g}]{}{}{}", shown(), low, high, si ? " " : "",
+                     si ? unit_of(quantity) : "", !si && low == 0 && high == 1 ? percent_meant(node_->text) : ""));
   }
   return value;
 }

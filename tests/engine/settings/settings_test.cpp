@@ -12,6 +12,8 @@
 #include <functional>
 #include <numbers>
 
+#include "engine/settings/warnings.h"
+
 namespace graze {
 namespace {
 
@@ -145,12 +147,103 @@ TEST(Overrides, FollowTheLongestKey) {
   EXPECT_DOUBLE_EQ(base.at("time").at("end").number(), 3) << "the tree itself never changes";
 }
 
-TEST(Overrides, NeedAParent) {
+// Claim: --set makes the maps that are missing on its way; keys of `uncertain` and `over` keep their dots.
+TEST(Overrides, MakeMissingParents) {
+  const Settings s = parse("time: {end: 3}\nnothing:\n");
+  const Settings made = s.overridden({{"record.telemetry", "all"},
+                                      {"robot.initial.joints.hip", "0.5"},
+                                      {"robot.initial.height", "on_ground"},
+                                      {"nothing.at", "1"},
+                                      {"uncertain.control.lag", "1 ms"},
+                                      {"policies.p.over.gait.step_height", "[1 cm]"}});
+  EXPECT_EQ(made.at("record").at("telemetry").text(), "all");
+  EXPECT_EQ(made.at("record").at("telemetry").place(), "--set record.telemetry=all");
+  EXPECT_EQ(made.at("record").key_place(), "--set record.telemetry=all");
+  EXPECT_DOUBLE_EQ(made.at("robot").at("initial").at("joints").at("hip").number(), 0.5);
+  EXPECT_EQ(made.at("robot").at("initial").at("height").text(), "on_ground");
+  EXPECT_EQ(made.at("nothing").at("at").integer(), 1);
+  EXPECT_TRUE(made.at("uncertain").has("control.lag"));
+  EXPECT_TRUE(made.at("policies").at("p").at("over").has("gait.step_height"));
+  EXPECT_FALSE(s.has("record")) << "the tree itself never changes";
+}
+
+// Claim: taking away what is not there is no mistake, and makes nothing.
+TEST(Overrides, NothingTakesNothingAway) {
+  const Settings s = parse("time: {end: 3}\n");
+  EXPECT_EQ(s.overridden({{"contact.model", "~"}, {"time.step", "~"}, {"name", "null"}}).resolved_text(),
+            s.resolved_text());
+}
+
+// Claim: a message shows as much of a long override as fits a line.
+TEST(Overrides, AreCutInMessages) {
+  const std::string rows = "[" + std::string(100'000, '1') + ", x]";
+  const std::string message = message_of([&] {
+    parse("a: 1").overridden({{"heights", rows}}).at("heights").numbers(2);
+  });
+  EXPECT_EQ(message.find("--set heights=[111"), 0u);
+  EXPECT_NE(message.find("must be a number"), std::string::npos) << message.substr(0, 400);
+  EXPECT_LT(message.size(), 400u);
+}
+
+// Claim: what a glob, a percentage or a list with a unit needs, quotes, is said where YAML does not take them without.
+TEST(Yaml, HintsAtQuotes) {
+  const std::string glob = "in quotes it is a glob: ";
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"link: *_FOOT", glob + "\"*_FOOT\""},
+      {"link: *", glob + "\"*\""},
+      {"a: {no_contact: [*_FOOT, curb.side]}", glob + "\"*_FOOT\""},
+      {"joints: {*_X_1: 0.2}", glob + "\"*_X_1\""},
+      {"joints:\n  *_X_1: 0.2\n  b: 1", glob + "\"*_X_1\""},
+      {"joints:\n  *: 0.2", glob + "\"*\""},
+      {"duty: %55", "% cannot begin a value"},
+      {"liftoff: [25, 75, 0, 50] %", "needs quotes: \"[25, 75, 0, 50] %\""},
+      {"x: {liftoff: [25, 75] %, b: 1}", "needs quotes: \"[25, 75] %\""},
+      {"joints:\n  {LF,RH}_X_1: 0.2", glob + "\"{LF,RH}_X_1\""},
+      {"joints: {{LF,RH}_X_1: 0.2}", glob + "\"{LF,RH}_X_1\""},
+      {"link: {LF,RH}_FOOT", glob + "\"{LF,RH}_FOOT\""},
+      {"link: [curb.{top,edge}, b]", glob + "\"curb.{top,edge}\""},
+      {"link: {LF,RH}", glob + "\"{LF,RH}\""}};
+  for (const auto& [text, hint] : cases) {
+    const std::string message = message_of([&] {
+      const Settings s = parse(text);
+      for (const auto& [key, value] : s.entries()) value.text();
+    });
+    EXPECT_NE(message.find(hint), std::string::npos) << text << ": " << message;
+  }
+  EXPECT_EQ(message_of([] { parse("a: [1, 2"); }).find("quotes"), std::string::npos) << "no hint where none is known";
+}
+
+std::vector<std::string> warnings_of(const std::string& text, Quantity quantity) {
+  const Warnings warnings;
+  for (const Settings& value : parse("x: [" + text + "]").at("x").items()) value.number(quantity);
+  return warnings.texts();
+}
+
+// Claim: numbers that only a forgotten unit explains are warned of, with what was probably meant; a unit that is
+// written is believed, and without a listener nothing is kept.
+TEST(Units, DoubtWhatIsHardlyMeant) {
+  EXPECT_EQ(warnings_of("-90", Quantity::angle),
+            std::vector<std::string>{"a.yaml:1:5: x[0]: -90: is 14.3 turns; did you mean -90 deg?"});
+  const std::vector<std::pair<std::string, Quantity>> doubted = {
+      {"6.3", Quantity::angle},    {"-90 rad", Quantity::angle},     {"180", Quantity::angular_velocity},
+      {"120", Quantity::length},   {"2000", Quantity::time},         {"1500", Quantity::mass},
+      {"300", Quantity::velocity}, {"9810", Quantity::acceleration}, {"27000000", Quantity::density}};
+  for (const auto& [text, quantity] : doubted) EXPECT_EQ(warnings_of(text, quantity).size(), 1u) << text;
+  const std::vector<std::pair<std::string, Quantity>> believed = {
+      {"-90 deg", Quantity::angle},     {"6.283185307179586", Quantity::angle},
+      {"720 deg", Quantity::angle},     {"100", Quantity::length},
+      {"4000 mm", Quantity::length},    {"1000", Quantity::time},
+      {"9.81", Quantity::acceleration}, {"7800", Quantity::density},
+      {"5e5", Quantity::dimensionless}};
+  for (const auto& [text, quantity] : believed) {
+    EXPECT_TRUE(warnings_of(text, quantity).empty()) << text;
+  }
+  EXPECT_DOUBLE_EQ(parse("x: 300 mm/s").at("x").number(Quantity::velocity), 0.3);
+  EXPECT_EQ(parse("x: -90").at("x").number(Quantity::angle), -90) << "and there is nobody to warn";
+}
+
+TEST(Overrides, KnowWhatTheyLeadInto) {
   const Settings s = parse("time: {end: 3}\nlist: [1, 2]\n");
-  EXPECT_EQ(message_of([&] {
-              s.overridden({{"tiem.end", "2"}});
-            }),
-            "--set tiem.end=2: there is no 'tiem' to set 'tiem.end' in; did you mean 'time'?");
   EXPECT_EQ(message_of([&] {
               s.overridden({{"time.end.x", "2"}});
             }),
@@ -314,8 +407,9 @@ TEST(Copies, WithAndWithout) {
   EXPECT_DOUBLE_EQ(changed.at("gait").at("step").number(Quantity::length), 0.07);
   EXPECT_EQ(changed.at("gait").at("step").place(), "a.yaml:2:8");
   EXPECT_FALSE(changed.has("over"));
-  EXPECT_EQ(message_of([&] { s.with("giat.step", s.at("over")); }),
-            "a.yaml:2:7: over: there is no 'giat' to set 'giat.step' in; did you mean 'gait'?");
+  EXPECT_EQ(message_of([&] { s.with("gait.step.x", s.at("over")); }),
+            "a.yaml:2:7: over: 'x' leads into a value that is not a map");
+  EXPECT_TRUE(s.with("giat.step", s.at("over")).at("giat").has("step")) << "the reader of the map refuses its new key";
 }
 
 }  // namespace
