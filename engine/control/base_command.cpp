@@ -50,7 +50,7 @@ class Waypoints : public Steering {
   }
 
   void start(int lane) override { next_[lane] = 0; }
-  unsigned reads() const override { return kBasePosition | kBaseRpy; }
+  unsigned reads() const override { return kBasePlace | kBaseYaw; }
 
   void steer(const Observation& observation, LaneMask active, BlockArray& command) override {
     for (int i = 0; i < kCommandRows; ++i) fill_lanes(command.row(i), 0.0, active);

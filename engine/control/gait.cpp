@@ -48,7 +48,7 @@ class Gait : public Policy {
 
   unsigned reads() const override {
     const GaitParameters& p = view_.p;
-    return kJointPosition | (p.global_up ? kBaseRpy : 0u) | (p.recovery ? kLinkForce : 0u) | steering_->reads();
+    return kJointPosition | (p.global_up ? kBaseTilt : 0u) | (p.recovery ? kLinkForce : 0u) | steering_->reads();
   }
 
   void act(const Observation& observation, LaneMask active, Targets& targets) override {

@@ -8,6 +8,7 @@
 
 #include "engine/control/gait_timing.h"
 #include "engine/model/kinematics.h"
+#include "engine/settings/units.h"
 
 namespace graze {
 
@@ -98,7 +99,8 @@ std::vector<double> read_fractions(const Settings& settings, std::size_t feet) {
   }
   for (const double value : values) {
     if (!(value >= 0 && value <= 1)) {
-      settings.fail(fmt::format("{} is not a fraction of the gait; it must lie within 0 and 1 (0 % and 100 %)", value));
+      settings.fail(fmt::format("{} is not a fraction of the gait; it must lie within 0 and 1 (0 % and 100 %){}", value,
+                                percent_meant(fmt::format("{}", value))));
     }
   }
   return values;

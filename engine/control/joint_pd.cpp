@@ -1,6 +1,8 @@
 // Tracker `joint_pd`: {kp: N m/rad, kd: N m s/rad, ki: N m/(rad s)}, each a number or a map of joint globs. The servo
 // itself runs in the actuators, at every physics step and on the encoder.
 
+#include <algorithm>
+
 #include "engine/control/joint_values.h"
 #include "engine/control/rows.h"
 
@@ -19,7 +21,12 @@ class JointPd : public Tracker {
   }
 
   TargetKind kind() const override { return TargetKind::joint; }
-  unsigned reads() const override { return 0; }
+  unsigned reads() const override {
+    const auto any = [](const std::vector<double>& gains) {
+      return std::any_of(gains.begin(), gains.end(), [](double gain) { return gain != 0; });
+    };
+    return (any(kp_) || any(ki_) ? kServoPosition : 0u) | (any(kd_) ? kServoVelocity : 0u);
+  }
 
   void track(const Observation&, const Targets& targets, LaneMask active, ActuatorCommand& command) override {
     for (int k = 0; k < static_cast<int>(kp_.size()); ++k) {

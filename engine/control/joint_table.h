@@ -1,7 +1,9 @@
 #pragma once
 // A table of joint values over time from a CSV file: header `time,JOINT,JOINT,…`, one row per knot, times (s) growing.
 
+#include <algorithm>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/settings/settings.h"
@@ -30,6 +32,11 @@ class JointTable {
     double value, rate;
   };
   Sample at(std::size_t column, double t) const;
+  /// The least and the greatest value of a column's knots.
+  std::pair<double, double> extremes(std::size_t column) const {
+    const auto [low, high] = std::minmax_element(values_[column].begin(), values_[column].end());
+    return {*low, *high};
+  }
 
  private:
   double slope(std::size_t column, std::size_t knot) const;

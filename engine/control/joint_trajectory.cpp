@@ -32,6 +32,10 @@ class Sinusoid : public Motion {
     frequency_ = read_joint_values(context.nominal, settings.at("frequency"), Quantity::angular_velocity, 0.0);
     phase_ = read_joint_values_or(context.nominal, settings, "phase", Quantity::angle, 0.0);
     if (settings.has("until")) until_ = settings.at("until").non_negative(Quantity::time);
+    for (int k = 0; k < static_cast<int>(q0_.size()); ++k) {
+      const double most = std::abs(amplitude_[k]);
+      if (most > 0) doubt_targets(context.nominal, k, q0_[k] - most, q0_[k] + most, settings.at("amplitude"));
+    }
   }
 
   Sample at(int joint, double t) const override {
@@ -51,7 +55,11 @@ class Table : public Motion {
       : q0_(actuated_positions(context.nominal, context.initial)),
         table_(JointTable::load(settings.at("table"), actuated_names(context.nominal), interpolation_of(settings))),
         column_(q0_.size(), -1) {
-    for (std::size_t c = 0; c < table_.columns().size(); ++c) column_[table_.columns()[c]] = static_cast<int>(c);
+    for (std::size_t c = 0; c < table_.columns().size(); ++c) {
+      column_[table_.columns()[c]] = static_cast<int>(c);
+      const auto [low, high] = table_.extremes(c);
+      doubt_targets(context.nominal, table_.columns()[c], low, high, settings.at("table"));
+    }
   }
 
   Sample at(int joint, double t) const override {

@@ -1,5 +1,13 @@
 #include "engine/control/joint_values.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "engine/settings/warnings.h"
+
 namespace graze {
 
 std::vector<std::string> actuated_names(const Model& model) {
@@ -51,6 +59,19 @@ std::vector<double> read_joint_values_or(const Model& model, const Settings& set
                                          Quantity quantity, double fallback) {
   const std::optional<Settings> found = settings.find(key);
   return found ? read_joint_values(model, *found, quantity, fallback) : std::vector<double>(model.na(), fallback);
+}
+
+void doubt_targets(const Model& model, int k, double low, double high, const Settings& settings) {
+  const Body& body = model.bodies[model.actuated[k]];
+  const double range = body.upper - body.lower, slack = 1e-3 + (std::isfinite(range) ? 0.1 * range : 0.0);
+  if (low >= body.lower - slack && high <= body.upper + slack) return;
+  const bool turns = body.type == JointType::revolute;
+  const double far = std::max(high - body.upper, body.lower - low);
+  warn(settings, fmt::format("targets of joint {} reach from {:g} to {:g}, and its limits are {:g} and {:g}{}",
+                             body.joint, low, high, body.lower, body.upper,
+                             far > (turns ? 2 * std::numbers::pi : 1.0)
+                                 ? fmt::format("; are they meant in {}?", turns ? "deg" : "mm")
+                                 : ""));
 }
 
 std::vector<double> read_gains(const Model& model, const Settings& settings, std::string_view key, Quantity quantity) {

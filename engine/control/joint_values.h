@@ -20,4 +20,8 @@ std::vector<double> actuated_positions(const Model& model, const State& state);
 /// Gains of a servo: stiffness and damping must not be negative.
 std::vector<double> read_gains(const Model& model, const Settings& settings, std::string_view key, Quantity quantity);
 
+/// Warns at `settings` of targets [low, high] of actuated joint k that lie beyond its position limits by a tenth of
+/// their range or more, with the unit that may have been meant.
+void doubt_targets(const Model& model, int k, double low, double high, const Settings& settings);
+
 }  // namespace graze

@@ -53,7 +53,8 @@ class Tracker {
  public:
   virtual ~Tracker() = default;
   virtual TargetKind kind() const = 0;
-  /// Groups of the observation that track reads, as Policy::reads.
+  /// Groups of the observation that track reads, as Policy::reads, and kServoPosition or kServoVelocity if the servos
+  /// that it commands look at their encoders.
   virtual unsigned reads() const { return kAllGroups; }
   virtual void track(const Observation& observation, const Targets& targets, LaneMask active,
                      ActuatorCommand& command) = 0;

@@ -21,7 +21,7 @@ class Prescribed : public Tracker {
   }
 
   TargetKind kind() const override { return TargetKind::joint; }
-  unsigned reads() const override { return 0; }
+  unsigned reads() const override { return kServoPosition; }
 
   void track(const Observation&, const Targets& targets, LaneMask active, ActuatorCommand& command) override {
     for (int k = 0; k < targets.q.rows(); ++k) {

@@ -1,5 +1,6 @@
-// The sensor and actuator channels of a robot (Figure 15), in the one order that parameters, particles and sensors
-// share: group by group, within a group joint by joint in the order of Model::actuated, or axis by axis.
+// The sensor and actuator channels of a robot (Figure 15, and the contact flags' mistakes, which it does not have), in
+// the one order that parameters, particles and sensors share: group by group, within a group joint by joint in the
+// order of Model::actuated, axis by axis, or link by link.
 #include "engine/model/world.h"
 
 namespace graze {
@@ -37,6 +38,10 @@ std::vector<std::string> channel_names(const Robot& robot) {
   for (const std::string& joint : joints) names.push_back("sensor.torque." + joint);
   if (robot.floating_base) append_base_channels(names);
   for (const std::string& joint : joints) names.push_back("actuator.torque." + joint);
+  for (const Link& link : robot.links) {
+    if (link.collisions.empty()) continue;
+    for (const char* mistake : {"missed", "false"}) names.push_back("sensor.contact." + link.name + "." + mistake);
+  }
   return names;
 }
 

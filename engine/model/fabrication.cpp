@@ -170,18 +170,22 @@ World without_pictures(World world) {
   return world;
 }
 
-void refuse_double_mass(const std::vector<std::string>& paths) {
-  const std::set<std::string_view> all(paths.begin(), paths.end());
-  for (const std::string& path : paths) {
-    if (!path.ends_with(".mass")) continue;
-    const std::string density = path.substr(0, path.size() - 4) + "density";
-    if (all.count(density) == 0) continue;
-    throw InputError(
-        fmt::format("{} and {}: only one of them can be uncertain; mass is density times volume", path, density));
+}  // namespace
+
+std::optional<std::pair<std::size_t, std::size_t>> mass_and_density(const std::vector<std::string>& paths) {
+  std::map<std::string_view, std::size_t> index;
+  for (std::size_t i = 0; i < paths.size(); ++i) index.emplace(paths[i], i);
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    if (!paths[i].ends_with(".mass")) continue;
+    const auto density = index.find(paths[i].substr(0, paths[i].size() - 4) + "density");
+    if (density != index.end()) return std::pair(i, density->second);
   }
+  return std::nullopt;
 }
 
-}  // namespace
+std::string mass_and_density_text(const std::string& mass, const std::string& density) {
+  return fmt::format("{} and {}: only one of them can be uncertain; mass is density times volume", mass, density);
+}
 
 Fabricator::Fabricator(std::shared_ptr<const World> nominal, std::vector<std::string> paths)
     : world_(std::move(nominal)), paths_(std::move(paths)) {
@@ -197,7 +201,9 @@ Fabricator::Fabricator(std::shared_ptr<const World> nominal, std::vector<std::st
     }
     plan->values.push_back(found->second);
   }
-  refuse_double_mass(paths_);
+  if (const auto both = mass_and_density(paths_)) {
+    throw InputError(mass_and_density_text(paths_[both->first], paths_[both->second]));
+  }
   const Robot& robot = world_->robot;
   plan->links = link_plans(robot);
   plan->changed_links = touched(robot.links, "robot.link.", paths_);

@@ -269,9 +269,10 @@ class Lister {
       if (joint.type == JointType::prismatic) prismatic.insert(joint.name);
     }
     for (std::size_t i = 0; i < channels.size(); ++i) {
+      const bool probability = channels[i].rfind("sensor.contact.", 0) == 0;
       add(
-          channels[i], bias[i], channel_quantity(channels[i], prismatic), kAny,
-          [i](Draft& d, double x) { d.sensor_bias[i] = x; }, true);
+          channels[i], bias[i], probability ? Quantity::dimensionless : channel_quantity(channels[i], prismatic),
+          probability ? kUnit : kAny, [i](Draft& d, double x) { d.sensor_bias[i] = x; }, !probability);
     }
   }
 

@@ -3,6 +3,9 @@
 // Fabricator uses the functions.
 
 #include <functional>
+#include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/model/fabrication.h"
@@ -32,6 +35,11 @@ struct AddressedParameter {
 
 /// All numbers of a world in the order of ParameterTable.
 std::vector<AddressedParameter> list_parameters(const World& world);
+
+/// The first two of the paths that cannot both be set, the mass and the density of one thing, by their indices.
+std::optional<std::pair<std::size_t, std::size_t>> mass_and_density(const std::vector<std::string>& paths);
+/// Why not.
+std::string mass_and_density_text(const std::string& mass, const std::string& density);
 
 /// The bias of each channel, in the order of channel_names(): what the world says, else 0.
 std::vector<double> nominal_bias(const World& world);

@@ -20,17 +20,20 @@ class ChannelIndex {
     for (std::size_t i = 0; i < names.size(); ++i) index_[names[i]] = static_cast<int>(i);
   }
   int operator()(const std::string& name) const { return index_.at(name); }
+  bool has(const std::string& name) const { return index_.count(name) > 0; }
 
  private:
   std::map<std::string, int> index_;
 };
 
-/// Sizes a group; one that nobody reads is filled with NaN, so that a forgotten declaration cannot pass for a reading.
+constexpr double kNotRead = std::numeric_limits<double>::quiet_NaN();
+
+/// Sizes a group; what nobody reads stays NaN, so that a forgotten declaration cannot pass for a reading.
 void resize_group(BlockArray& group, int rows, bool read) {
   if (group.rows() == rows) return;
   group = BlockArray(rows);
   if (read) return;
-  for (int i = 0; i < rows; ++i) std::fill_n(group.row(i), kLanes, std::numeric_limits<double>::quiet_NaN());
+  for (int i = 0; i < rows; ++i) std::fill_n(group.row(i), kLanes, kNotRead);
 }
 
 /// The same three numbers in every lane.
@@ -62,7 +65,7 @@ enum SumGroup : int {
 
 Sensors::Sensors(const Model& nominal, const std::vector<std::string>& names, SensorNoise noise, unsigned reads,
                  Isa isa)
-    : nominal_(nominal), reads_(reads), kernel_(GRAZE_KERNEL(isa, find_sensing_kernel)) {
+    : nominal_(nominal), reads_(reads), kernel_(GRAZE_KERNEL(isa, find_sensing_kernel)), seed_(noise.seed), isa_(isa) {
   const ChannelIndex channel(names);
   for (const int body : nominal_.actuated) {
     const std::string& joint = nominal_.bodies[body].joint;
@@ -81,6 +84,13 @@ Sensors::Sensors(const Model& nominal, const std::vector<std::string>& names, Se
     layout_.estimate_velocity = channel("sensor.estimate.velocity.x");
     layout_.estimate_rate = channel("sensor.estimate.rate.roll");
   }
+  for (const std::string& name : names) hash_.push_back(name_hash(name));
+  for (int frame = 0; frame < static_cast<int>(nominal_.frames.size()); ++frame) {
+    const std::string flag = "sensor.contact." + nominal_.frames[frame].name;
+    if (!channel.has(flag + ".missed")) continue;
+    layout_.flags.push_back({frame, channel(flag + ".missed"), channel(flag + ".false")});
+  }
+  for (const Body& body : nominal_.bodies) weight_ += body.mass * nominal_.gravity.norm();
   noise.jitter.resize(names.size());
   const int channels = static_cast<int>(names.size());
   bias_ = error_ = BlockArray(channels);
@@ -90,7 +100,7 @@ Sensors::Sensors(const Model& nominal, const std::vector<std::string>& names, Se
   }
   std::vector<LaneNoise::Channel> drawn;
   for (const int c : needed_channels()) {
-    if (noise.jitter[c]) drawn.push_back({name_hash(names[c]), c, *noise.jitter[c]});
+    if (noise.jitter[c]) drawn.push_back({hash_[c], c, *noise.jitter[c]});
   }
   noise_ = LaneNoise(noise.seed, drawn, isa);
   list_readings();
@@ -110,7 +120,8 @@ void Sensors::list_readings() {
   if (!nominal_.floating_base) return;
   const Body& base = nominal_.bodies[0];
   for (int i = 0; i < 3; ++i) {
-    add(kBasePosition, kPositions, base.q + 4 + i, i < 2 ? layout_.gps + i : layout_.z, kSumBasePosition, i);
+    add(i < 2 ? kBasePlace : kBaseHeight, kPositions, base.q + 4 + i, i < 2 ? layout_.gps + i : layout_.z,
+        kSumBasePosition, i);
     add(kBaseVelocity, kVelocities, base.v + 3 + i, layout_.estimate_velocity + i, kSumBaseVelocity, i);
     add(kBaseRate, kVelocities, base.v + i, layout_.estimate_rate + i, kSumBaseRate, i);
     add(kImuLinear, kAccelerations, base.v + 3 + i, layout_.imu_linear + i, kSumImuLinear, i);
@@ -119,19 +130,23 @@ void Sensors::list_readings() {
 }
 
 std::vector<int> Sensors::needed_channels() const {
-  // The actuators use these whatever the policy reads.
-  std::vector<int> needed = layout_.position;
+  std::vector<int> needed = layout_.actuator;  // whatever the policy reads
   const auto add = [&](const std::vector<int>& channels) {
     needed.insert(needed.end(), channels.begin(), channels.end());
   };
-  add(layout_.velocity);
-  add(layout_.actuator);
+  if (reads(kJointPosition | kServoPosition)) add(layout_.position);
+  if (reads(kJointVelocity | kServoVelocity)) add(layout_.velocity);
   if (reads(kJointAcceleration)) add(layout_.acceleration);
   if (reads(kJointTorque)) add(layout_.torque);
+  if (reads(kLinkForce)) {
+    for (const Flag& flag : layout_.flags) add({flag.missed, flag.invented});
+  }
   if (nominal_.floating_base) {
-    if (reads(kBasePosition)) add({layout_.gps, layout_.gps + 1, layout_.z});
-    const std::pair<SensedGroup, int> triples[] = {{kBaseRpy, layout_.magnetometer},
-                                                   {kBaseVelocity, layout_.estimate_velocity},
+    if (reads(kBasePlace)) add({layout_.gps, layout_.gps + 1});
+    if (reads(kBaseHeight)) add({layout_.z});
+    if (reads(kBaseTilt)) add({layout_.magnetometer, layout_.magnetometer + 1});
+    if (reads(kBaseYaw)) add({layout_.magnetometer + 2});
+    const std::pair<SensedGroup, int> triples[] = {{kBaseVelocity, layout_.estimate_velocity},
                                                    {kBaseRate, layout_.estimate_rate},
                                                    {kImuLinear, layout_.imu_linear},
                                                    {kImuAngular, layout_.imu_angular}};
@@ -150,8 +165,8 @@ void Sensors::resize(Observation& out) const {
   resize_group(out.joint_velocity, na, reads(kJointVelocity));
   resize_group(out.joint_acceleration, na, reads(kJointAcceleration));
   resize_group(out.joint_torque, na, reads(kJointTorque));
-  resize_group(out.base_position, 3, reads(kBasePosition));
-  resize_group(out.base_rpy, 3, reads(kBaseRpy));
+  resize_group(out.base_position, 3, reads(kBasePlace) && reads(kBaseHeight));
+  resize_group(out.base_rpy, 3, reads(kBaseTilt) && reads(kBaseYaw));
   resize_group(out.base_velocity, 3, reads(kBaseVelocity));
   resize_group(out.base_rate, 3, reads(kBaseRate));
   resize_group(out.imu_linear, 3, reads(kImuLinear));
@@ -172,7 +187,41 @@ void Sensors::start(int lane, const Particle& particle) {
     bias_(layout_.position[k], lane) -= particle.joint_zero[k];
   }
   for (int c = 0; c < bias_.rows(); ++c) error_(c, lane) = bias_(c, lane);
+  if (reads(kLinkForce)) add_flag_noise(lane);
   copy_errors();
+}
+
+/// From now on draws for the flags that may err in this lane. A channel's draws depend on its name alone, so that
+/// others beside it change no bit.
+void Sensors::add_flag_noise(int lane) {
+  const std::size_t before = flag_channels_.size();
+  for (const Flag& flag : layout_.flags) {
+    for (const int c : {flag.missed, flag.invented}) {
+      const auto is_it = [&](const LaneNoise::Channel& channel) { return channel.row == c; };
+      if (!(bias_(c, lane) > 0) || std::any_of(flag_channels_.begin(), flag_channels_.end(), is_it)) continue;
+      flag_channels_.push_back({hash_[c], c, Distribution::uniform(0, 1)});
+    }
+  }
+  if (flag_channels_.size() == before) return;
+  flag_noise_ = LaneNoise(seed_, flag_channels_, isa_);
+  zero_ = BlockArray(bias_.rows());
+  flag_uniform_ = BlockArray(bias_.rows());
+  for (int c = 0; c < flag_uniform_.rows(); ++c) std::fill_n(flag_uniform_.row(c), kLanes, 1.0);
+}
+
+/// Bernoulli errors of the contact flags: with its channel's probability a touch reads as none, and none as one.
+void Sensors::mistake_contacts(const std::array<std::uint32_t, kLanes>& step, LaneMask active, BlockArray& force) {
+  if (flag_channels_.empty()) return;
+  flag_noise_.draw(particle_, step, active, zero_, flag_uniform_);
+  for (const Flag& flag : layout_.flags) {
+    for (int lane = 0; lane < kLanes; ++lane) {
+      if (!active[lane]) continue;
+      double& read = force(flag.frame, lane);
+      const bool touches = read > 0;
+      const int c = touches ? flag.missed : flag.invented;
+      if (flag_uniform_(c, lane) < bias_(c, lane)) read = touches ? 0.0 : weight_;
+    }
+  }
 }
 
 /// Hands out the errors that the actuators use.
@@ -230,6 +279,11 @@ void Sensors::sense(const BlockPhysics& physics, const BlockArray& tau, double h
     view.h = h;
   }
   kernel_->read(view);
+  if (view.rpy != nullptr) {  // the three come together
+    if (!reads(kBaseTilt)) std::fill_n(out.base_rpy.row(0), 2 * kLanes, kNotRead);
+    if (!reads(kBaseYaw)) std::fill_n(out.base_rpy.row(2), kLanes, kNotRead);
+  }
+  if (reads(kLinkForce)) mistake_contacts(step, active, out.link_force);
 }
 
 }  // namespace graze

@@ -285,18 +285,24 @@ TEST(InitialState, JointsAndObjects) {
   EXPECT_EQ(model.bodies.back().name, "ball");
 }
 
-// Channels are Figure 15's, group by group in the order of the actuated joints; a fixed base has none of its own.
+// Channels are Figure 15's, group by group in the order of the actuated joints, and two for each link that can touch; a
+// fixed base has none of its own.
 TEST(Channels, AreInFigure15sOrder) {
   World world = small_robot();
   const std::vector<std::string> names = channel_names(world.robot);
-  EXPECT_EQ(names.size(), 3 * 4 + 4 + 18 + 4u);
+  std::size_t touching = 0;
+  for (const Link& link : world.robot.links) touching += link.collisions.empty() ? 0 : 1;
+  ASSERT_GT(touching, 0u);
+  EXPECT_EQ(names.size(), 3 * 4 + 4 + 18 + 4 + 2 * touching);
   EXPECT_EQ(names[0], "sensor.encoder.hip1.position");
   EXPECT_EQ(names[5], "sensor.encoder.knee1.velocity");
   EXPECT_EQ(names[12], "sensor.torque.hip1");
   EXPECT_EQ(names[16], "sensor.imu.linear.x");
-  EXPECT_EQ(names.back(), "actuator.torque.knee2");
+  EXPECT_EQ(names[37], "actuator.torque.knee2");
+  EXPECT_TRUE(names[38].starts_with("sensor.contact.") && names[38].ends_with(".missed")) << names[38];
+  EXPECT_TRUE(names.back().ends_with(".false")) << names.back();
   world.robot.floating_base = false;
-  EXPECT_EQ(channel_names(world.robot).size(), 5 * 4u);
+  EXPECT_EQ(channel_names(world.robot).size(), 5 * 4 + 2 * touching);
 }
 
 }  // namespace
