@@ -10,10 +10,26 @@ namespace {
 constexpr int kFeatures = static_cast<int>(Feature::rim) + 1;
 constexpr unsigned kAllFeatures = ~0u;
 
+/// Whether feature_of() can be this for such a shape: a pattern must not name what can never touch.
+bool has_feature(ShapeKind kind, Feature feature) {
+  switch (feature) {
+    case Feature::surface:
+      return kind != ShapeKind::box && kind != ShapeKind::cylinder;
+    case Feature::side:
+      return kind == ShapeKind::box || kind == ShapeKind::cylinder;
+    case Feature::cap:
+    case Feature::rim:
+      return kind == ShapeKind::cylinder;
+    default:
+      return kind == ShapeKind::box;
+  }
+}
+
 unsigned features_named(const std::string& pattern, const Collider& collider) {
   if (matches(pattern, collider.name) || matches(pattern, collider.link)) return kAllFeatures;
   unsigned out = 0;
   for (int f = 0; f < kFeatures; ++f) {
+    if (!has_feature(collider.shape.kind, static_cast<Feature>(f))) continue;
     const std::string suffix = fmt::format(".{}", feature_name(static_cast<Feature>(f)));
     if (matches(pattern, collider.name + suffix) || matches(pattern, collider.link + suffix)) out |= 1u << f;
   }
@@ -30,10 +46,11 @@ Parts read_part(const Settings& settings, const Model& nominal) {
   }
   if (!any) {
     std::vector<std::string> names = part_names(nominal);
-    const std::size_t parts = names.size();
-    for (std::size_t i = 0; i < parts; ++i) {
+    for (const Collider& collider : nominal.colliders) {
       for (int f = 0; f < kFeatures; ++f) {
-        names.push_back(fmt::format("{}.{}", names[i], feature_name(static_cast<Feature>(f))));
+        const auto feature = static_cast<Feature>(f);
+        if (!has_feature(collider.shape.kind, feature)) continue;
+        names.push_back(fmt::format("{}.{}", collider.name, feature_name(feature)));
       }
     }
     match_names(settings, pattern, names, "part of the robot or the environment");

@@ -21,7 +21,8 @@ std::string label(const Settings& value, std::size_t index) {
   for (const char c : value.text()) {
     if (c != ' ') out += name_character(c) || c == '%' ? c : '_';
   }
-  return out.empty() ? std::to_string(index + 1) : out;
+  // A name is a path in the archive, where "." and ".." have a meaning of their own.
+  return out.empty() || out == "." || out == ".." ? std::to_string(index + 1) : out;
 }
 
 void check_name(const Settings& place, std::size_t size) {
@@ -37,7 +38,7 @@ std::vector<PolicySpec> expanded(const std::vector<PolicySpec>& policies, const 
   for (const PolicySpec& policy : policies) {
     for (std::size_t i = 0; i < items.size(); ++i) {
       check_name(items[i], policy.name.size() + 1 + label(items[i], i).size());
-      out.push_back({fmt::format("{}/{}", policy.name, label(items[i], i)), policy.settings.with(path, items[i])});
+      out.push_back({fmt::format("{}/{}", policy.name, label(items[i], i)), policy.settings.with(path, items[i]), 0});
     }
   }
   return out;
@@ -52,8 +53,9 @@ std::vector<PolicySpec> read_policies(const Settings& policies) {
     if (name.empty() || !std::all_of(name.begin(), name.end(), name_character)) {
       value.fail_key("a policy's name is made of letters, digits and _ - + .");
     }
+    if (name == "." || name == "..") value.fail_key("a policy's name must have a letter or a digit");
     check_name(value, name.size());
-    std::vector<PolicySpec> one = {{name, value.without("over")}};
+    std::vector<PolicySpec> one = {{name, value.without("over"), 0}};
     if (const auto over = value.find("over")) {
       check_count(*over, over->entries().size(), kMaxOver, "paths");
       for (const auto& [path, values] : over->entries()) one = expanded(one, path, values);

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <unordered_map>
 
+#include "engine/settings/warnings.h"
 #include "scenarios/keys.h"
 #include "scenarios/limits.h"
 #include "scenarios/names.h"
@@ -51,12 +52,22 @@ double multiple(const Settings& place, double whole, double step, const char* na
   return n;
 }
 
+double read_step(const Settings& settings) {
+  const double step = settings.positive(Quantity::time);
+  constexpr double kLong = 0.02;  // s; twenty times the usual
+  if (step >= kLong) {
+    warn(settings, fmt::format("{:g} s: is long for a step of physics; 0.5 to 1 ms is usual{}", step,
+                               step >= 0.5 ? fmt::format("; did you mean {:g} ms?", step) : ""));
+  }
+  return step;
+}
+
 Timing read_time(const Settings& root) {
   Timing out;
   const auto time = root.find("time");
   if (!time) return out;
   time->allow(keys_of("time"));
-  if (time->has("step")) out.step = time->at("step").positive(Quantity::time);
+  if (time->has("step")) out.step = read_step(time->at("step"));
   out.control = out.step;
   if (const auto control = time->find("control")) {
     out.control = control->positive(Quantity::time);
@@ -66,6 +77,10 @@ Timing read_time(const Settings& root) {
     }
   }
   if (time->has("end")) out.end = time->at("end").positive(Quantity::time);
+  if (time->has("control") && out.control > out.end) {
+    warn(time->at("control"),
+         fmt::format("{:g} s: the trace is over after {:g} s, so policies act once", out.control, out.end));
+  }
   const Settings end = time->has("end") ? time->at("end") : *time;
   constexpr double kMostSteps = 1e9;  // fits an int; 11 days at 1 ms
   if (multiple(end, out.end, out.step, "time.step") > kMostSteps) {
@@ -138,11 +153,35 @@ void check_frames(const Settings& root, const Scenario& s) {
                          static_cast<long long>(std::ceil(kept / kMaxTraceBytes))));
 }
 
-/// Builds every controller once, so that its mistakes come out before anything is simulated.
-void check_policies(const Scenario& scenario) {
+/// Builds every controller once, so that its mistakes come out before anything is simulated. Notes what each reads.
+void check_policies(Scenario& scenario) {
   const State initial = initial_state(*scenario.world, scenario.model);
-  const ControlContext context{scenario.model, initial, scenario.timing.control};
-  for (const PolicySpec& policy : scenario.policies) Controller(context, policy.settings);
+  const ControlContext context{scenario.model, initial, scenario.timing.control,
+                               make_physics(scenario.physics, scenario.model)->solves_drives()};
+  for (PolicySpec& policy : scenario.policies) policy.reads = Controller(context, policy.settings).reads();
+}
+
+/// What no particle could be made of, said here rather than by the first particle.
+void check_fabrication(const Settings& root, const Scenario& scenario) {
+  std::vector<std::string> paths;
+  for (const UncertainParameter& parameter : scenario.space.parameters) paths.push_back(parameter.name);
+  try {
+    const Fabricator fabricator(scenario.world, paths);
+  } catch (const InputError& e) {
+    root.find("uncertain").value_or(root).fail(e.what());
+  }
+}
+
+/// A lag as long as the trace: no command ever arrives.
+void doubt_lag(const Settings& root, const Scenario& scenario) {
+  double lag = scenario.world->control_lag;
+  const auto& parameters = scenario.space.parameters;
+  for (const UncertainParameter& p : parameters) lag = p.name == "control.lag" ? p.persistent.median() : lag;
+  if (lag < scenario.timing.end) return;
+  const auto control = root.find("control"), uncertain = root.find("uncertain");
+  const Settings place = control && control->has("lag") ? control->at("lag") : uncertain.value_or(root);
+  warn(place, fmt::format("a control lag of {:g} s in a trace of {:g} s: no command ever reaches the robot{}", lag,
+                          scenario.timing.end, lag >= 1 ? fmt::format("; did you mean {:g} ms?", lag) : ""));
 }
 
 /// Warns of a control lag that outlasts every trace: no command would ever arrive. Mostly a unit was forgotten.
@@ -175,6 +214,7 @@ Model compiled(const Settings& root, const World& world) {
 Scenario read_scenario(const Settings& root, const std::string& file, const ScenarioOptions& options) {
   check_format(root);
   root.allow(keys_of("scenario"));
+  const Warnings warnings;
   Scenario out;
   out.file = file;
   out.text = root.resolved_text();
@@ -184,7 +224,6 @@ Scenario read_scenario(const Settings& root, const std::string& file, const Scen
   if (const auto physics = root.find("physics")) out.physics = physics->choice(physics_names());
   ReadWorld read = read_world(root, {out.physics, options.ignore_missing_meshes});
   out.world = read.world;
-  out.warnings = read.warnings;
   out.model = compiled(root, *out.world);
   check_contact_names(root, out.model);
   out.timing = read_time(root);
@@ -198,9 +237,13 @@ Scenario read_scenario(const Settings& root, const std::string& file, const Scen
   out.recording = read_record(root);
   check_frames(root, out);
   const auto task = root.find("task");
-  out.task = read_task(task ? *task : Settings::parse("", file), out.model);
+  out.task = read_task(task ? *task : Settings::parse("", file), out.model, {out.timing.step, out.timing.end});
   out.policies = read_policies(root.at("policies"));
   check_policies(out);
+  check_fabrication(root, out);
+  doubt_lag(root, out);
+  out.warnings = read.warnings;
+  out.warnings.insert(out.warnings.end(), warnings.texts().begin(), warnings.texts().end());
   return out;
 }
 

@@ -31,6 +31,7 @@ struct Timing {
 struct PolicySpec {
   std::string name;
   Settings settings;
+  unsigned reads = 0;  // SensedGroup: what its controller looks at
 };
 
 /// Which frames are kept: of no traces, of failures, of failures the last seconds before it, or of all.
@@ -73,8 +74,9 @@ struct Scenario {
   std::vector<PolicySpec> policies;
   Task task;
   Recording recording;
-  bool torque_speed = false;          // actuators follow the torque-speed line
-  std::vector<std::string> warnings;  // what was left out (visual meshes, …)
+  bool torque_speed = false;  // actuators follow the torque-speed line
+  std::vector<std::string>
+      warnings;  // what was left out (visual meshes, …), what looks wrong (units, empty windows, …)
 };
 
 /// Reads and checks a scenario: robot, environment, timing, every path of `uncertain`, every policy (its controller is

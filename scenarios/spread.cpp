@@ -6,6 +6,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "engine/settings/units.h"
+#include "engine/settings/warnings.h"
 #include "scenarios/csv.h"
 #include "scenarios/keys.h"
 
@@ -185,6 +187,29 @@ Spread persistent_part(const Settings& map, const Parameter& parameter) {
 
 }  // namespace
 
+namespace {
+
+/// Warns of values that a forgotten unit makes: a friction of 80, a mass that is a thousand times the nominal one.
+void doubt(const Settings& value, const Parameter& parameter, const Distribution& distribution) {
+  const double middle = distribution.median(), nominal = parameter.nominal;
+  const std::string& path = parameter.path;
+  if (parameter.quantity == Quantity::dimensionless && path.ends_with(".friction") && !(middle <= kMostFriction)) {
+    warn(value, friction_doubt(middle));
+  }
+  constexpr double kFar = 100;
+  if (!parameter.strict || !(nominal > 0) || (middle <= kFar * nominal && kFar * middle >= nominal)) return;
+  const std::string_view unit = unit_of(parameter.quantity);
+  warn(value, fmt::format("{:g} {} is {:.3g} times the nominal {:g} {} of {}; is the unit right?", middle, unit,
+                          middle / nominal, nominal, unit, path));
+}
+
+}  // namespace
+
+std::string friction_doubt(double friction) {
+  return fmt::format("a coefficient of friction of {:g}; rubber on asphalt has about 1{}", friction,
+                     friction <= 200 ? fmt::format("; did you mean {:g} %?", friction) : "");
+}
+
 bool is_spread(const Settings& value) { return value.is_map(); }
 
 double read_cone(const Settings& value) {
@@ -197,9 +222,12 @@ void check_bounds(const Settings& value, const Parameter& parameter, const Distr
   const std::string_view unit = unit_of(parameter.quantity), shown = unit == "1" ? "" : unit;
   const auto refuse = [&](const char* word, double extreme, const char* rule, double bound, const char* cut) {
     const bool spread = !distribution.is_constant();
+    const std::string right = spread                            ? fmt::format(": cut it with {}: …", cut)
+                              : value.is_scalar() && bound == 1 ? percent_meant(value.text())
+                                                                : "";
     value.fail(fmt::format("{} {} {:g}{}{}; {} must be {} {:g}{}", distribution.describe(),
                            spread ? fmt::format("can be as {} as", word) : "is", extreme, shown.empty() ? "" : " ",
-                           shown, parameter.path, rule, bound, spread ? fmt::format(": cut it with {}: …", cut) : ""));
+                           shown, parameter.path, rule, bound, right));
   };
   if (parameter.strict ? low <= parameter.lower : low < parameter.lower) {
     refuse("low", low, parameter.strict ? ">" : ">=", parameter.lower, "min");
@@ -214,17 +242,19 @@ Spread read_spread(const Settings& value, const Parameter& parameter) {
   if (!value.is_map()) {
     const Spread out = fixed(value, parameter);
     check_bounds(value, parameter, out.persistent);
+    doubt(value, parameter, out.persistent);
     return out;
   }
   value.allow(keys_of("spread"));
   if (value.entries().empty()) value.fail("{}: must be a number or a distribution");
   Spread out = persistent_part(value, parameter);
   check_bounds(value, parameter, out.persistent);
+  doubt(value, parameter, out.persistent);
   if (const auto jitter = value.find("jitter")) {
     if (!parameter.transient) {
       jitter->fail_key(
           fmt::format("{} is drawn once per particle and cannot change while it runs; jitter is for "
-                      "control.lag, sensor.… and actuator.…",
+                      "control.lag, actuator.… and sensor.…, but for sensor.contact.…",
                       parameter.path));
     }
     std::vector<std::string> names = distribution_names();

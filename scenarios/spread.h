@@ -27,6 +27,10 @@ Spread read_spread(const Settings& value, const Parameter& parameter);
 /// Refuses a distribution that can leave the parameter's bounds, by the very smallest and largest value it can give.
 void check_bounds(const Settings& value, const Parameter& parameter, const Distribution& distribution);
 
+/// A greater coefficient of friction is doubted, with these words.
+inline constexpr double kMostFriction = 5;
+std::string friction_doubt(double friction);
+
 /// `{std: 0.01 rad}` of a conical axis error: tilt normal about 0, heading uniform on the circle.
 double read_cone(const Settings& value);
 

@@ -7,6 +7,7 @@
 
 #include "scenarios/keys.h"
 #include "scenarios/limits.h"
+#include "scenarios/task_range.h"
 #include "scenarios/witnesses.h"
 
 namespace graze {
@@ -24,30 +25,41 @@ Window read_window(const Settings& settings) {
 
 class TaskReader {
  public:
-  explicit TaskReader(const Model& nominal) : nominal_(nominal) {}
+  TaskReader(const Model& nominal, const TraceTimes& times) : nominal_(nominal), times_(times) {}
 
-  Requirement requirement(const std::string& name, const Settings& settings) const {
+  /// As a measure it decides nothing, and may have a bound that always or never holds.
+  Requirement requirement(const std::string& name, const Settings& settings, bool measure = false) const {
     settings.allow(with_names({"window"}));
     Requirement out;
+    out.measure = measure;
     out.name = name;
     const ReadWitness witness = the_witness(settings, {"window"});
     out.witness = witness.witness;
     out.description = witness.description;
     out.unit = witness.unit;
-    if (const auto window = settings.find("window")) out.window = read_window(*window);
+    const auto window = settings.find("window");
+    if (window) out.window = read_window(*window);
+    const char* const then = measure ? "so nothing is measured" : "so the requirement is never violated";
+    if ((window && warn_of_window(*window, out.window, times_, then)) || measure) return out;
+    doubt(settings, witness.range, "a requirement that can never be violated", "every trace violates it");
+    if (witness.range.never_holds() && !witness.range.of_nominal) {
+      settings.fail("every trace would violate it: " + witness.range.why);
+    }
     return out;
   }
 
   /// The predicate itself, or a map that gives it a name.
   Objective objective(const Settings& settings) const {
     const auto entries = settings.entries();
-    if (entries.size() == 1 && !is_predicate_key(entries[0].first) && names_a_predicate(entries[0].second)) {
-      Objective out = predicate(entries[0].second);
-      out.name = entries[0].first;
-      return out;
+    const bool named =
+        entries.size() == 1 && !is_predicate_key(entries[0].first) && names_a_predicate(entries[0].second);
+    const Settings& meant = named ? entries[0].second : settings;
+    Objective out = predicate(meant);
+    out.name = named ? entries[0].first : "objective";
+    if (out.range.never_holds() && !out.range.of_nominal) {
+      meant.fail("no trace could ever meet it: " + out.range.why);
     }
-    Objective out = predicate(settings);
-    out.name = "objective";
+    if (!out.parts.empty()) doubt(meant, out.range, "every trace meets it", "no trace meets it");
     return out;
   }
 
@@ -104,6 +116,7 @@ class TaskReader {
     out.witness = witness.witness;
     out.description = witness.description;
     out.unit = witness.unit;
+    out.range = witness.range;
     read_timing(settings, out);
     return out;
   }
@@ -114,6 +127,7 @@ class TaskReader {
     for (const Settings& part : settings.items()) out.parts.push_back(predicate(part));
     if (out.parts.empty()) settings.fail("needs at least one predicate");
     if (key == "not" && out.parts.size() != 1) settings.fail("takes one predicate");
+    out.range = range_of_parts(out);
     return out;
   }
 
@@ -128,9 +142,16 @@ class TaskReader {
     if (window) out.window = read_window(*window);
     // A window alone means throughout it.
     out.kind = once ? Objective::Kind::once : always || window ? Objective::Kind::always : Objective::Kind::at_end;
+    const char* const then = once ? "so it never holds" : "so it always holds";
+    if (window && warn_of_window(*window, out.window, times_, then)) {
+      out.range = unopened(out.window, once);
+    } else {
+      doubt(settings, out.range, "it always holds", "it never holds");
+    }
   }
 
   const Model& nominal_;
+  const TraceTimes& times_;
 };
 
 void collect_leaves(const Objective& node, std::vector<const Objective*>& leaves) {
@@ -174,9 +195,9 @@ std::vector<const Objective*> leaves(const Objective& objective) {
   return out;
 }
 
-Task read_task(const Settings& settings, const Model& nominal) {
+Task read_task(const Settings& settings, const Model& nominal, const TraceTimes& times) {
   settings.allow(keys_of("task"));
-  const TaskReader reader(nominal);
+  const TaskReader reader(nominal, times);
   Task task;
   task.objective.kind = Objective::Kind::all;  // of nothing: met by every trace that reaches its end
   task.objective.name = "reaches the end";
@@ -191,8 +212,7 @@ Task read_task(const Settings& settings, const Model& nominal) {
       for (const Requirement& other : task.requirements) {
         if (other.name == name) value.fail_key("is a requirement too; give the measure a name of its own");
       }
-      task.requirements.push_back(reader.requirement(name, value));
-      task.requirements.back().measure = true;
+      task.requirements.push_back(reader.requirement(name, value, true));
     }
   }
   if (const auto objective = settings.find("objective")) {

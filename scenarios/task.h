@@ -34,6 +34,23 @@ struct WitnessInput {
   const double* enough = nullptr;
 };
 
+/// The values that a witness can have at any instant of a trace, and what bounds them, in words for messages.
+struct WitnessRange {
+  double low = -std::numeric_limits<double>::infinity();
+  double high = std::numeric_limits<double>::infinity();
+  std::string why;
+  bool of_nominal = false;  // of the nominal robot; a particle's own bounds lie elsewhere
+
+  bool always_holds() const { return low >= 0; }
+  bool never_holds() const { return high < 0; }
+};
+
+/// When traces are looked at: at 0, step, 2 step, … end. A step of 0 stands for any time at all.
+struct TraceTimes {
+  double step = 0;                                       // s
+  double end = std::numeric_limits<double>::infinity();  // s
+};
+
 class Witness {
  public:
   virtual ~Witness() = default;
@@ -54,6 +71,8 @@ struct Window {
   double from = 0;                                      // s
   double to = std::numeric_limits<double>::infinity();  // s
   bool contains(double t) const { return t >= from && t <= to; }
+  /// Whether it contains a time at which traces are looked at.
+  bool opens(const TraceTimes& times) const;
 };
 
 /// A witness that must stay >= 0; or, as a measure, one that is watched in the same way and decides nothing.
@@ -76,6 +95,7 @@ struct Objective {
   Window window;
   std::shared_ptr<const Witness> witness;  // leaves
   std::string description, unit;           // of a leaf's witness
+  WitnessRange range;                      // of the margin
   std::vector<Objective> parts;            // inner nodes
 };
 
@@ -93,8 +113,9 @@ std::vector<const Objective*> leaves(const Objective& objective);
 
 /// Reads `requirements` and `measures` (maps name -> witness; no name in both) and `objective` (map with one name ->
 /// predicate, or the predicate itself). Names are checked against the model: a pattern that matches nothing is refused
-/// with the nearest name.
-Task read_task(const Settings& settings, const Model& nominal);
+/// with the nearest name. What can never hold is refused; what always holds, and windows that no trace comes to, are
+/// warned of (Warnings).
+Task read_task(const Settings& settings, const Model& nominal, const TraceTimes& times = {});
 
 /// Names of all witnesses ("tilt", "height", "no_contact", …), for help and the schema.
 std::vector<std::string> witness_names();

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "engine/model/parameters.h"
 #include "engine/settings/limits.h"
 #include "scenarios/keys.h"
 #include "scenarios/limits.h"
@@ -21,14 +22,15 @@ bool ends_with(const std::string& text, std::string_view tail) {
 
 class UncertainReader {
  public:
-  explicit UncertainReader(const ParameterTable& table) : table_(table), spreads_(table.all().size()) {}
+  explicit UncertainReader(const ParameterTable& table)
+      : table_(table), spreads_(table.all().size()), written_(spreads_.size()) {}
 
   void add_in_world(const InlineSpread& spread) {
     const std::vector<int> found = table_.match(spread.path);
     if (found.empty()) spread.settings.fail(spread.path + " cannot be uncertain here; write a number");
     for (const int i : found) {
       check_bounds(spread.settings, table_.all()[i], spread.spread.persistent);
-      spreads_[i] = spread.spread;
+      set(i, spread.settings, spread.spread);
     }
   }
 
@@ -39,12 +41,14 @@ class UncertainReader {
     }
     const std::vector<int> found = parameters(pattern, value);
     for (const int i : found) {
-      spreads_[i] = read_spread(value, table_.all()[i]);
+      set(i, value, read_spread(value, table_.all()[i]));
       if (i == found.front()) check_kept(value, found.size(), spreads_[i]->persistent.kept_numbers());
     }
   }
 
+  /// Throws InputError for what no particle can have together.
   ParameterSpace space() {
+    refuse_mass_and_density();
     ParameterSpace out;
     index_.assign(spreads_.size(), -1);
     for (std::size_t i = 0; i < spreads_.size(); ++i) {
@@ -84,6 +88,25 @@ class UncertainReader {
                            numbers, parameters, kept_, kMaxKeptNumbers));
   }
 
+  void set(int parameter, const Settings& settings, const Spread& spread) {
+    spreads_[parameter] = spread;
+    written_[parameter] = settings;
+  }
+
+  void refuse_mass_and_density() const {
+    std::vector<std::string> paths;
+    std::vector<int> indices;
+    for (std::size_t i = 0; i < spreads_.size(); ++i) {
+      if (!spreads_[i]) continue;
+      paths.push_back(table_.all()[i].path);
+      indices.push_back(static_cast<int>(i));
+    }
+    const auto both = mass_and_density(paths);
+    if (!both) return;
+    const auto& [mass, density] = *both;
+    written_[indices[mass]]->fail_key(mass_and_density_text(paths[mass], paths[density]));
+  }
+
   std::vector<int> parameters(const std::string& pattern, const Settings& value) const {
     if (const std::string problem = glob_problem(pattern); !problem.empty()) value.fail_key(problem);
     if (pattern.find_first_of("*?{") != std::string::npos) {
@@ -107,9 +130,9 @@ class UncertainReader {
   void add_axis(const std::string& pattern, const Settings& value) {
     value.allow(keys_of("axis"));
     const double std = read_cone(value.at("cone"));
-    for (const int i : parameters(pattern + ".tilt", value)) spreads_[i] = Spread{Distribution::normal(0, std), {}, {}};
+    for (const int i : parameters(pattern + ".tilt", value)) set(i, value, {Distribution::normal(0, std), {}, {}});
     for (const int i : parameters(pattern + ".heading", value)) {
-      spreads_[i] = Spread{Distribution::uniform(0, 2 * std::numbers::pi), {}, {}};
+      set(i, value, {Distribution::uniform(0, 2 * std::numbers::pi), {}, {}});
     }
   }
 
@@ -153,10 +176,11 @@ class UncertainReader {
   }
 
   const ParameterTable& table_;
-  std::vector<std::optional<Spread>> spreads_;  // per parameter of the table
-  std::vector<int> index_;                      // per parameter of the table: in the space, or -1
-  mutable std::size_t comparisons_ = 0;         // of globs with parameters, so far
-  std::size_t kept_ = 0;                        // numbers of distributions, so far
+  std::vector<std::optional<Spread>> spreads_;    // per parameter of the table
+  std::vector<std::optional<Settings>> written_;  // where each spread stands
+  std::vector<int> index_;                        // per parameter of the table: in the space, or -1
+  mutable std::size_t comparisons_ = 0;           // of globs with parameters, so far
+  std::size_t kept_ = 0;                          // numbers of distributions, so far
 };
 
 void add_groups(const Settings& correlated, const UncertainReader& reader, ParameterSpace& space) {

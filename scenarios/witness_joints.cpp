@@ -136,9 +136,19 @@ ReadWitness read_joint_limits(const Settings& settings, const Model& nominal) {
   settings.allow(keys_of("joint_limits"));
   const std::vector<int> joints = only(settings, nominal, "position limits",
                                        [](const Body& b) { return std::isfinite(b.lower) || std::isfinite(b.upper); });
-  const auto spare = settings.find("margin");
-  return {std::make_shared<JointLimits>(nominal, joints, spare ? spare->non_negative(Quantity::angle) : 0.0),
-          "position limits of " + joints_text(settings), "rad"};
+  const auto margin = settings.find("margin");
+  const double spare = margin ? margin->non_negative(Quantity::angle) : 0.0;
+  WitnessRange range;
+  for (const int k : joints) {
+    const Body& body = nominal.bodies[nominal.actuated[k]];
+    const double middle = 0.5 * (body.upper - body.lower) - spare;
+    if (!(middle < range.high)) continue;
+    range.high = middle;
+    range.why = fmt::format("joint {} has {:g} rad from limit to limit, and a margin of {:g} at both leaves nothing",
+                            body.joint, body.upper - body.lower, spare);
+  }
+  return {std::make_shared<JointLimits>(nominal, joints, spare), "position limits of " + joints_text(settings), "rad",
+          range};
 }
 
 ReadWitness read_torque_limits(const Settings& settings, const Model& nominal) {

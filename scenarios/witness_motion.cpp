@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "scenarios/keys.h"
 #include "scenarios/names.h"
@@ -221,13 +222,36 @@ class Speed : public Witness {
 
 constexpr double kOpen = std::numeric_limits<double>::infinity();
 
+/// Range of the least margin of several frames: a link that is welded to the world has `welded(pose)` all along, every
+/// other one `free`.
+template <typename Welded>
+WitnessRange least_of_frames(const Model& nominal, const std::vector<int>& frames, const WitnessRange& free,
+                             const Welded& welded) {
+  WitnessRange out{kOpen, kOpen, "", false};
+  for (const int i : frames) {
+    const Frame& frame = nominal.frames[i];
+    WitnessRange one = free;
+    if (frame.body < 0) {
+      one.low = one.high = welded(frame.X_BF);
+      one.why = fmt::format("{} is welded to the world, and its margin is {:g} all along", frame.name, one.high);
+      one.of_nominal = true;
+    }
+    if (one.high < out.high || out.why.empty()) out.why = one.why, out.of_nominal = one.of_nominal;
+    out.low = std::min(out.low, one.low);
+    out.high = std::min(out.high, one.high);
+  }
+  return out;
+}
+
 /// `{above: …, below: …}`, at least one of them.
 void read_range(const Settings& settings, double& above, double& below) {
   above = settings.number_or("above", -kOpen, Quantity::length);
   below = settings.number_or("below", kOpen, Quantity::length);
   if (!settings.has("above") && !settings.has("below")) settings.fail("needs 'above', 'below' or both");
-  if (above > below)
-    settings.fail(fmt::format("above {:g} m lies over below {:g} m: nothing is between", above, below));
+  if (above >= below) {
+    settings.fail(fmt::format("above {:g} m lies {} below {:g} m: nothing is between", above,
+                              above > below ? "over" : "at", below));
+  }
 }
 
 std::string range_text(const char* axis, double above, double below) {
@@ -239,13 +263,28 @@ std::string range_text(const char* axis, double above, double below) {
 
 }  // namespace
 
+namespace {
+
+constexpr const char* kMostTilt = "an angle from the vertical is at most pi rad (180 deg)";
+
+/// Of a region: the margin is greatest in its middle.
+WitnessRange region_range(const Model& nominal, const std::vector<int>& frames, const Vec3& above, const Vec3& below) {
+  return least_of_frames(nominal, frames, {-kOpen, 0.5 * (below - above).minCoeff(), "", false}, [&](const Pose& X) {
+    return std::min((X.translation() - above).minCoeff(), (below - X.translation()).minCoeff());
+  });
+}
+
+}  // namespace
+
 ReadWitness read_tilt(const Settings& settings, const Model& nominal) {
   settings.allow(keys_of("tilt"));
   const std::vector<int> frames = read_frames(settings, nominal);
   const Settings limit = settings.at("below");
   const double below = limit.positive(Quantity::angle);
   return {std::make_shared<Tilt>(nominal, frames, below),
-          fmt::format("tilt of {} below {:g} rad", settings.at("link").text(), below), "rad"};
+          fmt::format("tilt of {} below {:g} rad", settings.at("link").text(), below), "rad",
+          least_of_frames(nominal, frames, {below - std::numbers::pi, below, kMostTilt, false},
+                          [&](const Pose& X) { return below - std::acos(std::clamp(X.linear()(2, 2), -1.0, 1.0)); })};
 }
 
 ReadWitness read_height(const Settings& settings, const Model& nominal) {
@@ -254,7 +293,8 @@ ReadWitness read_height(const Settings& settings, const Model& nominal) {
   Vec3 above = Vec3::Constant(-kOpen), below = Vec3::Constant(kOpen);
   read_range(settings, above.z(), below.z());
   return {std::make_shared<Region>(nominal, frames, above, below),
-          settings.at("link").text() + range_text("z", above.z(), below.z()), "m"};
+          settings.at("link").text() + range_text("z", above.z(), below.z()), "m",
+          region_range(nominal, frames, above, below)};
 }
 
 ReadWitness read_position(const Settings& settings, const Model& nominal) {
@@ -273,7 +313,8 @@ ReadWitness read_position(const Settings& settings, const Model& nominal) {
     any = true;
   }
   if (!any) settings.fail("needs one of x, y, z, e.g. y: {below: -0.2 m}");
-  return {std::make_shared<Region>(nominal, frames, above, below), text, "m"};
+  return {std::make_shared<Region>(nominal, frames, above, below), text, "m",
+          region_range(nominal, frames, above, below)};
 }
 
 ReadWitness read_speed(const Settings& settings, const Model& nominal) {
@@ -281,7 +322,8 @@ ReadWitness read_speed(const Settings& settings, const Model& nominal) {
   const std::vector<int> frames = read_frames(settings, nominal);
   const double below = settings.at("below").positive(Quantity::velocity);
   return {std::make_shared<Speed>(nominal, frames, below),
-          fmt::format("speed of {} below {:g} m/s", settings.at("link").text(), below), "m/s"};
+          fmt::format("speed of {} below {:g} m/s", settings.at("link").text(), below), "m/s",
+          least_of_frames(nominal, frames, {-kOpen, below, "", false}, [&](const Pose&) { return below; })};
 }
 
 }  // namespace graze

@@ -16,6 +16,7 @@ struct ReadWitness {
   std::shared_ptr<const Witness> witness;
   std::string description;  // "tilt of BODY0 below 90 deg"
   std::string unit;         // SI
+  WitnessRange range = {};  // of its value; by default it can be anything
 };
 
 using WitnessReader = std::function<ReadWitness(const Settings&, const Model& nominal)>;

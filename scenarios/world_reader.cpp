@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "engine/model/kinematics.h"
 #include "engine/model/urdf.h"
 #include "engine/physics.h"
+#include "engine/settings/warnings.h"
 #include "scenarios/keys.h"
 #include "scenarios/limits.h"
 #include "scenarios/names.h"
@@ -66,7 +68,10 @@ class WorldReader {
     UrdfOptions urdf;
     urdf.ignore_missing_meshes = options_.ignore_missing_meshes;
     if (const auto base = robot.find("base")) urdf.fixed_base = base->choice({"floating", "fixed"}) == "fixed";
-    if (const auto density = robot.find("density")) urdf.density = density->positive(Quantity::density);
+    if (const auto density = robot.find("density")) {
+      urdf.density = density->positive(Quantity::density);
+      doubt_density(*density, urdf.density);
+    }
     if (const auto folders = robot.find("package_path")) {
       check_count(*folders, folders->items().size(), kMaxFolders, "folders");
       for (const Settings& folder : folders->items()) urdf.package_path.push_back(folder.resolve_file(folder.text()));
@@ -137,8 +142,27 @@ class WorldReader {
     for (const auto& [pattern, value] : joints->entries()) {
       for (const int i : match_names(value, pattern, names, "joint")) {
         out[names[i]] = value.number(moving[i]->type == JointType::revolute ? angular : linear);
+        if (&out == &world().initial.joint_position) doubt_position(value, *moving[i], out[names[i]]);
       }
     }
+  }
+
+  /// A joint that begins beyond its limits by more than rounding makes.
+  static void doubt_position(const Settings& value, const Joint& joint, double q) {
+    const double range = joint.upper - joint.lower, slack = 1e-3 + (std::isfinite(range) ? 0.01 * range : 0.0);
+    const auto fits = [&](double x) { return x >= joint.lower - slack && x <= joint.upper + slack; };
+    if (fits(q)) return;
+    const bool turns = joint.type == JointType::revolute;
+    const double meant = turns ? q * std::numbers::pi / 180 : q / 1000;
+    warn(value, fmt::format("{:g} {}: the limits of joint {} are {:g} and {:g}{}", q, turns ? "rad" : "m", joint.name,
+                            joint.lower, joint.upper,
+                            fits(meant) ? fmt::format("; did you mean {:g} {}?", q, turns ? "deg" : "mm") : ""));
+  }
+
+  static void doubt_density(const Settings& value, double density) {
+    constexpr double kFoam = 10;  // kg/m^3, of the lightest foams that are sold
+    if (density >= kFoam) return;
+    warn(value, fmt::format("{:g} kg/m^3 is lighter than foam; did you mean {:g} g/cm^3?", density, density));
   }
 
   static Parameter at_least_zero(const std::string& path) {
@@ -196,7 +220,10 @@ class WorldReader {
     pair.allow(keys_of("pair"));
     ContactPair out;
     std::tie(out.a, out.b) = two_names(pair.at("between"));
-    if (const auto friction = pair.find("friction")) out.friction = friction->non_negative();
+    if (const auto friction = pair.find("friction")) {
+      out.friction = friction->non_negative();
+      if (out.friction > kMostFriction) warn(*friction, friction_doubt(out.friction));
+    }
     if (const auto restitution = pair.find("restitution")) out.restitution = restitution->within(0, 1);
     world().contact.pairs.push_back(out);
   }
@@ -241,8 +268,15 @@ class WorldReader {
     double value = 0;
     if (density) {
       number(settings, "density", positive(path + ".density", Quantity::density), value);
+      doubt_density(*density, value);
     } else {
       number(settings, "mass", positive(path + ".mass", Quantity::mass), value);
+      double robot = 0;
+      for (const Link& link : world().robot.links) robot += link.inertia.mass;
+      if (robot > 0 && value > 100 * robot) {
+        warn(*mass, fmt::format("{:g} kg is {:.3g} times the robot's {:g} kg; did you mean {:g} g?", value,
+                                value / robot, robot, value));
+      }
       value /= volume;
     }
     object.inertia = MassMoments::of_shape(object.shape, value);

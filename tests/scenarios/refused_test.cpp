@@ -9,6 +9,7 @@ namespace {
 
 using ::testing::EndsWith;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 using ::testing::StartsWith;
 
 /// Without "file:line:column: " in front.
@@ -46,6 +47,31 @@ TEST(Refused, EachCaseWithItsMessage) {
     if (one.has("file")) {
       EXPECT_THAT(message, HasSubstr(testing::kFolder + one.at("file").text()));
     }
+  }
+}
+
+// Claim: every doubtful scenario of doubted.yaml is read, with exactly the warnings that stand there.
+TEST(Doubted, EachCaseWithItsWarnings) {
+  const Settings base = Settings::load(testing::kFolder + "refused.yaml").at("base");
+  EXPECT_THAT(parse_scenario(base.resolved_text(), testing::kFolder + "base.yaml").warnings, IsEmpty());
+  for (const Settings& one : Settings::load(testing::kFolder + "doubted.yaml").at("cases").items()) {
+    one.allow({"key", "value", "also", "warns"});
+    SCOPED_TRACE(one.place());
+    Settings scenario = base.with(one.at("key").text(), one.at("value"));
+    if (const auto also = one.find("also")) {
+      for (const auto& [key, value] : also->entries()) scenario = scenario.with(key, value);
+    }
+    std::vector<std::string> wanted, warnings;
+    for (const Settings& text : one.at("warns").items()) wanted.push_back(text.text());
+    EXPECT_EQ(testing::message_of([&] {
+                for (const std::string& warning :
+                     parse_scenario(scenario.resolved_text(), testing::kFolder + "case.yaml").warnings) {
+                  EXPECT_THAT(warning, StartsWith(testing::kFolder + "case.yaml:"));
+                  warnings.push_back(without_place(warning));
+                }
+              }),
+              "(accepted)");
+    EXPECT_EQ(warnings, wanted);
   }
 }
 
