@@ -1,5 +1,6 @@
 // graze check: validates everything, simulates nothing.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -12,6 +13,7 @@
 #include "archive/parent_folders.h"
 #include "jobs/commands.h"
 #include "jobs/size_estimate.h"
+#include "scenarios/channel_readers.h"
 
 namespace graze {
 namespace {
@@ -32,12 +34,17 @@ bool ends_with(const std::string& text, std::string_view tail) {
 /// scalars (tilt and heading), and persistent value and jitter count apart (Figure 15).
 struct Count {
   int persistent = 0, transient = 0, headings = 0, both = 0, fixed = 0;
+  int idle = 0, idle_transient = 0;  // channels that no policy reads
   int total() const { return persistent + transient; }
 };
 
-Count count(const ParameterSpace& space) {
+Count count(const ParameterSpace& space, const ChannelReaders& readers) {
   Count count;
   for (const UncertainParameter& parameter : space.parameters) {
+    if (readers.idle(parameter.name)) {
+      count.idle += (parameter.jitter ? 1 : 0) + (parameter.persistent.is_constant() ? 0 : 1);
+      count.idle_transient += parameter.jitter ? 1 : 0;
+    }
     if (ends_with(parameter.name, ".axis.heading")) {
       ++count.headings;
       continue;
@@ -70,7 +77,7 @@ std::string requirement_list(const Task& task, bool measures) {
   return out;
 }
 
-std::string overview(const Scenario& s) {
+std::string overview(const Scenario& s, const ChannelReaders& readers) {
   std::string out = fmt::format("{}\n", s.name);
   if (!s.description.empty()) out += fmt::format("  {}\n", s.description);
   out += fmt::format("  robot        {}: {}, {}, {} base, {:.4g} kg\n", s.world->robot.name,
@@ -86,7 +93,7 @@ std::string overview(const Scenario& s) {
   out += "\n  requirements " + requirement_list(s.task, false);
   const std::string measures = requirement_list(s.task, true);
   if (!measures.empty()) out += "\n  measures     " + measures;
-  const Count c = count(s.space);
+  const Count c = count(s.space, readers);
   out += fmt::format("\n  objective    {}\n", s.task.objective.name);
   out += fmt::format("  uncertain    {}: {} drawn once per particle, {} redrawn at each control step",
                      counted(static_cast<std::size_t>(c.total()), "parameter"), c.persistent, c.transient);
@@ -95,18 +102,33 @@ std::string overview(const Scenario& s) {
   if (c.headings > 0) why = fmt::format(" ({} conical errors count once and take two each", c.headings);
   if (c.both > 0)
     why += fmt::format("{}value and jitter of {} count twice and take one", why.empty() ? " (" : "; ", c.both);
+  if (c.idle > 0) {
+    out += fmt::format("; {} of them ({} at each control step) idle: {} of channels that no policy reads", c.idle,
+                       c.idle_transient, c.idle == 1 ? "it is" : "they are");
+  }
   if (s.space.size() != c.total()) out += fmt::format("; {} scalars{}{}", s.space.size(), why, why.empty() ? "" : ")");
   return out + "\n";
 }
 
-std::string parameter_table(const ParameterSpace& space) {
-  std::vector<std::vector<std::string>> rows = {{"parameter", "unit", "nominal", "distribution", "jitter"}};
+/// "all", "nobody (idle)", "step/1cm, step/2cm"; nothing for what is no channel.
+std::string readers_text(const std::optional<std::vector<std::string>>& policies, std::size_t all) {
+  if (!policies) return "";
+  if (policies->empty()) return "nobody (idle)";
+  if (policies->size() == all) return "all";
+  return policies->size() > 3 ? fmt::format("{} policies", policies->size())
+                              : fmt::format("{}", fmt::join(*policies, ", "));
+}
+
+std::string parameter_table(const Scenario& scenario, const ChannelReaders& readers) {
+  const ParameterSpace& space = scenario.space;
+  std::vector<std::vector<std::string>> rows = {{"parameter", "unit", "nominal", "distribution", "jitter", "read by"}};
   for (const UncertainParameter& p : space.parameters) {
     const std::string nominal =
         p.labels.empty() ? fmt::format("{:.6g}", p.nominal) : p.labels.at(static_cast<int>(p.nominal));
     const std::string persistent = p.distribution_text.empty() ? p.persistent.describe() : p.distribution_text;
-    rows.push_back(
-        {p.name, p.unit, nominal, rounded_numbers(persistent), p.jitter ? rounded_numbers(p.jitter->describe()) : "-"});
+    rows.push_back({p.name, p.unit, nominal, rounded_numbers(persistent),
+                    p.jitter ? rounded_numbers(p.jitter->describe()) : "-",
+                    readers_text(readers.of(p.name), scenario.policies.size())});
   }
   return text_table(rows, rows[0].size());
 }
@@ -125,23 +147,29 @@ nlohmann::json as_json(const SizeEstimate& e, std::optional<double> free) {
           {"fits", free ? nlohmann::json(e.total() <= *free) : nlohmann::json()}};
 }
 
-nlohmann::json as_json(const Scenario& s) {
-  const Count c = count(s.space);
-  nlohmann::json out = {
-      {"name", s.name},
-      {"file", s.file},
-      {"sha256", s.sha256},
-      {"parameters", nlohmann::json::array()},
-      {"count",
-       {{"total", c.total()}, {"persistent", c.persistent}, {"transient", c.transient}, {"scalars", s.space.size()}}}};
+nlohmann::json as_json(const Scenario& s, const ChannelReaders& readers) {
+  const Count c = count(s.space, readers);
+  nlohmann::json out = {{"name", s.name},
+                        {"file", s.file},
+                        {"sha256", s.sha256},
+                        {"warnings", s.warnings},
+                        {"parameters", nlohmann::json::array()},
+                        {"count",
+                         {{"total", c.total()},
+                          {"persistent", c.persistent},
+                          {"transient", c.transient},
+                          {"idle", c.idle},
+                          {"scalars", s.space.size()}}}};
   for (const PolicySpec& policy : s.policies) out["policies"].push_back(policy.name);
   for (const Requirement& r : s.task.requirements) out[r.measure ? "measures" : "requirements"].push_back(r.name);
   for (const UncertainParameter& p : s.space.parameters) {
+    const auto policies = readers.of(p.name);
     out["parameters"].push_back({{"name", p.name},
                                  {"unit", p.unit},
                                  {"nominal", p.nominal},
                                  {"distribution", p.persistent.describe()},
-                                 {"jitter", p.jitter ? nlohmann::json(p.jitter->describe()) : nlohmann::json()}});
+                                 {"jitter", p.jitter ? nlohmann::json(p.jitter->describe()) : nlohmann::json()},
+                                 {"read_by", policies ? nlohmann::json(*policies) : nlohmann::json()}});
   }
   return out;
 }
@@ -166,15 +194,16 @@ int check(const Arguments& arguments) {
   arguments.draw.apply_to(scenario);
   const SizeEstimate size = arguments.probe ? probe_size(scenario) : estimate_size(scenario);
   const std::optional<double> free = free_bytes(arguments.output.empty() ? "." : arguments.output);
+  const ChannelReaders readers(scenario);
   if (arguments.json) {
-    nlohmann::json out = as_json(scenario);
+    nlohmann::json out = as_json(scenario, readers);
     out["archive"] = as_json(size, free);
     std::cout << out.dump(2) << "\n";
   } else {
-    std::cout << overview(scenario) << "  archive      " << size_text(size, free) << "\n";
+    std::cout << overview(scenario, readers) << "  archive      " << size_text(size, free) << "\n";
     if (free && size.total() > *free) spdlog::warn("the archive would not fit");
     if (!arguments.output.empty()) look_at(arguments.output);
-    if (scenario.space.size() > 0) std::cout << "\n" << parameter_table(scenario.space);
+    if (scenario.space.size() > 0) std::cout << "\n" << parameter_table(scenario, readers);
   }
   return kDone;
 }

@@ -9,6 +9,7 @@
 
 #include "archive/parent_folders.h"
 #include "archive/shell_word.h"
+#include "engine/settings/inputs.h"
 #include "jobs/batch_queue.h"
 #include "jobs/batch_script.h"
 #include "jobs/commands.h"
@@ -106,6 +107,9 @@ void check_request(const BatchRequest& request, const RunArguments& run) {
 /// What the job runs, checked as it will be by the job itself.
 BatchCampaign prepare(const BatchRequest& request, const RunWords& words) {
   const RunArguments& arguments = words.arguments();
+  if (arguments.scenario.file == kStandardInput) {
+    throw InputError("submit: -: the job runs later and cannot read this standard input; give a file");
+  }
   const RunRequest run = prepare_run(arguments, "");
   if (request.array > 0 && static_cast<std::uint64_t>(request.array) > run.options.particles) {
     throw InputError(fmt::format("submit: --array {}: there are only {} particles, and each task needs one",

@@ -41,7 +41,7 @@ void warn(const std::vector<std::string>& sentences) {
 }
 
 void ScenarioArguments::add_to(CLI::App& verb) {
-  verb.add_option("scenario", file, "Scenario file (YAML)")->required();
+  verb.add_option("scenario", file, "Scenario file (YAML); - for standard input")->required();
   verb.add_option("--set", set, "Override a value of the scenario: PATH=VALUE, e.g. time.end='2 s' (may be repeated)")
       ->type_name("PATH=VALUE")
       ->allow_extra_args(false);
@@ -50,15 +50,17 @@ void ScenarioArguments::add_to(CLI::App& verb) {
 }
 
 std::vector<Override> ScenarioArguments::overrides() const {
+  constexpr std::size_t kShown = 80;  // bytes of what was given in a message
   std::vector<Override> out;
   for (const std::string& assignment : set) {
     const std::size_t equals = assignment.find('=');
     if (equals == std::string::npos || equals == 0) {
-      throw InputError(fmt::format("--set {}: not of the form PATH=VALUE, e.g. --set time.end='2 s'", assignment));
+      throw InputError(
+          fmt::format("--set {}: not of the form PATH=VALUE, e.g. --set time.end='2 s'", clipped(assignment, kShown)));
     }
     if (assignment.find_first_not_of(" \t", equals + 1) == std::string::npos) {
       throw InputError(fmt::format("--set {0}: the value is empty; --set {0}~ takes what the scenario says there away",
-                                   assignment.substr(0, equals + 1)));
+                                   clipped(assignment.substr(0, equals), kShown) + "="));
     }
     out.push_back({assignment.substr(0, equals), assignment.substr(equals + 1)});
   }
@@ -88,8 +90,6 @@ void RecordArguments::apply_to(ScenarioArguments& scenario) const {
   }
   const std::string which = last.empty() ? telemetry : "last";
   if (which.empty() && every == 0) return;
-  // A value can only be set within what is there.
-  if (!Settings::load(scenario.file, scenario.overrides()).find("record")) scenario.set.push_back("record={}");
   if (!which.empty()) scenario.set.push_back("record.telemetry=" + which);
   if (every > 0) scenario.set.push_back(fmt::format("record.every={}", every));
   if (!last.empty()) scenario.set.push_back("record.last=" + last);

@@ -8,6 +8,7 @@
 #include "analysis/sequential.h"
 #include "archive/files.h"
 #include "archive/info.h"
+#include "engine/settings/inputs.h"
 #include "jobs/simulate.h"
 #include "jobs/size_estimate.h"
 #include "jobs/until.h"
@@ -24,7 +25,10 @@ struct Destination {
 };
 
 Destination destination(const RunArguments& arguments, const Scenario& scenario) {
-  if (arguments.output.empty()) return {fs::path(scenario.file).stem().string() + ".graze", std::nullopt};
+  if (arguments.output.empty()) {
+    const bool piped = scenario.file == kStandardInput;
+    return {(piped ? "scenario" : fs::path(scenario.file).stem().string()) + ".graze", std::nullopt};
+  }
   const fs::path output = arguments.output;
   if (output.extension() != ".h5") return {output, std::nullopt};
   check_new_file(output, arguments.force, {});

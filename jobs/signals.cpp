@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <array>
 #include <cerrno>
 #include <csignal>
 #include <cstring>
@@ -17,14 +18,34 @@ namespace {
 
 std::atomic<bool> stop{false};
 std::atomic<int> first_signal{0};
-std::atomic<long long> first_time{0};  // ns
+std::atomic<long long> first_time{0};  // ns, of the first SIGINT or SIGTERM
 std::string leaving;                   // set before the handlers are
 
-static_assert(std::atomic<int>::is_always_lock_free && std::atomic<long long>::is_always_lock_free);
+static_assert(SIGXCPU < 65 && std::atomic<int>::is_always_lock_free && std::atomic<long long>::is_always_lock_free);
 
 void say(const char* text) {
   if (write(STDERR_FILENO, text, std::strlen(text)) < 0) return;  // nobody listens
 }
+
+std::string name_of(int number) {
+  switch (number) {
+    case SIGINT:
+      return "SIGINT";
+    case SIGTERM:
+      return "SIGTERM";
+    case SIGHUP:
+      return "SIGHUP";
+    case SIGUSR1:
+      return "SIGUSR1";
+    case SIGXCPU:
+      return "SIGXCPU";
+    default:
+      return fmt::format("signal {}", number);
+  }
+}
+
+/// What is said of the first signal; by its number, made before the handlers are set.
+std::array<std::string, 65> received;
 
 /// A launcher passes a signal on that its processes got from the terminal already: not a second one.
 constexpr long long kSameSignal = 300'000'000;  // ns
@@ -34,13 +55,15 @@ void on_signal(int number) {
   timespec now{};
   clock_gettime(CLOCK_MONOTONIC, &now);
   const long long time = now.tv_sec * 1'000'000'000LL + now.tv_nsec;
-  long long none = 0;
-  if (first_time.compare_exchange_strong(none, time)) {
-    first_signal = number;
-    if (number == SIGINT) say("\ngraze: the blocks under way are finished first; Ctrl-C once more leaves at once\n");
-  } else if (number == SIGINT && time - none > kSameSignal) {
-    say(leaving.c_str());
-    _exit(kMachineFailed);
+  int before = 0;
+  if (first_signal.compare_exchange_strong(before, number)) say(received[number].c_str());
+  // A scheduler that has announced the end (SIGUSR1, SIGXCPU) or a terminal that is gone may send SIGTERM next.
+  if (number == SIGINT || number == SIGTERM) {
+    long long none = 0;
+    if (!first_time.compare_exchange_strong(none, time) && time - none > kSameSignal) {
+      say(leaving.c_str());
+      _exit(kMachineFailed);
+    }
   }
   stop = true;
   errno = error;
@@ -62,28 +85,19 @@ const std::atomic<bool>& heed_signals(const std::string& directory) {
   leaving =
       fmt::format("\ngraze: {}: stopped at once; every shard on disk is kept, and 'graze resume {}' does the rest\n",
                   printable(directory), printable(shell_word(directory)));
+  for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGUSR1, SIGXCPU}) {
+    const bool again = number == SIGINT || number == SIGTERM;
+    received[number] =
+        fmt::format("\ngraze: {}: the blocks under way are finished first; {} leaves at once\n", name_of(number),
+                    number == SIGINT ? "Ctrl-C once more"
+                    : again          ? "SIGTERM once more"
+                                     : "Ctrl-C or SIGTERM");
+  }
   for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGUSR1, SIGXCPU}) set_handler(number, on_signal);
   for (const int number : {SIGPIPE, SIGXFSZ}) set_handler(number, SIG_IGN);
   return stop;
 }
 
-std::string stop_signal() {
-  switch (first_signal) {
-    case 0:
-      return "";
-    case SIGINT:
-      return "SIGINT";
-    case SIGTERM:
-      return "SIGTERM";
-    case SIGHUP:
-      return "SIGHUP";
-    case SIGUSR1:
-      return "SIGUSR1";
-    case SIGXCPU:
-      return "SIGXCPU";
-    default:
-      return fmt::format("signal {}", first_signal.load());
-  }
-}
+std::string stop_signal() { return first_signal == 0 ? "" : name_of(first_signal); }
 
 }  // namespace graze

@@ -7,7 +7,8 @@
 namespace graze {
 
 /// From now on SIGINT, SIGTERM, SIGHUP, SIGUSR1 and SIGXCPU set the flag that is given back, unless they were ignored
-/// before (nohup). A second SIGINT leaves the program at once with exit code 3, saying that `directory` can be resumed.
+/// before (nohup); the first of them is acknowledged on stderr. A second SIGINT or SIGTERM leaves the program at once
+/// with exit code 3, saying that `directory` can be resumed.
 /// A closed pipe and a file that may not grow (SIGPIPE, SIGXFSZ) no longer end the program; the write that they are
 /// about fails.
 const std::atomic<bool>& heed_signals(const std::string& directory);

@@ -9,7 +9,6 @@
 #include "engine/settings/inputs.h"
 #include "engine/settings/tree.h"
 #include "engine/settings/units.h"
-#include "engine/settings/warnings.h"
 
 namespace graze {
 namespace {
@@ -30,6 +29,8 @@ std::string suggestion(std::string_view word, const std::vector<std::string>& ch
   return "; one of: " + joined(choices);
 }
 
+constexpr std::size_t kShown = 80;  // bytes of a value in a message
+
 }  // namespace
 
 Settings Settings::parse(const std::string& text, const std::string& name) {
@@ -46,7 +47,8 @@ Settings Settings::load(const std::string& file, const std::vector<Override>& ov
 Settings Settings::overridden(const std::vector<Override>& overrides) const {
   NodePtr root = node_;
   for (const Override& override : overrides) {
-    const std::string name = fmt::format("--set {}={}", clipped(override.path), clipped(override.value));
+    const std::string name =
+        fmt::format("--set {}={}", clipped(override.path, kShown), clipped(override.value, kShown));
     const NodePtr value = resolve_includes(parse_override(override.value, name));
     root = with_value(root, override.path, value, name + ": ");
   }
@@ -149,7 +151,6 @@ void Settings::fail_key(const std::string& message) const {
 }
 
 std::string Settings::shown() const {
-  constexpr std::size_t kShown = 80;
   if (is_null()) return "nothing";
   if (is_scalar()) return clipped(node_->text, kShown);
   std::string text = to_yaml(*node_);

@@ -26,12 +26,4 @@ void warn(const Settings& settings, const std::string& message) {
   listening->add(fmt::format("{}: {}{}{}", settings.place(), path, path.empty() ? "" : ": ", message));
 }
 
-std::string clipped(const std::string& text) {
-  constexpr std::size_t kShown = 80;
-  if (text.size() <= kShown) return text;
-  std::size_t cut = kShown;
-  while (cut > 0 && (static_cast<unsigned char>(text[cut]) & 0xc0) == 0x80) --cut;  // not inside a UTF-8 character
-  return text.substr(0, cut) + "…";
-}
-
 }  // namespace graze

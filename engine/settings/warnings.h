@@ -27,7 +27,4 @@ class Warnings {
 /// Warns with "place: path: message", as Settings::fail.
 void warn(const Settings& settings, const std::string& message);
 
-/// At most 80 bytes of a text for a message, "…" behind what was cut.
-std::string clipped(const std::string& text);
-
 }  // namespace graze

@@ -52,6 +52,32 @@ TEST_F(CommandLine, WrongVerbsAndOptionsExitWith2) {
   expect_refused(run("score x.h5 --require 'q > 1'"), 2, {"nearest right answer: 'p >= 0.95'"});
 }
 
+// Claim: `-` is a scenario on standard input, with paths from the working directory; what ran from it is resumed and
+// replayed like any other.
+TEST_F(CommandLine, ReadsAScenarioFromStandardInput) {
+  const std::string input = "cat ball.yaml | '" + std::string(GRAZE_PROGRAM) + "' ";
+  const auto piped = [&](const std::string& arguments) { return shell(folder.path(), input + arguments); };
+  const Result checked = piped("check -");
+  EXPECT_EQ(checked.code, 0) << checked.err;
+  EXPECT_THAT(checked.out, HasSubstr("Ball"));
+  EXPECT_EQ(piped("sample - -n 3").out, run("sample ball.yaml -n 3").out);
+  EXPECT_EQ(piped("run - -n 4 --quiet --telemetry all").code, 0);
+  EXPECT_TRUE(fs::exists(folder / "scenario.graze/campaign.h5"));
+  EXPECT_EQ(run("resume scenario.graze -n 8 --quiet").code, 0);
+  EXPECT_EQ(run("replay scenario.graze --particle 7").code, 0);
+  expect_refused(piped("check - --set robot.urdf=bal.urdf"), 2,
+                 {"--set robot.urdf=bal.urdf: ", "did you mean 'ball.urdf'"});
+  expect_refused(shell(folder.path(), "echo 'graze: 2' | '" + std::string(GRAZE_PROGRAM) + "' check -"), 2,
+                 {"graze: standard input:1:8: graze: 2: this program reads format 1"});
+  expect_refused(piped("submit - --time 9 --dry-run"), 2, {"submit: -: ", "give a file"});
+}
+
+TEST_F(CommandLine, OverridesMakeWhatIsMissing) {
+  EXPECT_EQ(run("check ball.yaml --set record.telemetry=all --set contact.model=~").code, 0);
+  expect_refused(run("check ball.yaml --set tiem.end=2"), 2,
+                 {"--set tiem.end=2: tiem: unknown key; did you mean 'time'?"});
+}
+
 TEST_F(CommandLine, MissingFilesAreNamed) {
   expect_refused(run("check nowhere.yaml"), 2, {"nowhere.yaml"});
   expect_refused(run("score nowhere.h5"), 2, {"nowhere.h5"});
