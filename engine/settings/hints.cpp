@@ -72,6 +72,7 @@ class LineScan {
     std::size_t begin = i;
     while (begin > 0 && is_word(line_[begin - 1])) --begin;
     const std::size_t close = line_.find('}', i);
+    if (line_.find('{', i + 1) < close) return "";  // the inner one, if any
     if (close == std::string::npos || line_.substr(i, close - i).find(':') != std::string::npos) return "";
     const bool before = begin < i, behind = close + 1 < line_.size() && is_word(line_[close + 1]);
     return before || behind ? word(begin) : "";
