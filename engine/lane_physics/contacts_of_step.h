@@ -9,9 +9,9 @@
 namespace graze {
 inline namespace GRAZE_ISA_NAMESPACE {
 
-/// Makes a contact of each manifold point that some active lane has; keeps the last step's impulse where it goes on.
+/// Makes a contact of each manifold point that some lane of `near` has; keeps the last step's impulse where it goes on.
 template <class T>
-inline void add_contacts(LaneBlock& block, int pair_index, const ManifoldT<T>& manifold, unsigned active,
+inline void add_contacts(LaneBlock& block, int pair_index, const ManifoldT<T>& manifold, unsigned near,
                          Vec3T<T>*& free_rows) {
   const PairView& pair = block.pairs[pair_index];
   const T* numbers = rows<T>(block.pair) + 2 * pair_index;
@@ -19,7 +19,7 @@ inline void add_contacts(LaneBlock& block, int pair_index, const ManifoldT<T>& m
   ContactT<T>* contacts = reinterpret_cast<ContactT<T>*>(block.contacts);
   for (int k = 0; k < manifold.count; ++k) {
     const ContactPointT<T>& point = manifold.point[k];
-    const unsigned lanes = bits(point.valid) & active;
+    const unsigned lanes = bits(point.valid) & near;
     if (lanes == 0) continue;
     ContactT<T>& c = contacts[block.contact_count++];
     const auto valid = mask_from_bits<T>(lanes);
@@ -55,7 +55,7 @@ inline ShapeT<T> shape_of(const LaneBlock& block, int collider) {
 }
 
 template <class T>
-inline void find_contacts(LaneBlock& block, double h, unsigned active) {
+inline void find_contacts(LaneBlock& block, double h) {
   const PoseT<T>* pose = reinterpret_cast<const PoseT<T>*>(block.pose);
   Vec3T<T>* free_rows = reinterpret_cast<Vec3T<T>*>(block.contact_rows);
   const double* given = block.manifolds;
@@ -66,7 +66,7 @@ inline void find_contacts(LaneBlock& block, double h, unsigned active) {
     if (pair.external) {
       read_manifold<T>(given, kSlots, manifold);
       given += kManifoldRows * kSlots * kWidth<T>;
-      add_contacts<T>(block, block.near[i], manifold, active, free_rows);
+      add_contacts<T>(block, block.near[i], manifold, block.near_lanes[i], free_rows);
       continue;
     }
     const ColliderView &a = block.colliders[pair.a], &b = block.colliders[pair.b];
@@ -74,7 +74,7 @@ inline void find_contacts(LaneBlock& block, double h, unsigned active) {
     const ShapeT<T> shape_b = shape_of<T>(block, pair.b);
     collide<T>(static_cast<ShapeKind>(a.kind), shape_a, pose[pair.a], static_cast<ShapeKind>(b.kind), shape_b,
                pose[pair.b], reach<T>(block, pair, h), manifold);
-    add_contacts<T>(block, block.near[i], manifold, active, free_rows);
+    add_contacts<T>(block, block.near[i], manifold, block.near_lanes[i], free_rows);
   }
 }
 

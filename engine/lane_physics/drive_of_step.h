@@ -22,6 +22,7 @@ struct ServoT {
   T flips;   // changes of mode in this step
   T torque;  // N m or N
   T asked;   // without bounds
+  T warm;    // torque that a row of the sweeps starts from: of the last round that its lane needed, or the last step
 
   mask_of<T> free() const { return abs(mode) < T(0.5); }
   mask_of<T> high() const { return (mode > T(0.5)) & (mode < T(1.5)); }
@@ -72,6 +73,7 @@ inline void begin_servos(const LaneBlock& block, const DriveView& view, double h
     const T last = select(servo.swept(), T(0.0), servo.mode);
     servo.mode = select(constant, side, block.settings.sweep_servos ? T(2.0) : last);
     servo.flips = T(0.0);
+    servo.warm = servo.torque;
   }
 }
 
@@ -181,7 +183,7 @@ inline int add_servo_rows(const LaneBlock& block, const TreeT<T>& tree, const Dr
     row.lower_gap = row.upper_gap = T(__builtin_inf());
     row.lower = row.upper = T(0.0);
     const auto in_force = mask_from_bits<T>(lanes);
-    row.dry = select(in_force, min(max(T(h) * servo.torque, row.dry_low), row.dry_high), T(0.0));
+    row.dry = select(in_force, min(max(T(h) * servo.warm, row.dry_low), row.dry_high), T(0.0));
   }
   return count;
 }
@@ -256,6 +258,12 @@ inline unsigned settle_servos(const LaneBlock& block, const TreeT<T>& tree, cons
     servo.torque = select(live, torque, servo.torque);
     servo.asked = select(live, asked, servo.asked);
     again |= bits(changed);
+  }
+  // A lane that is done meets its own start again in the rounds of its neighbours.
+  const auto unsettled = mask_from_bits<T>(again);
+  for (int k = 0; k < block.na; ++k) {
+    ServoT<T>& servo = servos_of<T>(block)[k];
+    servo.warm = select(unsettled, servo.torque, servo.warm);
   }
   return again & active;
 }

@@ -71,8 +71,8 @@ struct DriveView {
   const double *q, *v, *kp, *kd, *lower, *upper, *prescribed;
 };
 
-/// Numbers of a drive that are kept: mode, flips, torque, asked; see drive_of_step.h.
-inline constexpr int kServoRows = 4;
+/// Numbers of a drive that are kept: mode, flips, torque, asked, warm; see drive_of_step.h.
+inline constexpr int kServoRows = 5;
 /// Rows of SweepMemoryT.
 inline constexpr int kSweepMemory = 12;
 
@@ -120,12 +120,13 @@ struct LaneBlock {
   double* joint_impulse;  // 3 per body: lower, upper, dry; warm start
   double* slot_impulse;   // kKept kSlots per pair, warm start
   int* slot_used;         // per pair: bit k: slot k's may be other than zero
-  double* gap;            // per pair: distance when last measured, m, least of the lanes (not per lane)
-  double* gap_travel;     // per pair: `travel` at that time
-  double travel;          // m, how far any point can have moved since the beginning, a bound over the lanes
-  double last_h;          // s, of the step before; 0: none
+  double* travel;         // 1: m, how far any point of the lane's colliders can have gone since its start, a bound
+  unsigned fresh;         // lanes that have just been started: their colliders have gone no way yet
+  double* due;            // 1 per pair: m, distance when last measured, and twice the travel up to then
+  double* soonest;        // per pair: bound of `due` over the lanes (not per lane)
   int near_count;
-  int* near;  // pairs that may touch within this step
+  int* near;             // pairs that may touch within this step
+  unsigned* near_lanes;  // per near pair: in which lanes
 
   const double* manifolds;  // kManifoldRows kSlots per near pair that is external, in order; see contact/collide.h
 

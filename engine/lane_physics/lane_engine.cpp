@@ -173,8 +173,8 @@ void LaneEngine::number_contacts(const Model& nominal) {
   }
   near_.resize(pairs_.size());
   slot_used_.resize(pairs_.size());
-  gap_.resize(pairs_.size());
-  gap_travel_.resize(pairs_.size());
+  near_lanes_.resize(pairs_.size());
+  soonest_.resize(pairs_.size());
 }
 
 std::size_t LaneEngine::lay_out(double* base) {
@@ -222,6 +222,8 @@ std::size_t LaneEngine::lay_out(double* base) {
   b.speed = rows(nc);
   b.pair = rows(2 * np);
   b.slot_impulse = rows(kKept * kSlots * np);
+  b.travel = rows(1);
+  b.due = rows(np);
   b.na = na;
   b.actuated_body = actuated_body_.data();
   b.locked = locked_.data();
@@ -232,9 +234,9 @@ std::size_t LaneEngine::lay_out(double* base) {
   b.pairs = pairs_.data();
   b.paths = paths_.views().data();
   b.slot_used = slot_used_.data();
-  b.gap = gap_.data();
-  b.gap_travel = gap_travel_.data();
+  b.soonest = soonest_.data();
   b.near = near_.data();
+  b.near_lanes = near_lanes_.data();
   return used;
 }
 
@@ -295,7 +297,14 @@ void LaneEngine::forget_contacts(int lane) {
   clear(block_.joint_impulse, 3 * block_.topology.bodies);
   clear(block_.worth, 3);
   clear(block_.servo, static_cast<std::size_t>(kServoRows) * block_.na);
-  std::fill(gap_.begin(), gap_.end(), -std::numeric_limits<double>::infinity());
+  forget_distances(lane);
+  block_.fresh |= 1u << lane;
+}
+
+void LaneEngine::forget_distances(int lane) {
+  constexpr double kNow = -1e300;
+  for (std::size_t i = 0; i < pairs_.size(); ++i) block_.due[i * kernel_.lanes + lane] = kNow;
+  std::fill(soonest_.begin(), soonest_.end(), kNow);
 }
 
 void LaneEngine::watch_joints() {
@@ -357,7 +366,7 @@ void LaneEngine::make_room_for_contacts() {
   block_.report_lanes = report_lanes_.data();
 }
 
-void LaneEngine::find_external_contacts(double h, unsigned active) {
+void LaneEngine::find_external_contacts(double h) {
   const int W = kernel_.lanes;
   double* rows = manifolds_.data();
   double margin[kLanes];
@@ -367,7 +376,8 @@ void LaneEngine::find_external_contacts(double h, unsigned active) {
     for (int lane = 0; lane < W; ++lane) {
       margin[lane] = std::fma(h, block_.speed[pair.a * W + lane] + block_.speed[pair.b * W + lane], reserve(h));
     }
-    external_->collide(near_[i], W, active, block_.pose + 12 * pair.a * W, block_.pose + 12 * pair.b * W, margin, rows);
+    external_->collide(near_[i], W, near_lanes_[i], block_.pose + 12 * pair.a * W, block_.pose + 12 * pair.b * W,
+                       margin, rows);
     rows += kSlots * kManifoldRows * W;
   }
 }
@@ -379,7 +389,7 @@ void LaneEngine::step(double h, unsigned active, const double* tau) {
 void LaneEngine::drive(double h, unsigned active, const DriveView& drive) {
   kernel_.begin(block_, h, active, drive);
   make_room_for_contacts();
-  if (external_) find_external_contacts(h, active);
+  if (external_) find_external_contacts(h);
   kernel_.finish(block_, h, active, drive);
 }
 

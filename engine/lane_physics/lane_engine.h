@@ -58,6 +58,9 @@ class LaneEngine {
   const double* torque(int k) const { return block_.servo + (kServoRows * k + 2) * kernel_.lanes; }
   const double* asked(int k) const { return block_.servo + (kServoRows * k + 3) * kernel_.lanes; }
 
+  /// The lane's pairs of colliders are all measured in the next step, which costs time and must not change a bit.
+  void forget_distances(int lane);
+
   const LaneBlock& block() const { return block_; }
   LaneBlock& block() { return block_; }
   int lanes() const { return kernel_.lanes; }
@@ -80,15 +83,15 @@ class LaneEngine {
   void forget_contacts(int lane);
   void watch_joints();
   void make_room_for_contacts();
-  void find_external_contacts(double h, unsigned active);
+  void find_external_contacts(double h);
 
   const LaneKernel& kernel_;
   Topology topology_;
   Paths paths_;
   std::unique_ptr<ExternalContacts> external_;
   std::vector<int> actuated_dof_, actuated_body_, watched_, near_, slot_used_, report_pair_;
-  std::vector<unsigned> report_lanes_, locked_;
-  std::vector<double> gap_, gap_travel_;
+  std::vector<unsigned> near_lanes_, report_lanes_, locked_;
+  std::vector<double> soonest_;
   std::vector<std::shared_ptr<const HeightGrid>> grids_;  // keeps alive what terrain_ points to
   std::vector<HeightView> terrain_;
   std::vector<ColliderView> colliders_;

@@ -37,12 +37,13 @@ void settle(LaneBlock& block) {
   settle_velocity<T>(block, tree);
 }
 
-/// World poses of the colliders and bounds of their speeds. Returns the greatest of the active lanes.
+/// World poses of the colliders and bounds of their speeds. `fastest`: the greatest of these; `way`: how far they have
+/// gone since the last step.
 template <class T>
-inline double place_colliders(LaneBlock& block, const TreeT<T>& tree, unsigned active) {
+inline void place_colliders(LaneBlock& block, const TreeT<T>& tree, T& fastest, WayT<T>& way) {
   PoseT<T>* pose = reinterpret_cast<PoseT<T>*>(block.pose);
   T* speed = rows<T>(block.speed);
-  T fastest(0.0);
+  fastest = T(0.0);
   for (int i = 0; i < block.collider_count; ++i) {
     const ColliderView& collider = block.colliders[i];
     if (!collider.used) continue;
@@ -57,14 +58,19 @@ inline double place_colliders(LaneBlock& block, const TreeT<T>& tree, unsigned a
     const int root = tree.topology.root[collider.body];
     const RotT<T>& R = tree.pose[collider.body].R;
     const Vec3T<T> r = motion.p + R * X_BG.p;  // from O
+    const PoseT<T> before = pose[i];
     pose[i].p = root < 0 ? r : r + tree.origin[root];
-    if (collider.kind != kSphereKind) pose[i].R = R * X_BG.R;  // a ball's never changes: load_colliders
+    if (collider.kind == kSphereKind) {  // whose R never changes: load_colliders
+      way.add(before.p, pose[i].p);
+    } else {
+      pose[i].R = R * X_BG.R;
+      way.add(before, pose[i], numbers[kRadius]);
+    }
     const Vec3T<T> u = cross_add(motion.V.w, r, motion.V.l);
     const T spin = abs(motion.V.w.x) + abs(motion.V.w.y) + abs(motion.V.w.z);
     speed[i] = fma(spin, numbers[kRadius], abs(u.x) + abs(u.y) + abs(u.z));
     fastest = max(speed[i], fastest);
   }
-  return greatest(fastest, active);
 }
 
 /// M + h D and drives = L^T D L, and dz: the change of L v by all but constraints.
@@ -99,8 +105,10 @@ inline void move_freely(LaneBlock& block, const TreeT<T>& tree, double h, unsign
 template <class T>
 void begin(LaneBlock& block, double h, unsigned active, const DriveView& drive) {
   const TreeT<T> tree = tree_of<T>(block);
-  const double fastest = place_colliders<T>(block, tree, active);
-  find_near_pairs<T>(block, h, active, fastest);
+  T fastest;
+  WayT<T> way;
+  place_colliders<T>(block, tree, fastest, way);
+  find_near_pairs<T>(block, h, active, fastest, way);
   for (int i = 0; i < tree.topology.bodies; ++i) block.locked[i] = 0;
   if (drive.q) {
     const int entries = tree.topology.row[tree.topology.nv];
@@ -146,7 +154,7 @@ inline T solve(LaneBlock& block, const TreeT<T>& tree, double h, unsigned active
                ConstraintsT<T>& set) {
   T* dz = rows<T>(block.dz);
   const ContactLawT<T>& law = *reinterpret_cast<const ContactLawT<T>*>(block.law);
-  find_contacts<T>(block, h, active);
+  find_contacts<T>(block, h);
   set.contacts = reinterpret_cast<ContactT<T>*>(block.contacts);
   set.contact_count = block.contact_count;
   set.paths = block.paths;
@@ -181,6 +189,33 @@ inline T solve(LaneBlock& block, const TreeT<T>& tree, double h, unsigned active
   return impulse_work;
 }
 
+/// Not a number, in every lane of `lost`.
+template <class T>
+inline void forget(T* numbers, int count, const mask_of<T>& lost) {
+  for (int i = 0; i < count; ++i) numbers[i] = select(lost, T(__builtin_nan("")), numbers[i]);
+}
+
+/// Where numbers have left the range of a double, all that the step shows becomes NaN, and always the same NaN: which
+/// of them are infinite, and the sign of a NaN, depend on the compiler, the instruction set and the neighbours.
+template <class T>
+GRAZE_OUT_OF_LINE void forget_lost(LaneBlock& block, unsigned lanes) {
+  const auto lost = mask_from_bits<T>(lanes);
+  const TopologyView& t = block.topology;
+  for (int i = 0; i < t.bodies; ++i) forget<T>(rows<T>(block.q) + t.q[i], t.kind[i] == kFloating ? 7 : 1, lost);
+  forget<T>(rows<T>(block.v), t.nv, lost);
+  forget<T>(rows<T>(block.a), t.nv, lost);
+  forget<T>(rows<T>(block.X), 12 * t.bodies, lost);
+  forget<T>(rows<T>(block.energy), 1, lost);
+  forget<T>(rows<T>(block.worth) + 1, 2, lost);
+  for (int k = 0; k < block.na; ++k) forget<T>(rows<T>(block.servo) + kServoRows * k + 2, 2, lost);
+  for (int i = 0; i < block.contact_count; ++i) {
+    T* row = rows<T>(block.report) + kContactRows * i;
+    forget<T>(row, kMode, lost);  // places, gap and impulses
+    forget<T>(row + kAge, 1, lost);
+    row[kMode] = select(lost, T(0.0), row[kMode]);
+  }
+}
+
 template <class T>
 void finish(LaneBlock& block, double h, unsigned active, const DriveView& drive) {
   const TreeT<T> tree = tree_of<T>(block);
@@ -200,6 +235,8 @@ void finish(LaneBlock& block, double h, unsigned active, const DriveView& drive)
   expect_momentum<T>(block, tree, set, h);
   advance<T>(block, tree, h, active, drive, impulse_work);
   report_contacts<T>(block, tree, set, h);
+  const unsigned lost = active & ~bits(abs(*rows<T>(block.energy)) < T(1e300));
+  if (lost != 0) forget_lost<T>(block, lost);
 }
 
 }  // namespace GRAZE_ISA_NAMESPACE
