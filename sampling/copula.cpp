@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "sampling/distribution.h"
 #include "sampling/stream.h"
@@ -34,6 +35,27 @@ void correlate(const Eigen::MatrixXd& factor, const std::vector<int>& members, s
     for (int k = 0; k <= i; ++k) sum += factor(i, k) * z[k];
     u[members[i]] = std::clamp(normal_cdf(sum), kSmallestUniform, kLargestUniform);
   }
+}
+
+void correlate_scores(const Eigen::MatrixXd& factor, std::vector<std::vector<double>>& scores) {
+  // From the last row up, because each needs the rows before it as they were.
+  for (std::size_t i = scores.size(); i-- > 0;) {
+    for (std::size_t p = 0; p < scores[i].size(); ++p) {
+      double sum = 0;
+      for (std::size_t k = 0; k <= i; ++k) sum += factor(i, k) * scores[k][p];
+      scores[i][p] = sum;
+    }
+  }
+}
+
+std::vector<std::uint32_t> ranks_of(const std::vector<double>& numbers) {
+  std::vector<std::uint32_t> order(numbers.size()), ranks(numbers.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return numbers[a] < numbers[b] || (numbers[a] == numbers[b] && a < b);
+  });
+  for (std::size_t i = 0; i < order.size(); ++i) ranks[order[i]] = static_cast<std::uint32_t>(i);
+  return ranks;
 }
 
 }  // namespace graze

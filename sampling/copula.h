@@ -2,6 +2,7 @@
 // Gaussian copula: coordinates of the unit cube that vary together while each stays uniform.
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -14,5 +15,12 @@ int correlation_factor(const Eigen::MatrixXd& correlation, Eigen::MatrixXd& fact
 /// Replaces the coordinates `members` of u by Phi(L Phi^-1(u)). If C = L L^T, the rank (Spearman) correlation of
 /// coordinates i and j becomes (6 / pi) asin(C_ij / 2). The first member keeps its value.
 void correlate(const Eigen::MatrixXd& factor, const std::vector<int>& members, std::span<double> u);
+
+/// Makes row i of `scores` (independent standard normals, [member][particle]) the normal score of member i, the rows
+/// before it included: L times each column.
+void correlate_scores(const Eigen::MatrixXd& factor, std::vector<std::vector<double>>& scores);
+
+/// Place of each number in ascending order, 0 … n-1; equal ones in the order of their indices. n < 2^32.
+std::vector<std::uint32_t> ranks_of(const std::vector<double>& numbers);
 
 }  // namespace graze

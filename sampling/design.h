@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -51,11 +52,12 @@ enum class Design {
   sobol,            // scrambled Sobol; particle i is the same for every N. At most 3667 parameters
 };
 
-/// Draws particles of a space. Thread-safe once built.
+/// Draws particles of a space. Thread-safe once built; copies share their tables.
 class Sampler {
  public:
   /// `count` matters to latin_hypercube only. Throws std::invalid_argument as ParameterSpace::validate() does, and when
-  /// the design cannot serve so many parameters or particles.
+  /// the design cannot serve so many parameters or particles. With latin_hypercube and correlation groups it takes time
+  /// and memory in proportion to `count`, because the strata of correlated members are ranks among all particles.
   Sampler(ParameterSpace space, Design design, std::uint64_t seed, std::uint64_t count);
 
   const ParameterSpace& space() const { return space_; }
@@ -69,12 +71,19 @@ class Sampler {
   std::vector<double> draw(std::uint32_t particle) const;
 
  private:
+  using Strata = std::vector<std::uint32_t>;  // per particle
+
+  void stratify_groups();
+  double in_cell(std::size_t parameter, std::uint32_t particle, std::uint64_t cell) const;
+
   ParameterSpace space_;
   Design design_;
   std::uint64_t seed_;
   std::uint64_t count_;
-  std::vector<std::uint64_t> hashes_;            // per parameter: name hash
-  std::vector<Eigen::MatrixXd> cholesky_;        // per group: lower factor
+  std::vector<std::uint64_t> hashes_;      // per parameter: name hash
+  std::vector<Eigen::MatrixXd> cholesky_;  // per group: lower factor
+  // Per parameter: its cells in a Latin hypercube, where those follow from a correlation; null for others.
+  std::vector<std::shared_ptr<const Strata>> strata_;
   std::vector<std::uint64_t> sobol_directions_;  // [parameter][bit], scrambled; empty for other designs
   std::vector<std::uint64_t> sobol_shifts_;      // [parameter]: digital shift
 };

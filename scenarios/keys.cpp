@@ -57,6 +57,7 @@ std::map<std::string, Keys> spread_keys() {
       {"triangular", {"min", "mode", "max"}},
       {"choice", {"values", "weights"}},
       {"empirical", {"file", "column", "values", "unit"}},
+      {"noise", {"density"}},
       {"sampling", {"design", "seed", "particles"}},
   };
 }

@@ -227,7 +227,7 @@ Scenario read_scenario(const Settings& root, const std::string& file, const Scen
   out.model = compiled(root, *out.world);
   check_contact_names(root, out.model);
   out.timing = read_time(root);
-  out.space = read_uncertain(root, ParameterTable(*out.world), read.uncertain);
+  out.space = read_uncertain(root, ParameterTable(*out.world), read.uncertain, out.timing.control);
   check_lag(root, out);
   read_sampling(root, out);
   if (const auto actuators = root.find("actuators")) {

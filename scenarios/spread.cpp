@@ -158,6 +158,30 @@ Spread read_choice(const Settings& value, const Parameter& parameter) {
   }
 }
 
+/// `{density: 2e-4 rad/s/sqrt(Hz)}`: the density of white noise.
+double read_noise(const Settings& value, const Parameter& parameter) {
+  constexpr std::string_view kRoot = "/sqrt(Hz)";
+  if (parameter.quantity == Quantity::dimensionless || parameter.quantity == Quantity::time) {
+    value.fail_key(
+        fmt::format("{} is no signal in time, which alone has a noise density; noise is for sensor.… and "
+                    "actuator.… channels",
+                    parameter.path));
+  }
+  value.allow(keys_of("noise"));
+  const Settings density = value.at("density");
+  const std::string text = density.text();
+  const std::string unit = fmt::format("{}{}", unit_of(parameter.quantity), kRoot);
+  const auto written = split_number(text);
+  std::optional<double> number;
+  if (written && written->unit.empty()) number = written->value;
+  if (written && written->unit.ends_with(kRoot)) {
+    number = to_si(parameter.quantity, written->value, written->unit.substr(0, written->unit.size() - kRoot.size()));
+  }
+  if (!number) density.fail(fmt::format("{}: must be a number in {}", text, unit));
+  if (!(*number >= 0) || !std::isfinite(*number)) density.fail(fmt::format("{}: a noise density must be >= 0", text));
+  return *number;
+}
+
 Spread fixed(const Settings& value, const Parameter& parameter) {
   Spread out;
   out.labels = parameter.choices;
@@ -259,8 +283,13 @@ Spread read_spread(const Settings& value, const Parameter& parameter) {
     }
     std::vector<std::string> names = distribution_names();
     std::erase(names, "choice");
+    names.push_back("noise");
     const auto [name, settings] = jitter->single(names);
-    out.jitter = SpreadReader(parameter, 0.0).read(name, settings);
+    if (name == "noise") {
+      out.noise_density = read_noise(settings, parameter);
+    } else {
+      out.jitter = SpreadReader(parameter, 0.0).read(name, settings);
+    }
   }
   return out;
 }

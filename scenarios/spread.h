@@ -14,7 +14,8 @@ namespace graze {
 struct Spread {
   Distribution persistent = Distribution::constant(0);
   std::optional<Distribution> jitter;
-  std::vector<std::string> labels;  // of a choice
+  std::vector<std::string> labels;      // of a choice
+  std::optional<double> noise_density;  // jitter that is white noise of this density, SI unit / sqrt(Hz)
 };
 
 /// True if `value` is written as a distribution rather than as a number.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <stdexcept>
 
@@ -22,8 +23,8 @@ bool ends_with(const std::string& text, std::string_view tail) {
 
 class UncertainReader {
  public:
-  explicit UncertainReader(const ParameterTable& table)
-      : table_(table), spreads_(table.all().size()), written_(spreads_.size()) {}
+  UncertainReader(const ParameterTable& table, double control_step)
+      : table_(table), control_step_(control_step), spreads_(table.all().size()), written_(spreads_.size()) {}
 
   void add_in_world(const InlineSpread& spread) {
     const std::vector<int> found = table_.match(spread.path);
@@ -130,19 +131,21 @@ class UncertainReader {
   void add_axis(const std::string& pattern, const Settings& value) {
     value.allow(keys_of("axis"));
     const double std = read_cone(value.at("cone"));
-    for (const int i : parameters(pattern + ".tilt", value)) set(i, value, {Distribution::normal(0, std), {}, {}});
+    for (const int i : parameters(pattern + ".tilt", value)) set(i, value, {Distribution::normal(0, std), {}, {}, {}});
     for (const int i : parameters(pattern + ".heading", value)) {
-      set(i, value, {Distribution::uniform(0, 2 * std::numbers::pi), {}, {}});
+      set(i, value, {Distribution::uniform(0, 2 * std::numbers::pi), {}, {}, {}});
     }
   }
 
-  static UncertainParameter parameter(const Parameter& from, const Spread& spread) {
+  UncertainParameter parameter(const Parameter& from, const Spread& spread) const {
     UncertainParameter out;
     out.name = from.path;
     out.unit = unit_of(from.quantity);
     out.nominal = from.nominal;
     out.persistent = spread.persistent;
     out.jitter = spread.jitter;
+    // Held for a control step, the sum over a time of noise has the same variance for every step.
+    if (spread.noise_density) out.jitter = Distribution::normal(0, *spread.noise_density / std::sqrt(control_step_));
     out.labels = spread.labels;
     out.distribution_text = text_of(spread);
     return out;
@@ -176,6 +179,7 @@ class UncertainReader {
   }
 
   const ParameterTable& table_;
+  double control_step_;                           // s
   std::vector<std::optional<Spread>> spreads_;    // per parameter of the table
   std::vector<std::optional<Settings>> written_;  // where each spread stands
   std::vector<int> index_;                        // per parameter of the table: in the space, or -1
@@ -201,8 +205,8 @@ void add_groups(const Settings& correlated, const UncertainReader& reader, Param
 }  // namespace
 
 ParameterSpace read_uncertain(const Settings& scenario, const ParameterTable& table,
-                              const std::vector<InlineSpread>& in_world) {
-  UncertainReader reader(table);
+                              const std::vector<InlineSpread>& in_world, double control_step) {
+  UncertainReader reader(table, control_step);
   for (const InlineSpread& spread : in_world) reader.add_in_world(spread);
   const auto uncertain = scenario.find("uncertain");
   if (uncertain) {

@@ -3,10 +3,13 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <numbers>
 
+#include "sampling/stream.h"
 #include "tests/scenarios/support.h"
 
 namespace graze {
@@ -212,6 +215,47 @@ TEST(Uncertain, GivesTheSensorsTheirNoise) {
   for (std::size_t i = 0; i < channels.size(); ++i) {
     EXPECT_EQ(noise.jitter[i].has_value(), channels[i] == "sensor.encoder.hip.velocity") << channels[i];
   }
+}
+
+/// Variance over 2000 particles of a gyroscope's noise, summed over 0.1 s, in a scenario with this jitter.
+double drift_of(const std::string& jitter, const std::string& step, double control) {
+  const std::string text = hopper("uncertain: {sensor.imu.angular.roll: {jitter: " + jitter + "}}\n");
+  ScenarioOptions options;
+  options.overrides = {{"time.control", step}};
+  const Scenario s = parse_scenario(text, testing::kFolder + "test.yaml", options);
+  const SensorNoise noise = sensor_noise(s, 3);
+  const Distribution drawn =
+      **std::find_if(noise.jitter.begin(), noise.jitter.end(), [](const auto& one) { return one; });
+  double square = 0;
+  for (std::uint32_t particle = 0; particle < 2000; ++particle) {
+    double sum = 0;
+    for (std::uint32_t k = 0; k < std::lround(0.1 / control); ++k) {
+      sum += control * drawn.quantile(uniform(3, particle, name_hash("sensor.imu.angular.roll"), k));
+    }
+    square += sum * sum / 2000;
+  }
+  return square;
+}
+
+// Claim: noise of a given density adds up to density^2 T whatever the control step. The standard error of a variance
+// over 2000 particles is 3.2 %; 5 sigma: 16 %. A jitter of fixed std adds up in proportion to the step.
+TEST(Uncertain, NoiseDensityDoesNotDependOnTheStep) {
+  const std::string density = "{noise: {density: 0.02 rad/s/sqrt(Hz)}}", fixed = "{normal: {std: 0.02}}";
+  EXPECT_NEAR(drift_of(density, "1 ms", 0.001) / (4e-4 * 0.1), 1, 0.16);
+  EXPECT_NEAR(drift_of(density, "4 ms", 0.004) / (4e-4 * 0.1), 1, 0.16);
+  EXPECT_GT(drift_of(fixed, "4 ms", 0.004), 3 * drift_of(fixed, "1 ms", 0.001));
+}
+
+// Claim: a density is read in the channel's unit per root of frequency.
+TEST(Uncertain, ReadsNoiseDensities) {
+  const auto std_of = [](const std::string& density) {
+    const Scenario s =
+        read(hopper("uncertain: {sensor.imu.angular.*: {jitter: {noise: {density: " + density + "}}}}\n"));
+    return s.space.parameters.front().jitter->std();
+  };
+  EXPECT_DOUBLE_EQ(std_of("0.1"), 0.1 / std::sqrt(1e-3));
+  EXPECT_DOUBLE_EQ(std_of("60 deg/s/sqrt(Hz)"), 60 * std::numbers::pi / 180 / std::sqrt(1e-3));
+  EXPECT_DOUBLE_EQ(std_of("1e-3 rad/s/sqrt(Hz)"), 1e-3 / std::sqrt(1e-3));
 }
 
 TEST(Policies, MultiplyOver) {
