@@ -9,6 +9,7 @@
 #include <ostream>
 
 #include "analysis/text_table.h"
+#include "archive/culprit.h"
 #include "archive/shell_word.h"
 #include "archive/utf8.h"
 
@@ -19,7 +20,8 @@ using Json = nlohmann::ordered_json;
 
 Failure describe(const FailureTable& table, const FailureTable::Row& row, const std::string& policy,
                  const CampaignInfo& info) {
-  Failure out{policy, row.particle, row.outcome, "objective", row.time, row.margin, "", 1};
+  Failure out{policy, row.particle, row.outcome, "objective", row.time, row.margin};
+  if (row.outcome != Outcome::invalid) out.culprit = culprit_text(row.violated, row.culprit, info);
   if (row.outcome == Outcome::known_failure) {
     const auto& requirement = info.requirements[static_cast<std::size_t>(row.violated)];
     out.what = requirement.name;
@@ -51,13 +53,31 @@ std::string margin_text(const Failure& failure) {
   return number(failure.margin, unit.c_str());
 }
 
+constexpr std::size_t kMostText = 60;  // bytes
+
 /// Reasons may be long.
 std::string shortened(const std::string& text) {
-  constexpr std::size_t kMost = 60;
-  if (text.size() <= kMost) return text;
-  std::size_t end = kMost - 1;
+  if (text.size() <= kMostText) return text;
+  std::size_t end = kMostText - 1;
   while ((static_cast<unsigned char>(text[end]) & 0xc0u) == 0x80u) --end;  // not within a character of UTF-8
   return text.substr(0, end) + "…";
+}
+
+/// Columns that culprits take: as wide as the longest name, of pairs twice that, but no wider than shortened() leaves
+/// it.
+std::size_t culprit_width(const CampaignInfo& info) {
+  std::size_t longest = 0, widest = std::string("culprit").size();
+  for (const auto* names : {&info.links, &info.actuator_names, &info.colliders}) {
+    for (const std::string& name : *names) longest = std::max(longest, name.size());
+  }
+  const auto widen = [&](const CampaignInfo::RequirementRow& row, std::size_t before) {
+    if (row.parts.empty() && before == 0) return;
+    const std::size_t name = row.parts.empty() ? 0 : row.parts == "pairs" ? 2 * longest + 5 : longest;
+    widest = std::max(widest, before + name);
+  };
+  for (const auto& requirement : info.requirements) widen(requirement, 0);
+  for (const auto& leaf : info.leaves) widen(leaf, info.leaves.size() > 1 ? leaf.description.size() + 2 : 0);
+  return std::min(widest, kMostText);
 }
 
 }  // namespace
@@ -91,12 +111,13 @@ std::string format_failures(const std::vector<Failure>& failures, const std::str
                             std::size_t most) {
   if (failures.empty()) return "";
   std::vector<std::vector<std::string>> rows = {
-      {"policy", "outcome", "what", "traces", "particle", "time", "margin", "replay"}};
+      {"policy", "outcome", "what", "culprit", "traces", "particle", "time", "margin", "replay"}};
   for (const Failure& failure : failures) {
     if (rows.size() > most) break;
     rows.push_back({failure.policy, std::string(outcome_name(failure.outcome)), shortened(failure.what),
-                    std::to_string(failure.alike), std::to_string(failure.particle), number(failure.time, " s"),
-                    margin_text(failure), replay_command(archive, failure.policy, failure.particle)});
+                    shortened(failure.culprit), std::to_string(failure.alike), std::to_string(failure.particle),
+                    number(failure.time, " s"), margin_text(failure),
+                    replay_command(archive, failure.policy, failure.particle)});
   }
   std::uint64_t traces = 0;
   for (const Failure& failure : failures) traces += failure.alike;
@@ -109,15 +130,17 @@ std::string format_failures(const std::vector<Failure>& failures, const std::str
 void list_failures(const Archive& archive, const std::vector<std::string>& policies, const std::string& name,
                    std::ostream& out) {
   std::size_t policy = 6, what = 9;
+  const std::size_t culprit = culprit_width(archive.info());
   for (const std::string& one : policies) policy = std::max(policy, one.size());
   for (const auto& one : archive.info().requirements) what = std::max(what, one.name.size());
   const auto line = [&](const auto&... cells) {
-    return fmt::format("{:<{}}  {:>8}  {:<15}  {:<{}}  {:>11}  {:>14}  {}\n", cells...);
+    return fmt::format("{:<{}}  {:>8}  {:<15}  {:<{}}  {:<{}}  {:>11}  {:>14}  {}\n", cells...);
   };
-  out << line("policy", policy, "particle", "outcome", "what", what, "time", "margin", "replay");
+  out << line("policy", policy, "particle", "outcome", "what", what, "culprit", culprit, "time", "margin", "replay");
   for_each_failure(archive, policies, [&](const Failure& failure) {
     out << line(printable(failure.policy), policy, failure.particle, outcome_name(failure.outcome),
-                printable(failure.what), what, number(failure.time, " s"), margin_text(failure),
+                printable(failure.what), what, shortened(printable(failure.culprit)), culprit,
+                number(failure.time, " s"), margin_text(failure),
                 replay_command(name, failure.policy, failure.particle));
   });
 }
@@ -130,6 +153,7 @@ std::string failure_json(const Failure& failure, const std::string& archive) {
                      {"outcome", outcome_name(failure.outcome)},
                      {"requirement", known ? Json(failure.what) : Json(nullptr)},
                      {"reason", invalid ? Json(failure.what) : Json(nullptr)},
+                     {"culprit", failure.culprit.empty() ? Json(nullptr) : Json(failure.culprit)},
                      {"time", number(failure.time)},
                      {"margin", number(failure.margin)},
                      {"unit", failure.unit},

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "analysis/score.h"
@@ -14,7 +15,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Rows = std::vector<std::vector<std::string>>;
 
-constexpr std::size_t kMostKinds = 16;  // lines of the table of failures
+constexpr std::size_t kMostKinds = 16;     // lines of the table of failures
+constexpr std::size_t kMostCulprits = 16;  // lines of the table of culprits
 
 std::uint64_t failed_traces(const Score& score) {
   std::uint64_t failed = 0;
@@ -76,6 +78,27 @@ std::string measure_table(const Score& score) {
   return text_table(rows, 2);
 }
 
+/// A line per culprit, a column per policy; lines in the order in which policies bring them up.
+std::string culprit_table(const Score& score) {
+  Rows rows = {{"requirement", "culprit"}};
+  std::map<std::pair<std::string, std::string>, std::size_t> line;
+  const std::size_t policies = score.policies.size();
+  for (std::size_t k = 0; k < policies; ++k) {
+    rows[0].push_back(score.policies[k].policy);
+    for (const Culprits::Count& count : score.policies[k].culprits) {
+      const auto [at, fresh] = line.emplace(std::pair(count.what, count.culprit), rows.size());
+      if (fresh) {
+        rows.push_back({count.what, count.culprit});
+        rows.back().resize(2 + policies, "0");
+      }
+      rows[at->second][2 + k] = std::to_string(count.traces);
+    }
+  }
+  const std::size_t left = rows.size() > 1 + kMostCulprits ? rows.size() - 1 - kMostCulprits : 0;
+  rows.resize(rows.size() - left);
+  return text_table(rows, 2) + (left == 0 ? "" : fmt::format("… and {} more culprits (--json has all)\n", left));
+}
+
 std::string pair_table(const std::vector<PairedComparison>& pairs) {
   Rows rows = {{"a", "b", "pairs", "both", "only a", "only b", "neither", "rate b - a", "95 % interval", "McNemar p"}};
   for (const PairedComparison& p : pairs) {
@@ -94,6 +117,10 @@ Json json_of(double x) { return std::isnan(x) ? Json(nullptr) : Json(x); }
 
 Json json_of(const PolicyScore& p, const std::vector<std::string>& requirements,
              const std::vector<std::string>& names) {
+  Json culprits = Json::array();
+  for (const Culprits::Count& one : p.culprits) {
+    culprits.push_back({{"requirement", one.what}, {"culprit", one.culprit}, {"traces", one.traces}});
+  }
   Json by_requirement = Json::object();
   for (std::size_t i = 0; i < requirements.size(); ++i) by_requirement[requirements[i]] = p.by_requirement[i];
   Json measures = Json::object();
@@ -106,6 +133,7 @@ Json json_of(const PolicyScore& p, const std::vector<std::string>& requirements,
           {"success", p.success},
           {"known_failure", p.known},
           {"by_requirement", by_requirement},
+          {"culprits", culprits},
           {"unknown_failure", p.unknown},
           {"objective_met", p.objective_met},
           {"measures", measures},
@@ -153,6 +181,10 @@ std::string format_score(const Score& score, bool failures) {
   }
   if (!score.measures.empty()) {
     out.append("\nMeasures, which decide nothing: valid traces that kept them\n").append(measure_table(score));
+  }
+  if (std::any_of(score.policies.begin(), score.policies.end(), [](const auto& p) { return !p.culprits.empty(); })) {
+    out.append("\nFailures by the part that is to blame: below 0 first, or short of the objective\n");
+    out.append(culprit_table(score));
   }
   if (!score.pairs.empty()) {
     out.append("\nThe same particles under two policies\n").append(pair_table(score.pairs));

@@ -57,6 +57,7 @@ PolicyScore score_policy(const Archive& archive, const std::string& policy, Ends
                          std::vector<Failure>& failures) {
   PolicyScore out;
   WaysToFail ways;
+  Culprits culprits;
   out.policy = policy;
   const CampaignInfo& info = archive.info();
   out.by_requirement.assign(info.deciding(), 0);
@@ -65,11 +66,13 @@ PolicyScore score_policy(const Archive& archive, const std::string& policy, Ends
     for (const TraceOutcome& trace : traces) {
       count(trace, out);
       ways.add(trace);
+      culprits.add(trace);
       if (ends != nullptr) ends->add(trace);
     }
   });
   const std::vector<Failure> firsts = ways.firsts(archive, policy);
   failures.insert(failures.end(), firsts.begin(), firsts.end());
+  out.culprits = culprits.counts(archive.info());
   out.n = out.success + out.known + out.unknown;
   out.rate = out.n > 0 ? static_cast<double>(out.success) / static_cast<double>(out.n)
                        : std::numeric_limits<double>::quiet_NaN();

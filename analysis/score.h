@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "analysis/culprits.h"
 #include "analysis/failures.h"
 #include "archive/archive.h"
 
@@ -25,6 +26,7 @@ struct PolicyScore {
   std::uint64_t n = 0;  // valid traces, S + K + U
   std::uint64_t success = 0, known = 0, unknown = 0, invalid = 0;
   std::vector<std::uint64_t> by_requirement;  // known failures, by the requirement that was violated first
+  std::vector<Culprits::Count> culprits;      // failures, by the part that is to blame
   std::uint64_t objective_met = 0;            // valid traces that met the objective, whatever they violated on the way
   double rate = 0;                            // success / n; NaN if n = 0
   Interval interval;  // 95 %: Clopper-Pearson, or the confidence sequence if --until chose the number of particles

@@ -58,14 +58,17 @@ struct CampaignInfo {
   std::vector<ParameterRow> parameters;
   struct RequirementRow {
     std::string name, description, unit;
-    bool measure = false;  // decides nothing
+    bool measure = false;    // decides nothing
+    std::string parts = {};  // what its culprits are numbers of: part_kind_name(); empty in archives without
   };
   std::vector<RequirementRow> requirements;  // measures last
   std::size_t deciding() const;              // requirements that are no measures
   std::string objective;
+  std::vector<RequirementRow> leaves;                         // witnesses of the objective, without names
   std::vector<std::string> policies;                          // in scenario order
   std::vector<std::string> colliders;                         // part names, by index in events
   std::vector<std::string> bodies;                            // for joint-limit events
+  std::vector<std::string> links;                             // frames, by index in culprits
   std::vector<std::string> q_names, v_names, actuator_names;  // columns of states and telemetry: "base.qw", "LF_X_1"
   bool store_values = true;                                   // /particles/values is kept
   std::string results_version;  // of the sources that bits depend on; empty in archives that do not know it
@@ -152,6 +155,7 @@ struct FailureTable {
     std::uint32_t reason = 0;  // index into `reasons`, invalid traces only
     double time = 0;           // s: of the violation, else of the end
     double margin = 0;         // of the violated requirement, else of the objective
+    Culprit culprit = {};      // at the first violation, else of the objective
   };
   std::vector<Row> rows;
   std::vector<std::string> reasons;
@@ -164,6 +168,7 @@ struct TraceOutcome {
   int violated;  // requirement index; -1: none
   double objective_margin;
   std::uint64_t kept = 0;  // bit k: the k-th measure's margin is not negative
+  Culprit culprit = {};    // of a failure: at the first violation, else of the objective
 };
 
 /// Whether the seals of shards are to be checked, which reads all of them; trusted: this program has just written them.

@@ -2,6 +2,7 @@
 #include <ctime>
 
 #include "archive/archive.h"
+#include "archive/culprit.h"
 #include "graze_results_version.h"
 #include "graze_version.h"
 
@@ -79,12 +80,17 @@ CampaignInfo describe_campaign(const Scenario& scenario, std::uint64_t particles
   info.end = scenario.timing.end;
   for (const UncertainParameter& parameter : scenario.space.parameters) info.parameters.push_back(row_of(parameter));
   for (const Requirement& requirement : scenario.task.requirements) {
-    info.requirements.push_back({requirement.name, requirement.description, requirement.unit, requirement.measure});
+    info.requirements.push_back({requirement.name, requirement.description, requirement.unit, requirement.measure,
+                                 part_kind_name(requirement.witness->parts())});
+  }
+  for (const Objective* leaf : leaves(scenario.task.objective)) {
+    info.leaves.push_back({"", leaf->description, leaf->unit, false, part_kind_name(leaf->witness->parts())});
   }
   info.objective = scenario.task.objective.name;
   for (const PolicySpec& policy : scenario.policies) info.policies.push_back(policy.name);
   for (const Collider& collider : scenario.model.colliders) info.colliders.push_back(collider.name);
   for (const Body& body : scenario.model.bodies) info.bodies.push_back(body.name);
+  for (const Frame& frame : scenario.model.frames) info.links.push_back(frame.name);
   name_states(scenario.model, info);
   for (const int body : scenario.model.actuated) info.actuator_names.push_back(scenario.model.bodies[body].joint);
   return info;

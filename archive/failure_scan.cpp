@@ -60,6 +60,7 @@ class FailureScan {
     const auto margins = slice(schema::margins(widths_), double{});
     const auto times = slice(schema::first_violations(widths_), double{});
     const auto reason = slice(schema::invalid_reason(), std::uint32_t{});
+    const std::vector<Culprit> culprits = read_culprits(file, policy_, {rows, first, count}, violated, info_);
     for (const std::size_t i : rows_) {
       const auto result = static_cast<Outcome>(outcome[i]);
       if (!possible_outcome(result, violated[i], info_.requirements.size())) {
@@ -74,6 +75,7 @@ class FailureScan {
       const std::size_t cell = known ? i * info_.requirements.size() + static_cast<std::size_t>(violated[i]) : 0;
       row.time = known ? times[cell] : end_time[i];
       row.margin = known ? margins[cell] : objective[i];
+      if (result != Outcome::invalid) row.culprit = culprits[i];
       if (result == Outcome::invalid) row.reason = reason_number(file, reason[i]);
     }
   }

@@ -297,6 +297,22 @@ void write_info(const Handle& file, const CampaignInfo& info, Layout layout, boo
   write_parameters(file, info.parameters);
   write_source(file, info.source);
   write_requirements(file, info);
+  hdf5::write_strings(root, "requirements/parts", member(info.requirements, &RequirementRow::parts));
+  hdf5::write_strings(root, "objective/description", member(info.leaves, &RequirementRow::description));
+  hdf5::write_strings(root, "objective/unit", member(info.leaves, &RequirementRow::unit));
+  hdf5::write_strings(root, "objective/parts", member(info.leaves, &RequirementRow::parts));
+  hdf5::write_strings(root, "names/links", info.links);
+}
+
+/// What culprits are numbers of; older archives have none of it.
+void read_culprits(const Handle& file, CampaignInfo& info) {
+  if (!hdf5::exists(file.id(), "names/links")) return;
+  info.links = hdf5::read_strings(file.id(), "names/links");
+  read_member(file, "requirements/parts", info.requirements, &RequirementRow::parts);
+  info.leaves.resize(hdf5::read_strings(file.id(), "objective/parts").size());
+  read_member(file, "objective/description", info.leaves, &RequirementRow::description);
+  read_member(file, "objective/unit", info.leaves, &RequirementRow::unit);
+  read_member(file, "objective/parts", info.leaves, &RequirementRow::parts);
 }
 
 StoredInfo read_info(const Handle& file) {
@@ -324,6 +340,7 @@ StoredInfo read_info(const Handle& file) {
   info.source = read_source(file, bytes);
   info.parameters = read_parameters(file, bytes);
   info.requirements = read_requirements(file, bytes);
+  read_culprits(file, info);
   return stored;
 }
 

@@ -67,6 +67,7 @@ void scan_outcomes(Parts& parts, const std::string& policy, const CampaignInfo& 
         if (deciding < requirements) {
           margins = file.slice<double>(group, schema::margins(widths_of(info)), rows, first, count);
         }
+        const std::vector<Culprit> culprits = read_culprits(file, policy, {rows, first, count}, violated, info);
         out.clear();
         for (std::size_t i = 0; i < count; ++i) {
           const std::uint32_t id = particle[i];
@@ -80,6 +81,7 @@ void scan_outcomes(Parts& parts, const std::string& policy, const CampaignInfo& 
           if (seen[id]) twice.push_back(id);
           if (!seen[id]) {
             out.push_back({id, result, violated[i], margin[i]});
+            out.back().culprit = culprits[i];
             for (std::size_t k = deciding; k < requirements && k - deciding < kMostMeasures; ++k) {
               out.back().kept |= std::uint64_t{margins[i * requirements + k] >= 0} << (k - deciding);
             }

@@ -56,6 +56,7 @@ class PartCheck {
       read<double>(group, spec, rows);
     }
     if (part_.has(group + "/" + schema::solver().name)) read<double>(group, schema::solver(), rows);
+    if (part_.has(group + "/" + schema::margin_parts(widths_).name)) check_parts(policy, group, rows);
     read<std::uint64_t>(group, schema::digest(), rows);
     check_indices(group, schema::sequence(), rows, sequences_);
     check_indices(group, schema::invalid_reason(), rows, reasons_);
@@ -82,6 +83,23 @@ class PartCheck {
         part_.fail(fmt::format("'{}', row {}: outcome {} with violated requirement {} is not possible", group,
                                first + i, outcome[i], violated[i]));
       }
+    });
+  }
+
+  /// Columns that older archives lack; read_culprits() checks the culprits of failures.
+  void check_parts(const std::string& policy, const std::string& group, std::uint64_t rows) {
+    for (const hdf5::Spec& spec : {schema::margin_parts(widths_), schema::violation_parts(widths_)}) {
+      for_each_piece(rows, [&](std::uint64_t first, std::uint64_t count) {
+        const auto parts = part_.slice<std::int32_t>(group, spec, rows, first, count);
+        for (std::size_t i = 0; i < parts.size(); ++i) {
+          if (possible_part(info_.requirements[i % spec.width].parts, parts[i], info_)) continue;
+          part_.fail(fmt::format("'{}/{}': {} is no part of the campaign", group, spec.name, parts[i]));
+        }
+      });
+    }
+    for_each_piece(rows, [&](std::uint64_t first, std::uint64_t count) {
+      const std::vector<std::int32_t> none(count, -1);
+      read_culprits(part_, policy, {rows, first, count}, none, info_);
     });
   }
 

@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include "archive/culprit.h"
+
 namespace graze {
 namespace {
 
@@ -22,6 +24,34 @@ bool possible(const Event& event, const CampaignInfo& info) {
 bool possible_outcome(Outcome outcome, int violated, std::size_t requirements) {
   return outcome <= Outcome::invalid && violated >= -1 && violated < static_cast<int>(requirements) &&
          (outcome != Outcome::known_failure || violated >= 0);
+}
+
+bool possible_part(const std::string& parts, int part, const CampaignInfo& info) {
+  return part == kNoPart || (part >= 0 && static_cast<std::uint64_t>(part) < part_count(parts, info));
+}
+
+std::vector<Culprit> read_culprits(const OpenPart& file, const std::string& policy, RowRange range,
+                                   const std::vector<std::int32_t>& violated, const CampaignInfo& info) {
+  std::vector<Culprit> out(range.count);
+  const std::string group = schema::traces_group(policy);
+  const hdf5::Spec parts = schema::violation_parts(widths_of(info)), objective = schema::objective_culprit();
+  if (!file.has(group + "/" + parts.name)) return out;
+  const auto part = file.slice<std::int32_t>(group, parts, range.rows, range.first, range.count);
+  const auto leaf = file.slice<std::int32_t>(group, objective, range.rows, range.first, range.count);
+  const int leaves = static_cast<int>(info.leaves.size()), requirements = static_cast<int>(info.requirements.size());
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const bool known = violated[i] >= 0 && violated[i] < requirements;
+    out[i] = known ? Culprit{-1, part[i * parts.width + static_cast<std::size_t>(violated[i])]}
+                   : Culprit{leaf[2 * i], leaf[2 * i + 1]};
+    const bool has_leaf = out[i].leaf >= 0 && out[i].leaf < leaves;
+    const std::string& kind = known      ? info.requirements[static_cast<std::size_t>(violated[i])].parts
+                              : has_leaf ? info.leaves[static_cast<std::size_t>(out[i].leaf)].parts
+                                         : std::string();
+    if ((!has_leaf && out[i].leaf != -1) || !possible_part(kind, out[i].part, info)) {
+      file.fail(fmt::format("'{}': a culprit that the campaign does not have", group));
+    }
+  }
+  return out;
 }
 
 std::vector<Event> read_events(const OpenPart& file, const std::string& group, RowRange range,
@@ -91,6 +121,12 @@ TraceRecord read_trace(const OpenPart& file, const std::string& policy, std::uin
   trace.objective_margin = numbers(schema::objective_margin())[0];
   trace.margins = numbers(schema::margins(widths));
   trace.first_violations = numbers(schema::first_violations(widths));
+  if (file.has(group + "/" + schema::margin_parts(widths).name)) {
+    trace.margin_parts = file.slice<std::int32_t>(group, schema::margin_parts(widths), rows, row, 1);
+    trace.violation_parts = file.slice<std::int32_t>(group, schema::violation_parts(widths), rows, row, 1);
+    const auto culprit = file.slice<std::int32_t>(group, schema::objective_culprit(), rows, row, 1);
+    trace.objective_culprit = {culprit[0], culprit[1]};
+  }
   trace.q = numbers(schema::final_q(widths));
   trace.v = numbers(schema::final_v(widths));
   trace.digest = file.slice<std::uint64_t>(group, schema::digest(), rows, row, 1)[0];

@@ -13,10 +13,18 @@ namespace graze {
 /// Whether a trace can say so: known failures name the requirement that was violated.
 bool possible_outcome(Outcome outcome, int violated, std::size_t requirements);
 
+/// Whether a witness that says `parts` of itself can name this part.
+bool possible_part(const std::string& parts, int part, const CampaignInfo& info);
+
 /// `count` rows from `first` on, of a table that has `rows`.
 struct RowRange {
   std::uint64_t rows, first, count;
 };
+
+/// Culprits of traces, in file order: at the first violation if `violated`, of the same rows, names a requirement, else
+/// of the objective. All {} in older archives.
+std::vector<Culprit> read_culprits(const OpenPart& file, const std::string& policy, RowRange range,
+                                   const std::vector<std::int32_t>& violated, const CampaignInfo& info);
 
 /// Events in file order. Indices into the campaign's names are in range.
 std::vector<Event> read_events(const OpenPart& file, const std::string& group, RowRange range,

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "archive/culprit.h"
 #include "archive/files.h"
 #include "archive/replay_file.h"
 
@@ -165,6 +166,19 @@ void write_parameters(const ReplayFile& replay, const fs::path& path) {
   out.publish();
 }
 
+void write_derived(const ReplayFile& replay, const fs::path& path) {
+  CsvFile out(path);
+  out.row({"name", "unit", "nominal", "value"});
+  for (const ReplayedNumber& number : replay.derived) {
+    out.cell(number.name);
+    out.cell(number.unit);
+    out.cell(number.nominal);
+    out.cell(number.value);
+    out.end_row();
+  }
+  out.publish();
+}
+
 /// The facts of the trace, a row each.
 void write_trace(const ReplayFile& replay, const fs::path& path) {
   CsvFile out(path);
@@ -193,11 +207,17 @@ void write_trace(const ReplayFile& replay, const fs::path& path) {
     const ReplayedRequirement& requirement = replay.requirements[i];
     fact("margin." + requirement.name, trace.margins[i], requirement.unit.c_str());
     fact("first_violation." + requirement.name, trace.first_violations[i], "s");
+    const auto culprit = [&](const std::vector<int>& parts) {
+      return i < parts.size() ? culprit_text(static_cast<int>(i), {-1, parts[i]}, info) : std::string();
+    };
+    fact("margin_culprit." + requirement.name, culprit(trace.margin_parts));
+    fact("violation_culprit." + requirement.name, culprit(trace.violation_parts));
     fact("from." + requirement.name, requirement.from, "s");
     fact("to." + requirement.name, requirement.to, "s");
   }
   fact("objective", info.objective);
   fact("objective_margin", trace.objective_margin);
+  fact("objective_culprit", culprit_text(-1, trace.objective_culprit, info));
   fact("verification", replay.verification);
   fact("digest", fmt::format("{:#018x}", trace.digest));
   if (replay.archived_digest) fact("archived_digest", fmt::format("{:#018x}", *replay.archived_digest));
@@ -211,7 +231,8 @@ void write_replay_csv(const ReplayFile& replay, const std::vector<fs::path>& fil
   write_contacts(replay, files.at(1));
   write_events(replay, files.at(2));
   write_parameters(replay, files.at(3));
-  write_trace(replay, files.at(4));
+  write_derived(replay, files.at(4));
+  write_trace(replay, files.at(5));
 }
 
 }  // namespace graze

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include "archive/culprit.h"
 #include "archive/file_driver.h"
 #include "archive/files.h"
 #include "archive/schema.h"
@@ -28,6 +29,7 @@ class Hdf5Writer {
     write_events();
     write_requirements();
     write_parameters();
+    write_derived();
     hdf5::write_strings(file_, "names/colliders", replay_.info.colliders);
     hdf5::write_strings(file_, "names/bodies", replay_.info.bodies);
   }
@@ -55,6 +57,7 @@ class Hdf5Writer {
     hdf5::write_attribute(file_, "end_time", trace.end_time);
     hdf5::write_attribute(file_, "objective", info.objective);
     hdf5::write_attribute(file_, "objective_margin", trace.objective_margin);
+    hdf5::write_attribute(file_, "objective_culprit", culprit_text(-1, trace.objective_culprit, info));
     hdf5::write_attribute(file_, "contact_sequence", trace.sequence);
     hdf5::write_attribute(file_, "verification", replay_.verification);
     hdf5::write_attribute(file_, "digest", trace.digest);
@@ -127,10 +130,20 @@ class Hdf5Writer {
     strings("requirements/unit", replay_.requirements, &ReplayedRequirement::unit);
     column("requirements", {"margin"}, replay_.trace.margins);
     column("requirements", {"first_violation", Type::f64, false, 1, "s"}, replay_.trace.first_violations);
+    hdf5::write_strings(file_, "requirements/margin_culprit", culprits(replay_.trace.margin_parts));
+    hdf5::write_strings(file_, "requirements/violation_culprit", culprits(replay_.trace.violation_parts));
     column("requirements", {"from", Type::f64, false, 1, "s"},
            gather<double>(replay_.requirements, [](const ReplayedRequirement& r) { return r.from; }));
     column("requirements", {"to", Type::f64, false, 1, "s"},
            gather<double>(replay_.requirements, [](const ReplayedRequirement& r) { return r.to; }));
+  }
+
+  std::vector<std::string> culprits(const std::vector<int>& parts) const {
+    std::vector<std::string> out(replay_.requirements.size());
+    for (std::size_t i = 0; i < std::min(out.size(), parts.size()); ++i) {
+      out[i] = culprit_text(static_cast<int>(i), {-1, parts[i]}, replay_.info);
+    }
+    return out;
   }
 
   void write_parameters() {
@@ -144,6 +157,14 @@ class Hdf5Writer {
     column("parameters", {"nominal"}, gather<double>(parameters, [](const Parameter& p) { return p.nominal; }));
     column("parameters", {"value"}, gather<double>(parameters, [](const Parameter& p) { return p.value; }));
     column("parameters", {"deviations"}, gather<double>(parameters, [](const Parameter& p) { return p.deviations; }));
+  }
+
+  void write_derived() {
+    const auto& derived = replay_.derived;
+    strings("derived/name", derived, &ReplayedNumber::name);
+    strings("derived/unit", derived, &ReplayedNumber::unit);
+    column("derived", {"nominal"}, gather<double>(derived, [](const ReplayedNumber& n) { return n.nominal; }));
+    column("derived", {"value"}, gather<double>(derived, [](const ReplayedNumber& n) { return n.value; }));
   }
 
   template <class T>
@@ -194,7 +215,7 @@ std::vector<std::filesystem::path> replay_files(const std::filesystem::path& out
         fmt::format("--output {}: must end in .h5 (one HDF5 file) or .csv (several CSV files)", output.string()));
   }
   std::vector<std::filesystem::path> files = {output};
-  for (const char* what : {".contacts.csv", ".events.csv", ".parameters.csv", ".trace.csv"}) {
+  for (const char* what : {".contacts.csv", ".events.csv", ".parameters.csv", ".derived.csv", ".trace.csv"}) {
     files.push_back(std::filesystem::path(output).replace_extension(what));
   }
   return files;

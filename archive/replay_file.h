@@ -39,6 +39,12 @@ struct ReplayedParameter {
   std::string nominal_label, value_label;  // of choices
 };
 
+/// What fabrication made of the particle: a name and unit of derived_numbers().
+struct ReplayedNumber {
+  std::string name, unit;
+  double nominal = 0, value = 0;
+};
+
 struct ReplayedRequirement {
   std::string name, description, unit;
   double from = 0, to = 0;  // s: when it counts
@@ -53,11 +59,13 @@ struct ReplayFile {
   std::optional<std::uint64_t> archived_digest;  // none: unverified
   std::vector<ReplayedRequirement> requirements;
   std::vector<ReplayedParameter> parameters;
+  std::vector<ReplayedNumber> derived;  // empty: the particle could not be fabricated
   StepLog log;
 };
 
 /// The files that write_replay() makes for `output`: one ending in .h5, or, for one ending in .csv, NAME.csv (frames),
-/// NAME.contacts.csv, NAME.events.csv, NAME.parameters.csv and NAME.trace.csv. Throws InputError for other endings.
+/// NAME.contacts.csv, NAME.events.csv, NAME.parameters.csv, NAME.derived.csv and NAME.trace.csv. Throws InputError for
+/// other endings.
 std::vector<std::filesystem::path> replay_files(const std::filesystem::path& output);
 
 /// Throws InputError unless a replay of `archive` may be written: a known ending, none of the files exists (unless

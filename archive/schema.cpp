@@ -10,8 +10,8 @@ Spec plain(std::string name, Type type, std::string unit = {}) {
   return {std::move(name), type, false, 1, std::move(unit)};
 }
 
-Spec matrix(std::string name, std::size_t width, std::string unit = {}) {
-  return {std::move(name), Type::f64, true, width, std::move(unit)};
+Spec matrix(std::string name, std::size_t width, std::string unit = {}, Type type = Type::f64) {
+  return {std::move(name), type, true, width, std::move(unit)};
 }
 
 Spec enumeration(std::string name, std::vector<std::string> labels) {
@@ -37,6 +37,9 @@ Spec solver() { return matrix("solver", 4); }
 Spec objective_margin() { return plain("objective_margin", Type::f64); }
 Spec margins(const Widths& widths) { return matrix("margins", widths.requirements); }
 Spec first_violations(const Widths& widths) { return matrix("first_violations", widths.requirements, "s"); }
+Spec margin_parts(const Widths& widths) { return matrix("margin_parts", widths.requirements, {}, Type::i32); }
+Spec violation_parts(const Widths& widths) { return matrix("violation_parts", widths.requirements, {}, Type::i32); }
+Spec objective_culprit() { return matrix("objective_culprit", 2, {}, Type::i32); }
 Spec final_q(const Widths& widths) { return matrix("final_q", widths.q); }
 Spec final_v(const Widths& widths) { return matrix("final_v", widths.v); }
 Spec digest() { return plain("digest", Type::u64); }

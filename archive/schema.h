@@ -34,6 +34,9 @@ hdf5::Spec objective_margin();
 hdf5::Spec solver();  // [4]: the members of SolverLog; absent from older archives
 hdf5::Spec margins(const Widths& widths);
 hdf5::Spec first_violations(const Widths& widths);
+hdf5::Spec margin_parts(const Widths& widths);  // this and the next two: absent from older archives
+hdf5::Spec violation_parts(const Widths& widths);
+hdf5::Spec objective_culprit();  // [2]: leaf, part
 hdf5::Spec final_q(const Widths& widths);
 hdf5::Spec final_v(const Widths& widths);
 hdf5::Spec digest();

@@ -47,12 +47,18 @@ class TableWriter {
 
   template <class Rows, class Get>
   void matrix(const hdf5::Spec& spec, const Rows& rows, const Get& get) const {
-    std::vector<double> data;
+    matrix_of(spec, rows, get, std::numeric_limits<double>::quiet_NaN());
+  }
+
+  /// `missing`: values of rows that have none: a particle that could not be fabricated has no state, margins or parts.
+  template <class T, class Rows, class Get>
+  void matrix_of(const hdf5::Spec& spec, const Rows& rows, const Get& get, T missing) const {
+    std::vector<T> data;
     data.reserve(rows.size() * spec.width);
     for (const auto& row : rows) {
       const auto& values = get(row);
-      if (values.size() == 0) {  // a particle that could not be fabricated has no state and no margins
-        data.insert(data.end(), spec.width, std::numeric_limits<double>::quiet_NaN());
+      if (values.size() == 0) {
+        data.insert(data.end(), spec.width, missing);
         continue;
       }
       assert(static_cast<std::size_t>(values.size()) == spec.width);
@@ -85,6 +91,18 @@ void write_traces(const hdf5::Handle& file, const std::string& policy, const Tra
       schema::margins(widths), traces, [](const T& t) -> const auto& { return t.margins; });
   table.matrix(
       schema::first_violations(widths), traces, [](const T& t) -> const auto& { return t.first_violations; });
+  table.matrix_of(
+      schema::margin_parts(widths), traces, [](const T& t) -> const auto& { return t.margin_parts; },
+      std::int32_t{kNoPart});
+  table.matrix_of(
+      schema::violation_parts(widths), traces, [](const T& t) -> const auto& { return t.violation_parts; },
+      std::int32_t{kNoPart});
+  table.matrix_of(
+      schema::objective_culprit(), traces,
+      [](const T& t) {
+        return std::array{t.objective_culprit.leaf, t.objective_culprit.part};
+      },
+      std::int32_t{kNoPart});
   table.matrix(schema::solver(), traces, [](const T& t) {
     const SolverLog& log = t.solver;
     return std::array{log.mean_sweeps, log.most_sweeps, log.largest_residual, log.capped_steps};
@@ -165,7 +183,8 @@ std::size_t memory_of(const TraceRecord& trace) {
   const FrameLog& frames = trace.telemetry;
   const std::size_t doubles = trace.margins.size() * 2 + trace.q.size() + trace.v.size() + frames.time().size() +
                               frames.q().size() + frames.v().size() + frames.tau().size();
-  return sizeof(TraceRecord) + 8 * doubles + trace.sequence.size() + trace.events.size() * sizeof(Event);
+  return sizeof(TraceRecord) + 8 * doubles + 8 * trace.margin_parts.size() + trace.sequence.size() +
+         trace.events.size() * sizeof(Event);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/contact/events.h"
+#include "scenarios/task.h"
 
 namespace graze {
 
@@ -60,9 +61,12 @@ struct TraceRecord {
   double objective_margin = 0;
   std::vector<double> margins;           // per requirement
   std::vector<double> first_violations;  // per requirement, s; NaN: none
-  std::vector<double> q, v;              // final state
-  std::uint64_t digest = 0;              // of q, v and torques of every step: equal digests, equal traces
-  std::string sequence;                  // contact sequence, by named parts
+  std::vector<int> margin_parts;         // per requirement, of the margin (PartKind says of what); kNoPart: none.
+  std::vector<int> violation_parts;      // per requirement, of the first violation. Both empty: not known
+  Culprit objective_culprit;
+  std::vector<double> q, v;  // final state
+  std::uint64_t digest = 0;  // of q, v and torques of every step: equal digests, equal traces
+  std::string sequence;      // contact sequence, by named parts
   std::string invalid_reason;
   SolverLog solver;
   std::vector<Event> events;

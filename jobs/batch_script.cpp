@@ -175,8 +175,9 @@ std::string batch_script(const BatchRequest& request, const BatchCampaign& campa
       "again=\n"
       "trap 'again=yes; kill -USR1 \"$work\" 2>/dev/null' USR1\n"
       "trap 'kill -USR1 \"$work\" 2>/dev/null' TERM\n\n";
-  out += "if [ -e \"$campaign/campaign.h5\" ] || [ -e \"$campaign/campaign.copy.h5\" ]; then\n  " + start + " resume \"$campaign\" " + more + threads +
-         " &\nelse\n  " + start + " run " + joined(campaign.run) + part + " " + threads + " -o \"$campaign\" &\nfi\n";
+  out += "if [ -e \"$campaign/campaign.h5\" ] || [ -e \"$campaign/campaign.copy.h5\" ]; then\n  " + start +
+         " resume \"$campaign\" " + more + threads + " &\nelse\n  " + start + " run " + joined(campaign.run) + part +
+         " " + threads + " -o \"$campaign\" &\nfi\n";
   out +=
       "work=$!\n"
       "while kill -0 \"$work\" 2>/dev/null; do wait \"$work\"; done  # a signal ends wait, not the work\n"

@@ -43,6 +43,35 @@ LaneNoise lag_noise(const Scenario& scenario, std::uint64_t seed) {
   return LaneNoise(seed, channels);
 }
 
+/// What an observer sees of the sensors: all groups, as the controller has or would have them, and without errors.
+/// Draws are keyed by channel, so that what the controller reads is here with the same bits.
+class WatchedSensors {
+ public:
+  WatchedSensors(const Scenario& s, std::uint64_t seed)
+      : sensors_(s.model, channel_names(s.world->robot), sensor_noise(s, seed)),
+        exact_(s.model, channel_names(s.world->robot), SensorNoise{}) {}
+
+  void start(int lane, const Particle& particle) {
+    sensors_.start(lane, particle);
+    Particle exact;
+    exact.id = particle.id;
+    exact_.start(lane, exact);
+  }
+
+  template <class... Arguments>
+  void sense(const Arguments&... arguments) {
+    sensors_.sense(arguments..., sensed_);
+    exact_.sense(arguments..., truth_);
+  }
+
+  const Observation& sensed() const { return sensed_; }
+  const Observation& truth() const { return truth_; }
+
+ private:
+  Sensors sensors_, exact_;
+  Observation sensed_, truth_;
+};
+
 }  // namespace
 
 struct BlockRun::Impl {
@@ -76,9 +105,11 @@ struct BlockRun::Impl {
   PhaseClock clock;
   TraceObserver* observer = nullptr;
   BlockArray requirement_values, objective_values;  // for the observer
+  std::optional<WatchedSensors> watched;            // for the observer
+  const std::uint64_t seed;
   TraceWatch* watch = nullptr;
 
-  Impl(const Scenario& s, const PolicySpec& policy, std::uint64_t seed)
+  Impl(const Scenario& s, const PolicySpec& policy, std::uint64_t root_seed)
       : scenario(s),
         total_steps(s.timing.steps()),
         per_control(s.timing.steps_per_control()),
@@ -86,14 +117,15 @@ struct BlockRun::Impl {
         physics(make_physics(s.physics, s.model)),
         controller(ControlContext{s.model, initial, s.timing.control, physics->solves_drives(), s.timing.end},
                    policy.settings),
-        sensors(s.model, channel_names(s.world->robot), sensor_noise(s, seed), controller.reads()),
+        sensors(s.model, channel_names(s.world->robot), sensor_noise(s, root_seed), controller.reads()),
         actuators(s.model, s.torque_speed),
         monitor(s.task),
         events(s.model),
         telemetry(s.recording, s.timing.step),
-        lag_jitter(lag_noise(s, seed)),
+        lag_jitter(lag_noise(s, root_seed)),
         command(s.model.na()),
-        tau(s.model.na()) {}
+        tau(s.model.na()),
+        seed(root_seed) {}
 
   double time(int lane) const { return lanes[lane].step * scenario.timing.step; }
 
@@ -110,6 +142,7 @@ struct BlockRun::Impl {
     events.start(lane, particle.model);
     physics->start(lane, particle);
     sensors.start(lane, particle);
+    if (observer) watched->start(lane, particle);
     actuators.start(lane, particle);
     controller.start(lane, particle.control_lag);
     monitor.start(lane, particle.model);
@@ -147,7 +180,8 @@ struct BlockRun::Impl {
     for (int lane = 0; lane < kLanes; ++lane) {
       if (!some[lane]) continue;
       observer->see({lane, lanes[lane].particle->id, lanes[lane].step, time(lane), *physics, tau, command,
-                     requirement_values, objective_values});
+                     requirement_values, objective_values, lanes[lane].particle->model, controller, watched->sensed(),
+                     watched->truth()});
     }
   }
 
@@ -167,6 +201,9 @@ struct BlockRun::Impl {
     record.end_time = time(lane);
     record.margins = monitor.margins(lane);
     record.first_violations = monitor.first_violations(lane);
+    record.margin_parts = monitor.margin_parts(lane);
+    record.violation_parts = monitor.violation_parts(lane);
+    record.objective_culprit = monitor.objective_culprit(lane);
     record.q = to_vector(physics->state().q, lane);
     record.v = to_vector(physics->state().v, lane);
     record.events = events.take(lane);
@@ -176,6 +213,7 @@ struct BlockRun::Impl {
       record.outcome = Outcome::invalid;
       record.invalid_reason = *physics->fault(lane);
       record.objective_margin = std::numeric_limits<double>::quiet_NaN();
+      record.objective_culprit = {};
     } else if (monitor.violated(lane) >= 0) {
       record.outcome = Outcome::known_failure;
       record.violated = monitor.violated(lane);
@@ -204,6 +242,7 @@ struct BlockRun::Impl {
     if (!due.any()) return;
     clock.ended(Phase::bookkeeping);
     sensors.sense(*physics, tau, scenario.timing.step, step, now, due, observation);
+    if (observer) watched->sense(*physics, tau, scenario.timing.step, step, now, due);
     lag_jitter.draw(particle, step, due, no_lag, lag);
     clock.ended(Phase::sensing);
     controller.act(observation, lag.row(0), due, command);
@@ -268,6 +307,7 @@ void BlockRun::watch(TraceWatch* watch) { impl_->watch = watch; }
 std::vector<TraceRecord> BlockRun::run(std::span<const Particle> particles, RunCost* cost, TraceObserver* observer) {
   Impl& run = *impl_;
   run.observer = observer;
+  if (observer && !run.watched) run.watched.emplace(run.scenario, run.seed);
   std::vector<TraceRecord> records(particles.size());
   for (std::size_t i = 0; i < particles.size(); ++i) records[i].particle = particles[i].id;
   run.steps_done = 0;

@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "archive/trace.h"
+#include "engine/control/policy.h"
+#include "engine/sensing/sensors.h"
 #include "jobs/phases.h"
 #include "scenarios/scenario.h"
 
@@ -32,6 +34,10 @@ struct StepView {
   const ActuatorCommand& command;  // that the step ran under; means nothing at the start
   const BlockArray& requirements;  // [requirement], witness values
   const BlockArray& objective;     // [leaf of the objective], witness values
+  const Model& model;              // the particle's own
+  const Controller& controller;    // targets and lag of the last control step
+  const Observation& sensed;  // at the last control step, all groups, whatever the policy reads; not before the first
+  const Observation& truth;   // the same without any error
 };
 
 /// Watches traces, step by step, without touching them.

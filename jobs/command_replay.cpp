@@ -69,9 +69,10 @@ void add_replay(CLI::App& app, Action& action) {
   verb->add_option("--policy", request.policy, "Which policy; may be left out if there is one only");
   verb->add_option("-o,--output", arguments->output,
                    "Export every step: a file ending in .h5, or in .csv (with .contacts.csv, .events.csv, "
-                   ".parameters.csv and .trace.csv beside it)");
+                   ".parameters.csv, .derived.csv and .trace.csv beside it)");
   verb->add_flag("--force", arguments->force, "Replace existing files");
-  verb->add_flag("--all", arguments->all, "Print every parameter and event");
+  verb->add_flag("--all", arguments->all,
+                 "Print every parameter and event, and the particle's masses, inertias and lengths");
   verb->add_flag("--any-version", request.any_version, "Also if the archive is of another results version");
   verb->add_flag("--unverified", request.unverified, "Also a trace that the archive does not hold");
   verb->add_flag("--json", arguments->json, "Print JSON");

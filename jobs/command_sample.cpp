@@ -1,6 +1,7 @@
 // graze sample: writes the particles as CSV without simulating.
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -13,6 +14,8 @@
 #include "archive/files.h"
 #include "archive/parent_folders.h"
 #include "jobs/commands.h"
+#include "jobs/option_values.h"
+#include "jobs/particles.h"
 
 namespace graze {
 namespace {
@@ -21,7 +24,8 @@ struct Arguments {
   ScenarioArguments scenario;
   DrawArguments draw;
   std::string output = "-";
-  bool force = false;
+  std::vector<std::string> particles;  // empty: all
+  bool derived = false, force = false;
 };
 
 /// Standard output, a pipe that the user names, or a file that appears whole; every write is checked, so that a full
@@ -56,6 +60,47 @@ class Output {
   std::string buffer_;
 };
 
+std::vector<std::uint32_t> chosen_particles(const std::vector<std::string>& texts, const Scenario& scenario) {
+  std::vector<std::uint32_t> out;
+  for (const std::string& text : texts) {
+    out.push_back(static_cast<std::uint32_t>(parse_whole(text, "--particle", 0, scenario.particles - 1)));
+  }
+  return out;
+}
+
+std::string head(const Scenario& scenario, const ParticleSource& source, bool derived) {
+  std::string line = "particle";
+  if (!derived) {
+    for (const UncertainParameter& parameter : scenario.space.parameters) line += "," + parameter.name;
+    return line;
+  }
+  for (const Derived& one : source.nominal_derived()) {
+    line += "," + one.name + (one.unit == "1" ? "" : " [" + one.unit + "]");
+  }
+  return line;
+}
+
+std::string value_cells(const Scenario& scenario, const std::vector<double>& values) {
+  std::string line;
+  for (int k = 0; k < scenario.space.size(); ++k) {
+    const auto& labels = scenario.space.parameters[k].labels;
+    line += labels.empty() ? fmt::format(",{}", values[k]) : "," + labels.at(static_cast<std::size_t>(values[k]));
+  }
+  return line;
+}
+
+/// What fabrication makes of a particle; empty cells for one that it refuses, with a warning.
+std::string derived_cells(const ParticleSource& source, std::uint32_t particle, const std::vector<double>& values) {
+  std::string line;
+  try {
+    for (const Derived& one : source.derived(values)) line += fmt::format(",{}", one.value);
+  } catch (const InputError& error) {
+    spdlog::warn("particle {} cannot be fabricated: {}", particle, error.what());
+    line.assign(source.nominal_derived().size(), ',');
+  }
+  return line;
+}
+
 int sample(const Arguments& arguments) {
   Scenario scenario = arguments.scenario.load();
   arguments.draw.apply_to(scenario);
@@ -63,20 +108,17 @@ int sample(const Arguments& arguments) {
   const bool file =
       arguments.output != "-" && (fs::is_regular_file(arguments.output) || !fs::exists(arguments.output));  // no pipe
   if (file) check_new_file(arguments.output, arguments.force, {scenario.file});
-  const Sampler sampler(scenario.space, scenario.design, scenario.seed, scenario.particles);
+  const std::vector<std::uint32_t> particles = chosen_particles(arguments.particles, scenario);
+  const ParticleSource source(scenario, scenario.seed, scenario.particles);
   const ParentFolders folders(arguments.output);
   Output out(arguments.output, file);
-  std::string line = "particle";
-  for (const UncertainParameter& parameter : scenario.space.parameters) line += "," + parameter.name;
-  out.write(line + "\n");
-  for (std::uint64_t i = 0; i < scenario.particles; ++i) {
-    const std::vector<double> values = sampler.draw(static_cast<std::uint32_t>(i));
-    line = std::to_string(i);
-    for (int k = 0; k < scenario.space.size(); ++k) {
-      const auto& labels = scenario.space.parameters[k].labels;
-      line += labels.empty() ? fmt::format(",{}", values[k]) : "," + labels.at(static_cast<std::size_t>(values[k]));
-    }
-    out.write(line + "\n");
+  out.write(head(scenario, source, arguments.derived) + "\n");
+  const std::uint64_t count = particles.empty() ? scenario.particles : particles.size();
+  for (std::uint64_t i = 0; i < count; ++i) {
+    const std::uint32_t particle = particles.empty() ? static_cast<std::uint32_t>(i) : particles[i];
+    const std::vector<double> values = source.draw(particle);
+    out.write(std::to_string(particle) +
+              (arguments.derived ? derived_cells(source, particle, values) : value_cells(scenario, values)) + "\n");
   }
   out.close();
   return kDone;
@@ -88,10 +130,18 @@ void add_sample(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<Arguments>();
   CLI::App* verb = add_verb(app, "sample", "Write the particles as CSV without simulating",
                             "  graze sample data/scenarios/quadruped_curb.yaml -n 1000 -o particles.csv\n"
-                            "  graze sample my.yaml -n 5 --seed 7 --set sampling.design=sobol\n");
+                            "  graze sample my.yaml -n 5 --seed 7 --set sampling.design=sobol\n"
+                            "  graze sample my.yaml --derived --particle 17   # its masses, inertias, lengths, feet\n");
   arguments->scenario.add_to(*verb);
   arguments->draw.add_to(*verb);
   verb->add_option("-o,--output", arguments->output, "CSV file; - for standard output")->capture_default_str();
+  verb->add_flag(
+      "--derived", arguments->derived,
+      "Instead of the parameters what fabrication makes of them: masses, centres of mass, inertias, lengths, "
+      "where joints and links are");
+  verb->add_option("--particle", arguments->particles, "Only this particle (0 is the first); may be repeated")
+      ->type_name("NUMBER")
+      ->allow_extra_args(false);
   verb->add_flag("--force", arguments->force, "Replace the file if it exists");
   verb->callback([arguments, &action] { action = [arguments] { return sample(*arguments); }; });
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "archive/trace.h"
+#include "engine/model/derived.h"
 #include "scenarios/scenario.h"
 
 namespace graze {
@@ -21,6 +22,12 @@ class ParticleSource {
   Particle fabricate(std::uint32_t id, const std::vector<double>& values) const {
     return fabricator_.fabricate(id, values);
   }
+
+  /// What fabrication makes of these values, and of the nominal ones. Throws as fabricate().
+  std::vector<Derived> derived(const std::vector<double>& values) const {
+    return derived_numbers(fabricator_.perturbed(values));
+  }
+  std::vector<Derived> nominal_derived() const { return derived_numbers(fabricator_.world()); }
 
  private:
   Sampler sampler_;

@@ -116,6 +116,14 @@ std::vector<ReplayedParameter> describe_parameters(const Scenario& scenario, con
   return out;
 }
 
+std::vector<ReplayedNumber> describe_derived(const ParticleSource& source, const std::vector<double>& values) {
+  std::vector<ReplayedNumber> out;
+  for (const auto& [name, unit, value] : source.nominal_derived()) out.push_back({name, unit, value, 0});
+  const std::vector<Derived> derived = source.derived(values);
+  for (std::size_t i = 0; i < out.size(); ++i) out[i].value = derived.at(i).value;
+  return out;
+}
+
 std::vector<ReplayedRequirement> describe_requirements(const Task& task) {
   std::vector<ReplayedRequirement> out;
   for (const Requirement& one : task.requirements) {
@@ -247,6 +255,7 @@ Replay replay(const ReplayRequest& request) {
   file.parameters = describe_parameters(scenario, file.info, values);
   std::optional<Particle> particle = fabricate(source, request.particle, values, file.trace, scenario);
   if (particle) {
+    file.derived = describe_derived(source, values);
     StepRecorder recorder(scenario, file.info);
     file.trace =
         simulate(scenario, index_of(policy, scenario), std::move(*particle), request.record ? &recorder : nullptr);

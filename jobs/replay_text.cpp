@@ -7,6 +7,8 @@
 
 #include "analysis/event_text.h"
 #include "analysis/text_table.h"
+#include "archive/culprit.h"
+#include "archive/utf8.h"
 #include "jobs/replay.h"
 
 namespace graze {
@@ -56,13 +58,34 @@ std::string parameter_table(const Replay& replay, bool all) {
   return "\n" + title + "\n" + text_table(rows, 6);
 }
 
+/// What fabrication made of the particle, where that is not nominal.
+std::string derived_table(const Replay& replay) {
+  Rows rows = {{"of the robot", "value", "nominal", "deviation"}};
+  for (const ReplayedNumber& n : replay.file.derived) {
+    if (n.value == n.nominal) continue;
+    rows.push_back({n.name, with_unit(n.value, n.unit), with_unit(n.nominal, n.unit),
+                    fmt::format("{:+.3g}", n.value - n.nominal)});
+  }
+  return rows.size() == 1 ? ""
+                          : "\nWhat fabrication made of the particle, where it is not nominal\n" + text_table(rows, 1);
+}
+
+/// The part of a requirement's witness; empty: none, or only one is possible.
+std::string culprit_of(const ReplayFile& file, const std::vector<int>& parts, std::size_t requirement) {
+  return requirement < parts.size() ? culprit_text(static_cast<int>(requirement), {-1, parts[requirement]}, file.info)
+                                    : "";
+}
+
+std::string by(const std::string& culprit) { return culprit.empty() ? "" : " by " + printable(culprit); }
+
 std::string margin_table(const Replay& replay) {
   const TraceRecord& trace = replay.file.trace;
-  Rows rows = {{"requirement", "margin", "violated at", "what"}};
+  Rows rows = {{"requirement", "margin", "by", "violated at", "what"}};
   for (std::size_t i = 0; i < replay.file.requirements.size(); ++i) {
     const ReplayedRequirement& requirement = replay.file.requirements[i];
     const double first = trace.first_violations[i];
     rows.push_back({requirement.name, with_unit(trace.margins[i], requirement.unit),
+                    culprit_of(replay.file, trace.margin_parts, i),
                     std::isnan(first) ? "-" : fmt::format("{:g} s", first),
                     (requirement.measure ? "measure: " : "") + requirement.description});
   }
@@ -77,9 +100,10 @@ std::vector<std::string> story(const Replay& replay) {
   for (std::size_t i = 0; i < trace.first_violations.size(); ++i) {
     const ReplayedRequirement& requirement = replay.file.requirements[i];
     if (std::isnan(trace.first_violations[i])) continue;
-    lines.emplace_back(trace.first_violations[i],
-                       fmt::format("{}: {} ({})", requirement.measure ? "measure not kept" : "VIOLATED",
-                                   requirement.name, requirement.description));
+    lines.emplace_back(
+        trace.first_violations[i],
+        fmt::format("{}: {}{} ({})", requirement.measure ? "measure not kept" : "VIOLATED", requirement.name,
+                    by(culprit_of(replay.file, trace.violation_parts, i)), requirement.description));
   }
   std::stable_sort(lines.begin(), lines.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   std::vector<std::string> out;
@@ -110,8 +134,8 @@ std::string outcome_line(const Replay& replay) {
   std::string out = fmt::format("outcome    {}", outcome_name(trace.outcome));
   if (trace.outcome == Outcome::known_failure) {
     const auto i = static_cast<std::size_t>(trace.violated);
-    out +=
-        fmt::format(": {} was violated first, at {:g} s", replay.file.requirements[i].name, trace.first_violations[i]);
+    out += fmt::format(": {} was violated first{}, at {:g} s", replay.file.requirements[i].name,
+                       by(culprit_of(replay.file, trace.violation_parts, i)), trace.first_violations[i]);
   } else if (trace.outcome == Outcome::unknown_failure) {
     out += ": nothing was violated, but the objective was not met";
   } else if (trace.outcome == Outcome::invalid) {
@@ -128,8 +152,10 @@ std::string end_lines(const Replay& replay) {
   std::string out = fmt::format("end        {:g} s after {} steps of {:g} s\n", trace.end_time,
                                 std::llround(trace.end_time / info.step), info.step);
   if (std::isnan(trace.objective_margin)) return out;
-  return out + fmt::format("objective  {}: {}, margin {:.6g}\n", info.objective,
-                           trace.objective_margin >= 0 ? "met" : "not met", trace.objective_margin);
+  const std::string culprit = culprit_text(-1, trace.objective_culprit, info);
+  return out + fmt::format("objective  {}: {}, margin {:.6g}{}\n", info.objective,
+                           trace.objective_margin >= 0 ? "met" : "not met", trace.objective_margin,
+                           culprit.empty() ? "" : " (" + printable(culprit) + ")");
 }
 
 std::string verdict_lines(const Replay& replay) {
@@ -180,7 +206,8 @@ std::string format_replay(const Replay& replay, bool all) {
   std::string out =
       fmt::format("{}: particle {} under policy {}\n\n", file.info.scenario_name, file.trace.particle, file.policy);
   out += outcome_line(replay) + end_lines(replay) + verdict_lines(replay);
-  return out + margin_table(replay) + parameter_table(replay, all) + event_list(replay, all);
+  return out + margin_table(replay) + parameter_table(replay, all) + (all ? derived_table(replay) : "") +
+         event_list(replay, all);
 }
 
 std::string replay_json(const Replay& replay, const std::vector<std::string>& exported) {
@@ -194,10 +221,14 @@ std::string replay_json(const Replay& replay, const std::vector<std::string>& ex
               {"violated", nullptr},
               {"invalid_reason", trace.invalid_reason},
               {"end_time", json_of(trace.end_time)},
-              {"objective", {{"name", file.info.objective}, {"margin", json_of(trace.objective_margin)}}},
+              {"objective",
+               {{"name", file.info.objective},
+                {"margin", json_of(trace.objective_margin)},
+                {"culprit", culprit_text(-1, trace.objective_culprit, file.info)}}},
               {"verification", json_of_verification(replay)},
               {"requirements", Json::array()},
               {"parameters", Json::array()},
+              {"derived", Json::array()},
               {"events", Json::array()},
               {"exported", exported}};
   if (trace.violated >= 0) out["violated"] = file.requirements[static_cast<std::size_t>(trace.violated)].name;
@@ -208,10 +239,15 @@ std::string replay_json(const Replay& replay, const std::vector<std::string>& ex
                                    {"unit", one.unit},
                                    {"measure", one.measure},
                                    {"margin", json_of(trace.margins[i])},
+                                   {"margin_culprit", culprit_of(file, trace.margin_parts, i)},
+                                   {"violation_culprit", culprit_of(file, trace.violation_parts, i)},
                                    {"first_violation", json_of(trace.first_violations[i])}});
   }
   for (const ReplayedParameter* parameter : by_deviation(file.parameters))
     out["parameters"].push_back(json_of(*parameter));
+  for (const ReplayedNumber& n : file.derived) {
+    out["derived"].push_back({{"name", n.name}, {"unit", n.unit}, {"nominal", n.nominal}, {"value", n.value}});
+  }
   for (const Event& event : trace.events) {
     out["events"].push_back({{"time", event.time},
                              {"kind", event_kind_name(event.kind)},

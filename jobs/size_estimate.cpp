@@ -18,10 +18,10 @@ namespace {
 constexpr double kEventBytes = 51;        // columns of /events, plain
 constexpr double kEventsPerSecond = 200;  // the curb's, as a guess for others; --probe measures
 constexpr double kSequenceBytes = 8;      // of a contact sequence, per event: two names now and then
-constexpr double kTraceBytes = 4 + 1 + 4 + 8 + 8 + 32 + 8 + 4 + 4 + 16;  // columns that all have, offsets
+constexpr double kTraceBytes = 4 + 1 + 4 + 8 + 8 + 32 + 8 + 4 + 4 + 8 + 16;  // columns that all have, offsets
 
 double row_bytes(const Scenario& s) {
-  return kTraceBytes + 8.0 * (2 * static_cast<double>(s.task.requirements.size()) + s.model.nq + s.model.nv);
+  return kTraceBytes + 8.0 * (3 * static_cast<double>(s.task.requirements.size()) + s.model.nq + s.model.nv);
 }
 
 double frame_bytes(const Scenario& s) { return 8.0 * (1 + s.model.nq + s.model.nv + s.model.na()); }

@@ -2,6 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <limits>
+
+#include "engine/model/kinematics.h"
+
 namespace graze {
 namespace {
 
@@ -63,29 +67,92 @@ std::vector<NamedColumn> objective_columns(const Task& task) {
   return out;
 }
 
-/// In the order in which StepRecorder::see() fills them.
-std::vector<FrameTable> tables(const Scenario& scenario, const CampaignInfo& info) {
+std::vector<NamedColumn> vector_columns(const std::vector<std::string>& names, const std::string& unit) {
+  std::vector<NamedColumn> out;
+  for (const std::string& name : names) out.push_back({name, unit});
+  return out;
+}
+
+/// x, y, z of each effector.
+std::vector<NamedColumn> effector_columns(const Model& model, const std::vector<int>& effectors,
+                                          const std::string& unit) {
+  std::vector<NamedColumn> out;
+  for (const int frame : effectors) {
+    for (const char* axis : {".x", ".y", ".z"}) out.push_back({model.frames[frame].name + axis, unit});
+  }
+  return out;
+}
+
+/// The groups of an Observation, in the order in which append_observation() fills them.
+void add_observation(const std::string& prefix, const Scenario& scenario, const CampaignInfo& info,
+                     std::vector<FrameTable>& out) {
   const Model& model = scenario.model;
   const auto actuators = [&](const auto& unit) { return actuator_columns(model, info, unit); };
-  return {{"q", position_columns(model, info)},
-          {"v", velocity_columns(model, info)},
-          {"tau", actuators([](const Units& u) { return u.torque; })},
-          {"command/tau", actuators([](const Units& u) { return u.torque; })},
-          {"command/q", actuators([](const Units& u) { return u.position; })},
-          {"command/v", actuators([](const Units& u) { return u.speed; })},
-          {"command/kp", actuators([](const Units& u) { return u.torque + "/" + u.position; })},
-          {"command/kd", actuators([](const Units& u) { return u.torque + " s/" + u.position; })},
-          {"command/ki", actuators([](const Units& u) { return u.torque + "/(" + u.position + " s)"; })},
-          {"command/prescribed", actuators([](const Units&) { return std::string("1"); })},
-          {"requirements", requirement_columns(scenario.task)},
-          {"objective", objective_columns(scenario.task)}};
+  const std::vector<std::string> xyz = {"x", "y", "z"}, rpy = {"roll", "pitch", "yaw"};
+  std::vector<NamedColumn> links;
+  for (const Frame& frame : model.frames) links.push_back({frame.name, "N"});
+  out.push_back({prefix + "joint_position", actuators([](const Units& u) { return u.position; })});
+  out.push_back({prefix + "joint_velocity", actuators([](const Units& u) { return u.speed; })});
+  out.push_back({prefix + "joint_acceleration", actuators([](const Units& u) { return u.position + "/s^2"; })});
+  out.push_back({prefix + "joint_torque", actuators([](const Units& u) { return u.torque; })});
+  out.push_back({prefix + "base_position", vector_columns(xyz, "m")});
+  out.push_back({prefix + "base_rpy", vector_columns(rpy, "rad")});
+  out.push_back({prefix + "base_velocity", vector_columns(xyz, "m/s")});
+  out.push_back({prefix + "base_rate", vector_columns(xyz, "rad/s")});
+  out.push_back({prefix + "imu_linear", vector_columns(xyz, "m/s^2")});
+  out.push_back({prefix + "imu_angular", vector_columns(xyz, "rad/s^2")});
+  out.push_back({prefix + "link_force", links});
+}
+
+/// Targets that the tracker follows, in the order of append_targets().
+void add_targets(const std::string& prefix, const Scenario& scenario, const CampaignInfo& info,
+                 const Controller& controller, std::vector<FrameTable>& out) {
+  const Model& model = scenario.model;
+  const auto actuators = [&](const auto& unit) { return actuator_columns(model, info, unit); };
+  out.push_back({prefix + "tau", actuators([](const Units& u) { return u.torque; })});
+  if (controller.kind() == TargetKind::joint) {
+    out.push_back({prefix + "q", actuators([](const Units& u) { return u.position; })});
+    out.push_back({prefix + "v", actuators([](const Units& u) { return u.speed; })});
+  } else {
+    const std::vector<int> effectors = controller.policy().effectors();
+    out.push_back({prefix + "x", effector_columns(model, effectors, "m")});
+    out.push_back({prefix + "xd", effector_columns(model, effectors, "m/s")});
+  }
+}
+
+/// In the order in which StepRecorder::see() fills them.
+std::vector<FrameTable> tables(const Scenario& scenario, const CampaignInfo& info, const Controller& controller) {
+  const Model& model = scenario.model;
+  const auto actuators = [&](const auto& unit) { return actuator_columns(model, info, unit); };
+  std::vector<FrameTable> out = {
+      {"q", position_columns(model, info)},
+      {"v", velocity_columns(model, info)},
+      {"tau", actuators([](const Units& u) { return u.torque; })},
+      {"command/tau", actuators([](const Units& u) { return u.torque; })},
+      {"command/q", actuators([](const Units& u) { return u.position; })},
+      {"command/v", actuators([](const Units& u) { return u.speed; })},
+      {"command/kp", actuators([](const Units& u) { return u.torque + "/" + u.position; })},
+      {"command/kd", actuators([](const Units& u) { return u.torque + " s/" + u.position; })},
+      {"command/ki", actuators([](const Units& u) { return u.torque + "/(" + u.position + " s)"; })},
+      {"command/prescribed", actuators([](const Units&) { return std::string("1"); })},
+      {"requirements", requirement_columns(scenario.task)},
+      {"objective", objective_columns(scenario.task)},
+      {"control", {{"sensed_at", "s"}, {"lag", "s"}}}};
+  std::vector<NamedColumn> inside;
+  for (const auto& [name, unit] : controller.policy().inside()) inside.push_back({name, unit});
+  out.push_back({"policy", inside});
+  add_observation("sensed/", scenario, info, out);
+  add_observation("truth/", scenario, info, out);
+  add_targets("targets/", scenario, info, controller, out);
+  add_targets("targets_in_force/", scenario, info, controller, out);
+  out.push_back({"effectors/x", effector_columns(model, controller.policy().effectors(), "m")});
+  return out;
 }
 
 }  // namespace
 
-StepRecorder::StepRecorder(const Scenario& scenario, const CampaignInfo& info) { log_.tables = tables(scenario, info); }
-
 void StepRecorder::see(const StepView& step) {
+  if (log_.tables.empty()) log_.tables = tables(scenario_, info_, step.controller);
   const ActuatorCommand& command = step.command;
   log_.time.push_back(step.time);
   table_ = 0;
@@ -94,10 +161,11 @@ void StepRecorder::see(const StepView& step) {
   append(step.tau, step.lane);
   for (const BlockArray* part :
        {&command.tau, &command.q, &command.v, &command.kp, &command.kd, &command.ki, &command.prescribed}) {
-    step.step == 0 ? append_zeros(part->rows()) : append(*part, step.lane);
+    step.step == 0 ? append_same(part->rows(), 0) : append(*part, step.lane);
   }
   append(step.requirements, step.lane);
   append(step.objective, step.lane);
+  append_control(step);
   append_contacts(step);
 }
 
@@ -106,9 +174,66 @@ void StepRecorder::append(const BlockArray& array, int lane) {
   for (int i = 0; i < array.rows(); ++i) values.push_back(array(i, lane));
 }
 
-void StepRecorder::append_zeros(int rows) {
+void StepRecorder::append(const double* values, std::size_t count) {
+  std::vector<double>& column = log_.tables[table_++].values;
+  column.insert(column.end(), values, values + count);
+}
+
+void StepRecorder::append_same(int rows, double value) {
   std::vector<double>& values = log_.tables[table_++].values;
-  values.insert(values.end(), static_cast<std::size_t>(rows), 0.0);
+  values.insert(values.end(), static_cast<std::size_t>(rows), value);
+}
+
+/// What the controller saw and wanted at the last control step; NaN before there was one.
+void StepRecorder::append_control(const StepView& step) {
+  const std::size_t last = log_.tables.size() - 1;  // the effectors, which are true at any time
+  if (step.step == 0) {
+    while (table_ < last) {
+      append_same(static_cast<int>(log_.tables[table_].columns.size()), std::numeric_limits<double>::quiet_NaN());
+    }
+  } else {
+    const Controller& controller = step.controller;
+    const double when[] = {step.sensed.time[static_cast<std::size_t>(step.lane)], controller.lag(step.lane)};
+    append(when, 2);
+    std::vector<double> inside(log_.tables[table_].columns.size());
+    controller.policy().look_inside(step.lane, inside.data());
+    append(inside.data(), inside.size());
+    append_observation(step, step.sensed);
+    append_observation(step, step.truth);
+    append_targets(step, controller.targets());
+    append_targets(step, controller.targets_in_force());
+  }
+  append_effectors(step);
+}
+
+void StepRecorder::append_observation(const StepView& step, const Observation& observation) {
+  const Observation& o = observation;
+  for (const BlockArray* group :
+       {&o.joint_position, &o.joint_velocity, &o.joint_acceleration, &o.joint_torque, &o.base_position, &o.base_rpy,
+        &o.base_velocity, &o.base_rate, &o.imu_linear, &o.imu_angular, &o.link_force}) {
+    append(*group, step.lane);
+  }
+}
+
+void StepRecorder::append_targets(const StepView& step, const Targets& targets) {
+  const bool joint = step.controller.kind() == TargetKind::joint;
+  append(targets.tau, step.lane);
+  append(joint ? targets.q : targets.x, step.lane);
+  append(joint ? targets.v : targets.xd, step.lane);
+}
+
+/// Where the particle's own effectors are now, in the frame that targets are given in.
+void StepRecorder::append_effectors(const StepView& step) {
+  const BlockState& state = step.physics.state();
+  const auto pose = [&](int body) { return body < 0 ? Pose(Pose::Identity()) : state.pose(body, step.lane); };
+  const Pose X_BW = (step.model.floating_base ? pose(0) : fixed_base_pose(step.model)).inverse();
+  std::vector<double> out;
+  for (const int frame : step.controller.policy().effectors()) {
+    const Frame& one = step.model.frames[frame];
+    const Vec3 p_B = X_BW * (pose(one.body) * one.X_BF).translation();
+    out.insert(out.end(), p_B.data(), p_B.data() + 3);
+  }
+  append(out.data(), out.size());
 }
 
 void StepRecorder::append_contacts(const StepView& step) {

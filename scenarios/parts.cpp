@@ -81,11 +81,13 @@ unsigned Between::operator()(const ContactPoint& point) const {
 Between read_between(const Settings& settings, const Model& nominal) {
   const std::vector<Settings> parts = settings.items();
   if (parts.size() != 2) settings.fail("must be a list of two parts, e.g. [\"*_FOOT\", curb.side]");
-  Between out{read_part(parts[0], nominal), read_part(parts[1], nominal), parts[0].text() + " and " + parts[1].text()};
+  Between out{read_part(parts[0], nominal), read_part(parts[1], nominal), parts[0].text() + " and " + parts[1].text(),
+              0};
   const std::vector<unsigned>&first = out.first.features, &second = out.second.features;
   for (const ColliderPair& pair : nominal.pairs) {
-    if ((first[pair.a] && second[pair.b]) || (first[pair.b] && second[pair.a])) return out;
+    out.pairs += (first[pair.a] && second[pair.b]) || (first[pair.b] && second[pair.a]);
   }
+  if (out.pairs > 0) return out;
   settings.fail(fmt::format(
       "{} never touch: they are one body, neighbours at a joint, both fixed, or in contact.ignore", out.text));
 }

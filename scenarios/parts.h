@@ -2,12 +2,14 @@
 // Parts in tasks: globs of collision shapes' or links' names, or of one shape's features ("curb.side"), and contacts
 // between two of them.
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
 #include "engine/clearance/clearance.h"
 #include "engine/physics.h"
 #include "engine/settings/settings.h"
+#include "scenarios/task.h"
 
 namespace graze {
 
@@ -15,6 +17,14 @@ namespace graze {
 struct Between {
   Parts first, second;
   std::string text;  // "*_FOOT and curb.side"
+  int pairs = 0;     // of colliders that may touch
+
+  /// What a witness of them gives as parts, and the number of one (PartKind::pair).
+  PartKind parts() const { return pairs > 1 ? PartKind::pair : PartKind::none; }
+  double part_of(int a, int b) const {
+    return static_cast<double>(std::min(a, b)) * static_cast<double>(first.features.size()) + std::max(a, b);
+  }
+  double part_of(const ContactPoint& point) const { return part_of(point.a, point.b); }
 
   /// Lanes in which the point is one of them.
   unsigned operator()(const ContactPoint& point) const;

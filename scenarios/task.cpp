@@ -159,16 +159,31 @@ void collect_leaves(const Objective& node, std::vector<const Objective*>& leaves
   for (const Objective& part : node.parts) collect_leaves(part, leaves);
 }
 
-/// Walks the tree in the order of collect_leaves; `leaf` advances over the leaves' values.
-double margin_of(const Objective& node, const double*& leaf) {
-  if (node.witness) return *leaf++;
-  const bool any = node.kind == Objective::Kind::any;
-  double out = any ? -kInfinity : kInfinity;
-  for (const Objective& part : node.parts) {
-    const double margin = margin_of(part, leaf);
-    out = any ? std::max(out, margin) : std::min(out, margin);
+/// The margin of a node, and the leaf that gave it (-1: none).
+struct Judged {
+  double margin;
+  int leaf;
+};
+
+/// Walks the tree in the order of collect_leaves; `next` counts the leaves, whose values stand in `value`.
+Judged judge(const Objective& node, const std::vector<double>& value, int& next) {
+  if (node.witness) {
+    const int leaf = next++;
+    return {value[leaf], leaf};
   }
-  return node.kind == Objective::Kind::negation ? -out : out;
+  const bool any = node.kind == Objective::Kind::any;
+  Judged out{any ? -kInfinity : kInfinity, -1};
+  for (const Objective& part : node.parts) {
+    const Judged one = judge(part, value, next);
+    if (any ? out.margin < one.margin : one.margin < out.margin) out = one;
+  }
+  if (node.kind == Objective::Kind::negation) out.margin = -out.margin;
+  return out;
+}
+
+Judged judge(const Objective& objective, const std::vector<double>& value) {
+  int next = 0;
+  return judge(objective, value, next);
 }
 
 double start_value(const Objective& leaf) { return leaf.kind == Objective::Kind::always ? kInfinity : -kInfinity; }
@@ -180,10 +195,17 @@ unsigned lanes_within(const Window& window, const WitnessInput& input) {
   return out & input.lanes.bits();
 }
 
-/// row = min(row, value) in some lanes; with `sign` -1 the greatest.
-void lower(double* row, const double* value, unsigned lanes, double sign = 1) {
+/// Values of a witness and the parts that gave them, a row of lanes each.
+struct Evaluated {
+  double value[kLanes], part[kLanes];
+};
+
+/// row = min(row, value) in some lanes, and the part with it; with `sign` -1 the greatest.
+void lower(double* row, double* part, const Evaluated& now, unsigned lanes, double sign = 1) {
   for (int lane = 0; lane < kLanes; ++lane) {
-    if ((lanes >> lane & 1u) && sign * value[lane] < sign * row[lane]) row[lane] = value[lane];
+    const bool take = (lanes >> lane & 1u) && sign * now.value[lane] < sign * row[lane];
+    row[lane] = take ? now.value[lane] : row[lane];
+    part[lane] = take ? now.part[lane] : part[lane];
   }
 }
 
@@ -235,17 +257,17 @@ void TaskMonitor::Watched::follow(WitnessInput input) const {
   witness->follow(input);
 }
 
-void TaskMonitor::Watched::evaluate(WitnessInput input, const double* enough, double* out) const {
+void TaskMonitor::Watched::evaluate(WitnessInput input, const double* enough, double* out, double* part) const {
   input.memory = memory.get();
   input.enough = enough;
-  witness->evaluate(input, own, out);
+  witness->evaluate(input, own, out, part);
 }
 
 TaskMonitor::TaskMonitor(const Task& task) : task_(&task), leaves_(leaves(task.objective)) {
   for (const Requirement& one : task.requirements) watched_.emplace_back(*one.witness);
   for (const Objective* leaf : leaves_) judging_.emplace_back(*leaf->witness);
-  margin_ = violation_ = BlockArray(static_cast<int>(watched_.size()));
-  leaf_ = BlockArray(static_cast<int>(leaves_.size()));
+  margin_ = violation_ = margin_part_ = violation_part_ = BlockArray(static_cast<int>(watched_.size()));
+  leaf_ = leaf_part_ = BlockArray(static_cast<int>(leaves_.size()));
 }
 
 void TaskMonitor::start(int lane, const Model& model) {
@@ -254,30 +276,34 @@ void TaskMonitor::start(int lane, const Model& model) {
   for (int i = 0; i < margin_.rows(); ++i) {
     margin_(i, lane) = kInfinity;
     violation_(i, lane) = std::numeric_limits<double>::quiet_NaN();
+    margin_part_(i, lane) = violation_part_(i, lane) = kNoPart;
   }
-  for (int i = 0; i < leaf_.rows(); ++i) leaf_(i, lane) = start_value(*leaves_[i]);
+  for (int i = 0; i < leaf_.rows(); ++i) {
+    leaf_(i, lane) = start_value(*leaves_[i]);
+    leaf_part_(i, lane) = kNoPart;
+  }
   violated_[lane] = -1;
 }
 
 LaneMask TaskMonitor::update(const WitnessInput& input) {
-  double value[kLanes];
+  Evaluated now;
   for (int i = 0; i < margin_.rows(); ++i) {
     watched_[i].follow(input);
     const unsigned lanes = lanes_within(task_->requirements[i].window, input);
     if (lanes == 0) continue;
-    watched_[i].evaluate(input, margin_.row(i), value);
-    lower(margin_.row(i), value, lanes);
+    watched_[i].evaluate(input, margin_.row(i), now.value, now.part);
+    lower(margin_.row(i), margin_part_.row(i), now, lanes);
     unsigned below = 0;
-    for (int lane = 0; lane < kLanes; ++lane) below |= static_cast<unsigned>(!(value[lane] >= 0)) << lane;
-    if ((below & lanes) != 0) note_violations(i, below & lanes, input);
+    for (int lane = 0; lane < kLanes; ++lane) below |= static_cast<unsigned>(!(now.value[lane] >= 0)) << lane;
+    if ((below & lanes) != 0) note_violations(i, below & lanes, input, now.part);
   }
   for (int i = 0; i < leaf_.rows(); ++i) {
     const Objective& leaf = *leaves_[i];
     judging_[i].follow(input);
     const unsigned lanes = leaf.kind == Objective::Kind::at_end ? 0 : lanes_within(leaf.window, input);
     if (lanes == 0) continue;
-    judging_[i].evaluate(input, leaf.kind == Objective::Kind::once ? nullptr : leaf_.row(i), value);
-    lower(leaf_.row(i), value, lanes, leaf.kind == Objective::Kind::once ? -1 : 1);
+    judging_[i].evaluate(input, leaf.kind == Objective::Kind::once ? nullptr : leaf_.row(i), now.value, now.part);
+    lower(leaf_.row(i), leaf_part_.row(i), now, lanes, leaf.kind == Objective::Kind::once ? -1 : 1);
   }
   LaneMask out;
   for (int lane = 0; lane < kLanes; ++lane) out.set(lane, input.lanes[lane] && violated_[lane] >= 0);
@@ -287,29 +313,33 @@ LaneMask TaskMonitor::update(const WitnessInput& input) {
 void TaskMonitor::values(const WitnessInput& input, BlockArray& requirements, BlockArray& objective) const {
   requirements = BlockArray(static_cast<int>(watched_.size()));
   objective = BlockArray(static_cast<int>(judging_.size()));
+  double part[kLanes];
   for (int i = 0; i < requirements.rows(); ++i) {
-    watched_[i].evaluate(input, nullptr, requirements.row(i));
+    watched_[i].evaluate(input, nullptr, requirements.row(i), part);
   }
   for (int i = 0; i < objective.rows(); ++i) {
-    judging_[i].evaluate(input, nullptr, objective.row(i));
+    judging_[i].evaluate(input, nullptr, objective.row(i), part);
   }
 }
 
-void TaskMonitor::note_violations(int requirement, unsigned lanes, const WitnessInput& input) {
+void TaskMonitor::note_violations(int requirement, unsigned lanes, const WitnessInput& input, const double* part) {
   for (int lane = 0; lane < kLanes; ++lane) {
     if (!(lanes >> lane & 1u) || !std::isnan(violation_(requirement, lane))) continue;
     violation_(requirement, lane) = input.time[lane];
+    violation_part_(requirement, lane) = part[lane];
     if (violated_[lane] < 0 && !task_->requirements[requirement].measure) violated_[lane] = requirement;
   }
 }
 
 void TaskMonitor::finish(const WitnessInput& input) {
-  double value[kLanes];
+  Evaluated now;
   for (int i = 0; i < leaf_.rows(); ++i) {
     if (leaves_[i]->kind != Objective::Kind::at_end) continue;
-    judging_[i].evaluate(input, nullptr, value);
+    judging_[i].evaluate(input, nullptr, now.value, now.part);
     for (int lane = 0; lane < kLanes; ++lane) {
-      if (input.lanes[lane]) leaf_(i, lane) = value[lane];
+      if (!input.lanes[lane]) continue;
+      leaf_(i, lane) = now.value[lane];
+      leaf_part_(i, lane) = now.part[lane];
     }
   }
 }
@@ -320,10 +350,17 @@ std::vector<double> TaskMonitor::column(const BlockArray& array, int lane) {
   return out;
 }
 
-double TaskMonitor::objective_margin(int lane) const {
-  const std::vector<double> values = column(leaf_, lane);
-  const double* leaf = values.data();
-  return margin_of(task_->objective, leaf);
+std::vector<int> TaskMonitor::parts(const BlockArray& array, int lane) {
+  std::vector<int> out(array.rows());
+  for (int i = 0; i < array.rows(); ++i) out[i] = static_cast<int>(array(i, lane));
+  return out;
+}
+
+double TaskMonitor::objective_margin(int lane) const { return judge(task_->objective, column(leaf_, lane)).margin; }
+
+Culprit TaskMonitor::objective_culprit(int lane) const {
+  const int leaf = judge(task_->objective, column(leaf_, lane)).leaf;
+  return leaf < 0 ? Culprit{} : Culprit{leaf, static_cast<int>(leaf_part_(leaf, lane))};
 }
 
 }  // namespace graze

@@ -3,6 +3,7 @@
 // and input, >= 0 while all is well; its minimum over its window is the margin.
 
 #include <array>
+#include <cstdint>
 #include <limits>
 #include <memory>
 #include <string>
@@ -30,7 +31,7 @@ struct WitnessInput {
   std::array<double, kLanes> time;          // s
   LaneMask lanes;                           // those whose witnesses are wanted
   WitnessMemory* memory = nullptr;          // of this witness: what remember() gave
-  /// [kLanes], or null: where the value is no less than this, any value that is no less will do.
+  /// [kLanes], or null: where the value is no less than this, any value that is no less will do, and any part.
   const double* enough = nullptr;
 };
 
@@ -51,15 +52,27 @@ struct TraceTimes {
   double end = std::numeric_limits<double>::infinity();  // s
 };
 
+/// What the parts of a witness are numbers of. none: the witness is about one part, which needs no telling.
+enum class PartKind : std::uint8_t {
+  none,
+  link,   // index into Model::frames
+  joint,  // index into Model::actuated
+  pair    // a * Model::colliders.size() + b, two colliders, a < b
+};
+inline constexpr int kNoPart = -1;
+
 class Witness {
  public:
   virtual ~Witness() = default;
+  /// What evaluate() gives as parts.
+  virtual PartKind parts() const { return PartKind::none; }
   /// How many numbers of a particle's own p* the witness needs (limits, places of frames).
   virtual int numbers() const { return 0; }
   /// Writes them into column `lane` of `own`, [numbers()].
   virtual void read(const Model& /*model*/, int /*lane*/, BlockArray& /*own*/) const {}
-  /// The witness's value in each lane, out[kLanes]; in lanes that are not wanted it may be anything.
-  virtual void evaluate(const WitnessInput& input, const BlockArray& own, double* out) const = 0;
+  /// The witness's value in each lane, out[kLanes], and the part that it is the value of, part[kLanes] (kNoPart: none);
+  /// in lanes that are not wanted both may be anything. Parts are doubles, so that one mask selects both.
+  virtual void evaluate(const WitnessInput& input, const BlockArray& own, double* out, double* part) const = 0;
   /// A memory for one block, for witnesses that need one.
   virtual std::unique_ptr<WitnessMemory> remember() const { return nullptr; }
   /// Called once after each step, before evaluate(): for witnesses whose memory sums up what has been.
@@ -120,6 +133,12 @@ Task read_task(const Settings& settings, const Model& nominal, const TraceTimes&
 /// Names of all witnesses ("tilt", "height", "no_contact", …), for help and the schema.
 std::vector<std::string> witness_names();
 
+/// Who is to blame for a margin.
+struct Culprit {
+  int leaf = -1;  // of an objective: index into leaves(); -1: it has none
+  int part = kNoPart;
+};
+
 /// Judges the traces of one block.
 class TaskMonitor {
  public:
@@ -137,10 +156,16 @@ class TaskMonitor {
   /// Of a trace that is finished.
   double objective_margin(int lane) const;
   bool objective_met(int lane) const { return objective_margin(lane) >= 0; }
+  /// The leaf whose margin the objective's is (negated within `not`), and the part that gave it.
+  Culprit objective_culprit(int lane) const;
   /// Per requirement: least witness within the window (+inf if never looked at), and the first time below 0 (NaN if
   /// none).
   std::vector<double> margins(int lane) const { return column(margin_, lane); }
   std::vector<double> first_violations(int lane) const { return column(violation_, lane); }
+  /// Per requirement: the part that gave the margin, and the one that was below 0 at the first violation (kNoPart:
+  /// none, or a witness of one part).
+  std::vector<int> margin_parts(int lane) const { return parts(margin_part_, lane); }
+  std::vector<int> violation_parts(int lane) const { return parts(violation_part_, lane); }
   /// Index of the requirement that was violated first (lowest index within a step), or -1.
   int violated(int lane) const { return violated_[lane]; }
 
@@ -155,17 +180,19 @@ class TaskMonitor {
     void start(int lane, const Model& model);
     void follow(WitnessInput input) const;
     /// `enough`: as WitnessInput::enough.
-    void evaluate(WitnessInput input, const double* enough, double* out) const;
+    void evaluate(WitnessInput input, const double* enough, double* out, double* part) const;
   };
   static std::vector<double> column(const BlockArray& array, int lane);
-  void note_violations(int requirement, unsigned lanes, const WitnessInput& input);
+  static std::vector<int> parts(const BlockArray& array, int lane);
+  void note_violations(int requirement, unsigned lanes, const WitnessInput& input, const double* part);
 
   const Task* task_;
   std::vector<const Objective*> leaves_;
-  std::vector<Watched> watched_;   // of the requirements
-  std::vector<Watched> judging_;   // of the leaves
-  BlockArray margin_, violation_;  // per requirement
-  BlockArray leaf_;                // per leaf
+  std::vector<Watched> watched_;             // of the requirements
+  std::vector<Watched> judging_;             // of the leaves
+  BlockArray margin_, violation_;            // per requirement
+  BlockArray margin_part_, violation_part_;  // per requirement
+  BlockArray leaf_, leaf_part_;              // per leaf
   std::array<int, kLanes> violated_{};
 };
 

@@ -30,29 +30,38 @@ class NoContact : public Witness {
 
   std::unique_ptr<WitnessMemory> remember() const override { return std::make_unique<GapMemory>(clearance_); }
 
-  void evaluate(const WitnessInput& in, const BlockArray&, double* out) const override {
-    const unsigned touching = overlaps(in, out);
+  PartKind parts() const override { return between_.parts(); }
+
+  void evaluate(const WitnessInput& in, const BlockArray&, double* out, double* part) const override {
+    std::fill_n(part, kLanes, double{kNoPart});
+    const unsigned touching = overlaps(in, out, part);
     const LaneMask apart(in.lanes.bits() & ~touching);
     if (!apart.any()) return;
-    double gap[kLanes];
-    static_cast<GapMemory*>(in.memory)->clearance.least(in.state, apart, in.enough, gap);
+    double gap[kLanes], pair[kLanes];
+    static_cast<GapMemory*>(in.memory)->clearance.least(in.state, apart, in.enough, gap, pair);
     for (int lane = 0; lane < kLanes; ++lane) {
-      if (apart[lane]) out[lane] = std::max(gap[lane], kTouch);
+      if (!apart[lane]) continue;
+      out[lane] = std::max(gap[lane], kTouch);
+      part[lane] = pair[lane];
     }
   }
 
  private:
-  /// Fills `out` in the lanes in which something touches, and gives these.
-  unsigned overlaps(const WitnessInput& in, double* out) const {
+  /// Fills `out` and `part` in the lanes in which something touches, and gives these. Of equal overlaps the first
+  /// pair's counts, in whatever order points come.
+  unsigned overlaps(const WitnessInput& in, double* out, double* part) const {
     unsigned all = 0;
     for (const ContactPoint& point : in.points) {
       const unsigned touching = between_(point) & point.touching().bits();
       if (touching == 0) continue;
       const double* gap = point.row(kGap);
+      const double pair = between_.part_of(point);
       for (int lane = 0; lane < kLanes; ++lane) {
         if (!(touching >> lane & 1u)) continue;
         const double overlap = std::min(gap[lane], -kTouch);
-        out[lane] = all >> lane & 1u ? std::min(out[lane], overlap) : overlap;
+        const bool first = !(all >> lane & 1u) || overlap < out[lane];
+        if (first || (overlap == out[lane] && pair < part[lane])) part[lane] = pair;
+        if (first) out[lane] = overlap;
         all |= 1u << lane;
       }
     }
@@ -68,10 +77,10 @@ class HeldContact final : public NoContact {
  public:
   using NoContact::NoContact;
 
-  void evaluate(const WitnessInput& in, const BlockArray& own, double* out) const override {
+  void evaluate(const WitnessInput& in, const BlockArray& own, double* out, double* part) const override {
     WitnessInput exact = in;
     exact.enough = nullptr;  // it is of the negative
-    NoContact::evaluate(exact, own, out);
+    NoContact::evaluate(exact, own, out, part);
     for (int lane = 0; lane < kLanes; ++lane) out[lane] = -out[lane];
   }
 };
@@ -113,9 +122,10 @@ ReadWitness read_self_collision(const Settings& settings, const Model& nominal) 
   Between between;
   std::vector<unsigned>& robot = between.first.features;
   for (const Collider& collider : nominal.colliders) robot.push_back(collider.is_object ? 0u : ~0u);
-  const bool possible = std::any_of(nominal.pairs.begin(), nominal.pairs.end(),
-                                    [&](const ColliderPair& pair) { return robot[pair.a] && robot[pair.b]; });
-  if (!possible) {
+  between.pairs =
+      static_cast<int>(std::count_if(nominal.pairs.begin(), nominal.pairs.end(),
+                                     [&](const ColliderPair& pair) { return robot[pair.a] && robot[pair.b]; }));
+  if (between.pairs == 0) {
     settings.fail_key(
         "no two parts of the robot may touch (contact.self_collision is false, contact.ignore names them "
         "all, or all are neighbours), so this can never be violated");

@@ -71,11 +71,18 @@ class ContactImpulse final : public Witness {
     }
   }
 
-  void evaluate(const WitnessInput& in, const BlockArray&, double* out) const override {
+  PartKind parts() const override { return between_.parts(); }
+
+  void evaluate(const WitnessInput& in, const BlockArray&, double* out, double* part) const override {
     std::fill_n(out, kLanes, below_);
+    std::fill_n(part, kLanes, double{kNoPart});
     for (const PairImpulse& pair : static_cast<ImpulseMemory*>(in.memory)->pairs) {
+      const double number = between_.part_of(pair.a, pair.b);
       for (int lane = 0; lane < kLanes; ++lane) {
-        if (pair.open >> lane & 1u) out[lane] = std::min(out[lane], below_ - pair.sum[lane]);
+        const double left = below_ - pair.sum[lane];
+        if (!(pair.open >> lane & 1u) || !(left < out[lane])) continue;
+        out[lane] = left;
+        part[lane] = number;
       }
     }
   }

@@ -57,12 +57,18 @@ class OverJoints : public Witness {
     }
   }
 
-  void evaluate(const WitnessInput& in, const BlockArray& own, double* out) const override {
+  PartKind parts() const override { return joints_.size() > 1 ? PartKind::joint : PartKind::none; }
+
+  void evaluate(const WitnessInput& in, const BlockArray& own, double* out, double* part) const override {
     std::fill_n(out, kLanes, std::numeric_limits<double>::infinity());
+    std::fill_n(part, kLanes, double{kNoPart});
     for (std::size_t i = 0; i < joints_.size(); ++i) {
       double value[kLanes];
       margin(in, joints_[i], own.row(static_cast<int>(i) * kLimits), value);
-      for (int lane = 0; lane < kLanes; ++lane) out[lane] = std::min(out[lane], value[lane]);
+      for (int lane = 0; lane < kLanes; ++lane) {
+        part[lane] = value[lane] < out[lane] ? joints_[i].k : part[lane];
+        out[lane] = value[lane] < out[lane] ? value[lane] : out[lane];
+      }
     }
   }
 

@@ -27,6 +27,9 @@ struct Lanes3 {
   Lanes x, y, z;
 };
 
+/// The parts of witnesses of these frames: one alone needs no telling.
+PartKind parts_of(const std::vector<int>& frames) { return frames.size() > 1 ? PartKind::link : PartKind::none; }
+
 /// R_WB u + p of a vector that is fixed in a body (-1: the world), rows [3] of a particle's numbers; `as_point`: with
 /// p.
 Lanes3 to_world(const BlockState& state, int body, const double* u_B, bool as_point) {
@@ -101,10 +104,13 @@ class Tilt : public Witness {
     }
   }
 
-  void evaluate(const WitnessInput& in, const BlockArray& own, double* out) const override {
+  PartKind parts() const override { return parts_of(frames_); }
+
+  void evaluate(const WitnessInput& in, const BlockArray& own, double* out, double* part) const override {
     // The most tilted has the greatest key; only its angle is computed.
     Lanes greatest, sine2{}, cosine{};
     std::fill_n(greatest.value, kLanes, -1.0);
+    std::fill_n(part, kLanes, double{kNoPart});
     for (int i = 0; i < static_cast<int>(frames_.size()); ++i) {
       const Lanes3 z_W = to_world(in.state, body_[i], own.row(3 * i), false);
       for (int l = 0; l < kLanes; ++l) {
@@ -112,6 +118,7 @@ class Tilt : public Witness {
         const double key = z_W.z[l] > 0 ? s2 : 2 - s2;
         const bool more = key > greatest[l];
         greatest[l] = more ? key : greatest[l];
+        part[l] = more ? frames_[i] : part[l];
         sine2[l] = more ? s2 : sine2[l];
         cosine[l] = more ? z_W.z[l] : cosine[l];
       }
@@ -144,14 +151,21 @@ class Region : public Witness {
   int numbers() const override { return 3 * static_cast<int>(frames_.size()); }
   void read(const Model& model, int lane, BlockArray& own) const override { read_origins(model, frames_, lane, own); }
 
-  void evaluate(const WitnessInput& in, const BlockArray& own, double* out) const override {
+  PartKind parts() const override { return parts_of(frames_); }
+
+  void evaluate(const WitnessInput& in, const BlockArray& own, double* out, double* part) const override {
     std::fill_n(out, kLanes, std::numeric_limits<double>::infinity());
+    std::fill_n(part, kLanes, double{kNoPart});
     for (int i = 0; i < static_cast<int>(frames_.size()); ++i) {
       const Lanes3 p_W = to_world(in.state, body_[i], own.row(3 * i), true);
       const Lanes* axis[3] = {&p_W.x, &p_W.y, &p_W.z};
       for (int k = 0; k < 3; ++k) {
         const Lanes& p = *axis[k];
-        for (int l = 0; l < kLanes; ++l) out[l] = std::min({out[l], p[l] - above_[k], below_[k] - p[l]});
+        for (int l = 0; l < kLanes; ++l) {
+          const double margin = std::min(p[l] - above_[k], below_[k] - p[l]);
+          part[l] = margin < out[l] ? frames_[i] : part[l];
+          out[l] = margin < out[l] ? margin : out[l];
+        }
       }
     }
   }
@@ -176,12 +190,17 @@ class Speed : public Witness {
     for (int b = 0; b < static_cast<int>(joints_.size()); ++b) write(model.bodies[b].axis, axis_row(b), lane, own);
   }
 
-  void evaluate(const WitnessInput& in, const BlockArray& own, double* out) const override {
+  PartKind parts() const override { return parts_of(frames_); }
+
+  void evaluate(const WitnessInput& in, const BlockArray& own, double* out, double* part) const override {
     Lanes largest{};
+    std::fill_n(part, kLanes, static_cast<double>(frames_.front()));
     for (int i = 0; i < static_cast<int>(frames_.size()); ++i) {
       const Lanes3 v = velocity(in.state, own, body_[i], to_world(in.state, body_[i], own.row(3 * i), true));
       for (int l = 0; l < kLanes; ++l) {
-        largest[l] = std::max(largest[l], v.x[l] * v.x[l] + v.y[l] * v.y[l] + v.z[l] * v.z[l]);
+        const double v2 = v.x[l] * v.x[l] + v.y[l] * v.y[l] + v.z[l] * v.z[l];
+        part[l] = largest[l] < v2 ? frames_[i] : part[l];
+        largest[l] = std::max(largest[l], v2);
       }
     }
     for (int l = 0; l < kLanes; ++l) out[l] = below_ - std::sqrt(largest[l]);

@@ -60,7 +60,11 @@ void multiply(const double* A, const double* B, double* out) {
 }  // namespace
 
 Clearance::Clearance(const Model& nominal, Parts first, Parts second, double within)
-    : first_(std::move(first)), second_(std::move(second)), within_(within), manifold_(kManifoldRows * kSlots) {
+    : first_(std::move(first)),
+      second_(std::move(second)),
+      within_(within),
+      colliders_(static_cast<int>(nominal.colliders.size())),
+      manifold_(kManifoldRows * kSlots) {
   bool meshes = false;
   for (std::size_t i = 0; i < nominal.pairs.size(); ++i) {
     const int a = nominal.pairs[i].a, b = nominal.pairs[i].b;
@@ -151,7 +155,7 @@ double Clearance::travel(const Pair& pair, int lane) const {
   return (a < 0 ? 0.0 : movers_[a].travel[lane]) + (b < 0 ? 0.0 : movers_[b].travel[lane]);
 }
 
-void Clearance::least(const BlockState& state, LaneMask lanes, const double* enough, double* out) {
+void Clearance::least(const BlockState& state, LaneMask lanes, const double* enough, double* out, double* part) {
   move(state);
   for (int lane = 0; lane < kLanes; ++lane) {
     if (!fresh_[lane] || !lanes[lane]) continue;
@@ -166,6 +170,8 @@ void Clearance::least(const BlockState& state, LaneMask lanes, const double* eno
     wanted |= static_cast<unsigned>(lanes[lane] && !(lowest_[lane] - kSlack >= least[lane])) << lane;
   }
   const Row limit = least;
+  Row least_pair;
+  least_pair.fill(-1);
   if (wanted != 0) {
     Row lowest;
     lowest.fill(kInfinity);
@@ -175,7 +181,14 @@ void Clearance::least(const BlockState& state, LaneMask lanes, const double* eno
         const double bound = pair.reserve[lane] - travel(pair, lane);
         near |= static_cast<unsigned>(!(bound - kSlack >= least[lane])) << lane;
       }
-      if ((near & wanted) != 0) measure(pair, state, near & wanted, lanes.bits(), least);
+      if ((near & wanted) != 0) {
+        const Row before = least;
+        measure(pair, state, near & wanted, lanes.bits(), least);
+        const double number = static_cast<double>(solids_[pair.a].collider) * colliders_ + solids_[pair.b].collider;
+        for (int lane = 0; lane < kLanes; ++lane) {
+          least_pair[lane] = least[lane] < before[lane] ? number : least_pair[lane];
+        }
+      }
       for (int lane = 0; lane < kLanes; ++lane) {
         lowest[lane] = std::min(lowest[lane], pair.reserve[lane] - travel(pair, lane));
       }
@@ -185,6 +198,7 @@ void Clearance::least(const BlockState& state, LaneMask lanes, const double* eno
     }
   }
   for (int lane = 0; lane < kLanes; ++lane) out[lane] = least[lane] < limit[lane] ? least[lane] : within_;
+  if (part != nullptr) std::copy(least_pair.begin(), least_pair.end(), part);
 }
 
 const double* Clearance::pose_of(Solid& solid, const BlockState& state) const {

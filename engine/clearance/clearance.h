@@ -37,8 +37,9 @@ class Clearance {
   void start(int lane, const Model& model);
   /// The least gap in some lanes after a step, or `within` where it is more. `enough` (per lane, m; null: within):
   /// where the gap is no less than this, `within` may be given instead. Does not depend on what was asked before, but
-  /// for speed.
-  void least(const BlockState& state, LaneMask lanes, const double* enough, double* out);
+  /// for speed. `part` (may be null): the pair of colliders that the gap is between, the first of several, as
+  /// a * colliders + b with a < b; -1 where `within` was given.
+  void least(const BlockState& state, LaneMask lanes, const double* enough, double* out, double* part = nullptr);
 
   double within() const { return within_; }
   /// Pairs that are looked at.
@@ -80,6 +81,7 @@ class Clearance {
 
   Parts first_, second_;
   double within_;
+  int colliders_;  // of the Model
   std::vector<Mover> movers_;
   std::vector<Solid> solids_;
   std::vector<HeightView> views_;  // per solid

@@ -47,8 +47,10 @@ std::pair<std::string, Settings> policy_entry(const Settings& settings) {
 struct Controller::Impl {
   std::unique_ptr<Policy> policy;
   std::unique_ptr<Tracker> tracker;
-  std::array<double, kLanes> lag{};
+  std::array<double, kLanes> lag{}, momentary_lag{};
+  TargetKind kind = TargetKind::joint;
   Targets targets;
+  const Targets* in_force = &targets;
   std::optional<LagBuffer> buffer;
 };
 
@@ -56,6 +58,7 @@ Controller::Controller(const ControlContext& context, const Settings& settings) 
   const auto [policy, policy_settings] = policy_entry(settings);
   const auto [tracker, tracker_settings] = settings.at("control").single(tracker_names());
   const TrackerEntry& entry = tracker_registry().at(tracker);
+  impl_->kind = entry.kind;
   impl_->policy = policy_registry().at(policy)(context, policy_settings, entry.kind);
   const std::vector<int> effectors = impl_->policy->effectors();
   impl_->tracker = entry.make(context, tracker_settings, effectors);
@@ -75,13 +78,23 @@ void Controller::act(const Observation& observation, const double* lag_jitter, L
                      ActuatorCommand& command) {
   Impl& own = *impl_;
   own.policy->act(observation, active, own.targets);
-  std::array<double, kLanes> lag = own.lag;
+  std::array<double, kLanes>& lag = own.momentary_lag;
+  lag = own.lag;
   for (int lane = 0; lane < kLanes && lag_jitter != nullptr; ++lane) lag[lane] += lag_jitter[lane];
-  own.tracker->track(observation, own.buffer->pass(observation.time, lag, active, own.targets), active, command);
+  own.in_force = &own.buffer->pass(observation.time, lag, active, own.targets);
+  own.tracker->track(observation, *own.in_force, active, command);
 }
 
 unsigned Controller::reads() const { return impl_->policy->reads() | impl_->tracker->reads(); }
 
+TargetKind Controller::kind() const { return impl_->kind; }
+
+const Policy& Controller::policy() const { return *impl_->policy; }
+
 const Targets& Controller::targets() const { return impl_->targets; }
+
+const Targets& Controller::targets_in_force() const { return *impl_->in_force; }
+
+double Controller::lag(int lane) const { return std::max(impl_->momentary_lag[lane], 0.0); }
 
 }  // namespace graze

@@ -21,6 +21,7 @@ class Gait : public Policy {
         command_(kCommandRows),
         last_time_(1) {
     for (const Leg& leg : legs_) {
+      feet_names_.push_back(context.nominal.frames[leg.frame].name);
       reference_.push_back(leg.chain.select(context.initial.q));
       closed_.push_back(detect_hip_knee(leg.chain, reference_.back()));
     }
@@ -51,6 +52,20 @@ class Gait : public Policy {
     return kJointPosition | (p.global_up ? kBaseTilt : 0u) | (p.recovery ? kLinkForce : 0u) | steering_->reads();
   }
 
+  std::vector<Inside> inside() const override {
+    std::vector<Inside> out;
+    for (const std::string& foot : feet_names_) out.push_back({foot + ".mode", "1"});
+    for (const char* axis : {"vx", "vy", "vz"}) out.push_back({std::string("command.") + axis, "m/s"});
+    for (const char* axis : {"wx", "wy", "wz"}) out.push_back({std::string("command.") + axis, "rad/s"});
+    return out;
+  }
+
+  void look_inside(int lane, double* out) const override {
+    const int feet = static_cast<int>(legs_.size());
+    kernel_.foot_modes(feet_.row(0), feet, lane, out);
+    for (int i = 0; i < kCommandRows; ++i) out[feet + i] = command_(i, lane);
+  }
+
   void act(const Observation& observation, LaneMask active, Targets& targets) override {
     steering_->steer(observation, active, command_);
     GaitCall call{};
@@ -77,6 +92,7 @@ class Gait : public Policy {
   const ControlKernel& kernel_;
   std::vector<double> initial_;
   std::vector<Leg> legs_;
+  std::vector<std::string> feet_names_;
   std::unique_ptr<Steering> steering_;
   std::vector<Chain::Values> reference_;
   std::vector<std::optional<HipKneeView>> closed_;

@@ -132,12 +132,25 @@ void operational_pd(const OperationalPdView& view, const OperationalPdCall& call
   }
 }
 
+template <class T>
+void foot_modes(const double* feet, int count, int lane, double* out) {
+  const FootPlan<T>* const plan = reinterpret_cast<const FootPlan<T>*>(feet);
+  const unsigned bit = 1u << static_cast<unsigned>(lane);
+  for (int i = 0; i < count; ++i) {
+    const FootMode mode = plan[i].swing & bit     ? FootMode::swing
+                          : plan[i].reach & bit   ? FootMode::reach
+                          : plan[i].support & bit ? FootMode::support
+                                                  : FootMode::stance;
+    out[i] = static_cast<int>(mode);
+  }
+}
+
 }  // namespace
 
 const ControlKernel& GRAZE_OF_ISA(find_control_kernel)() {
   using T = Pack<8>;
   static constexpr ControlKernel kernel{static_cast<int>(sizeof(FootPlan<T>) / sizeof(double)), &gait<T>,
-                                        &operational_pd<T>};
+                                        &operational_pd<T>, &foot_modes<T>};
   return kernel;
 }
 

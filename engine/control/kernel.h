@@ -24,6 +24,9 @@ struct GaitView {
   const double* initial;  // na: targets of joints that belong to no leg
 };
 
+/// Modes of a foot (Figure 67).
+enum class FootMode { stance = 0, swing = 1, reach = 2, support = 3 };
+
 struct GaitCall {
   unsigned active, fresh;  // fresh: of the active, those that begin a trace
   // Sensed; see Observation. Rows that the parameters do not ask for may be null.
@@ -58,6 +61,8 @@ struct ControlKernel {
   int foot_doubles;  // memory of a foot, all lanes
   void (*gait)(const GaitView& view, const GaitCall& call);
   void (*operational_pd)(const OperationalPdView& view, const OperationalPdCall& call);
+  /// Modes of a lane's feet, out[count], as FootMode; `feet`: memory of the gait.
+  void (*foot_modes)(const double* feet, int count, int lane, double* out);
 };
 
 const ControlKernel& find_control_kernel_portable();

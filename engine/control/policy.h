@@ -45,6 +45,13 @@ class Policy {
   virtual void act(const Observation& observation, LaneMask active, Targets& targets) = 0;
   /// Groups of the observation (SensedGroup) that act reads; the others need not be sensed, and are NaN then.
   virtual unsigned reads() const { return kAllGroups; }
+  /// What the policy keeps to itself, for those who look at a trace: names and units, and the numbers of a lane after
+  /// act(), out[inside().size()].
+  struct Inside {
+    std::string name, unit;
+  };
+  virtual std::vector<Inside> inside() const { return {}; }
+  virtual void look_inside(int /*lane*/, double* /*out*/) const {}
   /// Frames (indices into Model::frames) that the effector targets are for; empty if it has joint targets only.
   virtual std::vector<int> effectors() const { return {}; }
 };
@@ -90,8 +97,12 @@ class Controller {
   void act(const Observation& observation, const double* lag_jitter, LaneMask active, ActuatorCommand& command);
   /// Groups of the observation that policy or tracker read (SensedGroup).
   unsigned reads() const;
-  /// Targets before the lag, of the last act (for telemetry).
-  const Targets& targets() const;
+  // What follows is for those who look at a trace, and of the last act.
+  TargetKind kind() const;                  // of what the tracker follows
+  const Policy& policy() const;             // its effectors and what it keeps to itself
+  const Targets& targets() const;           // before the lag
+  const Targets& targets_in_force() const;  // behind it: what the tracker followed in the lanes that acted
+  double lag(int lane) const;               // s, with its jitter
 
  private:
   struct Impl;

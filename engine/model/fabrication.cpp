@@ -214,7 +214,13 @@ Fabricator::Fabricator(std::shared_ptr<const World> nominal, std::vector<std::st
   plan_ = std::move(plan);
 }
 
-Particle Fabricator::fabricate(std::uint32_t id, std::span<const double> values) const {
+/// A perturbed world, and the bias of each channel.
+struct Fabricator::Made {
+  World world;
+  std::vector<double> sensor_bias;
+};
+
+Fabricator::Made Fabricator::make(std::span<const double> values) const {
   assert(values.size() == paths_.size());
   const Plan& plan = *plan_;
   Draft draft{plan.base, std::vector<LinkChange>(plan.base.robot.links.size()),
@@ -234,8 +240,15 @@ Particle Fabricator::fabricate(std::uint32_t id, std::span<const double> values)
   for (std::size_t i = 0; i < draft.objects.size(); ++i) {
     if (plan.changed_objects[i]) apply(draft.objects[i], draft.world.objects[i]);
   }
-  return particle_of(id, draft.world, std::move(draft.sensor_bias));
+  return {std::move(draft.world), std::move(draft.sensor_bias)};
 }
+
+Particle Fabricator::fabricate(std::uint32_t id, std::span<const double> values) const {
+  Made made = make(values);
+  return particle_of(id, made.world, std::move(made.sensor_bias));
+}
+
+World Fabricator::perturbed(std::span<const double> values) const { return make(values).world; }
 
 Particle Fabricator::nominal() const { return particle_of(0, *world_, nominal_bias(*world_)); }
 

@@ -72,12 +72,17 @@ class Fabricator {
 
   /// The particle with these values. Throws InputError that names the parameter if a value is impossible.
   Particle fabricate(std::uint32_t id, std::span<const double> values) const;
+  /// The world that this particle's model is compiled from, without pictures of links that have collision shapes.
+  /// Throws as fabricate().
+  World perturbed(std::span<const double> values) const;
   /// p0: the nominal world, nothing perturbed.
   Particle nominal() const;
   const World& world() const { return *world_; }
 
  private:
   struct Plan;
+  struct Made;
+  Made make(std::span<const double> values) const;
   std::shared_ptr<const World> world_;
   std::vector<std::string> paths_;
   std::shared_ptr<const Plan> plan_;  // paths resolved to setters, once

@@ -45,6 +45,10 @@ TEST(Failures, AreThoseOfTheRecords) {
         EXPECT_EQ(got.violated, record.violated);
         const bool known = record.outcome == Outcome::known_failure;
         EXPECT_EQ(got.margin, known ? record.margins[static_cast<std::size_t>(record.violated)] : -0.5);
+        EXPECT_EQ(got.culprit.part, known                                ? record.violation_parts[record.violated]
+                                    : record.outcome == Outcome::invalid ? kNoPart
+                                                                         : static_cast<int>(i % 3));
+        EXPECT_EQ(got.culprit.leaf, record.outcome == Outcome::unknown_failure ? 1 : -1);
         EXPECT_EQ(got.time, record.end_time) << "the synthetic traces end at their violation";
         if (record.outcome == Outcome::invalid) {
           EXPECT_EQ(table.reasons.at(got.reason), record.invalid_reason);

@@ -64,6 +64,10 @@ inline void expect_trace(const Archive& archive, const std::string& policy, cons
   expect_same({got->end_time, got->objective_margin}, {want.end_time, want.objective_margin});
   expect_same(got->margins, want.margins);
   expect_same(got->first_violations, want.first_violations);
+  EXPECT_EQ(got->margin_parts, want.margin_parts);
+  EXPECT_EQ(got->violation_parts, want.violation_parts);
+  EXPECT_EQ(got->objective_culprit.leaf, want.objective_culprit.leaf);
+  EXPECT_EQ(got->objective_culprit.part, want.objective_culprit.part);
   expect_same(got->q, want.q);
   expect_same(got->v, want.v);
   ASSERT_EQ(got->events.size(), want.events.size());

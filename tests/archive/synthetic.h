@@ -58,11 +58,14 @@ inline CampaignInfo info() {
   info.parameters = {{"robot.link.LF_SHIN.length", "m", "normal(mean=0.1, std=0.0025)", "", 0.1, {}},
                      {"contact.model", "1", "choice(2)", "", 0, {"complementarity", "complementarity_free"}},
                      {"control.lag", "s", "uniform(min=0, max=0.01)", "normal(mean=0, std=0.0003)", 0.005, {}}};
-  info.requirements = {{"upright", "tilt of BODY0 below 90 deg", "rad"}, {"clears-curb", "no contact", "m"}};
+  info.requirements = {{"upright", "tilt of BODY0 below 90 deg", "rad", ""},
+                       {"clears-curb", "no contact", "m", "pairs"}};
+  info.leaves = {{"", "height of BODY0", "m", ""}, {"", "place of the feet", "m", "links"}};
   info.objective = "crossed";
   info.policies = {"step/1cm", "step/4cm", "hold"};
   info.colliders = {"LF_FOOT", "curb", "ground"};
   info.bodies = {"BODY0", "LF_SHIN"};
+  info.links = {"BODY0", "LF_SHIN", "LF_FOOT"};
   info.q_names = {"base.qw", "base.x", "LF_X_1"};
   info.v_names = {"base.wx", "LF_X_1"};
   info.actuator_names = {"LF_X_1"};
@@ -107,6 +110,9 @@ inline TraceRecord trace(const CampaignInfo& info, int policy, std::uint32_t par
   record.margins = row(policy, particle, 10, info.requirements.size());
   record.first_violations.assign(info.requirements.size(), std::numeric_limits<double>::quiet_NaN());
   if (record.violated >= 0) record.first_violations[record.violated] = record.end_time;
+  record.margin_parts = {kNoPart, 1 + static_cast<int>(particle % 2)};  // LF_FOOT and curb, LF_FOOT and ground
+  record.violation_parts = {kNoPart, record.violated == 1 ? 2 : kNoPart};
+  if (record.outcome != Outcome::invalid) record.objective_culprit = {1, static_cast<int>(particle % 3)};
   record.q = row(policy, particle, 20, info.q_names.size());
   record.v = row(policy, particle, 30, info.v_names.size());
   std::memcpy(&record.digest, &record.end_time, 8);

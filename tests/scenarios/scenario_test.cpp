@@ -18,8 +18,8 @@ namespace {
 using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using ::testing::Not;
 using testing::hopper;
+using ::testing::Not;
 using testing::read;
 
 const UncertainParameter& parameter(const Scenario& scenario, const std::string& name) {

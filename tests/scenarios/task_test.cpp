@@ -57,7 +57,8 @@ class Tasks : public ::testing::Test {
     double out[kLanes];
     WitnessInput in = input();
     in.memory = memory.get();
-    w.evaluate(in, own, out);
+    double part[kLanes];
+    w.evaluate(in, own, out, part);
     return out[kLane];
   }
 
@@ -268,8 +269,16 @@ BlockState only_lane(const BlockState& state, int lane) {
   return {only_lane(state.q, lane), only_lane(state.v, lane), only_lane(state.a, lane), only_lane(state.X, lane)};
 }
 
+/// A witness's value and the part that gave it.
+struct Valued {
+  double value, part;
+  bool operator==(const Valued&) const = default;
+};
+
+void PrintTo(const Valued& v, std::ostream* out) { *out << v.value << " of part " << v.part; }
+
 /// A witness in one lane of a block, beside lanes that hold nothing.
-double alone(const Witness& witness, const RandomBlock& block, int lane) {
+Valued alone(const Witness& witness, const RandomBlock& block, int lane) {
   BlockArray own(witness.numbers());
   witness.read(block.models[lane], lane, own);
   const std::unique_ptr<WitnessMemory> memory = witness.remember();
@@ -281,15 +290,15 @@ double alone(const Witness& witness, const RandomBlock& block, int lane) {
   const std::vector<ContactPoint> points = contacts.gather();
   const BlockState state = only_lane(block.state, lane);
   const BlockArray tau = only_lane(block.tau, lane), headroom = only_lane(block.headroom, lane);
-  double out[kLanes];
+  double out[kLanes], part[kLanes];
   const WitnessInput input{state, points, tau, headroom, {}, LaneMask(1u << lane), memory.get()};
   witness.follow(input);
-  witness.evaluate(input, own, out);
-  return out[lane];
+  witness.evaluate(input, own, out, part);
+  return {out[lane], part[lane]};
 }
 
 /// A witness in every lane of a block.
-std::array<double, kLanes> together(const Witness& witness, RandomBlock& block) {
+std::array<Valued, kLanes> together(const Witness& witness, RandomBlock& block) {
   BlockArray own(witness.numbers());
   const std::unique_ptr<WitnessMemory> memory = witness.remember();
   for (int lane = 0; lane < kLanes; ++lane) {
@@ -297,14 +306,16 @@ std::array<double, kLanes> together(const Witness& witness, RandomBlock& block) 
     if (memory) memory->start(lane, block.models[lane]);
   }
   const std::vector<ContactPoint> points = block.contacts.gather();
-  std::array<double, kLanes> out;
+  double value[kLanes], part[kLanes];
   const WitnessInput input{block.state, points, block.tau, block.headroom, {}, LaneMask::all(), memory.get()};
   witness.follow(input);
-  witness.evaluate(input, own, out.data());
+  witness.evaluate(input, own, value, part);
+  std::array<Valued, kLanes> out;
+  for (int lane = 0; lane < kLanes; ++lane) out[lane] = {value[lane], part[lane]};
   return out;
 }
 
-// Every witness gives a lane the same bits beside other particles as alone.
+// Every witness gives a lane the same bits, and names the same part, beside other particles as alone.
 TEST_F(Tasks, LanesAreJudgedApart) {
   const Task t = task(
       "requirements:\n"
@@ -324,7 +335,7 @@ TEST_F(Tasks, LanesAreJudgedApart) {
   input();
   RandomBlock block(model_, initial_state(*scenario_.world, model_), state_);
   for (const Requirement& one : t.requirements) {
-    const std::array<double, kLanes> value = together(*one.witness, block);
+    const std::array<Valued, kLanes> value = together(*one.witness, block);
     EXPECT_THAT(value, ::testing::Contains(::testing::Ne(value[0]))) << one.name << ": all alike shows nothing";
     for (int lane = 0; lane < kLanes; ++lane) {
       EXPECT_EQ(alone(*one.witness, block, lane), value[lane]) << one.name << ", lane " << lane;
@@ -337,7 +348,7 @@ TEST_F(Tasks, SpeedAgreesWithTheJacobian) {
   const Task t = task("requirements: {speed: {speed: {link: \"*\", below: 3}}}");
   input();
   RandomBlock block(model_, initial_state(*scenario_.world, model_), state_);
-  const std::array<double, kLanes> value = together(*t.requirements[0].witness, block);
+  const std::array<Valued, kLanes> value = together(*t.requirements[0].witness, block);
   for (int lane = 0; lane < kLanes; ++lane) {
     const Model& model = block.models[lane];
     std::vector<Pose> X_WB;
@@ -348,7 +359,7 @@ TEST_F(Tasks, SpeedAgreesWithTheJacobian) {
       const Eigen::Matrix3Xd J = point_jacobian(model, X_WB, model.frames[i].body, p_W);
       greatest = std::max(greatest, (J * block.state.v.column(lane)).norm());
     }
-    EXPECT_NEAR(value[lane], 3 - greatest, 1e-13 * (1 + greatest));
+    EXPECT_NEAR(value[lane].value, 3 - greatest, 1e-13 * (1 + greatest));
   }
 }
 
@@ -422,6 +433,76 @@ TEST_F(Tasks, ObjectivesAreJudgedAtTheirTimes) {
   EXPECT_DOUBLE_EQ(margin_of("{not: {" + far + "}}"), 0.25);
   EXPECT_DOUBLE_EQ(margin_of("{done: {any: [{not: {all: [{" + up + "}]}}, {" + far + "}]}}"), -0.25);
   EXPECT_EQ(task("objective: {done: {" + up + "}}").objective.name, "done");
+}
+
+// A witness over several parts names the one that gave its value; one over a single part names none.
+TEST_F(Tasks, GlobsNameTheCulprit) {
+  const auto part_of = [&](const std::string& yaml) {
+    const Task t = task("requirements: {w: " + yaml + "}");
+    const Witness& w = *t.requirements[0].witness;
+    BlockArray own(w.numbers());
+    w.read(model_, kLane, own);
+    const std::unique_ptr<WitnessMemory> memory = w.remember();
+    if (memory) memory->start(kLane, model_);
+    double out[kLanes], part[kLanes];
+    WitnessInput in = input();
+    in.memory = memory.get();
+    w.evaluate(in, own, out, part);
+    const int index = static_cast<int>(part[kLane]), colliders = static_cast<int>(model_.colliders.size());
+    if (w.parts() == PartKind::none || index < 0) return std::string("none");
+    if (w.parts() == PartKind::link) return model_.frames[index].name;
+    if (w.parts() == PartKind::joint) return model_.bodies[model_.actuated[index]].joint;
+    return model_.colliders[index / colliders].name + "+" + model_.colliders[index % colliders].name;
+  };
+  q_[q_of("hip")] = -0.4;
+  EXPECT_EQ(part_of("{tilt: {link: \"{base,thigh}\", below: 1}}"), "thigh");
+  EXPECT_EQ(part_of("{tilt: {link: thigh, below: 1}}"), "none");
+  EXPECT_EQ(part_of("{height: {link: \"{base,foot}\", above: 0.3}}"), "foot");
+  EXPECT_EQ(part_of("{height: {link: \"{base,foot}\", below: 0.3}}"), "base");
+  v_[v_of("hip")] = 4;
+  EXPECT_EQ(part_of("{speed: {link: \"*\", below: 3}}"), "foot");
+  EXPECT_EQ(part_of("{joint_speed: {below: 5}}"), "hip");
+  headroom_(actuator_of("slide"), kLane) = -1;
+  EXPECT_EQ(part_of("{torque_limits: {}}"), "slide");
+  const auto pair = [&](const char* a, const char* b) {
+    return std::string(model_.collider(a) < model_.collider(b) ? a : b) + "+" +
+           (model_.collider(a) < model_.collider(b) ? b : a);
+  };
+  q_.segment<3>(4) << 50, 0, 50;
+  EXPECT_EQ(part_of("{no_contact: [foot, \"{block,ground}\"]}"), "none") << "nothing is near";
+  q_[6] = 0.45;  // the foot's centre hangs at 5 cm, its radius is 3 cm
+  EXPECT_EQ(part_of("{no_contact: {between: [\"{foot,base}\", \"{block,ground}\"], within: 10 cm}}"),
+            pair("foot", "ground"));
+  touch("foot", "block", -0.003, 1);
+  touch("foot", "ground", -0.004, 1);
+  EXPECT_EQ(part_of("{no_contact: [foot, \"*\"]}"), pair("foot", "ground"));
+  contacts_.back().phi = -0.003;  // both overlap by as much: the first pair counts
+  const std::string first = part_of("{no_contact: [foot, \"*\"]}");
+  std::reverse(contacts_.begin(), contacts_.end());
+  EXPECT_EQ(part_of("{no_contact: [foot, \"*\"]}"), first);
+}
+
+// Culprits of margins and of violations are kept apart: the first that falls below 0, and the one that falls lowest.
+TEST_F(Tasks, CulpritsAreKeptWithMarginsAndViolations) {
+  const Task t = task(
+      "requirements: {fast: {joint_speed: {below: 1}}}\n"
+      "objective: {any: [{height: {link: base, above: 9}}, {speed: {link: \"{base,foot}\", below: 0.1}}]}\n");
+  const int base = model_.frame("base"), foot = model_.frame("foot");
+  TaskMonitor monitor(t);
+  monitor.start(kLane, model_);
+  EXPECT_EQ(monitor.margin_parts(kLane)[0], kNoPart);
+  const int hip = actuator_of("hip"), other = hip == 0 ? 1 : 0;
+  const auto speed = [&](int k) -> double& { return v_[model_.bodies[model_.actuated[k]].v]; };
+  speed(hip) = 0.5, monitor.update(input(0));
+  EXPECT_EQ(monitor.violation_parts(kLane)[0], kNoPart);
+  speed(hip) = 1.5, monitor.update(input(1));
+  speed(other) = 2.5, monitor.update(input(2));
+  monitor.finish(input(2));
+  EXPECT_EQ(monitor.violation_parts(kLane)[0], hip);
+  EXPECT_EQ(monitor.margin_parts(kLane)[0], other);
+  EXPECT_EQ(monitor.objective_culprit(kLane).leaf, 1) << "speed misses by less than height";
+  EXPECT_EQ(monitor.objective_culprit(kLane).part, foot);
+  EXPECT_NE(base, foot);
 }
 
 TEST_F(Tasks, WithoutAnObjectiveTheEndIsEnough) {
