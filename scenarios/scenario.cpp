@@ -172,18 +172,6 @@ void check_fabrication(const Settings& root, const Scenario& scenario) {
   }
 }
 
-/// A lag as long as the trace: no command ever arrives.
-void doubt_lag(const Settings& root, const Scenario& scenario) {
-  double lag = scenario.world->control_lag;
-  const auto& parameters = scenario.space.parameters;
-  for (const UncertainParameter& p : parameters) lag = p.name == "control.lag" ? p.persistent.median() : lag;
-  if (lag < scenario.timing.end) return;
-  const auto control = root.find("control"), uncertain = root.find("uncertain");
-  const Settings place = control && control->has("lag") ? control->at("lag") : uncertain.value_or(root);
-  warn(place, fmt::format("a control lag of {:g} s in a trace of {:g} s: no command ever reaches the robot{}", lag,
-                          scenario.timing.end, lag >= 1 ? fmt::format("; did you mean {:g} ms?", lag) : ""));
-}
-
 /// Warns of a control lag that outlasts every trace: no command would ever arrive. Mostly a unit was forgotten.
 void check_lag(const Settings& root, Scenario& scenario) {
   constexpr const char* kLag = "control.lag";
@@ -241,8 +229,7 @@ Scenario read_scenario(const Settings& root, const std::string& file, const Scen
   out.policies = read_policies(root.at("policies"));
   check_policies(out);
   check_fabrication(root, out);
-  doubt_lag(root, out);
-  out.warnings = read.warnings;
+  out.warnings.insert(out.warnings.begin(), read.warnings.begin(), read.warnings.end());
   out.warnings.insert(out.warnings.end(), warnings.texts().begin(), warnings.texts().end());
   return out;
 }
