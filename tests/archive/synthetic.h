@@ -58,9 +58,9 @@ inline CampaignInfo info() {
   info.parameters = {{"robot.link.LF_SHIN.length", "m", "normal(mean=0.1, std=0.0025)", "", 0.1, {}},
                      {"contact.model", "1", "choice(2)", "", 0, {"complementarity", "complementarity_free"}},
                      {"control.lag", "s", "uniform(min=0, max=0.01)", "normal(mean=0, std=0.0003)", 0.005, {}}};
-  info.requirements = {{"upright", "tilt of BODY0 below 90 deg", "rad", ""},
-                       {"clears-curb", "no contact", "m", "pairs"}};
-  info.leaves = {{"", "height of BODY0", "m", ""}, {"", "place of the feet", "m", "links"}};
+  info.requirements = {{"upright", "tilt of BODY0 below 90 deg", "rad"},
+                       {"clears-curb", "no contact", "m", false, "pairs"}};
+  info.leaves = {{"", "height of BODY0", "m"}, {"", "place of the feet", "m", false, "links"}};
   info.objective = "crossed";
   info.policies = {"step/1cm", "step/4cm", "hold"};
   info.colliders = {"LF_FOOT", "curb", "ground"};
