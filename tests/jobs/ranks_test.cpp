@@ -4,17 +4,23 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/types.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <barrier>
+#include <csignal>
 #include <cstdlib>
+#include <map>
 #include <random>
 #include <set>
+#include <sstream>
 #include <thread>
 
 #include "archive/archive.h"
 #include "archive/campaign_directory.h"
 #include "tests/jobs/ball_campaign.h"
+#include "tests/jobs/process.h"
 
 namespace graze {
 namespace {
@@ -132,6 +138,85 @@ TEST(Ranks, SurviveKillsAtRandomInstants) { torture(5); }
 TEST(Ranks, SurviveManyKillsAtRandomInstants) {
   if (!std::getenv("GRAZE_LONG")) GTEST_SKIP() << "tests/run --long runs it";
   torture(50);
+}
+
+/// A job of two ranks that goes on until it is ended; the launcher and whoever is left are killed with it.
+class Job {
+ public:
+  explicit Job(const TemporaryFolder& folder) {
+    testing::shell(
+        folder.path(),
+        "{ " + mpirun(2) +
+            "run ball.yaml -n 100000000 --ignore-space --threads 1 --quiet -o a.graze >/dev/null 2>job.err & "
+            "echo $! >job.pid; }");
+    launcher_ = number(testing::read_file(folder / "job.pid"));
+    const auto there = [&](const char* shard) { return std::filesystem::exists(folder / "a.graze/shards" / shard); };
+    for (int i = 0; i < 6000 && !(there("000001.h5") && there("r00001-000001.h5")); ++i) usleep(10'000);
+    leader_ = number(testing::read_file(folder / "a.graze/lock").substr(std::string("process ").size()));
+    std::istringstream children(
+        testing::shell(folder.path(), "cat /proc/" + std::to_string(launcher_) + "/task/*/children").out);
+    for (pid_t child = 0; children >> child;) {
+      if (child != leader_) member_ = child;
+    }
+  }
+  ~Job() { end(); }
+  Job(const Job&) = delete;
+  Job& operator=(const Job&) = delete;
+
+  bool runs() const { return launcher_ > 0 && leader_ > 0 && member_ > 0; }
+  /// Kills the leader alone; the other rank, and the launcher, which would end it, are held.
+  void kill_leader() const {
+    kill(launcher_, SIGSTOP);
+    kill(member_, SIGSTOP);
+    kill(leader_, SIGKILL);
+  }
+  void end() {
+    if (!runs()) return;
+    kill(leader_, SIGKILL);
+    kill(member_, SIGKILL);
+    kill(launcher_, SIGCONT);
+    for (int i = 0; i < 1000 && kill(launcher_, 0) == 0; ++i) usleep(10'000);
+    launcher_ = 0;
+  }
+
+ private:
+  static pid_t number(const std::string& text) { return static_cast<pid_t>(std::atoi(text.c_str())); }
+  pid_t launcher_ = 0, leader_ = 0, member_ = 0;
+};
+
+// Claim: when the leading rank is killed and another is still there, nobody takes the directory over; once that one is
+// gone, too, `resume` does, and nothing that was finished is lost.
+TEST(Ranks, KeepTheDirectoryWithoutTheirLeader) {
+  if (!kHaveMpi) GTEST_SKIP() << "built without MPI";
+  const TemporaryFolder folder;
+  testing::write_ball(folder);
+  Job job(folder);
+  ASSERT_TRUE(job.runs()) << testing::read_file(folder / "job.err");
+  job.kill_leader();
+  const auto content = [&] {
+    std::map<std::string, std::string> out;
+    for (const auto& shard : shard_files(folder / "a.graze")) out[shard.filename()] = testing::read_file(shard);
+    out["campaign.h5"] = testing::read_file(folder / "a.graze/campaign.h5");
+    return out;
+  };
+  const auto before = content();
+  ASSERT_GE(before.size(), 3u);
+  EXPECT_THAT(testing::graze(folder.path(), "status a.graze").out, HasSubstr("running (process "));
+  for (const char* verb : {"resume a.graze", "run ball.yaml --force -o a.graze"}) {
+    const std::string patient = std::string("timeout -s KILL 1 '" GRAZE_PROGRAM "' ") + verb;
+    EXPECT_NE(testing::shell(folder.path(), patient).code, 0) << verb;
+    EXPECT_TRUE(content() == before) << verb << ": something was changed";
+  }
+  job.end();
+  testing::Process process(folder.path(), "resume a.graze --threads 1");  // it would go on for long
+  process.wait_until([&] { return process.catches(SIGXCPU); });
+  process.send(SIGTERM);
+  const testing::Result resumed = process.wait();
+  EXPECT_THAT(resumed.err, AllOf(HasSubstr(" of 100000000 traces are there"), HasSubstr("stopped by SIGTERM")));
+  auto after = content();
+  for (const auto& [name, bytes] : before) {
+    EXPECT_TRUE(name == "campaign.h5" || after[name] == bytes) << name << " was lost";
+  }
 }
 
 // ---- without MPI: ranks that are threads of this process
