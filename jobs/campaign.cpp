@@ -69,7 +69,14 @@ class Campaign {
 
   CampaignEnd run() {
     Workers workers(options_.watchdog);
-    for (int i = 0; i < threads_; ++i) seat(std::make_shared<Desk>(crew_), workers);
+    for (int i = 0; i < threads_; ++i) {
+      try {
+        seat(std::make_shared<Desk>(crew_), workers);
+      } catch (const std::exception&) {  // no memory, or no more threads for this user
+        if (i == 0) throw;
+        break;  // those that there are do it, too
+      }
+    }
     CampaignEnd end;
     end.hanging = workers.wait();
     end.stopped = stopped_ && !(options_.looks && options_.looks->answered_at() > 0);
@@ -92,12 +99,13 @@ class Campaign {
 
   /// Puts a thread before a desk.
   void seat(const std::shared_ptr<Desk>& desk, Workers& workers) {
-    const auto hand_on = [this, desk, &workers] {
+    const auto hand_on = [this, desk, &workers, taken = false]() mutable {
       const auto next = std::make_shared<Desk>(crew_);
       next->units = desk->units;
       next->unit = desk->unit;
       next->tally = desk->tally;
-      take_over(*next->unit);
+      if (!taken) take_over(*next->unit);
+      taken = true;  // if there is no thread now, another look tries again
       seat(next, workers);
     };
     workers.start(

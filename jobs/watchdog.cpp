@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <vector>
+#include <exception>
 
 namespace graze {
 namespace {
@@ -80,15 +80,23 @@ void Watchdog::loop() {
   }
 }
 
+void Watchdog::tell(Watched& one) {
+  try {
+    one.stuck();
+    one.untold = false;
+  } catch (const std::exception&) {
+    // No memory or no thread now: at the next look.
+  }
+}
+
 void Watchdog::look_at_all() {
   ++now_;
-  std::vector<Watched*> watched;
-  {
-    const std::lock_guard lock(mutex_);
-    for (Watched& one : watched_) watched.push_back(&one);
-  }
-  for (Watched* one : watched) {
-    if (one->watch->look(now_, limit_, grace_) == TraceWatch::Finding::stuck) one->stuck();
+  std::unique_lock lock(mutex_);
+  for (auto one = watched_.begin(); one != watched_.end(); ++one) {  // what is added meanwhile moves nobody
+    lock.unlock();
+    if (one->watch->look(now_, limit_, grace_) == TraceWatch::Finding::stuck) one->untold = true;
+    if (one->untold) tell(*one);
+    lock.lock();
   }
 }
 

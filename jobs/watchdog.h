@@ -74,15 +74,18 @@ class Watchdog {
   Watchdog(const Watchdog&) = delete;
   Watchdog& operator=(const Watchdog&) = delete;
 
-  /// Looks at one more thread. `stuck` is called once if it is given up, from the watchdog's thread; it may call add().
+  /// Looks at one more thread. `stuck` is called if it is given up, from the watchdog's thread, and again at the next
+  /// look if it throws; it may call add().
   void add(std::shared_ptr<TraceWatch> watch, std::function<void()> stuck);
 
  private:
   struct Watched {
     std::shared_ptr<TraceWatch> watch;
     std::function<void()> stuck;
+    bool untold = false;  // it is stuck, and `stuck` has not come to its end yet
   };
   void loop();
+  static void tell(Watched& one);
   void look_at_all();
 
   const double tick_;  // s

@@ -11,7 +11,6 @@ Workers::Workers(double watchdog) : watchdog_(std::make_unique<Watchdog>(watchdo
 void Workers::start(std::shared_ptr<TraceWatch> watch, std::function<void()> work, std::function<void()> hangs) {
   const std::lock_guard lock(mutex_);
   Worker& worker = workers_.emplace_back();
-  ++busy_;
   watchdog_->add(std::move(watch), [this, &worker, hangs = std::move(hangs)] { give_up(worker, hangs); });
   worker.thread = std::thread([this, &worker, work = std::move(work)] {
     {
@@ -25,6 +24,7 @@ void Workers::start(std::shared_ptr<TraceWatch> watch, std::function<void()> wor
     }
     ended();
   });
+  ++busy_;  // before the thread can come to its end: that needs the mutex
 }
 
 void Workers::ended() {
@@ -52,7 +52,7 @@ std::vector<std::thread> Workers::wait() {
   for (Worker& worker : workers_) {
     if (worker.hangs) {
       hanging.push_back(std::move(worker.thread));
-    } else {
+    } else if (worker.thread.joinable()) {  // it could be started
       worker.thread.join();
     }
   }
