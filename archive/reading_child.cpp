@@ -214,7 +214,8 @@ std::string death_text(const ReaderEnd& end, const ReadingLimits& limits) {
     return fmt::format("{}: reading it took more than {} s of processor time, which no archive of its size takes; {}",
                        end.file, std::min<rlim_t>(limits.seconds, own.rlim_cur), kForged);
   }
-  return fmt::format("{}: the HDF5 library crashed on it ({}); {}", end.file, name, kForged);
+  return fmt::format("{}: the HDF5 library crashed on it ({}); {}, or this machine has no memory left", end.file, name,
+                     kForged);
 }
 
 std::string too_large_text() {

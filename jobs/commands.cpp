@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <iostream>
 #include <limits>
 #include <new>
@@ -31,6 +32,8 @@ ExitCode report_error(const std::exception_ptr& error) {
     return fail(kMachineFailed, machine.what());
   } catch (const std::bad_alloc&) {
     return fail(kMachineFailed, "out of memory");
+  } catch (const std::filesystem::filesystem_error& file) {
+    return fail(kMachineFailed, fmt::format("{}: {}", file.path1().string(), file.code().message()));
   } catch (const std::exception& other) {
     return fail(kMachineFailed, fmt::format("internal error: {}", other.what()));
   }

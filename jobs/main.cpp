@@ -5,12 +5,14 @@
 
 #include <exception>
 #include <iostream>
+#include <string_view>
 
 #include "archive/archive.h"
 #include "archive/shell_word.h"
 #include "engine/lanes/isa.h"
 #include "graze_version.h"
 #include "jobs/commands.h"
+#include "jobs/crash.h"
 #include "jobs/option_words.h"
 #include "jobs/terminal.h"
 
@@ -69,11 +71,18 @@ void open_standard_streams() {
 int main(int argc, char** argv) {
   using namespace graze;
   open_standard_streams();
-  log_to_stderr();
-  const EscapedOutput out(std::cout), err(std::cerr);
+  contain_crashes();
   try {
-    return parse_and_run(argc, argv);
-  } catch (...) {
-    return report_error(std::current_exception());
+    log_to_stderr();
+    const EscapedOutput out(std::cout), err(std::cerr);
+    try {
+      return parse_and_run(argc, argv);
+    } catch (...) {
+      return report_error(std::current_exception());
+    }
+  } catch (...) {  // there is not even memory for a message
+    constexpr std::string_view kText = "graze: out of memory\n";
+    [[maybe_unused]] const ssize_t told = write(STDERR_FILENO, kText.data(), kText.size());
+    return kMachineFailed;
   }
 }

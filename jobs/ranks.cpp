@@ -14,6 +14,7 @@
 #include "jobs/archived_scenario.h"
 #include "jobs/commands.h"
 #include "jobs/contained.h"
+#include "jobs/crash.h"
 #include "jobs/signals.h"
 #include "jobs/until.h"
 
@@ -119,6 +120,7 @@ void Start::give(const Briefing& briefing) {
 
 void set_out(CampaignOptions& options, CampaignWriter& writer, const FinishedTraces& finished) {
   options.stop = &heed_signals(writer.directory().string());
+  contain_crashes(writer.directory().string());
   options.finished = finished.count;
   options.is_finished = [&finished](const std::string& policy, std::uint64_t particle) {
     return finished.has(policy, particle);

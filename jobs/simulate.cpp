@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <iostream>
+#include <new>
 
 #include "analysis/score.h"
 #include "archive/campaign_directory.h"
@@ -77,11 +78,16 @@ std::exception_ptr why_incomplete(const CampaignWriter& writer, const CampaignIn
   if (!end.error) {
     return std::make_exception_ptr(MachineError(incomplete(writer.directory().string(), end, failed_ranks)));
   }
+  const auto told = [&](const MachineError& error) {
+    const std::string who = crew.size() > 1 ? rank_name(crew) + ": " : "";
+    return std::make_exception_ptr(MachineError(who + failed(writer, info, error)));
+  };
   try {
     std::rethrow_exception(end.error);
   } catch (const MachineError& error) {
-    const std::string who = crew.size() > 1 ? rank_name(crew) + ": " : "";
-    return std::make_exception_ptr(MachineError(who + failed(writer, info, error)));
+    return told(error);
+  } catch (const std::bad_alloc&) {
+    return told(MachineError("out of memory"));
   } catch (...) {
     return end.error;
   }

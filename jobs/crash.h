@@ -1,0 +1,14 @@
+#pragma once
+// The last line of defence: libraries in C that find no memory, and files that make them fall, end in a signal. The
+// user gets a message, the exit code of a machine that failed, and is told how a campaign goes on.
+
+#include <string>
+
+namespace graze {
+
+/// From now on SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT (std::terminate) and exit(-1) end this process with a message
+/// and exit code 3; `directory` can be resumed then, if it is not empty. Child processes die by them as ever. Not where
+/// somebody else (a sanitizer, a debugger's hooks) handles them.
+void contain_crashes(const std::string& directory = "");
+
+}  // namespace graze
