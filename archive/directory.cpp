@@ -22,10 +22,6 @@ namespace fs = std::filesystem;
 constexpr const char* kTemporary = ".tmp";
 constexpr std::size_t kRandomDigits = 16;
 
-[[noreturn]] void fail_reading(const fs::path& path, int error) {
-  throw InputError(fmt::format("{}: cannot be read: {}", path.string(), std::strerror(error)));
-}
-
 int open_directory(int folder, const char* name, int more) {
   return openat(folder, name, O_RDONLY | O_DIRECTORY | O_CLOEXEC | O_NONBLOCK | more);
 }
@@ -49,6 +45,10 @@ struct Listing {
 };
 
 }  // namespace
+
+void fail_reading(const fs::path& path, int error) {
+  throw UnreadableFile(fmt::format("{}: cannot be read: {}", path.string(), std::strerror(error)));
+}
 
 void fail_writing(const fs::path& path, int error) {
   throw MachineError(fmt::format("{}: cannot be written: {}", path.string(), std::strerror(error)));

@@ -15,6 +15,12 @@
 
 namespace graze {
 
+/// A file that the system does not give, and that may be whole all the same: the disk fails, there is no permission.
+struct UnreadableFile : InputError {
+  using InputError::InputError;
+};
+/// Throws UnreadableFile("path: cannot be read: reason of the system").
+[[noreturn]] void fail_reading(const std::filesystem::path& path, int error);
 /// Throws MachineError("path: cannot be written: reason of the system").
 [[noreturn]] void fail_writing(const std::filesystem::path& path, int error);
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <variant>
 
 #include "archive/campaign_directory.h"
 #include "archive/campaign_files.h"
@@ -52,25 +53,56 @@ ShardContent content_of(const Directory& shards, const std::string& name, const 
   return out;
 }
 
+/// What `read` returns of a shard, or why the shard is no good. What the system does not give, and what comes out well
+/// when it is read once more, is not damaged. Throws MachineError.
+template <class Read>
+auto read_or_damage(const Read& read) -> std::variant<decltype(read()), std::string> {
+  constexpr int kTries = 2;  // a library that found no memory, a disk that failed once
+  for (int trial = 1;; ++trial) {
+    try {
+      return read();
+    } catch (const UnreadableFile& error) {
+      if (trial < kTries) continue;
+      throw MachineError(
+          fmt::format("{}; when it can be read 'graze resume' goes on, and if it is lost, remove it: what it held is "
+                      "simulated again",
+                      error.what()));
+    } catch (const InputError& error) {
+      if (trial == kTries) return error.what();
+    }
+  }
+}
+
 /// Which shards this process may read: their seals fit, and a child has read them.
 struct Readable {
   std::map<std::string, Seal> seals;            // of those that it may
   std::map<std::string, std::string> messages;  // about the others
 };
 
+/// Those of `files` that no child can read, not even at a second attempt.
+std::vector<Unreadable> unreadable_twice(const std::vector<fs::path>& files, const CampaignInfo& info) {
+  const auto read = [&](const fs::path& path) { check_as_resume(path, info); };
+  std::vector<Unreadable> out;
+  for (const Unreadable& bad : unreadable(files, read)) {
+    for (const Unreadable& again : unreadable({files[bad.file]}, read)) out.push_back({bad.file, again.why});
+  }
+  return out;
+}
+
 Readable readable_shards(const Directory& directory, const CampaignInfo& info) {
   Readable out;
   const auto shards = directory.find(kShardFolder);
   std::vector<fs::path> sealed;
   for (const std::string& name : shard_names(directory)) {
-    try {
-      out.seals[name] = seal_of(*shards, name);
+    const auto seal = read_or_damage([&] { return seal_of(*shards, name); });
+    if (const auto* damage = std::get_if<std::string>(&seal)) {
+      out.messages[name] = *damage;
+    } else {
+      out.seals[name] = std::get<Seal>(seal);
       sealed.push_back(*shards / name);
-    } catch (const InputError& error) {
-      out.messages[name] = error.what();
     }
   }
-  for (const Unreadable& bad : unreadable(sealed, [&](const fs::path& path) { check_as_resume(path, info); })) {
+  for (const Unreadable& bad : unreadable_twice(sealed, info)) {
     const std::string name = sealed[bad.file].filename().string();
     out.seals.erase(name);
     out.messages[name] = bad.why;
@@ -127,16 +159,19 @@ FinishedTraces repair_and_list(const Directory& directory, const CampaignInfo& i
   const auto shards = directory.find(kShardFolder);
   Readable readable = readable_shards(directory, info);
   for (const std::string& shard : shard_names(directory)) {
-    ShardContent content;
-    try {
-      if (const auto bad = readable.messages.find(shard); bad != readable.messages.end()) throw InputError(bad->second);
-      content = content_of(*shards, shard, readable.seals[shard], info);
-    } catch (const InputError& error) {
+    std::variant<ShardContent, std::string> read;
+    if (const auto bad = readable.messages.find(shard); bad != readable.messages.end()) {
+      read = bad->second;
+    } else {
+      read = read_or_damage([&] { return content_of(*shards, shard, readable.seals[shard], info); });
+    }
+    if (const auto* damage = std::get_if<std::string>(&read)) {
       put_aside(directory, *shards, shard);
       out.notes.push_back(
-          fmt::format("{}; it lies in {}/ now, and what it held is simulated again", error.what(), kDamagedFolder));
+          fmt::format("{}; it lies in {}/ now, and what it held is simulated again", *damage, kDamagedFolder));
       continue;
     }
+    auto& content = std::get<ShardContent>(read);
     for (const auto& [policy, particles] : content.particles) {
       std::vector<bool>& done = out.done[policy];
       for (const std::uint32_t particle : particles) {

@@ -24,6 +24,12 @@ std::string reason() {
     return 0;
   };
   H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, take, &text);
+  // "file read failed: time = …, errno = 5, error message = 'Input/output error', buf = …": what and why.
+  constexpr std::string_view kWhy = "error message = '";
+  if (const std::size_t at = text.find(kWhy); at != std::string::npos) {
+    const std::size_t why = at + kWhy.size();
+    return text.substr(0, text.find_first_of(":,")) + ": " + text.substr(why, text.find('\'', why) - why);
+  }
   return text.empty() ? "unknown error" : text;
 }
 

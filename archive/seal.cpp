@@ -1,6 +1,5 @@
 #include "archive/seal.h"
 
-#include <fmt/format.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -72,13 +71,12 @@ int hash_own_file(int descriptor, std::uint64_t length, Xxh64& hash) {
   return 0;
 }
 
-[[noreturn]] void refuse(const std::filesystem::path& path, const std::string& why) {
-  throw InputError(fmt::format("{}: {}", path.string(), why));
-}
-
-bool begins_as_hdf5(int descriptor) {
-  std::array<unsigned char, 8> head{};
-  return pread(descriptor, head.data(), head.size(), 0) == static_cast<ssize_t>(head.size()) && head == kHdf5;
+/// Reads that many bytes. Returns whether there are so many. Throws UnreadableFile.
+template <std::size_t N, class Byte>
+bool read_at(int descriptor, std::uint64_t offset, std::array<Byte, N>& to, const std::filesystem::path& path) {
+  const ssize_t got = pread(descriptor, to.data(), N, static_cast<off_t>(offset));
+  if (got < 0) fail_reading(path, errno);
+  return got == static_cast<ssize_t>(N);
 }
 
 }  // namespace
@@ -147,21 +145,21 @@ int seal_file(int descriptor, Seal* made) {
 }
 
 Seal check_seal(int descriptor, const std::filesystem::path& path) {
-  if (!begins_as_hdf5(descriptor)) refuse(path, "is not an HDF5 file; give a campaign directory or a packed file");
+  std::array<unsigned char, 8> head{};
+  if (!read_at(descriptor, 0, head, path) || head != kHdf5) {
+    throw InputError(path.string() + ": is not an HDF5 file; give a campaign directory or a packed file");
+  }
   const off_t size = lseek(descriptor, 0, SEEK_END);
   const auto length = static_cast<std::uint64_t>(std::max<off_t>(size, kSealBytes)) - kSealBytes;
   std::array<std::byte, kSealBytes> found{};
-  if (pread(descriptor, found.data(), kSealBytes, static_cast<off_t>(length)) != static_cast<ssize_t>(kSealBytes) ||
-      std::memcmp(found.data(), kMagic.data(), kMagic.size()) != 0) {
+  if (!read_at(descriptor, length, found, path) || std::memcmp(found.data(), kMagic.data(), kMagic.size()) != 0) {
     throw DamagedFile(
         path.string() +
         ": is no Graze archive, or not a whole one: its closing checksum is missing; it was cut short, or "
         "written by another program");
   }
   Xxh64 hash;
-  if (const int error = hash_file(descriptor, length, hash); error != 0) {
-    refuse(path, fmt::format("cannot be read: {}", std::strerror(error)));
-  }
+  if (const int error = hash_file(descriptor, length, hash); error != 0) fail_reading(path, error);
   const Seal seal{length, hash.digest()};
   if (found != make_seal(seal)) {
     throw DamagedFile(path.string() + ": is damaged: its content does not fit its checksum");

@@ -43,7 +43,7 @@ struct DamagedFile : InputError {
 };
 
 /// Throws InputError unless an open file is an HDF5 file with its seal intact; DamagedFile if it has none or it does
-/// not fit. `path` is for messages.
+/// not fit, UnreadableFile if it cannot be read. `path` is for messages.
 Seal check_seal(int descriptor, const std::filesystem::path& path);
 
 }  // namespace graze
