@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "engine/settings/regular_file.h"
+#include "engine/settings/settings.h"
 
 namespace graze {
 
