@@ -26,7 +26,6 @@ struct PolicyScore {
   std::uint64_t n = 0;  // valid traces, S + K + U
   std::uint64_t success = 0, known = 0, unknown = 0, invalid = 0;
   std::vector<std::uint64_t> by_requirement;  // known failures, by the requirement that was violated first
-  std::vector<Culprits::Count> culprits;      // failures, by the part that is to blame
   std::uint64_t objective_met = 0;            // valid traces that met the objective, whatever they violated on the way
   double rate = 0;                            // success / n; NaN if n = 0
   Interval interval;  // 95 %: Clopper-Pearson, or the confidence sequence if --until chose the number of particles
@@ -34,7 +33,8 @@ struct PolicyScore {
     std::uint64_t all = 0, met = 0;  // valid traces that kept a measure; of these, those that met the objective
     Interval interval = {};          // of all / n, 95 %, Clopper-Pearson
   };
-  std::vector<Kept> kept = {};  // per measure
+  std::vector<Kept> kept = {};                 // per measure
+  std::vector<Culprits::Count> culprits = {};  // failures, by the part that is to blame
 };
 
 /// Policies a and b on the particles for which both traces are valid.
