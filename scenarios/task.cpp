@@ -261,6 +261,7 @@ void TaskMonitor::Watched::evaluate(WitnessInput input, const double* enough, do
   input.memory = memory.get();
   input.enough = enough;
   witness->evaluate(input, own, out, part);
+  if (witness->parts() == PartKind::none) std::fill_n(part, kLanes, double{kNoPart});  // nobody reads its number
 }
 
 TaskMonitor::TaskMonitor(const Task& task) : task_(&task), leaves_(leaves(task.objective)) {
