@@ -115,7 +115,7 @@ std::string unlikely(Quantity quantity, double value, std::string_view unit) {
 
 std::string percent_meant(std::string_view text) {
   const auto written = split_number(text);
-  if (!written || !written->unit.empty() || !(written->value > 1 && written->value <= 100)) return "";
+  if (!written || !written->unit.empty() || !(written->value >= 2 && written->value <= 100)) return "";
   return fmt::format("; did you mean {:.15g} %?", written->value);
 }
 

@@ -99,7 +99,7 @@ TEST(Limits, NumbersOfDistributions) {
                                    "most 10000000",
                                    each, matched, each * matched)));
   std::filesystem::remove(file);
-  EXPECT_THAT(refused("uncertain", "{sensor.*: {normal: {std: 1}}, correlated: [{parameters: [" +
+  EXPECT_THAT(refused("uncertain", "{sensor.gps.*: {normal: {std: 1}}, correlated: [{parameters: [" +
                                        items(501, "sensor.gps.x") + "], correlation: 0}]}"),
               EndsWith("more than 500 parameters in one group; at most 500"));
 }
