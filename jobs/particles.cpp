@@ -1,6 +1,9 @@
 #include "jobs/particles.h"
 
+#include <fmt/format.h>
+
 #include <limits>
+#include <stdexcept>
 
 namespace graze {
 namespace {
@@ -13,8 +16,16 @@ std::vector<std::string> parameter_paths(const Scenario& scenario) {
 
 }  // namespace
 
+Sampler sampler_of(const Scenario& scenario, std::uint64_t seed, std::uint64_t count) {
+  try {
+    return Sampler(scenario.space, scenario.design, seed, count);
+  } catch (const std::invalid_argument& e) {
+    throw InputError(fmt::format("{}: sampling.design: {}", scenario.file, e.what()));
+  }
+}
+
 ParticleSource::ParticleSource(const Scenario& scenario, std::uint64_t seed, std::uint64_t count)
-    : sampler_(scenario.space, scenario.design, seed, count), fabricator_(scenario.world, parameter_paths(scenario)) {}
+    : sampler_(sampler_of(scenario, seed, count)), fabricator_(scenario.world, parameter_paths(scenario)) {}
 
 TraceRecord unfabricated(std::uint32_t id, const Scenario& scenario, const std::string& reason) {
   TraceRecord record;

@@ -11,6 +11,9 @@
 
 namespace graze {
 
+/// Draws the particles of a campaign of `count`. Throws InputError if the design cannot serve it.
+Sampler sampler_of(const Scenario& scenario, std::uint64_t seed, std::uint64_t count);
+
 /// Thread-safe.
 class ParticleSource {
  public:

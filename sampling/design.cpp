@@ -29,7 +29,7 @@ constexpr std::uint64_t kMostScores = std::uint64_t{1} << 26;
 
 void check_groups(const ParameterSpace& space, std::uint64_t count) {
   for (const CorrelationGroup& group : space.groups) {
-    if (count <= kMostScores / group.members.size()) continue;
+    if (group.members.empty() || count <= kMostScores / group.members.size()) continue;
     throw std::invalid_argument(fmt::format(
         "{} particles with {} correlated parameters ({}, …): a latin_hypercube ranks them all, and holds at "
         "most {} numbers; use sobol or random",

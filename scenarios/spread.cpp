@@ -158,7 +158,7 @@ Spread read_choice(const Settings& value, const Parameter& parameter) {
   }
 }
 
-/// `{density: 2e-4 rad/s/sqrt(Hz)}`: the density of white noise.
+/// `{density: 2e-3 rad/s^2/sqrt(Hz)}`: the density of white noise.
 double read_noise(const Settings& value, const Parameter& parameter) {
   constexpr std::string_view kRoot = "/sqrt(Hz)";
   if (parameter.quantity == Quantity::dimensionless || parameter.quantity == Quantity::time) {

@@ -240,7 +240,7 @@ double drift_of(const std::string& jitter, const std::string& step, double contr
 // Claim: noise of a given density adds up to density^2 T whatever the control step. The standard error of a variance
 // over 2000 particles is 3.2 %; 5 sigma: 16 %. A jitter of fixed std adds up in proportion to the step.
 TEST(Uncertain, NoiseDensityDoesNotDependOnTheStep) {
-  const std::string density = "{noise: {density: 0.02 rad/s/sqrt(Hz)}}", fixed = "{normal: {std: 0.02}}";
+  const std::string density = "{noise: {density: 0.02 rad/s^2/sqrt(Hz)}}", fixed = "{normal: {std: 0.02}}";
   EXPECT_NEAR(drift_of(density, "1 ms", 0.001) / (4e-4 * 0.1), 1, 0.16);
   EXPECT_NEAR(drift_of(density, "4 ms", 0.004) / (4e-4 * 0.1), 1, 0.16);
   EXPECT_GT(drift_of(fixed, "4 ms", 0.004), 3 * drift_of(fixed, "1 ms", 0.001));
@@ -254,8 +254,8 @@ TEST(Uncertain, ReadsNoiseDensities) {
     return s.space.parameters.front().jitter->std();
   };
   EXPECT_DOUBLE_EQ(std_of("0.1"), 0.1 / std::sqrt(1e-3));
-  EXPECT_DOUBLE_EQ(std_of("60 deg/s/sqrt(Hz)"), 60 * std::numbers::pi / 180 / std::sqrt(1e-3));
-  EXPECT_DOUBLE_EQ(std_of("1e-3 rad/s/sqrt(Hz)"), 1e-3 / std::sqrt(1e-3));
+  EXPECT_DOUBLE_EQ(std_of("60 deg/s^2/sqrt(Hz)"), 60 * std::numbers::pi / 180 / std::sqrt(1e-3));
+  EXPECT_DOUBLE_EQ(std_of("1e-3 rad/s^2/sqrt(Hz)"), 1e-3 / std::sqrt(1e-3));
 }
 
 TEST(Policies, MultiplyOver) {
