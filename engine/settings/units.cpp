@@ -30,7 +30,7 @@ const std::vector<Unit>& units(Quantity quantity) {
       {{"m/s", 1}, {"cm/s", 1, 100}, {"mm/s", 1, 1000}},                       // velocity
       {{"rad/s", 1}, {"deg/s", kDegree}, {"rpm", 2 * std::numbers::pi / 60}},  // angular_velocity
       {{"m/s^2", 1}},                                                          // acceleration
-      {{"rad/s^2", 1}},                                                        // angular_acceleration
+      {{"rad/s^2", 1}, {"deg/s^2", kDegree}},                                  // angular_acceleration
       {{"N", 1}},                                                              // force
       {{"N s", 1}, {"Ns", 1}, {"mN s", 1, 1000}, {"mNs", 1, 1000}},            // impulse
       {{"N m", 1}, {"Nm", 1}},                                                 // torque
