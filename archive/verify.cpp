@@ -30,11 +30,15 @@ std::string without_name(const std::string& message, const fs::path& file) {
 }
 
 /// Facts of a campaign, from a file whose seal fits. Throws InputError.
-StoredInfo info_of(const Descriptor& file, const fs::path& path) {
+StoredInfo info_of(const Descriptor& file, const fs::path& path, Layout wanted) {
   const hdf5::Lock lock;
   const ReadingNote note(path);
   try {
-    return read_info(hdf5::open_for_reading(file.number()));
+    StoredInfo stored = read_info(hdf5::open_for_reading(file.number()));
+    if (stored.layout == wanted) return stored;
+    throw hdf5::Error(wanted == Layout::packed
+                          ? "only describes a campaign; give the directory that it lies in"
+                          : "is a packed campaign where the description of a directory is expected");
   } catch (const hdf5::Error& error) {
     throw InputError(fmt::format("{}: {}", path.string(), error.what()));
   }
@@ -76,7 +80,8 @@ class DirectoryCheck {
     out_.unfinished = read_unfinished(directory_).size();
     count_traces(Parts(shards, info_->particles, kInShards), *info_, out_);
     const bool mendable = std::any_of(out_.files.begin(), out_.files.end(), [](const VerifiedFile& file) {
-      return file.state == FileState::damaged || file.state == FileState::missing;
+      // Older archives have no copy of their description, and are whole without.
+      return file.state == FileState::damaged || (file.state == FileState::missing && file.name != kDescriptionCopy);
     });
     if (out_.soundness == Soundness::whole && (mendable || out_.traces < out_.total || !complete_)) {
       out_.soundness = Soundness::incomplete;
@@ -107,9 +112,10 @@ class DirectoryCheck {
         return std::nullopt;
       }
       check_seal(file->number(), path);
-      const auto bad = unreadable(std::vector<fs::path>{path}, [&](const fs::path&) { info_of(*file, path); });
+      const auto bad =
+          unreadable(std::vector<fs::path>{path}, [&](const fs::path&) { info_of(*file, path, Layout::directory); });
       if (!bad.empty()) throw InputError(bad[0].why);
-      StoredInfo stored = info_of(*file, path);
+      StoredInfo stored = info_of(*file, path, Layout::directory);
       add(name, FileState::whole, "");
       return stored;
     } catch (const InputError& error) {
@@ -251,15 +257,12 @@ Verification check_packed(const fs::path& path) {
     const Descriptor file = open_archive_file(path);
     check_seal(file.number(), path);
     const auto bad = unreadable(std::vector<fs::path>{path}, [&](const fs::path&) {
-      const StoredInfo stored = info_of(file, path);
+      const StoredInfo stored = info_of(file, path, Layout::packed);
       const hdf5::Lock lock;
       check_part(OpenPart(path, file), stored.info);
     });
     if (!bad.empty()) throw InputError(bad[0].why);
-    const StoredInfo stored = info_of(file, path);
-    if (stored.layout != Layout::packed) {
-      throw InputError(fmt::format("{}: only describes a campaign; give the directory that it lies in", path.string()));
-    }
+    const StoredInfo stored = info_of(file, path, Layout::packed);
     count_traces(Parts({path}, stored.info.particles, 0), stored.info, out);
     out.files.push_back({path.string(), FileState::whole, out.traces});
     if (out.soundness == Soundness::whole && !stored.complete) out.soundness = Soundness::incomplete;

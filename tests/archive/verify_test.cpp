@@ -100,6 +100,10 @@ TEST_F(Verify, LeftoversHarmNothing) {
 }
 
 TEST_F(Verify, OneDescriptionIsEnough) {
+  fs::rename(campaign_ / kDescriptionCopy, folder_ / "copy");
+  EXPECT_EQ(file(kDescriptionCopy).state, FileState::missing);
+  EXPECT_EQ(verify(campaign_).soundness, Soundness::whole) << "as older archives are";
+  fs::rename(folder_ / "copy", campaign_ / kDescriptionCopy);
   flip(campaign_ / kDescriptionFile);
   EXPECT_EQ(verify(campaign_).soundness, Soundness::incomplete);
   EXPECT_THAT(file(kDescriptionFile).what, HasSubstr("writes it anew"));
