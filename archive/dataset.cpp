@@ -33,6 +33,15 @@ bool known_filters(const Handle& creation, bool* deflated) {
   return filters >= 0 && others == 0 && shuffles <= 1 && deflates <= 1;
 }
 
+void check_chunks(const Handle& list, const std::string& path, std::size_t value_bytes) {
+  hsize_t chunk[2] = {1, 1};
+  if (H5Pget_chunk(list.id(), 2, chunk) < 1) throw Error(fmt::format("dataset '{}' has no chunks of rows", path));
+  const std::uint64_t rows = chunk[0], row_bytes = std::max<std::uint64_t>(1, chunk[1] * value_bytes);
+  if (rows <= std::max<std::uint64_t>(1, kLargestChunk / row_bytes)) return;
+  throw Error(fmt::format("dataset '{}' has chunks of {} rows of {} bytes; a chunk is at most {} bytes or one row",
+                          path, rows, row_bytes, kLargestChunk));
+}
+
 /// To be called before anything is asked about the dataset's space: of a virtual one HDF5 opens the sources then.
 void check_storage(hid_t dataset, const std::string& path) {
   const Handle list = creation_of(dataset, path);
@@ -48,15 +57,7 @@ void check_storage(hid_t dataset, const std::string& path) {
   if (H5Tcommitted(type.id()) > 0) {
     throw Error(fmt::format("dataset '{}' has a committed type; an archive's datasets have types of their own", path));
   }
-}
-
-void check_chunks(const Handle& list, const std::string& path, std::uint64_t row_bytes) {
-  hsize_t chunk[2] = {1, 1};
-  if (H5Pget_chunk(list.id(), 2, chunk) < 1) throw Error(fmt::format("dataset '{}' has no chunks of rows", path));
-  const std::uint64_t rows = chunk[0];
-  if (rows <= std::max<std::uint64_t>(1, kLargestChunk / std::max<std::uint64_t>(1, row_bytes))) return;
-  throw Error(fmt::format("dataset '{}' has chunks of {} rows of {} bytes; a chunk is at most {} bytes or one row",
-                          path, rows, row_bytes, kLargestChunk));
+  if (layout == H5D_CHUNKED) check_chunks(list, path, H5Tget_size(type.id()));
 }
 
 }  // namespace
@@ -71,11 +72,10 @@ Handle open_dataset(hid_t parent, const std::string& path) {
 void check_size(const Handle& dataset, const std::string& path, std::uint64_t rows, std::uint64_t row_bytes,
                 std::uint64_t file_bytes) {
   if (rows == 0 || row_bytes == 0) return;
-  const Handle list = creation_of(dataset.id(), path);
-  bool deflated = false;
-  known_filters(list, &deflated);
-  if (H5Pget_layout(list.id()) == H5D_CHUNKED) check_chunks(list, path, row_bytes);
   const std::uint64_t stored = std::min<std::uint64_t>(H5Dget_storage_size(dataset.id()), file_bytes);
+  if (rows <= stored / row_bytes) return;  // plain, and whole
+  bool deflated = false;
+  known_filters(creation_of(dataset.id(), path), &deflated);
   const std::uint64_t most = deflated ? stored * kLargestInflation : stored;
   if (rows <= most / row_bytes) return;
   throw Error(
