@@ -70,7 +70,7 @@ fs::path outside() { return scratch() / "outside"; }
 /// Names that the program itself uses in a campaign's directory.
 const std::vector<std::string>& names() {
   static const std::vector<std::string> all = {"campaign.h5",
-                                               "campaign.h5.tmp",
+                                               "campaign.copy.h5",
                                                "shards",
                                                "shards/000001.h5",
                                                "shards/000002.h5",
@@ -128,7 +128,7 @@ void make_seeds() {
   fs::create_directories(seeds());
   std::ofstream(outside() / "folder/file") << "text";
   std::ofstream(seeds() / "a.yaml") << "graze: 1\nrobot: {urdf: " GRAZE_SOURCE_DIR
-                                       "/data/robots/pendulum.urdf}\n"
+                                       "/data/robots/pendulum.urdf, base: fixed}\n"
                                        "time: {end: 20 ms, step: 1 ms}\n"
                                        "uncertain: {robot.joint.*.zero: {normal: {std: 1 deg}}}\n"
                                        "policies: {a: {hold: {}, control: {joint_pd: {kp: 1}}, over: "
@@ -144,6 +144,10 @@ void make_seeds() {
   run("whole");
   run("file.h5");
   run("stopped");
+  // A shard more, which is taken away again.
+  if (!graze::fuzz::run_verb({"resume", (seeds() / "stopped").string(), "-n", "20", "--threads", "1", "--quiet"})) {
+    std::abort();
+  }
   fs::path last;
   for (const auto& entry : fs::directory_iterator(seeds() / "stopped/shards")) last = std::max(last, entry.path());
   fs::remove(last);
@@ -152,10 +156,12 @@ void make_seeds() {
 
 /// Regular files of the campaign, sorted.
 std::vector<fs::path> files_of(const fs::path& campaign) {
-  if (!fs::is_directory(campaign)) return {campaign};
   std::vector<fs::path> out;
+  const fs::file_type type = fs::symlink_status(campaign).type();
+  if (type == fs::file_type::regular) out.push_back(campaign);
+  if (type != fs::file_type::directory) return out;
   for (const auto& entry : fs::recursive_directory_iterator(campaign)) {
-    if (entry.is_regular_file() && !entry.is_symlink()) out.push_back(entry.path());
+    if (!entry.is_symlink() && entry.is_regular_file()) out.push_back(entry.path());
   }
   std::sort(out.begin(), out.end());
   return out;
@@ -173,7 +179,7 @@ void apply(const fs::path& campaign, const Change& change) {
   const std::vector<fs::path> files = files_of(campaign);
   if (files.empty()) return;
   const fs::path file = files[change.file % files.size()];
-  const bool directory = fs::is_directory(campaign);
+  const bool directory = fs::symlink_status(campaign).type() == fs::file_type::directory;
   const fs::path name = directory ? campaign / names()[change.name % names().size()] : campaign;
   std::error_code error;
   fs::create_directories(name.parent_path(), error);
