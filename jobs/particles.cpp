@@ -14,8 +14,6 @@ std::vector<std::string> parameter_paths(const Scenario& scenario) {
   return paths;
 }
 
-}  // namespace
-
 Sampler sampler_of(const Scenario& scenario, std::uint64_t seed, std::uint64_t count) {
   try {
     return Sampler(scenario.space, scenario.design, seed, count);
@@ -23,6 +21,8 @@ Sampler sampler_of(const Scenario& scenario, std::uint64_t seed, std::uint64_t c
     throw InputError(fmt::format("{}: sampling.design: {}", scenario.file, e.what()));
   }
 }
+
+}  // namespace
 
 ParticleSource::ParticleSource(const Scenario& scenario, std::uint64_t seed, std::uint64_t count)
     : sampler_(sampler_of(scenario, seed, count)), fabricator_(scenario.world, parameter_paths(scenario)) {}

@@ -11,13 +11,11 @@
 
 namespace graze {
 
-/// Draws the particles of a campaign of `count`. Throws InputError if the design cannot serve it.
-Sampler sampler_of(const Scenario& scenario, std::uint64_t seed, std::uint64_t count);
-
 /// Thread-safe.
 class ParticleSource {
  public:
-  /// `count`: particles of the campaign, which a Latin hypercube depends on.
+  /// `count`: particles of the campaign, which a Latin hypercube depends on. Throws InputError if the design cannot
+  /// serve them.
   ParticleSource(const Scenario& scenario, std::uint64_t seed, std::uint64_t count);
   /// Persistent values [parameter], in the order of the scenario's space.
   std::vector<double> draw(std::uint32_t id) const { return sampler_.draw(id); }

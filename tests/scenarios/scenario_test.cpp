@@ -217,7 +217,7 @@ TEST(Uncertain, GivesTheSensorsTheirNoise) {
   }
 }
 
-/// Variance over 2000 particles of a gyroscope's noise, summed over 0.1 s, in a scenario with this jitter.
+/// Variance over 2000 particles of a sensor's noise, summed over 0.1 s, in a scenario with this jitter.
 double drift_of(const std::string& jitter, const std::string& step, double control) {
   const std::string text = hopper("uncertain: {sensor.imu.angular.roll: {jitter: " + jitter + "}}\n");
   ScenarioOptions options;
