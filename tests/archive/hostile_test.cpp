@@ -92,7 +92,6 @@ struct Prepared {
         [&] { pack(path, folder / "o.h5", true); },
         [&] { take_up(path); },
         [&] { replace(path); },
-        [&] { take_up(path); },
     };
     for (const auto& verb : verbs) {
       try {
