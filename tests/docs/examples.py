@@ -9,7 +9,7 @@ Directives are comments on a line of their own, of the block that follows or, `b
     <!-- example: file NAME: CONTENT -->    makes a file; \\n in CONTENT is the end of a line
     <!-- example: before: COMMAND -->       runs a command
 
-All examples of a page run one after the other in a folder of their own, with data/ beside them. Campaigns are made small:
+All examples of a page run one after the other in a folder of their own, with data/ and bench/ beside them. Campaigns are made small:
 `graze` there runs no more than MOST particles, replaces what an example before it wrote, knows no ranks under `mpirun`, and
 submits nothing."""
 
@@ -104,6 +104,7 @@ class Page:
 
     def furnish(self):
         (self.folder / "data").symlink_to(self.source / "data")
+        (self.folder / "bench").symlink_to(self.source / "bench")
         (self.folder / "build/release").mkdir(parents=True)
         (self.folder / "bin").mkdir()
         wrapper = WRAPPER.format(most=MOST, program=str(self.program))

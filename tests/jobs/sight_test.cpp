@@ -212,7 +212,7 @@ TEST(Sight, FailuresNameTheCulprit) {
                           "task:\n"
                           "  stop_at_violation: false\n"
                           "  requirements: {low: {height: {link: '{BODY0,LF_FOOT}', below: 10 cm}}, body-free: ~}\n"
-                          "  objective: {there: {position: {link: '{BODY0,RH_LEG_1}', x: {above: -1 cm}}}}\n");
+                          "  objective: {stands: ~, there: {position: {link: '{BODY0,RH_LEG_1}', x: {above: -1 cm}}}}\n");
   const auto graze = [&](const std::string& arguments) {
     const testing::Result got = testing::graze(folder.path(), arguments);
     EXPECT_LT(got.code, 2) << arguments << got.err;
