@@ -73,7 +73,8 @@ void check_size(const Handle& dataset, const std::string& path, std::uint64_t ro
                 std::uint64_t file_bytes) {
   if (rows == 0 || row_bytes == 0) return;
   const std::uint64_t stored = std::min<std::uint64_t>(H5Dget_storage_size(dataset.id()), file_bytes);
-  if (rows <= stored / row_bytes) return;  // plain, and whole
+  if (stored == 0 && H5Eget_num(H5E_DEFAULT) > 0) check(-1, path);  // its one way to say that it failed
+  if (rows <= stored / row_bytes) return;                           // plain, and whole
   bool deflated = false;
   known_filters(creation_of(dataset.id(), path), &deflated);
   const std::uint64_t most = deflated ? stored * kLargestInflation : stored;

@@ -100,7 +100,9 @@ std::vector<std::string> Directory::names() const {
   const auto fail = [this](int error) {
     throw InputError(fmt::format("{}: cannot be listed: {}", path_.string(), std::strerror(error)));
   };
-  const Listing listing(open_directory(number(), ".", 0));
+  const int handle = open_directory(number(), ".", 0);
+  if (handle < 0) fail(errno);
+  const Listing listing(handle);
   if (listing.stream == nullptr) fail(errno);
   std::vector<std::string> out;
   while (true) {

@@ -70,6 +70,13 @@ herr_t set_allocated(H5FD_t* file, H5FD_mem_t, haddr_t address) {
 
 haddr_t get_end(const H5FD_t* file, H5FD_mem_t) { return of(file)->end; }
 
+/// Tells HDF5, whose errors the user reads, what the system said.
+herr_t fail_read(int error) {
+  H5Epush2(H5E_DEFAULT, __FILE__, __func__, __LINE__, H5E_ERR_CLS, H5E_IO, H5E_READERROR,
+           "file read failed: error message = '%s'", std::strerror(error));
+  return -1;
+}
+
 /// What was never written, or lost, reads as zeros.
 herr_t read_driver(H5FD_t* base, H5FD_mem_t, hid_t, haddr_t address, std::size_t size, void* buffer) {
   const DriverFile* file = of(base);
@@ -78,7 +85,7 @@ herr_t read_driver(H5FD_t* base, H5FD_mem_t, hid_t, haddr_t address, std::size_t
     const ssize_t got = pread(file->info.descriptor, to, size, static_cast<off_t>(address));
     if (got < 0 && errno == EINTR) continue;
     if (got <= 0) {
-      if (got < 0 && only_read(*file)) return -1;
+      if (got < 0 && only_read(*file)) return fail_read(errno);
       if (got < 0 && file->info.status->error == 0) file->info.status->error = errno;
       std::memset(to, 0, size);
       return 0;

@@ -204,6 +204,22 @@ void end_of_reading() {
   setrlimit(RLIMIT_CORE, &before.core);
 }
 
+bool died_of_reading(const ReaderEnd& end) {
+  const int signal = WTERMSIG(end.status);
+  constexpr std::array kCrashes = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGSYS, SIGTRAP};
+  const bool crash = std::find(kCrashes.begin(), kCrashes.end(), signal) != kCrashes.end();
+  if (signal == SIGXCPU || (crash && end.inside)) return true;
+  if (signal == SIGKILL) {
+    throw MachineError(
+        fmt::format("{}the process that read it was killed (SIGKILL), by the system if there is no memory left",
+                    end.file.empty() ? "" : end.file + ": "));
+  }
+  if (crash) throw MachineError(fmt::format("internal error: signal {} after '{}' had been read", signal, end.file));
+  std::signal(signal, SIG_DFL);
+  std::raise(signal);
+  _exit(128 + signal);
+}
+
 std::string death_text(const ReaderEnd& end, const ReadingLimits& limits) {
   const int signal = WTERMSIG(end.status);
   const std::string name = fmt::format("SIG{}", sigabbrev_np(signal) != nullptr ? sigabbrev_np(signal) : "?");
@@ -244,8 +260,8 @@ std::vector<Unreadable> unreadable(const std::vector<fs::path>& files,
     if (!end) read_in_child(files, next, read);
     if (WIFEXITED(end->status) && WEXITSTATUS(end->status) == 0) break;
     const std::size_t at = report->index;
-    out.push_back(
-        {at, WIFEXITED(end->status) ? report->message.data() : death_text(*end, reading_limits({files[at]}))});
+    const bool died = !WIFEXITED(end->status) && died_of_reading(*end);
+    out.push_back({at, died ? death_text(*end, reading_limits({files[at]})) : report->message.data()});
     next = at + 1;
   }
   return out;

@@ -43,7 +43,7 @@ class Memory : public ::testing::TestWithParam<Verb> {
     const Outcome good = run(stage.folder(), GetParam().arguments, plan);
     ASSERT_EQ(good.code, 0) << good.err;
     const std::vector<long> chosen = allocations_to_fail(good, most);
-    ASSERT_GT(chosen.size(), 10u);
+    ASSERT_GE(chosen.size(), 8u) << "hardly any call path is tried";
     std::printf("%s: %ld allocations, %zu of their call paths tried\n", GetParam().name.c_str(), good.allocations,
                 chosen.size());
     plan = {};
@@ -59,6 +59,7 @@ class Memory : public ::testing::TestWithParam<Verb> {
       if (outcome.code != 0) {
         EXPECT_THAT(outcome.err, ::testing::HasSubstr("graze: "));
       }
+      if (outcome.code != 0 && GetParam().name == "resume") stage.must("resume a.graze --threads 1 --quiet");
       EXPECT_EQ(stage.whole("a.graze"), digests);
       EXPECT_EQ(stage.whole("a.h5"), digests);
       if (outcome.code == 0 && GetParam().arguments.find("run") != 0) {
