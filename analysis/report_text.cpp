@@ -8,6 +8,7 @@
 
 #include "analysis/score.h"
 #include "analysis/text_table.h"
+#include "archive/utf8.h"
 
 namespace graze {
 namespace {
@@ -166,7 +167,7 @@ Json json_of(const PairedComparison& p) {
 }  // namespace
 
 std::string format_score(const Score& score, bool failures) {
-  std::string out = score.campaign;
+  std::string out = printable(score.campaign);
   if (score.part.end > 0) {
     out.append(
         fmt::format(" (ONE PART: particles {} to {} of {})", score.part.begin, score.part.end - 1, score.particles));

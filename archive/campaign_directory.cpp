@@ -73,8 +73,10 @@ bool must_replace(const Directory& directory, bool force) {
 
 /// The number in a shard's name: 17 of 000017.h5 and of r00003-000017.h5.
 int shard_number(const std::string& shard) {
+  constexpr long kMost = 999'999'999;  // a greater one is not ours, and leaves room to count on
   const std::string name = fs::path(shard).stem().string();
-  return std::atoi(name.c_str() + (name.rfind('-') + 1));  // npos + 1 is 0
+  const long number = std::strtol(name.c_str() + (name.rfind('-') + 1), nullptr, 10);  // npos + 1 is 0
+  return number > 0 && number <= kMost ? static_cast<int>(number) : 0;
 }
 
 /// The description, then its copy: a kill in between leaves the copy as it was before, and readers ask the first.
@@ -140,6 +142,7 @@ CampaignDirectory::CampaignDirectory(const fs::path& path, const CampaignInfo& i
   bool ours = false;  // all that is there; an old campaign lies aside
   try {
     lock_ = std::make_shared<const DirectoryLock>(directory_);
+    if (!force) must_replace(directory_, force);  // who is refused changes nothing
     recover_set_aside(directory_);
     const bool replaces = must_replace(directory_, force);
     replaces ? set_aside(directory_) : directory_.remove_temporary();
@@ -219,7 +222,11 @@ void CampaignDirectory::check_in_place() const {
 
 void CampaignDirectory::add_shard(ShardBuffer shard) {
   check_in_place();
-  const ShardEntry entry = shard.publish(*shard_folder_, fmt::format("{}{:06}.h5", prefix_, ++shards_), info_);
+  std::string name;
+  do {
+    name = fmt::format("{}{:06}.h5", prefix_, ++shards_);
+  } while (shard_folder_->has(name));  // a second writer's, if somebody has removed the lock
+  const ShardEntry entry = shard.publish(*shard_folder_, name, info_);
   keep();
   if (!manifest_) manifest_.emplace(directory_, prefix_ + kManifestName);
   manifest_->append(entry);

@@ -207,7 +207,11 @@ void Directory::remove_all(const std::string& name) const noexcept {
 
 void Directory::remove_all(const std::string& name, int depth) const {
   if (remove(name) == 0 || depth == 0) return;
-  if (const auto folder = S_ISDIR(status(name).st_mode) ? find(name) : std::nullopt) {
+  struct statx found {};
+  const bool known = statx(number(), name.c_str(), AT_SYMLINK_NOFOLLOW | AT_NO_AUTOMOUNT, STATX_TYPE, &found) == 0;
+  if (!known || !S_ISDIR(found.stx_mode)) return;
+  if ((found.stx_attributes & STATX_ATTR_MOUNT_ROOT) != 0) return;  // what is mounted there lies outside
+  if (const auto folder = find(name)) {
     for (const std::string& entry : folder->names()) folder->remove_all(entry, depth - 1);
   }
   remove_empty(name);

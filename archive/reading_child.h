@@ -47,8 +47,8 @@ bool may_not_fork();
 /// In a child: there is nothing more to be read from the file, the limits go. Elsewhere nothing.
 void end_of_reading();
 
-/// Whether a child that a signal ended died of what it read, and not of something else: then throws MachineError (it was
-/// killed, or crashed without reading) or ends this process by the same signal (Ctrl-C, a closed pipe).
+/// Whether a child that a signal ended died of what it read, and not of something else: then throws MachineError (it
+/// was killed, or crashed without reading) or ends this process by the same signal (Ctrl-C, a closed pipe).
 bool died_of_reading(const ReaderEnd& end);
 /// What killed a child (a signal), as the user shall know it: "FILE: the HDF5 library crashed on it (SIGSEGV): …".
 std::string death_text(const ReaderEnd& end, const ReadingLimits& limits);

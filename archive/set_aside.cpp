@@ -5,16 +5,23 @@
 #include <vector>
 
 #include "archive/campaign_directory.h"
+#include "archive/manifest.h"
 #include "archive/shell_word.h"
 #include "archive/unfinished.h"
 
 namespace graze {
 namespace {
 
-/// Moves all that can be moved, then throws what stood in the way of the first that could not.
+/// Moves all that can be moved, then throws what stood in the way of the first that could not. Throws InputError before
+/// anything is moved if it would take the place of something.
 void move_back(const Directory& directory) {
   const auto folder = directory.find(kReplacingFolder);
   if (!folder) return;
+  for (const std::string& name : folder->names()) {
+    if (!directory.has(name)) continue;
+    throw InputError(fmt::format("{}: is there, and in {}/, too; move one of them out of the campaign's directory",
+                                 (directory / name).string(), kReplacingFolder));
+  }
   std::exception_ptr failed;
   for (const std::string& name : folder->names()) {
     try {
@@ -86,7 +93,11 @@ bool recover_set_aside(const Directory& directory) {
 }
 
 Replacing interrupted_replacing(const Directory& directory) {
-  if (directory.find(kReplacedFolder)) return shard_names(directory).empty() ? Replacing::comes_back : Replacing::goes;
+  if (directory.find(kReplacedFolder)) {
+    // A shard that was lost since is still in the manifest.
+    const bool had_shard = !shard_names(directory).empty() || !read_manifest(directory).empty();
+    return had_shard ? Replacing::goes : Replacing::comes_back;
+  }
   return directory.find(kReplacingFolder) ? Replacing::comes_back : Replacing::none;
 }
 

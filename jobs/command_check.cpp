@@ -11,6 +11,7 @@
 
 #include "analysis/text_table.h"
 #include "archive/parent_folders.h"
+#include "archive/utf8.h"
 #include "jobs/commands.h"
 #include "jobs/size_estimate.h"
 #include "scenarios/channel_readers.h"
@@ -78,7 +79,7 @@ std::string requirement_list(const Task& task, bool measures) {
 }
 
 std::string overview(const Scenario& s, const ChannelReaders& readers) {
-  std::string out = fmt::format("{}\n", s.name);
+  std::string out = fmt::format("{}\n", printable(s.name));
   if (!s.description.empty()) out += fmt::format("  {}\n", s.description);
   out += fmt::format("  robot        {}: {}, {}, {} base, {:.4g} kg\n", s.world->robot.name,
                      counted(s.world->robot.links.size(), "link"),

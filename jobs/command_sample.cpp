@@ -107,7 +107,9 @@ int sample(const Arguments& arguments) {
   namespace fs = std::filesystem;
   const bool file =
       arguments.output != "-" && (fs::is_regular_file(arguments.output) || !fs::exists(arguments.output));  // no pipe
-  if (file) check_new_file(arguments.output, arguments.force, {scenario.file});
+  std::vector<fs::path> made_of = {scenario.file};
+  for (const auto& [name, content] : scenario.source.inputs) made_of.emplace_back(name);
+  if (file) check_new_file(arguments.output, arguments.force, made_of);
   const std::vector<std::uint32_t> particles = chosen_particles(arguments.particles, scenario);
   const ParticleSource source(scenario, scenario.seed, scenario.particles);
   const ParentFolders folders(arguments.output);

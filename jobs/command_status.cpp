@@ -14,6 +14,7 @@
 #include "archive/set_aside.h"
 #include "archive/shell_word.h"
 #include "archive/unfinished.h"
+#include "archive/utf8.h"
 #include "jobs/commands.h"
 #include "jobs/progress.h"
 #include "jobs/reading_verb.h"
@@ -104,10 +105,13 @@ Status status_of(const fs::path& path) {
 std::string failures(const Status& status) {
   std::vector<std::string> parts;
   for (std::size_t i = 0; i < status.requirements.size(); ++i) {
-    if (status.violated[i] > 0) parts.push_back(fmt::format("{} {}", status.requirements[i], status.violated[i]));
+    if (status.violated[i] > 0)
+      parts.push_back(fmt::format("{} {}", printable(status.requirements[i]), status.violated[i]));
   }
   const std::uint64_t unknown = status.of(Outcome::unknown_failure);
   if (unknown > 0) parts.push_back(fmt::format("unknown {}", unknown));
+  const std::uint64_t invalid = status.of(Outcome::invalid);
+  if (invalid > 0) parts.push_back(fmt::format("invalid {}", invalid));
   return parts.empty() ? "none" : fmt::format("{}", fmt::join(parts, ", "));
 }
 

@@ -62,7 +62,10 @@ class Memory : public ::testing::TestWithParam<Verb> {
       if (outcome.code != 0 && GetParam().name == "resume") stage.must("resume a.graze --threads 1 --quiet");
       EXPECT_EQ(stage.whole("a.graze"), digests);
       EXPECT_EQ(stage.whole("a.h5"), digests);
-      if (outcome.code == 0 && GetParam().arguments.find("run") != 0) {
+      if (outcome.code == 0 && GetParam().name == "pack") {
+        EXPECT_EQ(stage.whole("b.h5"), digests);  // its size may differ: HDF5 frees less of its own space
+        stage.must("verify b.h5");
+      } else if (outcome.code == 0 && GetParam().arguments.find("run") != 0) {
         EXPECT_EQ(outcome.out, good.out);
       }
       if (fs::exists(stage / "b.graze/campaign.h5")) {

@@ -205,14 +205,15 @@ TEST(Sight, DerivedNumbersAreThoseOfTheParticle) {
 // the replay and in what it exports.
 TEST(Sight, FailuresNameTheCulprit) {
   const TemporaryFolder folder;
-  testing::write_file(folder / "a.yaml",
-                      "include: " + testing::data("scenarios/quadruped_walk.yaml") +
-                          "\ntime: {end: 40 ms}\n"
-                          "policies: {circle: ~}\n"
-                          "task:\n"
-                          "  stop_at_violation: false\n"
-                          "  requirements: {low: {height: {link: '{BODY0,LF_FOOT}', below: 10 cm}}, body-free: ~}\n"
-                          "  objective: {stands: ~, there: {position: {link: '{BODY0,RH_LEG_1}', x: {above: -1 cm}}}}\n");
+  testing::write_file(
+      folder / "a.yaml",
+      "include: " + testing::data("scenarios/quadruped_walk.yaml") +
+          "\ntime: {end: 40 ms}\n"
+          "policies: {circle: ~}\n"
+          "task:\n"
+          "  stop_at_violation: false\n"
+          "  requirements: {low: {height: {link: '{BODY0,LF_FOOT}', below: 10 cm}}, body-free: ~}\n"
+          "  objective: {stands: ~, there: {position: {link: '{BODY0,RH_LEG_1}', x: {above: -1 cm}}}}\n");
   const auto graze = [&](const std::string& arguments) {
     const testing::Result got = testing::graze(folder.path(), arguments);
     EXPECT_LT(got.code, 2) << arguments << got.err;

@@ -99,8 +99,8 @@ TEST(Submit, SignalledScriptQueuesItselfAgain) {
   const std::string start = std::string("chmod +x scontrol; export PATH=\"$PWD:$PATH\" ") + kJob;
   const testing::Result stopped = testing::shell(
       campaign.folder.path(), start +
-                                  "; bash job & job=$!; while [ ! -e ball.graze/shards ]; do sleep 0.02; done; "
-                                  "sleep 0.3; kill -USR1 $job; wait $job");
+                                  "; bash job & job=$!; until ls ball.graze/shards/*.h5 >/dev/null 2>&1; do "
+                                  "kill -0 $job || break; sleep 0.02; done; kill -USR1 $job; wait $job");
   EXPECT_EQ(stopped.code, 3) << stopped.err;
   EXPECT_EQ(testing::read_file(campaign.folder / "requeued"), "requeue 1\n");
   const testing::Result again = testing::shell(campaign.folder.path(), start + "; bash job");

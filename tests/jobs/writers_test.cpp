@@ -2,6 +2,7 @@
 // was.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/mount.h>
 
 #include <nlohmann/json.hpp>
 
@@ -11,11 +12,14 @@
 namespace graze {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::AnyOf;
 using testing::BallCampaign;
 using testing::digests;
 using ::testing::HasSubstr;
 using testing::Process;
+using testing::Result;
+namespace fs = std::filesystem;
 
 nlohmann::json status(const BallCampaign& campaign, const std::string& name) {
   return nlohmann::json::parse(campaign.graze("status --json " + name).out);
@@ -177,6 +181,59 @@ TEST(Writers, ADirectoryThatIsMovedIsMissed) {
   EXPECT_THAT(ended.err, HasSubstr("a.graze: is no longer the directory that this program writes into"));
   EXPECT_THAT(ended.err, HasSubstr((campaign.folder / "b.graze").string() + " now"));
   EXPECT_TRUE(fs::is_empty(path / "shards"));
+}
+
+// Claim: what was set aside never takes the place of anything, and a complete campaign that has lost its shards is no
+// failed successor of what it has replaced.
+TEST(Writers, WhatWasSetAsideReplacesNothing) {
+  const testing::BallCampaign campaign;
+  const auto at = [&](const char* name) { return campaign.folder / name; };
+  ASSERT_EQ(campaign.graze("run ball.yaml -n 20 --quiet -o a.graze").code, 0);
+  ASSERT_EQ(campaign.graze("run ball.yaml -n 10 --seed 9 --quiet -o b.graze").code, 0);
+  fs::copy(at("b.graze"), at("a.graze/replaced"), fs::copy_options::recursive);
+  testing::write_file(at("a.graze/replaced/thesis.txt"), "mine");
+  const Result refused = campaign.graze("run ball.yaml -n 20 --quiet -o a.graze");
+  EXPECT_EQ(refused.code, 2) << refused.err;
+  EXPECT_TRUE(fs::exists(at("a.graze/replaced/thesis.txt"))) << "who is refused changes nothing";
+  for (const auto& entry : fs::directory_iterator(at("a.graze/shards"))) fs::remove(entry.path());
+  EXPECT_EQ(campaign.graze("resume a.graze --quiet").code, 0) << "lost shards are simulated again";
+  EXPECT_EQ(Archive(at("a.graze")).info().seed, 1u);
+
+  fs::create_directory(at("a.graze/replacing"));
+  fs::copy(at("b.graze/campaign.h5"), at("a.graze/replacing/campaign.h5"));
+  const std::string before = testing::read_file(at("a.graze/campaign.h5"));
+  const Result both = campaign.graze("resume a.graze --quiet");
+  EXPECT_EQ(both.code, 2);
+  EXPECT_THAT(both.err, AllOf(HasSubstr("campaign.h5: is there, and in replacing/, too"), HasSubstr("move one")));
+  EXPECT_EQ(testing::read_file(at("a.graze/campaign.h5")), before);
+}
+
+// Claim: numbers in names of shards that are beyond counting are nobody's.
+TEST(Writers, ShardNumbersDoNotOverflow) {
+  const testing::BallCampaign campaign;
+  ASSERT_EQ(campaign.graze("run ball.yaml -n 20 --quiet -o a.graze").code, 0);
+  fs::rename(campaign.folder / "a.graze/shards/000001.h5", campaign.folder / "a.graze/shards/2147483647.h5");
+  fs::remove_all(campaign.folder / "a.graze/manifest");
+  EXPECT_EQ(campaign.graze("resume a.graze -n 40 --quiet").code, 0);
+  EXPECT_EQ(campaign.graze("resume a.graze -n 60 --quiet").code, 0);
+  EXPECT_TRUE(Archive(campaign.folder / "a.graze").complete());
+}
+
+// Claim: what is removed is removed up to a mount point, whatever is mounted there.
+TEST(Writers, WhatIsMountedInACampaignOutlivesIt) {
+  const testing::BallCampaign campaign;
+  ASSERT_EQ(campaign.graze("run ball.yaml -n 20 --quiet -o a.graze").code, 0);
+  fs::create_directories(campaign.folder / "a.graze/replaced/x");
+  fs::create_directory(campaign.folder / "home");
+  testing::write_file(campaign.folder / "home/thesis.txt", "mine");
+  const std::string point = (campaign.folder / "a.graze/replaced/x").string();
+  if (mount((campaign.folder / "home").c_str(), point.c_str(), nullptr, MS_BIND, nullptr) != 0) {
+    GTEST_SKIP() << "mounting is not permitted";
+  }
+  const Result resumed = campaign.graze("resume a.graze --quiet");
+  umount(point.c_str());
+  EXPECT_EQ(resumed.code, 0) << resumed.err;
+  EXPECT_TRUE(fs::exists(campaign.folder / "home/thesis.txt"));
 }
 
 }  // namespace
