@@ -110,23 +110,26 @@ TEST(ReadingChildDeathTest, ChangedBytesEndInAMessage) {
       {
         allow_seconds(60);
         int refused = 0;
+        int nameless = 0;
         for (int i = 0; i < rounds; ++i) {
           std::string bytes = whole;
           for (int k = 0; k < 4; ++k) {
             const auto at = static_cast<std::size_t>(uniform(11, i, 2 * k, 0) * static_cast<double>(bytes.size()));
-            bytes[at] = static_cast<char>(256 * uniform(11, i, 2 * k + 1, 0));
+            bytes[at] = static_cast<char>(static_cast<unsigned char>(256 * uniform(11, i, 2 * k + 1, 0)));
           }
           put(changed, bytes);
           reseal(changed, false);
           for (const Unreadable& bad : unreadable(std::vector<fs::path>{changed}, read_all)) {
             ++refused;
-            if (bad.why.rfind(changed.string(), 0) != 0) std::fprintf(stderr, "NAMELESS: %s\n", bad.why.c_str());
+            if (bad.why.rfind(changed.string(), 0) == 0) continue;
+            ++nameless;
+            std::fprintf(stderr, "NAMELESS: %s\n", bad.why.c_str());
           }
         }
         std::fprintf(stderr, "refused %d\n", refused);
-        std::_Exit(refused > 0 ? 0 : 1);
+        std::_Exit(refused > 0 && nameless == 0 ? 0 : 1);
       },
-      ::testing::ExitedWithCode(0), "^refused [0-9]+\n$");
+      ::testing::ExitedWithCode(0), "refused [0-9]+\n$");  // before it: what sanitizers say of crashes in HDF5
 }
 
 }  // namespace

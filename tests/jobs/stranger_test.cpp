@@ -66,7 +66,7 @@ class StrangeArchive : public ::testing::Test, public testing::BallCampaign {
     std::string changed = bytes.substr(0, bytes.size() - 24);
     for (int k = 0; k < 4; ++k) {
       const auto at = static_cast<std::size_t>(uniform(3, round, 2 * k, 0) * static_cast<double>(changed.size()));
-      changed[at] = static_cast<char>(256 * uniform(3, round, 2 * k + 1, 0));
+      changed[at] = static_cast<char>(static_cast<unsigned char>(256 * uniform(3, round, 2 * k + 1, 0)));
     }
     testing::write_file(folder / name, changed);
     const Descriptor file(open((folder / name).c_str(), O_RDWR | O_CLOEXEC));
