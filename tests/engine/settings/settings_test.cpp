@@ -204,7 +204,7 @@ TEST(Yaml, HintsAtQuotes) {
       {"link: [curb.{top,edge}, b]", glob + "\"curb.{top,edge}\""},
       {"link: {LF,RH}", glob + "\"{LF,RH}\""}};
   for (const auto& [text, hint] : cases) {
-    const std::string message = message_of([&] {
+    const std::string message = message_of([&text = text] {
       const Settings s = parse(text);
       for (const auto& [key, value] : s.entries()) value.text();
     });
