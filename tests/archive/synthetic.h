@@ -111,7 +111,9 @@ inline TraceRecord trace(const CampaignInfo& info, int policy, std::uint32_t par
   record.first_violations.assign(info.requirements.size(), std::numeric_limits<double>::quiet_NaN());
   if (record.violated >= 0) record.first_violations[record.violated] = record.end_time;
   record.margin_parts = {kNoPart, 1 + static_cast<int>(particle % 2)};  // LF_FOOT and curb, LF_FOOT and ground
+  record.margin_parts.resize(info.requirements.size(), kNoPart);
   record.violation_parts = {kNoPart, record.violated == 1 ? 2 : kNoPart};
+  record.violation_parts.resize(info.requirements.size(), kNoPart);
   if (record.outcome != Outcome::invalid) record.objective_culprit = {1, static_cast<int>(particle % 3)};
   record.q = row(policy, particle, 20, info.q_names.size());
   record.v = row(policy, particle, 30, info.v_names.size());
