@@ -98,8 +98,8 @@ void begin_and_kill(const fs::path& campaign, const CampaignInfo& fresh, int tra
   waitpid(child, nullptr, 0);
 }
 
-// Claim: killed before its first shard, the new campaign leaves the old one to whoever writes there next; killed
-// later, it is the one that counts.
+// Claim: killed before its first shard, the new campaign leaves the old one to whoever may write there next, and who is
+// refused changes nothing; killed later, it is the one that counts.
 TEST(Output, ForceLosesNothingWhenItIsKilled) {
   CampaignInfo fresh = info();
   fresh.scenario_name = "fresh";
@@ -111,6 +111,8 @@ TEST(Output, ForceLosesNothingWhenItIsKilled) {
     EXPECT_EQ(fs::exists(folder / "a.graze" / kReplacedFolder), traces == 0);
     EXPECT_THAT(message_of<InputError>([&] { CampaignWriter(folder / "a.graze", info(), false); }),
                 HasSubstr("--force"));
+    EXPECT_EQ(fs::exists(folder / "a.graze" / kReplacedFolder), traces == 0);  // who is refused changes nothing
+    { const CampaignWriter writer(folder / "a.graze", info(), true); }         // gets no trace, either
     const Archive archive(folder / "a.graze");
     EXPECT_EQ(archive.info().scenario_name, traces == 0 ? info().scenario_name : "fresh");
     if (traces == 0) expect_campaign(archive);

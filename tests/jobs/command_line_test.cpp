@@ -119,7 +119,8 @@ TEST_F(CommandLine, SampleWritesTheParticlesAndIsRepeatable) {
   EXPECT_EQ(run("sample ball.yaml -n 3 --seed 5 -o p.csv").code, 0);
   EXPECT_EQ(read_file(folder / "p.csv"), a.out);
   EXPECT_NE(run("sample ball.yaml -n 3 --seed 6").out, a.out);
-  expect_refused(run("sample ball.yaml -o ball.urdf/folder/p.csv"), 3, {"ball.urdf/folder", "cannot be written"});
+  write_file(folder / "plain", "a file");
+  expect_refused(run("sample ball.yaml -o plain/folder/p.csv"), 3, {"plain/folder", "cannot be written"});
 }
 
 /// A score without the replay commands, which name the archive.
