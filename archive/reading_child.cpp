@@ -261,7 +261,12 @@ std::vector<Unreadable> unreadable(const std::vector<fs::path>& files,
     if (WIFEXITED(end->status) && WEXITSTATUS(end->status) == 0) break;
     const std::size_t at = report->index;
     const bool died = !WIFEXITED(end->status) && died_of_reading(*end);
-    out.push_back({at, died ? death_text(*end, reading_limits({files[at]})) : report->message.data()});
+    std::string why = died ? death_text(*end, reading_limits({files[at]})) : report->message.data();
+    if (why.empty()) {  // a library that ends its process, or a tool that watches over it
+      why = fmt::format("{}: the process that read it ended with code {} and without a message", files[at].string(),
+                        WEXITSTATUS(end->status));
+    }
+    out.push_back({at, std::move(why)});
     next = at + 1;
   }
   return out;

@@ -8,6 +8,7 @@
 #include <csignal>
 
 #include "tests/archive/forge.h"
+#include "tests/sanitized.h"
 
 namespace graze {
 namespace {
@@ -16,14 +17,6 @@ using namespace synthetic;
 using testing::AllOf;
 using testing::HasSubstr;
 namespace fs = std::filesystem;
-
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define GRAZE_SANITIZED
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define GRAZE_SANITIZED
-#endif
-#endif
 
 /// Children end after so many seconds of processor time, and so does this process.
 void allow_seconds(rlim_t seconds) {
@@ -53,7 +46,7 @@ TEST(ReadingChild, TellsWhichFileKillsOrIsRefused) {
 }
 
 TEST(ReadingChild, HasNoMoreMemoryThanAnArchiveNeeds) {
-#ifdef GRAZE_SANITIZED
+#if GRAZE_SANITIZED
   GTEST_SKIP() << "no limit on memory under a sanitizer";
 #else
   const auto take = [](std::size_t bytes) {
@@ -98,6 +91,17 @@ TEST(ReadingChild, DiesWithItsParent) {
   EXPECT_EQ(::read(ends[0], &text, 1), 0) << "nobody has the other end any more";
   waitpid(parent, nullptr, 0);
   close(ends[0]);
+}
+
+// Claim: whatever ends the child, the file gets a reason.
+TEST(ReadingChildDeathTest, AnExitWithoutAWordHasAReason) {
+  EXPECT_EXIT(
+      {
+        const auto bad = unreadable(std::vector<fs::path>{"file"}, [](const fs::path&) { std::_Exit(7); });
+        std::fputs(bad.at(0).why.c_str(), stderr);
+        std::_Exit(0);
+      },
+      ::testing::ExitedWithCode(0), "file: the process that read it ended with code 7");
 }
 
 // Bytes changed at random behind a fitting seal: HDF5 itself survives only some of that.

@@ -7,16 +7,12 @@
 #include <cstdlib>
 
 #include "tests/faults/board.h"
+#include "tests/sanitized.h"
 
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define GRAZE_OWN_MALLOC 0
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) || __has_feature(memory_sanitizer)
-#define GRAZE_OWN_MALLOC 0
-#endif
-#endif
-#if !defined(GRAZE_OWN_MALLOC) && defined(__GLIBC__)
+#if defined(__GLIBC__) && !GRAZE_SANITIZED
 #define GRAZE_OWN_MALLOC 1
+#else
+#define GRAZE_OWN_MALLOC 0
 #endif
 
 namespace graze::faults {

@@ -6,6 +6,7 @@
 #include "engine/bullet/convex_pairs.h"
 #include "engine/contact/collide.h"
 #include "tests/engine/contact/support.h"
+#include "tests/sanitized.h"
 
 namespace graze::bullet {
 namespace {
@@ -59,7 +60,7 @@ constexpr std::pair<ShapeKind, ShapeKind> kPairs[] = {{cylinder, cylinder}, {cyl
 TEST(ConvexGap, is_proved_by_its_normal_and_points) {
   Random random(21);
   for (const auto& [kind_a, kind_b] : kPairs) {
-    for (int trial = 0; trial < 800; ++trial) {
+    for (int trial = 0; trial < test::trials(800); ++trial) {
       std::vector<Vec3> corners[2];
       const auto [a, b] = random_convex(random, kind_a, kind_b, corners);
       const Gap gap = gap_between(a, b);
@@ -75,7 +76,7 @@ TEST(ConvexGap, overlap_is_least) {
   Random random(22);
   for (const auto& [kind_a, kind_b] : kPairs) {
     int overlapping = 0;
-    for (int trial = 0; trial < 150; ++trial) {
+    for (int trial = 0; trial < test::trials(150); ++trial) {
       std::vector<Vec3> corners[2];
       const auto [a, b] = random_convex(random, kind_a, kind_b, corners);
       const Gap gap = gap_between(a, b);
@@ -96,7 +97,7 @@ TEST(ConvexGap, agrees_with_lane_kernels) {
   Random random(23);
   for (const auto& [kind_a, kind_b] : testing::kernel_pairs()) {
     if (kind_b == plane) continue;
-    for (int trial = 0; trial < 500; ++trial) {
+    for (int trial = 0; trial < test::trials(500); ++trial) {
       const auto [a, b] = testing::random_pair(random, kind_a, kind_b, trial % 2 == 0);
       const auto manifold = testing::touch(a, b, 0.5);
       const auto* point = testing::deepest(manifold);
@@ -159,7 +160,7 @@ TEST(ConvexManifold, hulls_and_cylinders_stand) {
 TEST(ConvexManifold, deepest_point_has_the_gap) {
   Random random(24);
   for (const auto& [kind_a, kind_b] : kPairs) {
-    for (int trial = 0; trial < 400; ++trial) {
+    for (int trial = 0; trial < test::trials(400); ++trial) {
       std::vector<Vec3> corners[2];
       const auto [a, b] = random_convex(random, kind_a, kind_b, corners);
       const Gap gap = gap_between(a, b);

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "engine/contact/reference_contact.h"
+#include "tests/sanitized.h"
 
 namespace graze {
 namespace {
@@ -36,7 +37,7 @@ class Numbers {
 // A positive definite LCP has one solution; both methods find it. (Tolerance: condition numbers up to 1e5 here.)
 TEST(Lcp, positive_definite_problems_have_one_solution) {
   Numbers numbers(1);
-  for (int trial = 0; trial < 300; ++trial) {
+  for (int trial = 0; trial < test::trials(300); ++trial) {
     const int n = 1 + numbers.below(30);
     const MatrixXd M = numbers.positive_definite(n);
     const VectorXd q = numbers.vector(n);
@@ -51,7 +52,7 @@ TEST(Lcp, positive_definite_problems_have_one_solution) {
 // An unsymmetric positive definite M has one solution, too, and every sub-block is regular.
 TEST(Lcp, unsymmetric_problems) {
   Numbers numbers(2);
-  for (int trial = 0; trial < 200; ++trial) {
+  for (int trial = 0; trial < test::trials(200); ++trial) {
     const int n = 1 + numbers.below(12);
     const MatrixXd S = numbers.matrix(n, n), M = numbers.positive_definite(n) + S - S.transpose();
     const VectorXd q = numbers.vector(n);
@@ -65,7 +66,7 @@ TEST(Lcp, unsymmetric_problems) {
 // motion is (Anitescu & Potra 1997): all three methods give the same w and the same velocities.
 TEST(Lcp, redundant_contacts_give_one_motion) {
   Numbers numbers(3);
-  for (int trial = 0; trial < 300; ++trial) {
+  for (int trial = 0; trial < test::trials(300); ++trial) {
     const int dofs = 2 + numbers.below(6), contacts = dofs + numbers.below(20);
     MatrixXd N = numbers.matrix(contacts, dofs);
     N.row(contacts - 1) = N.row(0);
@@ -90,7 +91,7 @@ TEST(Lcp, redundant_contacts_give_one_motion) {
 // Started from the solution's own active set, principal pivoting ends at once and changes nothing (§7.3.6).
 TEST(Lcp, warm_start_keeps_the_solution) {
   Numbers numbers(4);
-  for (int trial = 0; trial < 100; ++trial) {
+  for (int trial = 0; trial < test::trials(100); ++trial) {
     const int n = 2 + numbers.below(20);
     const MatrixXd M = numbers.positive_definite(n);
     const VectorXd q = numbers.vector(n);
@@ -147,7 +148,7 @@ ContactProblem random_contacts(Numbers& numbers, int contacts, int dofs) {
 // by no more than the polygon's half angle pi / edges: lambda_t . u_t <= -cos(pi / edges) mu lambda_n |u_t|.
 TEST(ReferenceContact, lemke_solves_random_contacts) {
   Numbers numbers(5);
-  for (int trial = 0; trial < 150; ++trial) {
+  for (int trial = 0; trial < test::trials(150); ++trial) {
     const int edges = trial % 2 ? 8 : 16;
     const ContactProblem problem = random_contacts(numbers, 1 + numbers.below(5), 6 + 3 * numbers.below(4));
     const ContactLcp lcp = contact_lcp(problem, edges);
