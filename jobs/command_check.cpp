@@ -12,6 +12,7 @@
 #include "analysis/text_table.h"
 #include "archive/parent_folders.h"
 #include "archive/utf8.h"
+#include "engine/model/mass.h"
 #include "jobs/commands.h"
 #include "jobs/size_estimate.h"
 #include "scenarios/channel_readers.h"
@@ -58,12 +59,6 @@ Count count(const ParameterSpace& space, const ChannelReaders& readers) {
   return count;
 }
 
-double total_mass(const Model& model) {
-  double mass = 0;
-  for (const Body& body : model.bodies) mass += body.mass;
-  return mass;
-}
-
 /// "1 link", "2 links"
 std::string counted(std::size_t n, const std::string& noun) {
   return fmt::format("{} {}{}", n, noun, n == 1 ? "" : "s");
@@ -84,7 +79,7 @@ std::string overview(const Scenario& s, const ChannelReaders& readers) {
   out += fmt::format("  robot        {}: {}, {}, {} base, {:.4g} kg\n", s.world->robot.name,
                      counted(s.world->robot.links.size(), "link"),
                      counted(static_cast<std::size_t>(s.model.na()), "driven joint"),
-                     s.world->robot.floating_base ? "floating" : "fixed", total_mass(s.model));
+                     s.world->robot.floating_base ? "floating" : "fixed", robot_mass(s.model));
   out += fmt::format("  environment  {}; {}, {} that may touch\n", counted(s.world->objects.size(), "object"),
                      counted(s.model.colliders.size(), "collision shape"), counted(s.model.pairs.size(), "pair"));
   out += fmt::format("  time         {:g} s in steps of {:g} s, control every {:g} s; physics: {}\n", s.timing.end,

@@ -8,6 +8,7 @@
 
 #include "engine/control/gait_timing.h"
 #include "engine/model/kinematics.h"
+#include "engine/model/mass.h"
 #include "engine/settings/units.h"
 
 namespace graze {
@@ -170,12 +171,6 @@ void read_stance(const Settings& settings, const std::vector<Leg>& legs, const M
   }
 }
 
-double weight(const Model& model) {
-  double mass = 0;
-  for (const Body& body : model.bodies) mass += body.mass;
-  return mass * model.gravity.norm();
-}
-
 }  // namespace
 
 GaitSetup read_gait(const ControlContext& context, const Settings& settings) {
@@ -195,7 +190,7 @@ GaitSetup read_gait(const ControlContext& context, const Settings& settings) {
   p.global_up = settings.flag_or("global_up", p.global_up);
   p.recovery = settings.flag_or("recovery", p.recovery);
   if (settings.has("max_foot_speed")) p.max_speed = settings.at("max_foot_speed").positive(Quantity::velocity);
-  p.contact_force = kCarryingShare * weight(context.nominal);
+  p.contact_force = kCarryingShare * robot_weight(context.nominal);
   if (settings.has("contact_force")) p.contact_force = settings.at("contact_force").non_negative(Quantity::force);
   p.gravity = context.nominal.gravity.norm();
   Mat3 R_GB = Mat3::Identity();

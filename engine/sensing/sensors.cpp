@@ -7,6 +7,7 @@
 #include <string>
 
 #include "engine/model/kinematics.h"
+#include "engine/model/mass.h"
 #include "sampling/stream.h"
 
 namespace graze {
@@ -90,7 +91,7 @@ Sensors::Sensors(const Model& nominal, const std::vector<std::string>& names, Se
     if (!channel.has(flag + ".missed")) continue;
     layout_.flags.push_back({frame, channel(flag + ".missed"), channel(flag + ".false")});
   }
-  for (const Body& body : nominal_.bodies) weight_ += body.mass * nominal_.gravity.norm();
+  weight_ = robot_weight(nominal_);
   noise.jitter.resize(names.size());
   const int channels = static_cast<int>(names.size());
   bias_ = error_ = BlockArray(channels);

@@ -5,9 +5,11 @@
 
 #include "engine/control/base_command.h"
 #include "engine/control/chain.h"
+#include "engine/control/gait_settings.h"
 #include "engine/control/joint_table.h"
 #include "engine/control/lag_buffer.h"
 #include "engine/control/planar_motion.h"
+#include "engine/model/mass.h"
 #include "tests/engine/control/leg_reference.h"
 #include "tests/engine/control/support.h"
 
@@ -318,6 +320,17 @@ TEST_F(ControllerTest, GaitErrors) {
   has(gait("velocity: [0.2, 0, 0], feet: [BODY0], " + timing), "does not move relative to the base");
   has(gait("velocity: [0.2, 0, 0], step_hight: 1, " + timing), "step_height");
   has(gait("waypoints: {points: [], speed: {forward: 0.1, turn: 0.5}}, " + timing), "has no points");
+}
+
+// A foot carries from 2 % of the robot's weight on, whatever else is movable in its world.
+TEST_F(ControllerTest, GaitWeighsTheRobotAlone) {
+  const Settings gait = Settings::parse(
+      "{velocity: [0.2, 0, 0], duration: 0.3, step_height: 3 cm, duty: 75 %, liftoff: '[25, 75, 0, 50] %'}",
+      "test.yaml");
+  const Scene crowded{links_world_with_anvil()};
+  const double force = read_gait(crowded.context(), gait).parameters.contact_force;
+  EXPECT_EQ(force, read_gait(scene.context(), gait).parameters.contact_force);
+  EXPECT_DOUBLE_EQ(force, 0.02 * robot_weight(scene.model));
 }
 
 // Waypoints: a base that moves as commanded passes every point and stops behind the last; driving never strafes,

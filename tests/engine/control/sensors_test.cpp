@@ -3,6 +3,7 @@
 #include <random>
 
 #include "engine/actuation/actuators.h"
+#include "engine/model/mass.h"
 #include "sampling/stream.h"
 #include "tests/engine/control/leg_reference.h"
 #include "tests/engine/control/support.h"
@@ -237,6 +238,18 @@ TEST_F(ContactFlags, DrawByTheirOwnStream) {
   stand(sensors, 0, 0);
   EXPECT_EQ(sense(sensors, 3).link_force(row("LF_FOOT"), 0), 2.0);
   EXPECT_EQ(sense(sensors, 3).link_force(row("RF_FOOT"), 0), 0.0);
+}
+
+// Claim: a touch that is not there reads the robot's weight, however heavy the things are that lie about.
+TEST_F(ContactFlags, AFalseTouchReadsTheRobotsWeightAlone) {
+  Sensors alone(scene.model, names, noise);
+  stand(alone, 0, 1);
+  const double weight = sense(alone, 3).link_force(row("RF_FOOT"), 0);
+  const Scene crowded{links_world_with_anvil()};
+  Sensors beside(crowded.model, names, noise);
+  stand(beside, 0, 1);
+  EXPECT_EQ(sense(beside, 3).link_force(row("RF_FOOT"), 0), weight);
+  EXPECT_DOUBLE_EQ(weight, robot_weight(crowded.model));
 }
 
 // A group that nobody reads is NaN, and leaving it out changes no bit of the others.

@@ -38,6 +38,19 @@ inline World links_world(const std::string& urdf = "links.urdf") {
   return world;
 }
 
+/// The same with a movable object of 157 kg, many times the robot's mass.
+inline World links_world_with_anvil() {
+  World world = links_world();
+  Object anvil;
+  anvil.name = "anvil";
+  anvil.shape = {ShapeKind::box, {0.4, 0.25, 0.2}, nullptr, nullptr};
+  anvil.X_WO.translation() = Vec3(5, 0, 0.1);
+  anvil.movable = true;
+  anvil.inertia = MassMoments::of_shape(anvil.shape, 7850);
+  world.objects.push_back(anvil);
+  return world;
+}
+
 /// World, model and initial state that belong together.
 struct Scene {
   World world;
