@@ -12,7 +12,7 @@
 #include "analysis/text_table.h"
 #include "archive/parent_folders.h"
 #include "archive/utf8.h"
-#include "engine/model/mass.h"
+#include "engine/model/measures.h"
 #include "jobs/commands.h"
 #include "jobs/size_estimate.h"
 #include "scenarios/channel_readers.h"

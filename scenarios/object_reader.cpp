@@ -96,9 +96,8 @@ Vec3 read_normal(const Settings& s) {
   return normal.normalized();
 }
 
-}  // namespace
-
-Shape read_shape(const Settings& object) {
+/// The key of the one shape that an object has.
+std::string shape_key(const Settings& object) {
   std::optional<std::string> kind;
   for (const auto& [key, value] : object.entries()) {
     const auto& shapes = shape_names();
@@ -107,13 +106,22 @@ Shape read_shape(const Settings& object) {
     kind = key;
   }
   if (!kind) object.fail("names no shape; one of: plane, box, sphere, cylinder, capsule, mesh, heightfield");
-  const Settings s = object.at(*kind);
-  if (*kind == "box") return read_box(s);
-  if (*kind == "sphere") return {ShapeKind::sphere, {s.positive(Quantity::length), 0, 0}, nullptr, nullptr};
-  if (*kind == "cylinder") return read_round(s, ShapeKind::cylinder, "cylinder");
-  if (*kind == "capsule") return read_round(s, ShapeKind::capsule, "capsule");
-  if (*kind == "mesh") return read_mesh(s);
-  if (*kind == "heightfield") return read_heightfield(s);
+  return *kind;
+}
+
+}  // namespace
+
+Settings shape_settings(const Settings& object) { return object.at(shape_key(object)); }
+
+Shape read_shape(const Settings& object) {
+  const std::string kind = shape_key(object);
+  const Settings s = object.at(kind);
+  if (kind == "box") return read_box(s);
+  if (kind == "sphere") return {ShapeKind::sphere, {s.positive(Quantity::length), 0, 0}, nullptr, nullptr};
+  if (kind == "cylinder") return read_round(s, ShapeKind::cylinder, "cylinder");
+  if (kind == "capsule") return read_round(s, ShapeKind::capsule, "capsule");
+  if (kind == "mesh") return read_mesh(s);
+  if (kind == "heightfield") return read_heightfield(s);
   read_normal(s);
   return {ShapeKind::plane, Vec3::Zero(), nullptr, nullptr};
 }

@@ -9,7 +9,9 @@
 #include <string_view>
 #include <unordered_map>
 
+#include "engine/model/measures.h"
 #include "engine/settings/warnings.h"
+#include "scenarios/doubts.h"
 #include "scenarios/keys.h"
 #include "scenarios/limits.h"
 #include "scenarios/names.h"
@@ -214,8 +216,11 @@ Scenario read_scenario(const Settings& root, const std::string& file, const Scen
   out.world = read.world;
   out.model = compiled(root, *out.world);
   check_contact_names(root, out.model);
+  doubt_gravity(root);
   out.timing = read_time(root);
-  out.space = read_uncertain(root, ParameterTable(*out.world), read.uncertain, out.timing.control);
+  const Vec3 extent = robot_extent(out.model, initial_state(*out.world, out.model));
+  doubt_clearance(root, extent);
+  out.space = read_uncertain(root, ParameterTable(*out.world), read.uncertain, out.timing.control, extent);
   check_lag(root, out);
   read_sampling(root, out);
   if (const auto actuators = root.find("actuators")) {
@@ -223,6 +228,7 @@ Scenario read_scenario(const Settings& root, const std::string& file, const Scen
     out.torque_speed = actuators->flag_or("torque_speed", false);
   }
   out.recording = read_record(root);
+  doubt_last(root, out.timing);
   check_frames(root, out);
   const auto task = root.find("task");
   out.task = read_task(task ? *task : Settings::parse("", file), out.model, {out.timing.step, out.timing.end});

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "scenarios/doubts.h"
 #include "scenarios/keys.h"
 #include "scenarios/limits.h"
 #include "scenarios/task_range.h"
@@ -98,7 +99,10 @@ class TaskReader {
       for (const std::string& name : witness_names()) list += (list.empty() ? "" : ", ") + name;
       settings.fail("names no witness; one of " + list);
     }
-    return kind->read(settings.at(kind->name), nominal_);
+    const Settings written = settings.at(kind->name);
+    ReadWitness out = kind->read(written, nominal_);
+    if (kind->name == "contact_impulse") doubt_impulse(written, nominal_, times_.end);
+    return out;
   }
 
   Objective predicate(const Settings& settings) const {

@@ -9,6 +9,7 @@
 
 #include "engine/model/parameters.h"
 #include "engine/settings/limits.h"
+#include "scenarios/doubts.h"
 #include "scenarios/keys.h"
 #include "scenarios/limits.h"
 
@@ -23,8 +24,12 @@ bool ends_with(const std::string& text, std::string_view tail) {
 
 class UncertainReader {
  public:
-  UncertainReader(const ParameterTable& table, double control_step)
-      : table_(table), control_step_(control_step), spreads_(table.all().size()), written_(spreads_.size()) {}
+  UncertainReader(const ParameterTable& table, double control_step, const Vec3& extent)
+      : table_(table),
+        control_step_(control_step),
+        extent_(extent),
+        spreads_(table.all().size()),
+        written_(spreads_.size()) {}
 
   void add_in_world(const InlineSpread& spread) {
     const std::vector<int> found = table_.match(spread.path);
@@ -43,6 +48,7 @@ class UncertainReader {
     const std::vector<int> found = parameters(pattern, value);
     for (const int i : found) {
       set(i, value, read_spread(value, table_.all()[i]));
+      doubt_width(value, table_.all()[i], extent_);
       if (i == found.front()) check_kept(value, found.size(), spreads_[i]->persistent.kept_numbers());
     }
   }
@@ -131,6 +137,7 @@ class UncertainReader {
   void add_axis(const std::string& pattern, const Settings& value) {
     value.allow(keys_of("axis"));
     const double std = read_cone(value.at("cone"));
+    doubt_cone(value.at("cone").at("std"));
     for (const int i : parameters(pattern + ".tilt", value)) set(i, value, {Distribution::normal(0, std), {}, {}, {}});
     for (const int i : parameters(pattern + ".heading", value)) {
       set(i, value, {Distribution::uniform(0, 2 * std::numbers::pi), {}, {}, {}});
@@ -180,6 +187,7 @@ class UncertainReader {
 
   const ParameterTable& table_;
   double control_step_;                           // s
+  Vec3 extent_;                                   // of the robot, m
   std::vector<std::optional<Spread>> spreads_;    // per parameter of the table
   std::vector<std::optional<Settings>> written_;  // where each spread stands
   std::vector<int> index_;                        // per parameter of the table: in the space, or -1
@@ -205,8 +213,8 @@ void add_groups(const Settings& correlated, const UncertainReader& reader, Param
 }  // namespace
 
 ParameterSpace read_uncertain(const Settings& scenario, const ParameterTable& table,
-                              const std::vector<InlineSpread>& in_world, double control_step) {
-  UncertainReader reader(table, control_step);
+                              const std::vector<InlineSpread>& in_world, double control_step, const Vec3& extent) {
+  UncertainReader reader(table, control_step, extent);
   for (const InlineSpread& spread : in_world) reader.add_in_world(spread);
   const auto uncertain = scenario.find("uncertain");
   if (uncertain) {

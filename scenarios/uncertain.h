@@ -12,8 +12,9 @@ namespace graze {
 
 /// Reads every pattern of `uncertain`; for the same parameter a later entry replaces an earlier one whole, and all of
 /// them the distributions that stand in the world itself. Parameters come out in the table's order. `control_step` (s):
-/// how often jitter is drawn, which a noise density needs. Throws InputError.
+/// how often jitter is drawn, which a noise density needs. `extent`: robot_extent(), to doubt widths by. Throws
+/// InputError.
 ParameterSpace read_uncertain(const Settings& scenario, const ParameterTable& table,
-                              const std::vector<InlineSpread>& in_world, double control_step);
+                              const std::vector<InlineSpread>& in_world, double control_step, const Vec3& extent);
 
 }  // namespace graze

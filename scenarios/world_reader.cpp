@@ -10,6 +10,7 @@
 #include "engine/model/urdf.h"
 #include "engine/physics.h"
 #include "engine/settings/warnings.h"
+#include "scenarios/doubts.h"
 #include "scenarios/keys.h"
 #include "scenarios/limits.h"
 #include "scenarios/names.h"
@@ -276,6 +277,8 @@ class WorldReader {
       if (robot > 0 && value > 100 * robot) {
         warn(*mass, fmt::format("{:g} kg is {:.3g} times the robot's {:g} kg; did you mean {:g} g?", value,
                                 value / robot, robot, value));
+      } else {
+        doubt_mass(*mass, shape_settings(settings), value, volume);
       }
       value /= volume;
     }

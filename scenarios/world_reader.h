@@ -39,6 +39,8 @@ void check_contact_names(const Settings& scenario, const Model& model);
 
 /// Objects: geometry of one entry of `environment` (object_reader.cpp).
 Shape read_shape(const Settings& object);
+/// Where its shape stands: the value of `box`, `sphere`, …
+Settings shape_settings(const Settings& object);
 /// Pose from `position` and `rpy`; for a plane the direction `plane: z` or a normal too.
 Pose read_object_pose(const Settings& object, const Shape& shape);
 

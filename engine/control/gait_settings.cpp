@@ -6,9 +6,10 @@
 #include <cctype>
 #include <cmath>
 
+#include "engine/control/gait_doubts.h"
 #include "engine/control/gait_timing.h"
 #include "engine/model/kinematics.h"
-#include "engine/model/mass.h"
+#include "engine/model/measures.h"
 #include "engine/settings/units.h"
 
 namespace graze {
@@ -201,6 +202,7 @@ GaitSetup read_gait(const ControlContext& context, const Settings& settings) {
   }
   read_stance(settings, setup.legs, R_GB, p);
   setup.steering = read_steering(settings, context.nominal.floating_base);
+  doubt_gait(settings, setup);
   return setup;
 }
 

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "engine/model/kinematics.h"
-#include "engine/model/mass.h"
+#include "engine/model/measures.h"
 #include "sampling/stream.h"
 
 namespace graze {

@@ -119,6 +119,24 @@ std::string percent_meant(std::string_view text) {
   return fmt::format("; did you mean {:.15g} %?", written->value);
 }
 
+bool is_bare(const Settings& value) {
+  if (!value.is_scalar()) return false;
+  const std::string text = value.text();
+  const auto written = split_number(text);
+  return written && written->unit.empty();
+}
+
+std::string unit_meant(const Settings& value, Quantity quantity, const std::function<bool(double)>& fits) {
+  if (!is_bare(value)) return "";
+  const std::string text = value.text();
+  const double number = split_number(text)->value;
+  for (const Unit& unit : units(quantity)) {
+    if (unit.factor == 1 && unit.divisor == 1) continue;
+    if (fits(number * unit.factor / unit.divisor)) return fmt::format("; did you mean {:.15g} {}?", number, unit.name);
+  }
+  return "";
+}
+
 std::optional<WrittenNumber> split_number(std::string_view text) {
   text = trimmed(text);
   if (text.size() > 1 && text[0] == '+' && text[1] != '-' && text[1] != '+') text.remove_prefix(1);

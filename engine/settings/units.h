@@ -1,6 +1,7 @@
 #pragma once
 // Numbers as people write them: "2.5 mm", "75 %", "1e-3".
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -27,6 +28,14 @@ std::string unlikely(Quantity quantity, double value, std::string_view unit);
 
 /// "; did you mean 55 %?" for the text "55", where a fraction was wanted. Empty: it has a unit, or is no percentage.
 std::string percent_meant(std::string_view text);
+
+/// True for a number that is written without a unit: only such are doubted by rules that a written unit should
+/// overrule.
+bool is_bare(const Settings& value);
+
+/// "; did you mean 5 cm?": for a bare number, the first unit after the SI one in which it `fits`, which is asked with
+/// the SI value. Empty: it is not bare, or fits in none.
+std::string unit_meant(const Settings& value, Quantity quantity, const std::function<bool(double)>& fits);
 
 /// "m, cm, mm, in", for messages.
 std::string units_of(Quantity quantity);

@@ -9,7 +9,7 @@
 #include "engine/control/joint_table.h"
 #include "engine/control/lag_buffer.h"
 #include "engine/control/planar_motion.h"
-#include "engine/model/mass.h"
+#include "engine/model/measures.h"
 #include "tests/engine/control/leg_reference.h"
 #include "tests/engine/control/support.h"
 

@@ -3,7 +3,7 @@
 #include <random>
 
 #include "engine/actuation/actuators.h"
-#include "engine/model/mass.h"
+#include "engine/model/measures.h"
 #include "sampling/stream.h"
 #include "tests/engine/control/leg_reference.h"
 #include "tests/engine/control/support.h"

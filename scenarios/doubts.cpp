@@ -1,0 +1,167 @@
+#include "scenarios/doubts.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "engine/settings/units.h"
+#include "engine/settings/warnings.h"
+
+namespace graze {
+namespace {
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+/// Widths beyond which a bare number was hardly meant: of a normal distribution its std, of a uniform one half its
+/// width. None: infinite.
+struct WidestMeant {
+  double std = std::numeric_limits<double>::infinity(), half = std::numeric_limits<double>::infinity();
+};
+
+bool begins(const std::string& text, std::string_view head) { return text.compare(0, head.size(), head) == 0; }
+
+WidestMeant widest_meant(const Parameter& parameter, const Vec3& extent) {
+  const std::string& path = parameter.path;
+  if (parameter.quantity == Quantity::angle) {
+    // An encoder or a joint's zero that is off by a radian tells nothing. A robot may begin in any attitude, which is
+    // uniform; a normal error of more than a right angle is no error of a nominal one.
+    constexpr double kError = 0.5;  // rad
+    const bool error = begins(path, "sensor.encoder.") || path.ends_with(".zero");
+    if (error) return {kError, kError};
+    return {std::numbers::pi / 2, std::numbers::pi * (1 + 1e-6)};
+  }
+  const double size = extent.norm();
+  if (parameter.quantity != Quantity::length || !(size > 0)) return {};
+  if (begins(path, "robot.link.") && path.find(".com.") != std::string::npos) return {size / 4, size / 4};
+  // A normal error of the place where a robot is put is small against the robot; a uniform one may be a whole field.
+  if (begins(path, "initial.base.")) return {size, 5 * size};
+  return {};
+}
+
+/// A bare number of SI value `width`. Beyond a turn or 100 m the number has been doubted where it was read.
+void doubt_number(const Settings& value, double width, double widest, bool angle, double size) {
+  if (!(width > widest) || width > (angle ? 2 * std::numbers::pi : 100) || !is_bare(value)) return;
+  if (angle) {
+    warn(value,
+         fmt::format("{0:g} rad: is a spread of {1:.3g} deg{2} (if not, write {0:g} rad)", width, width / kDegree,
+                     unit_meant(value, Quantity::angle, [&](double x) { return std::abs(x) <= widest; })));
+    return;
+  }
+  warn(value,
+       fmt::format("{0:g} m: is a spread of {1:.3g} times the robot's size of {2:.3g} m{3} (if not, write {0:g} m)",
+                   width, width / size, size,
+                   unit_meant(value, Quantity::length, [&](double x) { return std::abs(x) <= widest; })));
+}
+
+/// One distribution, `{normal: …}` or `{uniform: …}`; others have no such width.
+void doubt_distribution(const Settings& map, const Parameter& parameter, const Vec3& extent) {
+  const WidestMeant widest = widest_meant(parameter, extent);
+  const bool angle = parameter.quantity == Quantity::angle;
+  if (const auto normal = map.find("normal")) {
+    const Settings std = normal->at("std");
+    if (is_bare(std)) doubt_number(std, std.number(parameter.quantity), widest.std, angle, extent.norm());
+  }
+  const auto uniform = map.find("uniform");
+  if (!uniform) return;
+  if (uniform->is_map() && uniform->has("spread")) {
+    const Settings spread = uniform->at("spread");
+    if (is_bare(spread)) doubt_number(spread, spread.number(parameter.quantity), widest.half, angle, extent.norm());
+    return;
+  }
+  const std::vector<Settings> ends =
+      uniform->is_map() ? std::vector<Settings>{uniform->at("min"), uniform->at("max")} : uniform->items();
+  if (ends.size() != 2 || !is_bare(ends[0]) || !is_bare(ends[1])) return;
+  const double half = (ends[1].number(parameter.quantity) - ends[0].number(parameter.quantity)) / 2;
+  doubt_number(ends[1], half, widest.half, angle, extent.norm());
+}
+
+}  // namespace
+
+void doubt_clearance(const Settings& scenario, const Vec3& extent) {
+  const auto initial = scenario.at("robot").find("initial");
+  const auto clearance = initial ? initial->find("clearance") : std::nullopt;
+  if (!clearance || !is_bare(*clearance)) return;
+  const double size = extent.maxCoeff(), height = clearance->number(Quantity::length);
+  const auto fits = [&](double x) { return x <= 2 * size; };
+  const std::string meant = unit_meant(*clearance, Quantity::length, fits);
+  if (!(size > 0) || fits(height) || meant.empty()) return;
+  warn(*clearance,
+       fmt::format("{0:g} m: a fall from {1:.3g} times the robot's size of {2:.3g} m{3} (if not, write {0:g} "
+                   "m)",
+                   height, height / size, size, meant));
+}
+
+void doubt_gravity(const Settings& scenario) {
+  const auto gravity = scenario.find("gravity");
+  if (!gravity || !gravity->is_list()) return;
+  const std::vector<double> g = gravity->numbers(3, Quantity::acceleration);
+  if (g[2] > 0) {
+    warn(*gravity, fmt::format("points upward: things fall up; did you mean [{:g}, {:g}, {:g}]?", g[0], g[1], -g[2]));
+  }
+}
+
+void doubt_last(const Settings& scenario, const Timing& timing) {
+  const auto record = scenario.find("record");
+  const auto last = record ? record->find("last") : std::nullopt;
+  if (!last) return;
+  const double seconds = last->number(Quantity::time);
+  const auto fits = [&](double t) { return t <= timing.end; };
+  if (seconds <= 2 * timing.end || record->text_or("telemetry", "none") != "last") return;
+  warn(*last,
+       fmt::format("{:g} s: no trace is longer than {:g} s, so all of it is kept, as 'telemetry: failures' does{}",
+                   seconds, timing.end, unit_meant(*last, Quantity::time, fits)));
+}
+
+void doubt_width(const Settings& value, const Parameter& parameter, const Vec3& extent) {
+  if (!value.is_map()) return;
+  doubt_distribution(value, parameter, extent);
+  if (const auto jitter = value.find("jitter")) doubt_distribution(*jitter, parameter, extent);
+}
+
+void doubt_cone(const Settings& std) {
+  constexpr double kWidest = 0.5;  // rad, of an axis that someone has drilled
+  if (is_bare(std)) doubt_number(std, std.number(Quantity::angle), kWidest, true, 0);
+}
+
+void doubt_mass(const Settings& mass, const Settings& shape, double kilograms, double volume) {
+  constexpr double kAir = 1.2, kOsmium = 23000;  // kg/m^3
+  const auto fits = [&](double density) { return density >= kAir && density <= kOsmium; };
+  const double density = kilograms / volume;
+  if (fits(density)) return;
+  std::string meant;
+  if (density < kAir) {
+    for (const auto& [unit, factor] : {std::pair{"cm", 1e-2}, std::pair{"mm", 1e-3}}) {
+      if (meant.empty() && fits(density / std::pow(factor, 3))) meant = fmt::format("; is its size meant in {}?", unit);
+    }
+    warn(shape, fmt::format("{:g} kg in {:.3g} m^3 are lighter than air{}", kilograms, volume, meant));
+  } else {
+    meant = unit_meant(mass, Quantity::mass, [&](double m) { return fits(m / volume); });
+    warn(mass, fmt::format("{:g} kg in {:.3g} m^3 are denser than any metal{}", kilograms, volume, meant));
+  }
+}
+
+void doubt_impulse(const Settings& settings, const Model& nominal, double end) {
+  const Settings below = settings.at("below");
+  const auto during = settings.find("during");
+  double longest = end;
+  if (during) {
+    const double seconds = during->number(Quantity::time);
+    longest = std::min(end, seconds);
+    if (seconds >= end) {
+      warn(*during, fmt::format("{:g} s: no trace is longer than {:g} s, so it limits nothing{}", seconds, end,
+                                unit_meant(*during, Quantity::time, [&](double t) { return t < end; })));
+    }
+  }
+  double mass = 0;
+  for (const Body& body : nominal.bodies) mass += body.mass;
+  // Everything that moves, stopped from 10 m/s and pressed on with ten times its weight: no blow has more.
+  const double most = mass * (10 + 10 * nominal.gravity.norm() * longest), limit = below.number(Quantity::impulse);
+  const std::string meant = unit_meant(below, Quantity::impulse, [&](double x) { return x <= most; });
+  if (limit <= most || meant.empty()) return;
+  warn(below, fmt::format("{:g} N s: would stop all that moves, {:.3g} kg, from {:.3g} m/s{}", limit, mass,
+                          limit / mass, meant));
+}
+
+}  // namespace graze

@@ -1,0 +1,35 @@
+#pragma once
+// Numbers that are read as they stand, and that only a forgotten unit explains. Each rule holds the number against the
+// robot or the trace, lets pass whatever could be meant, and says what probably was: a warning, with its place. Those
+// that a large number could break in earnest look at numbers without a unit alone, so that a written unit settles it.
+
+#include "engine/model/parameters.h"
+#include "engine/settings/settings.h"
+#include "scenarios/scenario.h"
+#include "scenarios/task.h"
+
+namespace graze {
+
+/// `robot.initial.clearance`: a fall of more than twice the robot's largest extent. `extent`: robot_extent().
+void doubt_clearance(const Settings& scenario, const Vec3& extent);
+
+/// `gravity`: a vector that points up.
+void doubt_gravity(const Settings& scenario);
+
+/// `record.last`: more than twice the whole trace.
+void doubt_last(const Settings& scenario, const Timing& timing);
+
+/// The width of a distribution of the error of an angle, of a centre of mass or of the place where the base begins.
+/// `value`: the map that holds it, of `parameter`; `extent`: as above.
+void doubt_width(const Settings& value, const Parameter& parameter, const Vec3& extent);
+/// The same of `cone: {std}`.
+void doubt_cone(const Settings& std);
+
+/// A movable object of this mass and volume, kg and m^3: lighter than air, or denser than any metal. `shape`: its size
+/// as written.
+void doubt_mass(const Settings& mass, const Settings& shape, double kilograms, double volume);
+
+/// `contact_impulse: {below, during}` in traces of at most `end` s.
+void doubt_impulse(const Settings& settings, const Model& nominal, double end);
+
+}  // namespace graze
