@@ -11,6 +11,7 @@
 
 #include "engine/model/measures.h"
 #include "engine/settings/warnings.h"
+#include "scenarios/at_start.h"
 #include "scenarios/doubts.h"
 #include "scenarios/keys.h"
 #include "scenarios/limits.h"
@@ -235,6 +236,7 @@ Scenario read_scenario(const Settings& root, const std::string& file, const Scen
   out.policies = read_policies(root.at("policies"));
   check_policies(out);
   check_fabrication(root, out);
+  doubt_start(root, out);
   out.warnings.insert(out.warnings.begin(), read.warnings.begin(), read.warnings.end());
   out.warnings.insert(out.warnings.end(), warnings.texts().begin(), warnings.texts().end());
   return out;

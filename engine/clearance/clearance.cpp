@@ -201,6 +201,20 @@ void Clearance::least(const BlockState& state, LaneMask lanes, const double* eno
   if (part != nullptr) std::copy(least_pair.begin(), least_pair.end(), part);
 }
 
+std::vector<Clearance::Overlap> Clearance::overlaps(const BlockState& state, int lane) {
+  const unsigned bit = 1u << lane;
+  std::vector<Overlap> out;
+  for (Pair& pair : pairs_) {
+    Row least;
+    least.fill(-kInfinity);
+    least[lane] = 0;
+    measure(pair, state, bit, bit, least);
+    if (least[lane] < 0) out.push_back({solids_[pair.a].collider, solids_[pair.b].collider, -least[lane]});
+  }
+  fresh_.set(lane);
+  return out;
+}
+
 const double* Clearance::pose_of(Solid& solid, const BlockState& state) const {
   if (solid.mover < 0) return solid.X_BG.row(0);
   multiply(state.X.row(12 * movers_[solid.mover].body), solid.X_BG.row(0), solid.pose.row(0));

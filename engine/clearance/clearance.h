@@ -41,6 +41,15 @@ class Clearance {
   /// a * colliders + b with a < b; -1 where `within` was given.
   void least(const BlockState& state, LaneMask lanes, const double* enough, double* out, double* part = nullptr);
 
+  /// Two colliders that are in each other, a < b, and how far, m.
+  struct Overlap {
+    int a, b;
+    double depth;
+  };
+  /// All pairs that overlap in one lane, in the order of Model::pairs, whatever their features. For looking once: the
+  /// lane then begins anew.
+  std::vector<Overlap> overlaps(const BlockState& state, int lane);
+
   double within() const { return within_; }
   /// Pairs that are looked at.
   std::size_t pairs() const { return pairs_.size(); }

@@ -10,6 +10,7 @@
 #include <numbers>
 
 #include "engine/bullet/convex_gap.h"
+#include "engine/model/kinematics.h"
 #include "scenarios/task.h"
 #include "tests/engine/bullet/worlds.h"
 
@@ -41,6 +42,34 @@ World over(const Shape& body, const Shape& thing) {
   world.objects.push_back(test::fixed("thing", thing));
   world.gravity = Vec3::Zero();
   return world;
+}
+
+// Claim: overlaps() tells every pair of parts that are in each other with its depth, in closed form for balls, boxes
+// and meshes, and nothing of those that are apart; looking again gives the same.
+TEST(Overlaps, AreTheDepthsOfEachPair) {
+  World world = over({ShapeKind::sphere, {0.1, 0, 0}, nullptr, nullptr}, cube_mesh(0.2));
+  world.objects.push_back(test::fixed("plate", {ShapeKind::box, {1, 1, 0.02}, nullptr, nullptr}));
+  world.objects.push_back(test::fixed("far", {ShapeKind::sphere, {0.5, 0, 0}, nullptr, nullptr}));
+  world.objects[1].X_WO = at(0, 0, 0.25);
+  world.objects[2].X_WO = at(2, 0, 0);
+  world.initial.position = {0, 0, 0.17};  // 3 cm in the mesh, 3 cm in the plate, 1.4 m from the ball
+  const Model model = compile(world);
+  const State initial = initial_state(world, model);
+  std::vector<Pose> X_WB;
+  forward_kinematics(model, initial.q, X_WB);
+  BlockState state{BlockArray(model.nq), BlockArray(model.nv), BlockArray(model.nv), BlockArray(12)};
+  for (int i = 0; i < 9; ++i) state.X(i, 3) = X_WB[0].linear()(i / 3, i % 3);
+  state.X.set_column(3, X_WB[0].translation(), 9);
+  const Parts all{std::vector<unsigned>(model.colliders.size(), ~0u)};
+  Clearance clearance(model, all, all, 0);
+  for (int look = 0; look < 2; ++look) {
+    const std::vector<Clearance::Overlap> found = clearance.overlaps(state, 3);
+    ASSERT_EQ(found.size(), 2u);
+    EXPECT_EQ(model.colliders[found[0].b].name, "thing");
+    EXPECT_NEAR(found[0].depth, 0.03, 1e-6);
+    EXPECT_EQ(model.colliders[found[1].b].name, "plate");
+    EXPECT_NEAR(found[1].depth, 0.03, 1e-9);
+  }
 }
 
 /// One particle under a task, as a trace is judged.

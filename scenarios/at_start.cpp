@@ -1,0 +1,147 @@
+#include "scenarios/at_start.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "engine/clearance/clearance.h"
+#include "engine/model/kinematics.h"
+#include "engine/model/measures.h"
+#include "engine/settings/warnings.h"
+
+namespace graze {
+namespace {
+
+using Overlap = Clearance::Overlap;
+
+constexpr int kLane = 0;  // the one lane that is looked at
+
+/// The particle in the middle of all; nothing if these values together make none.
+std::optional<Particle> typical_particle(const Scenario& scenario) {
+  std::vector<std::string> paths;
+  std::vector<double> values;
+  for (const UncertainParameter& parameter : scenario.space.parameters) {
+    paths.push_back(parameter.name);
+    values.push_back(parameter.persistent.median());
+  }
+  try {
+    return Fabricator(scenario.world, paths).fabricate(0, values);
+  } catch (const InputError&) {
+    return std::nullopt;  // said of the particles that it holds for, when they are made
+  }
+}
+
+/// The block in which that particle begins.
+BlockState beginning(const Particle& particle) {
+  const Model& model = particle.model;
+  BlockState out;
+  out.q = BlockArray(model.nq);
+  out.v = out.a = BlockArray(model.nv);
+  out.X = BlockArray(12 * static_cast<int>(model.bodies.size()));
+  out.q.set_column(kLane, particle.initial.q);
+  out.v.set_column(kLane, particle.initial.v);
+  std::vector<Pose> X_WB;
+  forward_kinematics(model, particle.initial.q, X_WB);
+  for (std::size_t body = 0; body < X_WB.size(); ++body) {
+    const int row = 12 * static_cast<int>(body);
+    for (int i = 0; i < 9; ++i) out.X(row + i, kLane) = X_WB[body].linear()(i / 3, i % 3);
+    out.X.set_column(kLane, X_WB[body].translation(), row + 9);
+  }
+  return out;
+}
+
+std::string length_text(double metres) {
+  return metres < 0.1 ? fmt::format("{:.2g} mm", 1000 * metres) : fmt::format("{:.3g} m", metres);
+}
+
+/// "foot and ground by 12 mm, …": the deepest of some.
+std::string list(const Model& model, const std::vector<Overlap>& overlaps) {
+  constexpr std::size_t kShown = 3;
+  std::string out;
+  for (std::size_t i = 0; i < std::min(kShown, overlaps.size()); ++i) {
+    out += fmt::format("{}{} and {} by {}", i > 0 ? ", " : "", model.colliders[overlaps[i].a].name,
+                       model.colliders[overlaps[i].b].name, length_text(overlaps[i].depth));
+  }
+  if (overlaps.size() > kShown) out += fmt::format(" and {} pairs more", overlaps.size() - kShown);
+  return out;
+}
+
+/// Looks for parts that begin in each other.
+class OverlapsAtStart {
+ public:
+  OverlapsAtStart(const Settings& root, const Scenario& scenario) : root_(root), scenario_(scenario) {}
+
+  void look(const Particle& particle, const BlockState& state) {
+    const Model& model = particle.model;
+    const Parts all{std::vector<unsigned>(model.colliders.size(), ~0u)};
+    Clearance clearance(model, all, all, 1e-3);  // terrain is looked at to this height
+    const double size = robot_extent(model, particle.initial).norm();
+    std::vector<Overlap> inside, with_objects, of_objects;
+    for (const Overlap& one : clearance.overlaps(state, kLane)) {
+      if (one.depth < std::max(1e-3, 0.005 * size)) continue;
+      const int objects = model.colliders[one.a].is_object + model.colliders[one.b].is_object;
+      (objects == 0 ? inside : objects == 1 ? with_objects : of_objects).push_back(one);
+    }
+    for (auto* group : {&inside, &with_objects, &of_objects}) {
+      std::stable_sort(group->begin(), group->end(), [](const auto& a, const auto& b) { return a.depth > b.depth; });
+    }
+    if (!inside.empty()) tell_of_links(model, inside);
+    if (!with_objects.empty()) tell_of_environment(model, with_objects);
+    if (!of_objects.empty()) tell_of_objects(model, of_objects);
+  }
+
+ private:
+  void tell_of_links(const Model& model, const std::vector<Overlap>& overlaps) const {
+    warn(root_.at("robot"),
+         fmt::format("links are in each other at the start: {}; 'contact: {{ignore: [[{}, {}]]}}' lets two parts pass "
+                     "through each other, 'self_collision: false' all of the robot",
+                     list(model, overlaps), model.colliders[overlaps[0].a].name, model.colliders[overlaps[0].b].name));
+  }
+
+  void tell_of_environment(const Model& model, const std::vector<Overlap>& overlaps) const {
+    const InitialState& initial = scenario_.world->initial;
+    const char* const higher = initial.on_ground ? "'clearance' raises it" : "'height: on_ground' puts it on z = 0";
+    warn(root_.at("robot"),
+         fmt::format("is in the environment at the start: {}; in 'initial', {}", list(model, overlaps), higher));
+  }
+
+  void tell_of_objects(const Model& model, const std::vector<Overlap>& overlaps) const {
+    warn(root_.at("environment"), fmt::format("objects are in each other at the start: {}", list(model, overlaps)));
+  }
+
+  const Settings& root_;
+  const Scenario& scenario_;
+};
+
+/// Requirements that are below 0 before the first step, which the judge of traces counts.
+void doubt_requirements(const Settings& root, const Scenario& scenario, const Particle& particle,
+                        const BlockState& state) {
+  const Model& model = particle.model;
+  BlockArray tau(model.na()), headroom(model.na());
+  for (int k = 0; k < model.na(); ++k) headroom(k, kLane) = model.bodies[model.actuated[k]].effort;
+  LaneMask lane;
+  lane.set(kLane);
+  TaskMonitor monitor(scenario.task);
+  monitor.start(kLane, model);
+  monitor.update({state, {}, tau, headroom, {}, lane});
+  const std::vector<double> margins = monitor.margins(kLane);
+  for (std::size_t i = 0; i < margins.size(); ++i) {
+    const Requirement& one = scenario.task.requirements[i];
+    if (one.measure || !(margins[i] < 0)) continue;
+    warn(root.at("task").at("requirements").at(one.name),
+         fmt::format("is violated at the start already, by {:.3g} {}: {}{}", -margins[i], one.unit, one.description,
+                     scenario.task.stop_at_violation ? "; a trace that begins so ends there" : ""));
+  }
+}
+
+}  // namespace
+
+void doubt_start(const Settings& root, const Scenario& scenario) {
+  const std::optional<Particle> particle = typical_particle(scenario);
+  if (!particle) return;
+  const BlockState state = beginning(*particle);
+  OverlapsAtStart(root, scenario).look(*particle, state);
+  doubt_requirements(root, scenario, *particle, state);
+}
+
+}  // namespace graze
