@@ -93,6 +93,16 @@ void doubt_clearance(const Settings& scenario, const Vec3& extent) {
                    height, height / size, size, meant));
 }
 
+void doubt_task(const Settings& scenario, const Task& task) {
+  const bool judges = std::any_of(task.requirements.begin(), task.requirements.end(),
+                                  [](const Requirement& one) { return !one.measure; });
+  if (judges || task.objective.witness || !task.objective.parts.empty()) return;
+  const auto place = scenario.find("task");
+  warn(place.value_or(scenario), fmt::format("{}no requirement and no objective: every trace that reaches its end is a "
+                                             "success",
+                                             place ? "" : "the key 'task' is missing, so there is "));
+}
+
 void doubt_gravity(const Settings& scenario) {
   const auto gravity = scenario.find("gravity");
   if (!gravity || !gravity->is_list()) return;

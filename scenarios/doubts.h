@@ -13,6 +13,9 @@ namespace graze {
 /// `robot.initial.clearance`: a fall of more than twice the robot's largest extent. `extent`: robot_extent().
 void doubt_clearance(const Settings& scenario, const Vec3& extent);
 
+/// `task`: neither a requirement nor an objective, so that nothing can fail.
+void doubt_task(const Settings& scenario, const Task& task);
+
 /// `gravity`: a vector that points up.
 void doubt_gravity(const Settings& scenario);
 

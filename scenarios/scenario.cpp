@@ -233,6 +233,7 @@ Scenario read_scenario(const Settings& root, const std::string& file, const Scen
   check_frames(root, out);
   const auto task = root.find("task");
   out.task = read_task(task ? *task : Settings::parse("", file), out.model, {out.timing.step, out.timing.end});
+  doubt_task(root, out.task);
   out.policies = read_policies(root.at("policies"));
   check_policies(out);
   check_fabrication(root, out);

@@ -121,7 +121,7 @@ class TaskReader {
     out.description = witness.description;
     out.unit = witness.unit;
     out.range = witness.range;
-    read_timing(settings, out);
+    read_timing(settings, out, witness.at_start);
     return out;
   }
 
@@ -135,7 +135,7 @@ class TaskReader {
     return out;
   }
 
-  void read_timing(const Settings& settings, Objective& out) const {
+  void read_timing(const Settings& settings, Objective& out, const std::optional<double>& at_start) const {
     const auto window = settings.find("window");
     const bool always = settings.flag_or("always", false), once = settings.flag_or("once", false);
     if (settings.has("at")) settings.at("at").choice({"end"});
@@ -150,6 +150,9 @@ class TaskReader {
     if (window && warn_of_window(*window, out.window, times_, then)) {
       out.range = unopened(out.window, once);
     } else {
+      if (once && out.window.contains(0) && at_start && *at_start >= 0) {
+        out.range = {*at_start, out.range.high, "once is enough, and nothing has struck when the trace begins", false};
+      }
       doubt(settings, out.range, "it always holds", "it never holds");
     }
   }

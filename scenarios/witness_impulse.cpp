@@ -133,7 +133,7 @@ ReadWitness read_contact_impulse(const Settings& settings, const Model& nominal)
   const double seconds = during ? during->positive(Quantity::time) : kInfinity;
   std::string text = fmt::format("impulse between {} below {:g} N s", between.text, below);
   if (during) text += fmt::format(" within {:g} s", seconds);
-  return {std::make_shared<ContactImpulse>(std::move(between), below, seconds), text, "N s"};
+  return {std::make_shared<ContactImpulse>(std::move(between), below, seconds), text, "N s", {}, below};
 }
 
 }  // namespace graze

@@ -4,6 +4,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,9 +15,10 @@ namespace graze {
 /// A witness as read, with what tables say of it.
 struct ReadWitness {
   std::shared_ptr<const Witness> witness;
-  std::string description;  // "tilt of BODY0 below 90 deg"
-  std::string unit;         // SI
-  WitnessRange range = {};  // of its value; by default it can be anything
+  std::string description;                        // "tilt of BODY0 below 90 deg"
+  std::string unit;                               // SI
+  WitnessRange range = {};                        // of its value; by default it can be anything
+  std::optional<double> at_start = std::nullopt;  // its value before the first step, if every trace begins with it
 };
 
 using WitnessReader = std::function<ReadWitness(const Settings&, const Model& nominal)>;
