@@ -5,6 +5,7 @@
 #include "archive/culprit.h"
 #include "graze_results_version.h"
 #include "graze_version.h"
+#include "sampling/design_name.h"
 
 namespace graze {
 namespace {
@@ -16,18 +17,6 @@ std::string now_utc() {
   char text[32];
   std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts);
   return text;
-}
-
-std::string design_text(Design design) {
-  switch (design) {
-    case Design::random:
-      return "random";
-    case Design::latin_hypercube:
-      return "latin_hypercube";
-    case Design::sobol:
-      return "sobol";
-  }
-  return "random";
 }
 
 /// Columns of q and v in the order of Model: a floating body's pose and velocity under its name ("base" for the
@@ -72,7 +61,7 @@ CampaignInfo describe_campaign(const Scenario& scenario, std::uint64_t particles
   info.results_version = results_version();
   info.source = scenario.source;
   info.physics = scenario.physics;
-  info.design = design_text(scenario.design);
+  info.design = design_name(scenario.design);
   info.seed = scenario.seed;
   info.particles = particles;
   info.step = scenario.timing.step;

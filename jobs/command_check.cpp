@@ -15,6 +15,7 @@
 #include "engine/model/measures.h"
 #include "jobs/commands.h"
 #include "jobs/size_estimate.h"
+#include "sampling/design_name.h"
 #include "scenarios/channel_readers.h"
 
 namespace graze {
@@ -73,6 +74,35 @@ std::string requirement_list(const Task& task, bool measures) {
   return out;
 }
 
+/// "a, b by 0.5", or "a, b, c … (12 in all) by -0.1 to 0.7".
+std::string group_text(const ParameterSpace& space, const CorrelationGroup& group) {
+  constexpr std::size_t kShown = 3;
+  std::string out;
+  for (std::size_t i = 0; i < std::min(kShown, group.members.size()); ++i) {
+    out += (i > 0 ? ", " : "") + space.parameters[static_cast<std::size_t>(group.members[i])].name;
+  }
+  if (group.members.size() > kShown) out += fmt::format(" … ({} in all)", group.members.size());
+  double low = 1, high = -1;
+  for (Eigen::Index i = 0; i < group.correlation.rows(); ++i) {
+    for (Eigen::Index j = 0; j < i; ++j) {
+      low = std::min(low, group.correlation(i, j));
+      high = std::max(high, group.correlation(i, j));
+    }
+  }
+  if (group.members.size() < 2) return out + ", alone";
+  return out + (low == high ? fmt::format(" by {:g}", low) : fmt::format(" by {:g} to {:g}", low, high));
+}
+
+/// Whatever particles are drawn by.
+std::string sampling_text(const Scenario& s) {
+  std::string out;
+  for (const CorrelationGroup& group : s.space.groups) {
+    out += (out.empty() ? "  correlated   " : "; ") + group_text(s.space, group);
+  }
+  return fmt::format("{}{}  sampling     {}, design {}, seed {}\n", out, out.empty() ? "" : "\n",
+                     counted(s.particles, "particle"), design_name(s.design), s.seed);
+}
+
 std::string overview(const Scenario& s, const ChannelReaders& readers) {
   std::string out = fmt::format("{}\n", printable(s.name));
   if (!s.description.empty()) out += fmt::format("  {}\n", s.description);
@@ -103,7 +133,7 @@ std::string overview(const Scenario& s, const ChannelReaders& readers) {
                        c.idle_transient, c.idle == 1 ? "it is" : "they are");
   }
   if (s.space.size() != c.total()) out += fmt::format("; {} scalars{}{}", s.space.size(), why, why.empty() ? "" : ")");
-  return out + "\n";
+  return out + "\n" + sampling_text(s);
 }
 
 /// "all", "nobody (idle)", "step/1cm, step/2cm"; nothing for what is no channel.
@@ -143,6 +173,18 @@ nlohmann::json as_json(const SizeEstimate& e, std::optional<double> free) {
           {"fits", free ? nlohmann::json(e.total() <= *free) : nlohmann::json()}};
 }
 
+nlohmann::json as_json(const ParameterSpace& space, const CorrelationGroup& group) {
+  nlohmann::json out = {{"parameters", nlohmann::json::array()}, {"correlation", nlohmann::json::array()}};
+  for (const int member : group.members) {
+    out["parameters"].push_back(space.parameters[static_cast<std::size_t>(member)].name);
+  }
+  for (Eigen::Index i = 0; i < group.correlation.rows(); ++i) {
+    const Eigen::VectorXd row = group.correlation.row(i);
+    out["correlation"].push_back(std::vector<double>(row.begin(), row.end()));
+  }
+  return out;
+}
+
 nlohmann::json as_json(const Scenario& s, const ChannelReaders& readers) {
   const Count c = count(s.space, readers);
   nlohmann::json out = {{"name", s.name},
@@ -155,7 +197,10 @@ nlohmann::json as_json(const Scenario& s, const ChannelReaders& readers) {
                           {"persistent", c.persistent},
                           {"transient", c.transient},
                           {"idle", c.idle},
-                          {"scalars", s.space.size()}}}};
+                          {"scalars", s.space.size()}}},
+                        {"sampling", {{"design", design_name(s.design)}, {"seed", s.seed}, {"particles", s.particles}}},
+                        {"correlated", nlohmann::json::array()}};
+  for (const CorrelationGroup& group : s.space.groups) out["correlated"].push_back(as_json(s.space, group));
   for (const PolicySpec& policy : s.policies) out["policies"].push_back(policy.name);
   for (const Requirement& r : s.task.requirements) out[r.measure ? "measures" : "requirements"].push_back(r.name);
   for (const UncertainParameter& p : s.space.parameters) {

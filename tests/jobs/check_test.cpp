@@ -1,12 +1,16 @@
 // What graze check says of a scenario beyond its parameter table.
 #include <gmock/gmock.h>
 
+#include <nlohmann/json.hpp>
+
 #include "tests/jobs/ball_campaign.h"
 
 namespace graze {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 class Check : public ::testing::Test {
  protected:
@@ -22,6 +26,29 @@ TEST_F(Check, WeighsTheRobotAlone) {
                          "movable: true, mass: 50 kg}'")
                   .out,
               HasSubstr("floating base, 1 kg"));
+}
+
+// Claim: the overview tells how particles are drawn: how many, by which design and seed, as the command line has it,
+// and what is correlated with what.
+TEST_F(Check, TellsHowParticlesAreDrawn) {
+  EXPECT_THAT(
+      campaign.graze("check ball.yaml").out,
+      AllOf(HasSubstr("\n  sampling     100 particles, design random, seed 1\n"), Not(HasSubstr("correlated"))));
+  EXPECT_THAT(campaign.graze("check ball.yaml -n 1 --seed 7 --set sampling.design=sobol").out,
+              HasSubstr("\n  sampling     1 particle, design sobol, seed 7\n"));
+  const std::string tied =
+      " --set 'uncertain.initial.base.velocity.*={normal: {std: 1e-3}}' --set 'uncertain.correlated="
+      "[{parameters: [initial.base.z, robot.link.ball.density], correlation: -0.5},"
+      " {parameters: [\"initial.base.velocity.{x,y,z}\", initial.base.velocity.yaw], correlation:"
+      " [[1, 0.2, 0, 0], [0.2, 1, 0, 0], [0, 0, 1, 0.1], [0, 0, 0.1, 1]]}]'";
+  EXPECT_THAT(campaign.graze("check ball.yaml" + tied).out,
+              HasSubstr("\n  correlated   initial.base.z, robot.link.ball.density by -0.5; initial.base.velocity.x, "
+                        "initial.base.velocity.y, initial.base.velocity.z … (4 in all) by 0 to 0.2\n"));
+  const auto json = nlohmann::json::parse(campaign.graze("check ball.yaml --json --seed 7" + tied).out);
+  EXPECT_EQ(json["sampling"], nlohmann::json::parse(R"({"design": "random", "seed": 7, "particles": 100})"));
+  ASSERT_EQ(json["correlated"].size(), 2u);
+  EXPECT_EQ(json["correlated"][0]["parameters"][1], "robot.link.ball.density");
+  EXPECT_EQ(json["correlated"][1]["correlation"][2][3], 0.1);
 }
 
 }  // namespace
