@@ -89,7 +89,9 @@ class SpreadReader {
     value.allow(keys_of("log_normal"));
     const double median = number_or(value, "median", center_);
     if (!(median > 0))
-      value.fail(fmt::format("the median {:g} is not positive; a log-normal value is always > 0", median));
+      value.fail(fmt::format("the median {:g}{} is not positive; a log-normal value is always > 0{}", median,
+                             value.has("median") ? "" : " (the nominal value)",
+                             value.has("median") ? "" : ": give it with median: …"));
     return Distribution::log_normal(std::log(median), value.at("log_std").non_negative());
   }
 
@@ -227,6 +229,21 @@ void doubt(const Settings& value, const Parameter& parameter, const Distribution
                           middle / nominal, nominal, unit, path));
 }
 
+/// Refuses keys that stand one level too high, `{mean: 5 ms, std: 1 ms}` and `{noise: …}`, with where they belong.
+void refuse_misplaced(const Settings& value) {
+  constexpr const char *kNormal = "{normal: {mean: …, std: …}}", *kUniform = "{uniform: {min: …, max: …}}";
+  constexpr std::pair<const char*, const char*> kRight[] = {
+      {"mean", kNormal},
+      {"std", kNormal},
+      {"min", kUniform},
+      {"max", kUniform},
+      {"spread", "{uniform: {spread: …}}"},
+      {"noise", "{jitter: {noise: …}}, drawn afresh at every control step"}};
+  for (const auto& [key, right] : kRight) {
+    if (value.has(key)) value.at(key).fail_key(fmt::format("is written {}", right));
+  }
+}
+
 }  // namespace
 
 std::string friction_doubt(double friction) {
@@ -246,7 +263,13 @@ void check_bounds(const Settings& value, const Parameter& parameter, const Distr
   const std::string_view unit = unit_of(parameter.quantity), shown = unit == "1" ? "" : unit;
   const auto refuse = [&](const char* word, double extreme, const char* rule, double bound, const char* cut) {
     const bool spread = !distribution.is_constant();
-    const std::string right = spread                            ? fmt::format(": cut it with {}: …", cut)
+    // About a nominal value on the bound itself, half of a distribution is impossible: its middle was forgotten.
+    const bool centred = spread && parameter.nominal == bound && distribution.median() == bound;
+    const std::string right = centred ? fmt::format(
+                                            ": its middle is the nominal value {:g}; give it a 'mean', or cut it "
+                                            "with {}: …",
+                                            parameter.nominal, cut)
+                              : spread                          ? fmt::format(": cut it with {}: …", cut)
                               : value.is_scalar() && bound == 1 ? percent_meant(value.text())
                                                                 : "";
     value.fail(fmt::format("{} {} {:g}{}{}; {} must be {} {:g}{}", distribution.describe(),
@@ -269,6 +292,7 @@ Spread read_spread(const Settings& value, const Parameter& parameter) {
     doubt(value, parameter, out.persistent);
     return out;
   }
+  refuse_misplaced(value);
   value.allow(keys_of("spread"));
   if (value.entries().empty()) value.fail("{}: must be a number or a distribution");
   Spread out = persistent_part(value, parameter);

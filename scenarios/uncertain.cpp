@@ -128,7 +128,8 @@ class UncertainReader {
     }
     std::vector<int> found = table_.match(pattern);
     if (!found.empty()) return found;
-    const std::string near = table_.suggest(pattern);
+    const std::string near =
+        nearest(pattern, {"correlated"}).empty() ? table_.suggest(pattern) : std::string("correlated");
     value.fail_key(fmt::format("{}: matches no parameter{}", pattern,
                                near.empty() ? "" : fmt::format("; did you mean '{}'?", near)));
   }
@@ -168,7 +169,14 @@ class UncertainReader {
 
   static Eigen::MatrixXd matrix(const Settings& settings, int n) {
     if (settings.is_scalar()) {
-      Eigen::MatrixXd out = Eigen::MatrixXd::Constant(n, n, settings.within(-1, 1));
+      const double rho = settings.within(-1, 1), least = n > 1 ? -1.0 / (n - 1) : -1;
+      if (n > 1 && !(rho > least && rho < 1)) {
+        settings.fail(
+            fmt::format("{:g}: one coefficient for all pairs of {} parameters must lie between {:.3g} and 1, and "
+                        "be neither; 0.99 lets them differ little",
+                        rho, n, least));
+      }
+      Eigen::MatrixXd out = Eigen::MatrixXd::Constant(n, n, rho);
       out.diagonal().setOnes();
       return out;
     }

@@ -50,6 +50,13 @@ class Tree {
     std::vector<std::string> names;
     for (const auto& entry : index_) names.push_back(entry.first);
     const std::string near = nearest(name, names);
+    if (name == "world") {
+      fail(joint.line,
+           fmt::format(
+               "joint '{}': {} link 'world' is not there; write <link name=\"world\"/> into the file, which fixes "
+               "what is joined to it, or leave the joint out and say 'base: fixed' in the scenario",
+               joint.name, role));
+    }
     fail(joint.line, fmt::format("joint '{}': {} link '{}' is not there{}", joint.name, role, name,
                                  near.empty() ? "" : "; did you mean '" + near + "'?"));
   }

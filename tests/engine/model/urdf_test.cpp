@@ -97,6 +97,8 @@ TEST(Urdf, RefusesWhatIsWrong) {
       {"", {"r.urdf:1:", "no links"}},
       {solid("a") + solid("a"), {"r.urdf:3:", "two links of this name"}},
       {two + joint("j", "a", "c"), {"r.urdf:4:", "joint 'j': child link 'c' is not there"}},
+      {two + joint("j", "world", "a"),
+       {"r.urdf:4:", "joint 'j': parent link 'world' is not there", "<link name=\"world\"/>", "base: fixed"}},
       {two + joint("j", "a", "b") + joint("k", "b", "a"), {"r.urdf:", "closes a loop"}},
       {two + solid("c") + joint("j", "b", "c") + joint("k", "c", "b"), {"r.urdf:", "closes a loop"}},
       {two + joint("j", "a", "b") + joint("k", "a", "b"), {"r.urdf:5:", "already the child of joint 'j'"}},
