@@ -35,6 +35,16 @@ struct CylinderBoxT {
     keep_if<T>(usable & (phi > best.phi + T(kSameGap)), phi, n, p, best);
   }
 
+  /// Where the best is the greatest: two points of the bodies are no farther apart. No other direction would be kept
+  /// then, so that lanes may stop looking together.
+  mask_of<T> is_met() const {
+    const auto in_box = [&](const Vec3T<T>& x) {
+      return Vec3T<T>{clamp(x.x, -h.x, h.x), clamp(x.y, -h.y, h.y), clamp(x.z, -h.z, h.z)};
+    };
+    const Vec3T<T> x = nearest_in(a, in_box(axpy(T(-0.5) * best.phi, best.n, best.p)));
+    return sqrt(norm2(x - in_box(x))) <= best.phi + T(0.5 * kSameGap);
+  }
+
   /// Normals of the box's faces and of the cap.
   void try_flats() {
     const mask_of<T> yes = mask_from_bits<T>(~0u);
@@ -85,30 +95,28 @@ struct CylinderBoxT {
     }
   }
 
-  /// Edges against rims: per direction of edges the best guess of eight, refined.
-  void try_rims() {
+  /// The edges along axis i against rims: the best guess of eight, refined.
+  void try_rims(int i) {
     const T inverse = recip(a.r);
-    for (int i = 0; i < 3; ++i) {
-      const Vec3T<T> e = unit_axis<T>(i);
-      const int j = (i + 1) % 3, k = (i + 2) % 3;
-      const RimViewT<T> view(a.u, e, unit_axis<T>(j));
-      ArcT<T> arc{T(-1e300), unit_axis<T>(j), e, e};
-      for (int choice = 0; choice < 8; ++choice) {
-        const T at_j = choice & 1 ? axis_of(h, j) : -axis_of(h, j), at_k = choice & 2 ? axis_of(h, k) : -axis_of(h, k);
-        const Vec3T<T> edge = axpy(at_j, unit_axis<T>(j), at_k * unit_axis<T>(k));
-        const Vec3T<T> w = axpy(choice & 4 ? a.h : -a.h, a.u, a.c - edge);
-        const Vec3T<T> n = -view.normal(-(inverse * w));
-        const T phi = gap(n);
-        const mask_of<T> better = phi > arc.gap;
-        arc = {select(better, phi, arc.gap), select(better, n, arc.n), e, select(better, w, arc.w)};
-      }
-      arc.n = refined(arc, a.u, a.r);
-      // The guess may have been the wrong edge or rim; the direction then tells the right one.
-      const Vec3T<T> at = corner(arc.n), edge = axpy(-axis_of(at, i), e, at);
-      arc.w = axpy(-(sign(dot(arc.n, a.u)) * a.h), a.u, a.c - edge);
-      keep_rim(arc.n, mask_from_bits<T>(~0u));
-      keep_rim(refined(arc, a.u, a.r), mask_from_bits<T>(~0u));
+    const Vec3T<T> e = unit_axis<T>(i);
+    const int j = (i + 1) % 3, k = (i + 2) % 3;
+    const RimViewT<T> view(a.u, e, unit_axis<T>(j));
+    ArcT<T> arc{T(-1e300), unit_axis<T>(j), e, e};
+    for (int choice = 0; choice < 8; ++choice) {
+      const T at_j = choice & 1 ? axis_of(h, j) : -axis_of(h, j), at_k = choice & 2 ? axis_of(h, k) : -axis_of(h, k);
+      const Vec3T<T> edge = axpy(at_j, unit_axis<T>(j), at_k * unit_axis<T>(k));
+      const Vec3T<T> w = axpy(choice & 4 ? a.h : -a.h, a.u, a.c - edge);
+      const Vec3T<T> n = -view.normal(-(inverse * w));
+      const T phi = gap(n);
+      const mask_of<T> better = phi > arc.gap;
+      arc = {select(better, phi, arc.gap), select(better, n, arc.n), e, select(better, w, arc.w)};
     }
+    arc.n = refined(arc, a.u, a.r);
+    // The guess may have been the wrong edge or rim; the direction then tells the right one.
+    const Vec3T<T> at = corner(arc.n), edge = axpy(-axis_of(at, i), e, at);
+    arc.w = axpy(-(sign(dot(arc.n, a.u)) * a.h), a.u, a.c - edge);
+    keep_rim(arc.n, mask_from_bits<T>(~0u));
+    keep_rim(refined(arc, a.u, a.r), mask_from_bits<T>(~0u));
   }
 
   /// Edges against rims while a cap nearly lies on a face: from the cap's normal on, which is near the best.
@@ -235,9 +243,10 @@ inline void cylinder_box(const ShapeT<T>& sa, const PoseT<T>& Xa, const ShapeT<T
   pair.try_flats();
   pair.try_crossings();
   if (!any(pair.best.phi < margin)) return;  // apart in all lanes: no lane has a point
-  pair.try_corners(transposed_times(Xb.R, Xa.R.column(0)));
-  pair.try_rims();
-  pair.try_flat_rims();
+  const auto unsure = [&] { return any((pair.best.phi < margin) & !pair.is_met()); };
+  if (unsure()) pair.try_corners(transposed_times(Xb.R, Xa.R.column(0)));
+  for (int i = 0; i < 3 && unsure(); ++i) pair.try_rims(i);
+  if (unsure()) pair.try_flat_rims();
   const ClosestT<T>& exact = pair.best;
   const T along = dot(exact.n, u);
   const mask_of<T> near = exact.phi < margin;
