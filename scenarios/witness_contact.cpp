@@ -35,7 +35,12 @@ class NoContact : public Witness {
   void evaluate(const WitnessInput& in, const BlockArray&, double* out, double* part) const override {
     std::fill_n(part, kLanes, double{kNoPart});
     const unsigned touching = overlaps(in, out, part);
-    const LaneMask apart(in.lanes.bits() & ~touching);
+    LaneMask apart(in.lanes.bits() & ~touching);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      if (!apart[lane] || in.enough == nullptr || in.enough[lane] > kTouch) continue;
+      out[lane] = kTouch;  // no gap is less
+      apart.set(lane, false);
+    }
     if (!apart.any()) return;
     double gap[kLanes], pair[kLanes];
     static_cast<GapMemory*>(in.memory)->clearance.least(in.state, apart, in.enough, gap, pair);
@@ -52,7 +57,9 @@ class NoContact : public Witness {
   unsigned overlaps(const WitnessInput& in, double* out, double* part) const {
     unsigned all = 0;
     for (const ContactPoint& point : in.points) {
-      const unsigned touching = between_(point) & point.touching().bits();
+      const unsigned between = between_(point);
+      if (between == 0) continue;  // most are not
+      const unsigned touching = between & point.touching().bits();
       if (touching == 0) continue;
       const double* gap = point.row(kGap);
       const double pair = between_.part_of(point);

@@ -89,7 +89,9 @@ class ContactImpulse final : public Witness {
 
  private:
   void take(const ContactPoint& point, unsigned lanes, ImpulseMemory& memory) const {
-    const unsigned touching = between_(point) & point.touching().bits() & lanes;
+    const unsigned between = between_(point) & lanes;
+    if (between == 0) return;  // most are not
+    const unsigned touching = between & point.touching().bits();
     if (touching == 0) return;
     PairImpulse& pair = memory.pair_of(point);
     pair.touching |= touching;
