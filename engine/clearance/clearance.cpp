@@ -14,8 +14,9 @@ namespace graze {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-/// What sums of ways and measured gaps may be wrong by, m: a bound counts less this much.
-constexpr double kSlack = 1e-6;
+/// A bound counts less this much, m: sums of ways are wrong by rounding, and gaps at the rims of cylinders, which take
+/// iterations, by up to 1e-6.
+constexpr double kSlack = 2e-6;
 /// A reach that leaves nothing out, m.
 constexpr double kAll = 1e9;
 
@@ -41,26 +42,11 @@ Pose pose_in(const double* rows, int lane) {
   return X;
 }
 
-/// out = A B, 12 rows each.
-void multiply(const double* A, const double* B, double* out) {
-  const auto row = [](const double* X, int i) { return X + i * kLanes; };
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 4; ++j) {
-      double* to = out + (j < 3 ? 3 * i + j : 9 + i) * kLanes;
-      const int first = j < 3 ? j : 9, step = j < 3 ? 3 : 1;
-      for (int lane = 0; lane < kLanes; ++lane) {
-        double sum = j < 3 ? 0 : row(A, 9 + i)[lane];
-        for (int k = 0; k < 3; ++k) sum += row(A, 3 * i + k)[lane] * row(B, first + step * k)[lane];
-        to[lane] = sum;
-      }
-    }
-  }
-}
-
 }  // namespace
 
 Clearance::Clearance(const Model& nominal, Parts first, Parts second, double within)
-    : first_(std::move(first)),
+    : kernel_(&kernel_of(chosen_isa(), kLanes)),
+      first_(std::move(first)),
       second_(std::move(second)),
       within_(within),
       colliders_(static_cast<int>(nominal.colliders.size())),
@@ -75,10 +61,17 @@ Clearance::Clearance(const Model& nominal, Parts first, Parts second, double wit
     pair.a = solid_of(nominal, a);
     pair.b = solid_of(nominal, b);
     const ShapeKind kind_a = solids_[pair.a].kind, kind_b = solids_[pair.b].kind;
+    pair.kernel = has_kernel(kind_a, kind_b);
     pair.ground = kind_a == ShapeKind::heightfield || kind_b == ShapeKind::heightfield;
-    meshes = meshes || !has_kernel(kind_a, kind_b);
+    meshes = meshes || !pair.kernel;
     pairs_.push_back(pair);
+    places_.insert(places_.end(), {solids_[pair.a].place, solids_[pair.b].place});
   }
+  const int bodies = static_cast<int>(bodies_.size()), pairs = static_cast<int>(pairs_.size());
+  radius_ = BlockArray(bodies), last_ = BlockArray(12 * bodies), travel_ = BlockArray(1 + bodies);
+  reserve_ = BlockArray(pairs), axis_ = BlockArray(3 * pairs);
+  for (int i = 0; i < pairs; ++i) std::fill_n(axis_.row(3 * i), kLanes, 1.0);
+  due_.resize(pairs), due_lanes_.resize(pairs);
   for (const Solid& solid : solids_) {
     views_.push_back(solid.grid ? HeightView{solid.grid->nx, solid.grid->ny, solid.grid->height.data()}
                                 : HeightView{0, 0, nullptr});
@@ -100,162 +93,144 @@ int Clearance::solid_of(const Model& nominal, int collider) {
     solid.mesh = convex_hull(*of.shape.mesh);
     if (!solid.mesh) solid.mesh = of.shape.mesh;  // flat
   }
-  solid.mover = -1;
-  for (std::size_t i = 0; i < movers_.size(); ++i) {
-    if (movers_[i].body == of.body) solid.mover = static_cast<int>(i);
-  }
-  if (solid.mover < 0 && of.body >= 0) {
-    solid.mover = static_cast<int>(movers_.size());
-    movers_.emplace_back().body = of.body;
+  solid.place = 0;
+  if (of.body >= 0) {
+    const auto at = std::find(bodies_.begin(), bodies_.end(), of.body);
+    solid.place = 1 + static_cast<int>(at - bodies_.begin());
+    if (at == bodies_.end()) bodies_.push_back(of.body);
   }
   solids_.push_back(std::move(solid));
   return static_cast<int>(solids_.size()) - 1;
 }
 
 void Clearance::start(int lane, const Model& model) {
-  for (Mover& mover : movers_) mover.radius[lane] = 0;
+  for (int i = 0; i < radius_.rows(); ++i) radius_(i, lane) = 0;
   for (Solid& solid : solids_) {
     const Collider& collider = model.colliders[solid.collider];
     put_pose(collider.X_BG, lane, solid.X_BG);
     for (int k = 0; k < 3; ++k) solid.size(k, lane) = collider.shape.size[k];
-    if (solid.mover < 0) continue;
+    if (solid.place == 0) {
+      put_pose(collider.X_BG, lane, solid.pose);
+      continue;
+    }
     const double reach = collider.X_BG.translation().norm() + radius_of(collider.shape, solid.mesh.get());
-    movers_[solid.mover].radius[lane] = std::max(movers_[solid.mover].radius[lane], reach);
+    double& radius = radius_(solid.place - 1, lane);
+    radius = std::max(radius, reach);
   }
   if (hulls_) hulls_->start(lane, model);
   fresh_.set(lane);
 }
 
-/// How far each body's points can have gone since the last look: the way of its origin, and the greatest stretch of the
-/// turn's chord, |R' - R| = |R' - R|_F / sqrt(2), times the radius.
 void Clearance::move(const BlockState& state) {
-  Row most{};
-  for (Mover& mover : movers_) {
-    Row way{}, turn{};
-    for (int i = 0; i < 12; ++i) {
-      const double* now = state.X.row(12 * mover.body + i);
-      double *last = mover.last.row(i), *sum = i < 9 ? turn.data() : way.data();
-      for (int lane = 0; lane < kLanes; ++lane) {
-        const double d = now[lane] - last[lane];
-        sum[lane] += d * d;
-        last[lane] = now[lane];
-      }
-    }
-    for (int lane = 0; lane < kLanes; ++lane) {
-      const double moved = std::sqrt(way[lane]) + mover.radius[lane] * std::sqrt(0.5 * turn[lane]);
-      most[lane] = std::max(most[lane], moved);
-      mover.travel[lane] = fresh_[lane] ? 0.0 : mover.travel[lane] + moved;
-    }
-  }
+  Row most;
+  kernel_->add_ways({static_cast<int>(bodies_.size()), bodies_.data(), state.X.row(0), radius_.row(0), fresh_.bits(),
+                     last_.row(0), travel_.row(0), most.data()});
   for (int lane = 0; lane < kLanes; ++lane) lowest_[lane] -= 2 * most[lane];
 }
 
-double Clearance::travel(const Pair& pair, int lane) const {
-  const int a = solids_[pair.a].mover, b = solids_[pair.b].mover;
-  return (a < 0 ? 0.0 : movers_[a].travel[lane]) + (b < 0 ? 0.0 : movers_[b].travel[lane]);
-}
-
 void Clearance::least(const BlockState& state, LaneMask lanes, const double* enough, double* out, double* part) {
-  move(state);
+  if (!pairs_.empty()) move(state);
   for (int lane = 0; lane < kLanes; ++lane) {
     if (!fresh_[lane] || !lanes[lane]) continue;
-    for (Pair& pair : pairs_) pair.reserve[lane] = -kInfinity;
+    for (int i = 0; i < reserve_.rows(); ++i) reserve_(i, lane) = -kInfinity;
     lowest_[lane] = -kInfinity;
     fresh_.set(lane, false);
   }
-  Row least;
+  Row least, least_pair;
+  least_pair.fill(-1);
   unsigned wanted = 0;
   for (int lane = 0; lane < kLanes; ++lane) {
     least[lane] = lanes[lane] ? std::min(within_, enough ? enough[lane] : within_) : -kInfinity;
     wanted |= static_cast<unsigned>(lanes[lane] && !(lowest_[lane] - kSlack >= least[lane])) << lane;
   }
   const Row limit = least;
-  Row least_pair;
-  least_pair.fill(-1);
-  if (wanted != 0) {
-    Row lowest;
-    lowest.fill(kInfinity);
-    for (Pair& pair : pairs_) {
-      unsigned near = 0;
-      for (int lane = 0; lane < kLanes; ++lane) {
-        const double bound = pair.reserve[lane] - travel(pair, lane);
-        near |= static_cast<unsigned>(!(bound - kSlack >= least[lane])) << lane;
-      }
-      if ((near & wanted) != 0) {
-        const Row before = least;
-        measure(pair, state, near & wanted, lanes.bits(), least);
-        const double number = static_cast<double>(solids_[pair.a].collider) * colliders_ + solids_[pair.b].collider;
-        for (int lane = 0; lane < kLanes; ++lane) {
-          least_pair[lane] = least[lane] < before[lane] ? number : least_pair[lane];
-        }
-      }
-      for (int lane = 0; lane < kLanes; ++lane) {
-        lowest[lane] = std::min(lowest[lane], pair.reserve[lane] - travel(pair, lane));
-      }
-    }
-    for (int lane = 0; lane < kLanes; ++lane) {
-      if (wanted >> lane & 1u) lowest_[lane] = lowest[lane];
-    }
-  }
+  if (wanted != 0 && !pairs_.empty()) look(state, wanted, least, least_pair);
   for (int lane = 0; lane < kLanes; ++lane) out[lane] = least[lane] < limit[lane] ? least[lane] : within_;
   if (part != nullptr) std::copy(least_pair.begin(), least_pair.end(), part);
 }
 
 std::vector<Clearance::Overlap> Clearance::overlaps(const BlockState& state, int lane) {
-  const unsigned bit = 1u << lane;
   std::vector<Overlap> out;
-  for (Pair& pair : pairs_) {
+  ++looks_;
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
     Row least;
     least.fill(-kInfinity);
     least[lane] = 0;
-    measure(pair, state, bit, bit, least);
-    if (least[lane] < 0) out.push_back({solids_[pair.a].collider, solids_[pair.b].collider, -least[lane]});
+    measure(static_cast<int>(i), state, 1u << lane, least);
+    if (least[lane] < 0) out.push_back({solids_[pairs_[i].a].collider, solids_[pairs_[i].b].collider, -least[lane]});
   }
   fresh_.set(lane);
   return out;
 }
 
+void Clearance::look(const BlockState& state, unsigned wanted, Row& least, Row& least_pair) {
+  ++looks_;
+  Row enough, lowest;
+  for (int lane = 0; lane < kLanes; ++lane) enough[lane] = least[lane] + kSlack;
+  const int due = kernel_->find_due({static_cast<int>(pairs_.size()), places_.data(), reserve_.row(0), travel_.row(0),
+                                     enough.data(), wanted, lowest.data(), due_.data(), due_lanes_.data()});
+  for (int i = 0; i < due; ++i) {
+    const int at = due_[i];
+    const Pair& pair = pairs_[at];
+    const Row before = least;
+    measure(at, state, due_lanes_[i], least);
+    const double number = static_cast<double>(solids_[pair.a].collider) * colliders_ + solids_[pair.b].collider;
+    const double *reserve = reserve_.row(at), *a = travel_.row(places_[2 * at]), *b = travel_.row(places_[2 * at + 1]);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      least_pair[lane] = least[lane] < before[lane] ? number : least_pair[lane];
+      lowest[lane] = std::min(lowest[lane], reserve[lane] - (a[lane] + b[lane]));
+    }
+  }
+  for (int lane = 0; lane < kLanes; ++lane) {
+    if (wanted >> lane & 1u) lowest_[lane] = lowest[lane];
+  }
+}
+
+/// Once per look.
 const double* Clearance::pose_of(Solid& solid, const BlockState& state) const {
-  if (solid.mover < 0) return solid.X_BG.row(0);
-  multiply(state.X.row(12 * movers_[solid.mover].body), solid.X_BG.row(0), solid.pose.row(0));
+  if (solid.place > 0 && solid.posed != looks_) {
+    kernel_->place(state.X.row(12 * bodies_[solid.place - 1]), solid.X_BG.row(0), solid.pose.row(0));
+    solid.posed = looks_;
+  }
   return solid.pose.row(0);
 }
 
-/// `lanes`: where what costs nothing more is taken along, so that their times of looking fall together.
-void Clearance::measure(Pair& pair, const BlockState& state, unsigned wanted, unsigned lanes, Row& least) {
-  const double *pose_a = pose_of(solids_[pair.a], state), *pose_b = pose_of(solids_[pair.b], state);
+void Clearance::measure(int pair, const BlockState& state, unsigned wanted, Row& least) {
+  const Pair& of = pairs_[pair];
+  const double *pose_a = pose_of(solids_[of.a], state), *pose_b = pose_of(solids_[of.b], state);
   Row bound, enough;
   for (int lane = 0; lane < kLanes; ++lane) enough[lane] = least[lane] + kSlack;
-  if (!has_kernel(solids_[pair.a].kind, solids_[pair.b].kind) || pair.ground) lanes = wanted;  // these go lane by lane
-  if (find_points(pair, pose_a, pose_b, wanted, enough, bound)) {
-    take_points(pair, lanes, bound, least);
-    if (pair.ground) take_terrain(pair, pose_a, pose_b, wanted, bound, least);
+  const unsigned open = find_points(pair, pose_a, pose_b, wanted, enough, bound);
+  if (open != 0) {
+    take_points(of, open, bound, least);
+    if (of.ground) take_terrain(of, pose_a, pose_b, open, bound, least);
   }
-  for (int lane = 0; lane < kLanes; ++lane) {
-    if (!(lanes >> lane & 1u)) continue;
-    pair.reserve[lane] = std::max(pair.reserve[lane], bound[lane] + travel(pair, lane));
-  }
+  double* reserve = reserve_.row(pair);
+  const double *a = travel_.row(places_[2 * pair]), *b = travel_.row(places_[2 * pair + 1]);
+  // A kernel's bounds are of all lanes: so their times of looking fall together.
+  for (int lane = 0; lane < kLanes; ++lane) reserve[lane] = std::max(reserve[lane], bound[lane] + (a[lane] + b[lane]));
 }
 
-/// True if the manifold was filled, else `bound` is enough.
-bool Clearance::find_points(const Pair& pair, const double* pose_a, const double* pose_b, unsigned wanted,
-                            const Row& enough, Row& bound) {
-  const Solid &a = solids_[pair.a], &b = solids_[pair.b];
+/// The lanes in which the manifold was filled; in the others `bound` is enough.
+unsigned Clearance::find_points(int pair, const double* pose_a, const double* pose_b, unsigned wanted,
+                                const Row& enough, Row& bound) {
+  const Pair& of = pairs_[pair];
+  const Solid &a = solids_[of.a], &b = solids_[of.b];
   Row reach;
-  reach.fill(pair.ground ? within_ : kAll);  // terrain takes time by the reach
-  if (has_kernel(a.kind, b.kind)) {
-    return kernel_of(chosen_isa(), kLanes)
-        .measure_gap({{static_cast<int>(a.kind), a.size.row(0), pose_a, &views_[pair.a]},
-                      {static_cast<int>(b.kind), b.size.row(0), pose_b, &views_[pair.b]},
-                      wanted,
-                      enough.data(),
-                      reach.data(),
-                      bound.data(),
-                      manifold_.row(0)});
+  reach.fill(of.ground ? within_ : kAll);  // terrain takes time by the reach
+  if (of.kernel) {
+    return kernel_->measure_gap({{static_cast<int>(a.kind), a.size.row(0), pose_a, &views_[of.a]},
+                                 {static_cast<int>(b.kind), b.size.row(0), pose_b, &views_[of.b]},
+                                 wanted,
+                                 enough.data(),
+                                 reach.data(),
+                                 axis_.row(3 * pair),
+                                 bound.data(),
+                                 manifold_.row(0)});
   }
   bound.fill(-kInfinity);
-  hulls_->collide(pair.index, kLanes, wanted, pose_a, pose_b, reach.data(), manifold_.row(0));
-  return true;
+  hulls_->collide(of.index, kLanes, wanted, pose_a, pose_b, reach.data(), manifold_.row(0));
+  return wanted;
 }
 
 /// The points that are meant go into `least`; `bound` becomes the gap of the whole pair.

@@ -3,7 +3,8 @@
 // after a step. The physics does not know of it: it looks at a state only, with geometry of its own reach, and so gives
 // the same for every back end. Gaps are exact up to a distance that is asked for.
 //
-// Most steps need no geometry: a gap that was measured once shrinks no faster than its bodies move.
+// Most steps need no geometry: a gap that was measured once shrinks no faster than its bodies move. And where they have
+// moved by more, the shapes are mostly still apart in the direction in which they were then.
 
 #include <memory>
 #include <optional>
@@ -56,47 +57,52 @@ class Clearance {
 
  private:
   using Row = std::array<double, kLanes>;
-  /// A body that moves, and how far any point of its shapes has been moved since the trace began, summed over the times
-  /// of looking: a bound.
-  struct Mover {
-    int body;
-    Row radius{}, travel{};
-    BlockArray last{12};
-  };
   struct Solid {
-    int collider, mover;  // mover -1: the world
+    int collider;
+    int place;  // of its body in travel_
     ShapeKind kind;
     std::shared_ptr<const HeightGrid> grid;
     std::shared_ptr<const Mesh> mesh;
     BlockArray X_BG{12}, size{3}, pose{12};
+    long posed = 0;  // the look of which `pose` is
   };
   struct Pair {
-    int index;      // in Model::pairs
-    int a, b;       // solids
-    bool ground;    // one is a heightfield
-    Row reserve{};  // gap when last measured, and both travels then: the gap is no less than this minus the travels now
+    int index;    // in Model::pairs
+    int a, b;     // solids
+    bool kernel;  // has one
+    bool ground;  // one is a heightfield
   };
 
   int solid_of(const Model& nominal, int collider);
   void move(const BlockState& state);
-  double travel(const Pair& pair, int lane) const;
+  void look(const BlockState& state, unsigned wanted, Row& least, Row& least_pair);
   const double* pose_of(Solid& solid, const BlockState& state) const;
-  void measure(Pair& pair, const BlockState& state, unsigned wanted, unsigned lanes, Row& least);
-  bool find_points(const Pair& pair, const double* pose_a, const double* pose_b, unsigned wanted, const Row& enough,
-                   Row& bound);
+  void measure(int pair, const BlockState& state, unsigned wanted, Row& least);
+  unsigned find_points(int pair, const double* pose_a, const double* pose_b, unsigned wanted, const Row& enough,
+                       Row& bound);
   void take_points(const Pair& pair, unsigned wanted, Row& bound, Row& least) const;
   void take_terrain(const Pair& pair, const double* pose_a, const double* pose_b, unsigned wanted, Row& bound,
                     Row& least) const;
 
+  const LaneKernel* kernel_;
   Parts first_, second_;
   double within_;
   int colliders_;  // of the Model
-  std::vector<Mover> movers_;
   std::vector<Solid> solids_;
   std::vector<HeightView> views_;  // per solid
   std::vector<Pair> pairs_;
-  Row lowest_{};                              // no more than any pair's gap
-  LaneMask fresh_;                            // lanes in which nothing has been seen yet
+  // What a gap that was measured once says of later ones, as the kernels take it (gaps.h).
+  std::vector<int> bodies_;   // that move
+  BlockArray radius_, last_;  // per body; 12 per body
+  BlockArray travel_;         // the world's, which is 0; per body
+  std::vector<int> places_;   // per pair: of both bodies in travel_
+  BlockArray reserve_;        // per pair: the gap is no less than this minus both travels
+  BlockArray axis_;           // 3 per pair
+  Row lowest_{};              // no more than any pair's gap
+  LaneMask fresh_;            // lanes in which nothing has been seen yet
+  long looks_ = 0;
+  std::vector<int> due_;  // room for the pairs
+  std::vector<unsigned> due_lanes_;
   std::optional<bullet::ConvexPairs> hulls_;  // meshes only
   BlockArray manifold_;
 };

@@ -21,7 +21,10 @@ constexpr LaneKernel make_kernel() {
           &settle<T>,
           &begin<T>,
           &finish<T>,
-          &measure_gap<T>};
+          &measure_gap<T>,
+          &add_ways<T>,
+          &find_due<T>,
+          &place<T>};
 }
 
 }  // namespace

@@ -151,8 +151,35 @@ struct GapQuery {
   unsigned lanes;        // in which it is wanted
   const double* enough;  // 1 row, m: beyond that a bound will do
   const double* reach;   // 1 row, m: points farther apart than that need not be found
+  double* axis;          // 3 rows, in and out: a unit vector along which the shapes were apart when last seen, in the
+                         // frame of the one that rank_of() puts second; any at first
   double* bound;         // 1 row, out: no more than the gap, m
   double* manifold;      // out: kManifoldRows kSlots rows; places and normals are left out
+};
+
+/// How far bodies have gone since they were last looked at. Place 0 of `travel` stands for the world, which stays.
+struct WayQuery {
+  int count;
+  const int* body;       // per body: place in X
+  const double* X;       // 12 rows per place, world
+  const double* radius;  // 1 row per body, m: of a ball about the body's origin that holds all that is asked about
+  unsigned fresh;        // lanes whose travel begins now
+  double* last;          // 12 rows per body, in and out: X when last looked at
+  double* travel;        // 1 row per body from place 1 on, in and out, m: bound of any point's way since it began
+  double* most;          // 1 row, out, m: bound of any point's way since the last look
+};
+
+/// Which pairs may be nearer than `enough` by now.
+struct DueQuery {
+  int count;
+  const int* places;      // 2 per pair: of its bodies in `travel`
+  const double* reserve;  // 1 row per pair, m: the gap when last measured, and both travels then
+  const double* travel;   // as in WayQuery
+  const double* enough;   // 1 row, m
+  unsigned lanes;         // in which it is wanted
+  double* lowest;         // 1 row, out: no more than the gap of any pair that is not due, m
+  int* due;               // out: these pairs in order; room for all
+  unsigned* due_lanes;    // out: per due pair
 };
 
 /// The functions of one instruction set and width.
@@ -166,8 +193,13 @@ struct LaneKernel {
   void (*begin)(LaneBlock& block, double h, unsigned active, const DriveView& drive);
   /// Second half: contacts, impulses, new state. Lanes that are not active keep q and v.
   void (*finish)(LaneBlock& block, double h, unsigned active, const DriveView& drive);
-  /// Fills `bound`; and, where that is not enough in every lane that is wanted, `manifold` too, and says so.
-  bool (*measure_gap)(const GapQuery& query);
+  /// Fills `bound` in all lanes. Returns the lanes in which that is not enough; in these `manifold` is filled, too.
+  unsigned (*measure_gap)(const GapQuery& query);
+  void (*add_ways)(const WayQuery& query);
+  /// Returns how many pairs are due.
+  int (*find_due)(const DueQuery& query);
+  /// X_WG = X_WB X_BG, 12 rows each.
+  void (*place)(const double* X_WB, const double* X_BG, double* X_WG);
 };
 
 /// The kernel of a width, or null: 1 and 8 lanes exist everywhere, 4 in the AVX2 build. Builds for x86 exist if the

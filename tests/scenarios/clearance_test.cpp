@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <random>
 
 #include "engine/bullet/convex_gap.h"
 #include "engine/model/kinematics.h"
@@ -269,6 +270,74 @@ TEST(Clearance, IsTheSameInCompany) {
       ASSERT_EQ(one[lane], all[lane]) << "lane " << lane << ", step " << step;
     }
   }
+}
+
+/// A body among things of every shape, which all move but for the plane and the terrain.
+Model crowd() {
+  World world = over(test::box(0.1, 0.07, 0.05), ridge(0.03));
+  world.objects.push_back(
+      test::fixed("wall", test::plane(), at(-0.6, 0, 0, turn(std::numbers::pi / 2, Vec3::UnitY()))));
+  int k = 0;
+  for (const Shape& shape : {test::sphere(0.03), test::capsule(0.02, 0.1), test::cylinder(0.03, 0.08),
+                             test::cylinder(0.015, 0.12), test::box(0.05, 0.08, 0.06), cube_mesh(0.05)}) {
+    ++k;
+    world.objects.push_back(test::movable("thing" + std::to_string(k), shape, 1, at(0.2 * k, 0, 1)));
+  }
+  return compile(world);
+}
+
+/// Swings of all bodies about places near each other, other ones in each lane and run.
+void swing(double t, int lane, int run, BlockState& state) {
+  for (int body = 0; 12 * body < state.X.rows(); ++body) {
+    const double phase = 1.7 * body + 0.9 * lane + 2.3 * run;
+    const Mat3 R = turn(2 * t + phase, Vec3(1, std::sin(phase), 0.5 * body));
+    for (int i = 0; i < 9; ++i) state.X(12 * body + i, lane) = R(i / 3, i % 3);
+    const Vec3 p(0.16 * (body % 3) + 0.02 * std::sin(3 * t + phase), 0.16 * (body / 3) + 0.02 * std::sin(2 * t + lane),
+                 0.16 + 0.03 * std::sin(5 * t + 2 * phase));
+    for (int i = 0; i < 3; ++i) state.X(12 * body + 9 + i, lane) = p[i];
+  }
+}
+
+// Whatever was asked before, and wherever a trace began: the least of all pairs and the pair that it is of are those of
+// an object that has seen nothing yet, bit for bit.
+TEST(Clearance, RemembersNothingButForSpeed) {
+  const Model model = crowd();
+  const Parts all{std::vector<unsigned>(model.colliders.size(), ~0u)};
+  const Clearance fresh(model, all, all, 0.05);
+  Clearance clearance = fresh;
+  BlockState state{BlockArray(model.nq), BlockArray(model.nv), BlockArray(model.nv),
+                   BlockArray(12 * static_cast<int>(model.bodies.size()))};
+  std::mt19937 random(5);
+  int run[kLanes] = {}, compared = 0, known = 0;
+  double lowest[kLanes];
+  std::fill_n(lowest, kLanes, 1.0);
+  for (int step = 0; step < 1200; ++step) {
+    double enough[kLanes], out[kLanes], part[kLanes], truth[kLanes], true_part[kLanes];
+    for (int lane = 0; lane < kLanes; ++lane) {
+      if (random() % 100 == 0) {
+        clearance.start(lane, model);
+        ++run[lane];
+        lowest[lane] = 1;
+      }
+      swing(2e-3 * step, lane, run[lane], state);
+      // As monitors ask: for what is less than ever; now and then for something else.
+      enough[lane] = random() % 10 == 0 ? 0.05 * static_cast<double>(random() % 100) / 100 : lowest[lane];
+    }
+    const LaneMask lanes(random() % 256);
+    const bool whole = random() % 50 == 0;
+    clearance.least(state, lanes, whole ? nullptr : enough, out, part);
+    Clearance(fresh).least(state, lanes, nullptr, truth, true_part);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      if (!lanes[lane] || truth[lane] <= 0) continue;
+      const bool less = truth[lane] < (whole ? 0.05 : std::min(enough[lane], 0.05));
+      ASSERT_EQ(out[lane], less ? truth[lane] : 0.05) << "step " << step << ", lane " << lane;
+      ASSERT_EQ(part[lane], less ? true_part[lane] : -1) << "step " << step << ", lane " << lane;
+      lowest[lane] = std::min(lowest[lane], truth[lane]);
+      ++(less ? compared : known);
+    }
+  }
+  EXPECT_GT(compared, 300);
+  EXPECT_GT(known, 1000);
 }
 
 }  // namespace
