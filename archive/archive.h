@@ -117,8 +117,8 @@ class CampaignWriter {
   /// Highest number of a shard that the directory has or had when this began, or that was written since.
   int shards() const;
   const std::filesystem::path& directory() const;
-  /// Throws MachineError if the path leads elsewhere by now: somebody has moved, removed or replaced the directory.
-  /// Nothing is ever written into another one.
+  /// Throws MachineError if the path leads elsewhere by now: somebody has moved, removed or replaced the directory, or
+  /// the lock in it. Nothing is ever written into another one.
   void check_in_place() const;
 
  private:

@@ -181,6 +181,7 @@ CampaignDirectory::CampaignDirectory(const fs::path& path, const CampaignInfo& i
 
 CampaignDirectory::~CampaignDirectory() {
   if (kept_) return;
+  if (lock_ && !lock_->held()) return;  // what is there may be another writer's by now
   try {
     // There is something to resume.
     if (!shard_names(directory_).empty() || (!replaces_ && !read_unfinished(directory_).empty())) return;
@@ -218,6 +219,7 @@ void CampaignDirectory::check_in_place() const {
         fmt::format("{}: is no longer the directory that this program writes into: {}; nothing more is written",
                     held.path().string(), held.whereabouts()));
   }
+  if (lock_) lock_->check_held();
 }
 
 void CampaignDirectory::add_shard(ShardBuffer shard) {

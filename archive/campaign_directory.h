@@ -43,8 +43,8 @@ class CampaignDirectory {
   const CampaignInfo& info() const { return info_; }
   /// Highest number of a shard so far.
   int shards() const { return shards_; }
-  /// Throws MachineError if the path leads elsewhere by now: somebody has moved, removed or replaced the directory. All
-  /// that follows does so, too, and never writes into another directory.
+  /// Throws MachineError if the path leads elsewhere by now: somebody has moved, removed or replaced the directory, or
+  /// the lock in it. All that follows does so, too, and never writes into another's directory.
   void check_in_place() const;
   /// Writes it under its name, then tells the manifest.
   void add_shard(ShardBuffer shard);

@@ -1,6 +1,7 @@
 #include "archive/files.h"
 
 #include <fmt/format.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -40,6 +41,24 @@ void check_new_file(const std::filesystem::path& file, bool force, const std::ve
   }
 }
 
+void check_ending(const std::filesystem::path& output, const std::string& what, const std::vector<std::string>& right) {
+  static const std::vector<std::string> known = {".graze", ".h5",    ".hdf5",    ".hdf", ".csv", ".tsv",  ".txt",
+                                                 ".json",  ".jsonl", ".yaml",    ".yml", ".xml", ".urdf", ".log",
+                                                 ".npy",   ".npz",   ".parquet", ".mat", ".nc",  ".zip",  ".tar",
+                                                 ".gz",    ".xlsx",  ".pdf",     ".png", ".md"};
+  const std::string ending = output.extension().string();
+  const auto within = [&](const std::vector<std::string>& list) {
+    return std::find(list.begin(), list.end(), ending) != list.end();
+  };
+  if (within(right) || !within(known)) return;
+  std::string names;
+  for (const std::string& one : right) {
+    names += (names.empty() ? "" : " or ") + std::filesystem::path(output).replace_extension(one).string();
+  }
+  throw InputError(
+      fmt::format("--output {}: ends in {}, but {}; nearest right answer: {}", output.string(), ending, what, names));
+}
+
 bool make_directory(const std::filesystem::path& path) {
   if (mkdir(path.c_str(), 0777) != 0) {
     const int error = errno;
@@ -50,10 +69,31 @@ bool make_directory(const std::filesystem::path& path) {
   return true;
 }
 
+namespace {
+
+/// Temporary files of `name` that nobody has locked. Only names with the random digits count: others are the user's.
+void remove_abandoned(const Directory& folder, const std::string& name) {
+  try {
+    for (const std::string& one : folder.names()) {
+      if (final_name(one) != name || one == name + ".tmp" || !folder.has_file(one)) continue;
+      const auto file = folder.find_file(one);
+      if (file && flock(file->number(), LOCK_EX | LOCK_NB) == 0) folder.remove(one);
+    }
+  } catch (const InputError&) {
+    // A folder that may be written and not listed: leftovers stay.
+  }
+}
+
+}  // namespace
+
 NewFile::NewFile(Directory folder, std::string name)
     : folder_(std::move(folder)), name_(std::move(name)), file_(folder_.create_temporary(name_, temporary_)) {}
 
-NewFile::NewFile(const std::filesystem::path& path) : NewFile(Directory::of_new(path), path.filename().string()) {}
+NewFile::NewFile(const std::filesystem::path& path) : NewFile(Directory::of_new(path), path.filename().string()) {
+  // The lock ends with its process. Where there are no locks, what is left over stays.
+  flock(file_.number(), LOCK_EX | LOCK_NB);
+  remove_abandoned(folder_, name_);
+}
 
 NewFile::~NewFile() {
   if (!published_) folder_.remove(temporary_);

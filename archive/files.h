@@ -18,6 +18,11 @@ int write_all(int descriptor, std::span<const std::byte> bytes);
 /// is no file, or that must stay (unless `force`), or if it is one of those that it is made of, or lies within one.
 void check_new_file(const std::filesystem::path& file, bool force, const std::vector<std::filesystem::path>& made_of);
 
+/// Throws InputError if the name of an output ends as that of another kind of file: ".csv" where `right` (".h5", of
+/// what `what` says: "a packed campaign is one HDF5 file") belongs. Endings that no kind of file has are the user's
+/// business.
+void check_ending(const std::filesystem::path& output, const std::string& what, const std::vector<std::string>& right);
+
 /// Creates a directory, if it is not there; its parent must be. Returns whether it did. Throws MachineError.
 bool make_directory(const std::filesystem::path& path);
 
@@ -26,6 +31,8 @@ class NewFile {
  public:
   /// Throws MachineError.
   NewFile(Directory folder, std::string name);
+  /// Beside the user's files: removes what processes that were killed have left of the same name. What another process
+  /// writes still is locked, and stays.
   explicit NewFile(const std::filesystem::path& path);
   ~NewFile();
   NewFile(const NewFile&) = delete;

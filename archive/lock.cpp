@@ -14,6 +14,7 @@
 
 #include "archive/archive.h"
 #include "archive/files.h"
+#include "archive/shell_word.h"
 
 namespace graze {
 namespace {
@@ -110,11 +111,26 @@ DirectoryLock::DirectoryLock(Directory directory) : directory_(std::move(directo
 }
 
 DirectoryLock::~DirectoryLock() {
+  if (held()) directory_.remove(kLockFile);
+}
+
+bool DirectoryLock::held() const noexcept {
   try {
-    if (names(directory_, file_.number())) directory_.remove(kLockFile);
+    return names(directory_, file_.number());
   } catch (const std::exception&) {
-    // A file that is left over locks nobody out.
+    return true;  // nothing is known; a file that is left over locks nobody out
   }
+}
+
+void DirectoryLock::check_held() const {
+  if (held()) return;
+  const std::string path = directory_.path().string();
+  const auto other = writer_of(directory_);
+  throw MachineError(fmt::format(
+      "{}: was removed while this program held it, {}; this program writes nothing more, what it has written is kept, "
+      "and 'graze resume {}' does the rest once nobody else writes here",
+      (directory_ / kLockFile).string(), other ? *other + " is writing here by now" : "and another may begin to write",
+      shell_word(path)));
 }
 
 MemberLock::MemberLock(const Directory& directory) {

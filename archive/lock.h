@@ -24,6 +24,10 @@ class DirectoryLock {
   DirectoryLock(const DirectoryLock&) = delete;
   DirectoryLock& operator=(const DirectoryLock&) = delete;
   const Directory& directory() const { return directory_; }
+  /// Whether the file that is locked still has its name: who removes it lets a second writer in.
+  bool held() const noexcept;
+  /// Throws MachineError unless held().
+  void check_held() const;
 
  private:
   Directory directory_;

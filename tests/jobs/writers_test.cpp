@@ -183,6 +183,28 @@ TEST(Writers, ADirectoryThatIsMovedIsMissed) {
   EXPECT_TRUE(fs::is_empty(path / "shards"));
 }
 
+// Claim: who removes the lock of a running campaign lets a second writer in; the first writes nothing more, and the
+// second completes the campaign as if it had been alone.
+TEST(Writers, AStolenLockEndsTheFirstWriter) {
+  const BallCampaign campaign;
+  const fs::path path = campaign.folder / "a.graze";
+  const std::string arguments = "-n 400 --quiet --threads 1 --set time.end=4 -o ";
+  ASSERT_EQ(campaign.graze("run ball.yaml " + arguments + "whole.graze").code, 0);
+  Process process(campaign.folder.path(), "run ball.yaml " + arguments + "a.graze");
+  process.wait_until([&] { return fs::exists(path / "campaign.copy.h5"); });
+  process.send(SIGSTOP);
+  fs::remove(path / "lock");
+  const Result second = campaign.graze("resume a.graze --quiet");
+  EXPECT_EQ(second.code, 0) << second.err;
+  process.send(SIGCONT);
+  const Result ended = process.wait();
+  EXPECT_EQ(ended.code, 3);
+  EXPECT_THAT(ended.err, AllOf(HasSubstr("a.graze/lock: was removed while this program held it"),
+                               HasSubstr("'graze resume a.graze' does the rest")));
+  EXPECT_EQ(digests(path), digests(campaign.folder / "whole.graze"));
+  EXPECT_TRUE(Archive(path).complete());
+}
+
 // Claim: what was set aside never takes the place of anything, and a complete campaign that has lost its shards is no
 // failed successor of what it has replaced.
 TEST(Writers, WhatWasSetAsideReplacesNothing) {
