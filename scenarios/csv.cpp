@@ -38,7 +38,16 @@ void split(std::string_view line, bool at_spaces, const Take& take) {
 class Lines {
  public:
   Lines(const Settings& where, const std::string& file)
-      : text_(read_input(file, fmt::format("{}: {}: ", where.place(), where.path()), kMaxCsvBytes)) {}
+      : text_(read_input(file, fmt::format("{}: {}: ", where.place(), where.path()), kMaxCsvBytes)) {
+    const std::size_t zero = text_.find('\0');
+    if (zero == std::string::npos) return;
+    const std::size_t line = zero == 0 ? std::string::npos : text_.rfind('\n', zero - 1);  // the end of the one before
+    throw InputError(fmt::format(
+        "{}:{}:{}: a NUL byte: tables are text (UTF-8), and this is a binary file, UTF-16, or one that was cut off "
+        "when "
+        "it was written",
+        file, std::count(text_.begin(), text_.begin() + static_cast<std::ptrdiff_t>(zero), '\n') + 1, zero - line));
+  }
 
   /// False at the end.
   bool next() {

@@ -15,7 +15,12 @@ namespace {
 
 std::vector<double> positive_numbers(const Settings& settings, int n) {
   std::vector<double> out = settings.numbers(n, Quantity::length);
-  if (std::any_of(out.begin(), out.end(), [](double x) { return !(x > 0); })) settings.fail("sizes must be > 0");
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    if (out[i] > 0) continue;
+    const bool listed = settings.is_list() && i < settings.items().size();
+    const Settings culprit = listed ? settings.items()[i] : settings;
+    culprit.fail(fmt::format("{:g} m: must be > 0; a size of nothing is no shape", out[i]));
+  }
   return out;
 }
 

@@ -3,6 +3,7 @@
 #include <assimp/scene.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <assimp/IOSystem.hpp>
 #include <assimp/Importer.hpp>
@@ -66,6 +67,24 @@ class Joiner {
   std::unordered_map<std::array<std::uint32_t, 3>, int, Hash> index_;
 };
 
+/// Throws InputError if all points lie in one place or on one line: no triangle has an area then.
+void refuse_degenerate(const Mesh& mesh) {
+  constexpr double kNarrow = 1e-6;  // of the length; coordinates in files have six or seven digits
+  const Vec3& first = mesh.vertices.front();
+  Vec3 along = Vec3::Zero();
+  for (const Vec3& vertex : mesh.vertices) {
+    if ((vertex - first).norm() > along.norm()) along = vertex - first;
+  }
+  const double length = along.norm();
+  double width = 0;
+  for (const Vec3& vertex : mesh.vertices) {
+    if (length > 0) width = std::max(width, along.cross(vertex - first).norm() / length);
+  }
+  if (width > kNarrow * length) return;
+  throw InputError(fmt::format("{}: all points of the mesh lie {}; its triangles must have an area", mesh.file,
+                               length > 0 ? "on one line" : "in one place"));
+}
+
 /// A mesh is one file: what it says of others (materials) is not looked at.
 class NoFiles : public Assimp::IOSystem {
  public:
@@ -83,13 +102,20 @@ std::shared_ptr<const Mesh> load_mesh(const std::string& file) {
     throw InputError(fmt::format("{}: meshes must be OBJ or STL files; convert it to one of them", file));
   }
   const std::string bytes = read_input(file, "", kMaxMeshBytes);
+  if (bytes.empty()) throw InputError(fmt::format("{}: is an empty file; a mesh must have triangles", file));
   check_mesh_size(bytes, file);
   Assimp::Importer importer;
   importer.SetIOHandler(new NoFiles);  // the importer's from now on
   const aiScene* scene =
       importer.ReadFileFromMemory(bytes.data(), bytes.size(), aiProcess_Triangulate,
                                   std::filesystem::path(file).extension().string().substr(1).c_str());
-  if (!scene) throw InputError(fmt::format("{}: cannot be read as a mesh: {}", file, importer.GetErrorString()));
+  if (!scene) {
+    // What the library says of a file without any facet differs from kind to kind, and names none of what is wrong.
+    const std::string why = importer.GetErrorString();
+    const bool hollow = why.find("No output meshes") != std::string::npos || why.find("no facets") != std::string::npos;
+    throw InputError(hollow ? fmt::format("{}: the mesh has no triangles; it must have some", file)
+                            : fmt::format("{}: cannot be read as a mesh: {}", file, why));
+  }
   auto mesh = std::make_shared<Mesh>();
   mesh->file = file;
   Joiner joiner(*mesh);
@@ -97,7 +123,8 @@ std::shared_ptr<const Mesh> load_mesh(const std::string& file) {
   for (const Vec3& vertex : mesh->vertices) {
     if (!vertex.allFinite()) throw InputError(fmt::format("{}: a vertex of the mesh is not finite", file));
   }
-  if (mesh->triangles.empty()) throw InputError(fmt::format("{}: the mesh has no triangles", file));
+  if (mesh->triangles.empty()) throw InputError(fmt::format("{}: the mesh has no triangles; it must have some", file));
+  refuse_degenerate(*mesh);
   return mesh;
 }
 

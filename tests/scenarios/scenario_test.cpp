@@ -202,6 +202,20 @@ TEST(Uncertain, ReadsAColumn) {
   std::filesystem::remove(file);
 }
 
+// A table that is no text is refused for that, at the byte, rather than for what its bytes are taken for.
+TEST(Uncertain, ABinaryTableIsNamed) {
+  const std::string file = ::testing::TempDir() + "graze_binary.csv";
+  const auto refusal = [&](const std::string& bytes) {
+    std::ofstream(file, std::ios::binary) << bytes;
+    return testing::message_of(
+        [&] { read(hopper("uncertain: {contact.friction: {empirical: {file: " + file + ", column: mu}}}\n")); });
+  };
+  EXPECT_THAT(refusal(std::string(200, '\0')), HasSubstr(file + ":1:1: a NUL byte: tables are text"));
+  EXPECT_THAT(refusal(std::string("mu\n0.4\n0.\0005\n", 12)), HasSubstr(file + ":3:3: a NUL byte"));
+  EXPECT_THAT(refusal(std::string("m\0u\0\n\0", 6)), HasSubstr(file + ":1:2: a NUL byte"));
+  std::filesystem::remove(file);
+}
+
 // Claim: the jitter that the sensors get is that of their channels, channel by channel.
 TEST(Uncertain, GivesTheSensorsTheirNoise) {
   const Scenario s =

@@ -289,6 +289,32 @@ TEST(Meshes, PackagePaths) {
   EXPECT_EQ(load_urdf(far, options).link("a").collisions.size(), 1u);
 }
 
+// A mesh without any area is named for what it is, whatever the library that reads it says or takes.
+TEST(Meshes, DegenerateOnesAreNamed) {
+  const TemporaryFolder folder;
+  const std::string facet =
+      "facet normal 0 0 1\nouter loop\nvertex 1 2 3\nvertex 1 2 3\nvertex 1 2 3\nendloop\nendfacet\n";
+  folder.write("point.obj", "v 1 2 3\nv 1 2 3\nv 1 2 3\nf 1 2 3\n");
+  folder.write("point.stl", "solid p\n" + facet + "endsolid p\n");
+  folder.write("line.obj", "v 0 0 0\nv 1 2 3\nv 2 4 6\nf 1 2 3\n");
+  folder.write("none.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n");
+  folder.write("none.stl", "solid p\nendsolid p\n");
+  folder.write("none_binary.stl", std::string(84, '\0'));
+  folder.write("empty.stl", "");
+  folder.write("empty.obj", "");
+  for (const auto& [mesh, rule] : {std::pair("point.obj", "lie in one place; its triangles must have an area"),
+                                   std::pair("point.stl", "in one place"), std::pair("line.obj", "lie on one line"),
+                                   std::pair("none.obj", "the mesh has no triangles; it must have some"),
+                                   std::pair("none.stl", "the mesh has no triangles; it must have some"),
+                                   std::pair("none_binary.stl", "the mesh has no triangles; it must have some"),
+                                   std::pair("empty.stl", "is an empty file; a mesh must have triangles"),
+                                   std::pair("empty.obj", "is an empty file; a mesh must have triangles")}) {
+    const std::string file = folder.write("r.urdf", with_mesh(mesh));
+    EXPECT_THAT(input_error([&] { load_urdf(file); }),
+                testing::AllOf(HasSubstr("r.urdf:"), HasSubstr("link 'a'"), HasSubstr(mesh), HasSubstr(rule)));
+  }
+}
+
 // A missing visual mesh is no matter; a collision mesh that is there but broken, flat or of another format is.
 TEST(Meshes, MissingAndBroken) {
   const TemporaryFolder folder;
