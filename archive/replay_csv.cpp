@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "archive/csv.h"
 #include "archive/culprit.h"
 #include "archive/files.h"
 #include "archive/replay_file.h"
@@ -19,14 +20,7 @@ class CsvFile {
 
   void cell(const std::string& text) {
     begin();
-    const bool plain = text.find_first_of(",\"\r\n") == std::string::npos;
-    if (plain) {
-      buffer_ += text;
-      return;
-    }
-    buffer_ += '"';
-    for (const char c : text) buffer_ += c == '"' ? "\"\"" : std::string(1, c);
-    buffer_ += '"';
+    buffer_ += csv_cell(text);
   }
   /// NaN is an empty cell.
   void cell(double x) {

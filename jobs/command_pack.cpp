@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "archive/archive.h"
+#include "archive/files.h"
 #include "archive/parent_folders.h"
 #include "jobs/commands.h"
 #include "jobs/reading_verb.h"
@@ -44,6 +45,7 @@ int pack_campaign(const Arguments& arguments) {
   }
   const fs::path file =
       arguments.output.empty() ? fs::path(directories[0]).replace_extension(".h5") : fs::path(arguments.output);
+  check_ending(file, "a packed campaign is one HDF5 file", {".h5", ".hdf5"});
   const ParentFolders folders(file);
   warn(directories.size() > 1 ? pack(directories, file, arguments.force) : pack(directories[0], file, arguments.force));
   warn_if_incomplete(file);

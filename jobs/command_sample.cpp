@@ -9,10 +9,13 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <unordered_set>
 
 #include "archive/archive.h"
+#include "archive/csv.h"
 #include "archive/files.h"
 #include "archive/parent_folders.h"
+#include "archive/utf8.h"
 #include "jobs/commands.h"
 #include "jobs/option_values.h"
 #include "jobs/particles.h"
@@ -48,8 +51,10 @@ class Output {
 
  private:
   static constexpr std::size_t kBuffer = std::size_t{1} << 16;
+  /// Names may be of any bytes: a terminal gets them escaped, files and other programs as they are.
   void flush() {
     const int to = file_ ? file_->descriptor() : stream_ ? stream_.number() : STDOUT_FILENO;
+    if (isatty(to) != 0) buffer_ = printable_lines(buffer_);
     const int error = write_all(to, std::as_bytes(std::span(buffer_)));
     if (error != 0) fail_writing(name_ == "-" ? "standard output" : name_, error);
     buffer_.clear();
@@ -60,10 +65,13 @@ class Output {
   std::string buffer_;
 };
 
+/// In the order in which they were asked for, each once.
 std::vector<std::uint32_t> chosen_particles(const std::vector<std::string>& texts, const Scenario& scenario) {
   std::vector<std::uint32_t> out;
+  std::unordered_set<std::uint32_t> seen;
   for (const std::string& text : texts) {
-    out.push_back(static_cast<std::uint32_t>(parse_whole(text, "--particle", 0, scenario.particles - 1)));
+    const auto particle = static_cast<std::uint32_t>(parse_whole(text, "--particle", 0, scenario.particles - 1));
+    if (seen.insert(particle).second) out.push_back(particle);
   }
   return out;
 }
@@ -71,11 +79,11 @@ std::vector<std::uint32_t> chosen_particles(const std::vector<std::string>& text
 std::string head(const Scenario& scenario, const ParticleSource& source, bool derived) {
   std::string line = "particle";
   if (!derived) {
-    for (const UncertainParameter& parameter : scenario.space.parameters) line += "," + parameter.name;
+    for (const UncertainParameter& parameter : scenario.space.parameters) line += "," + csv_cell(parameter.name);
     return line;
   }
   for (const Derived& one : source.nominal_derived()) {
-    line += "," + one.name + (one.unit == "1" ? "" : " [" + one.unit + "]");
+    line += "," + csv_cell(one.name + (one.unit == "1" ? "" : " [" + one.unit + "]"));
   }
   return line;
 }
@@ -84,7 +92,8 @@ std::string value_cells(const Scenario& scenario, const std::vector<double>& val
   std::string line;
   for (int k = 0; k < scenario.space.size(); ++k) {
     const auto& labels = scenario.space.parameters[k].labels;
-    line += labels.empty() ? fmt::format(",{}", values[k]) : "," + labels.at(static_cast<std::size_t>(values[k]));
+    line +=
+        labels.empty() ? fmt::format(",{}", values[k]) : "," + csv_cell(labels.at(static_cast<std::size_t>(values[k])));
   }
   return line;
 }
@@ -110,6 +119,7 @@ int sample(const Arguments& arguments) {
   std::vector<fs::path> made_of = {scenario.file};
   for (const auto& [name, content] : scenario.source.inputs) made_of.emplace_back(name);
   if (file) check_new_file(arguments.output, arguments.force, made_of);
+  if (file) check_ending(arguments.output, "particles are written as CSV", {".csv", ".txt"});
   const std::vector<std::uint32_t> particles = chosen_particles(arguments.particles, scenario);
   const ParticleSource source(scenario, scenario.seed, scenario.particles);
   const ParentFolders folders(arguments.output);
@@ -141,7 +151,8 @@ void add_sample(CLI::App& app, Action& action) {
       "--derived", arguments->derived,
       "Instead of the parameters what fabrication makes of them: masses, centres of mass, inertias, lengths, "
       "where joints and links are");
-  verb->add_option("--particle", arguments->particles, "Only this particle (0 is the first); may be repeated")
+  verb->add_option("--particle", arguments->particles,
+                   "Only this particle (0 is the first); may be repeated, and each is written once")
       ->type_name("NUMBER")
       ->allow_extra_args(false);
   verb->add_flag("--force", arguments->force, "Replace the file if it exists");

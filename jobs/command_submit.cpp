@@ -225,7 +225,7 @@ void add_submit(CLI::App& app, Action& action) {
       "be\n"
       "queued again at any time. docs/cluster.md tells more.\n");
   verb->allow_extras();
-  verb->add_option("--time", arguments->time, "Time limit: minutes, H:M:S, D-H, D-H:M:S")->required();
+  verb->add_option("--time", arguments->time, "Time limit as Slurm's: minutes, M:S, H:M:S, D-H, D-H:M:S")->required();
   add_whole(*verb, "--nodes", request.nodes, 1, 100000, "Nodes")->default_str("1");
   add_whole(*verb, "--ntasks-per-node", request.tasks_per_node, 1, 4096, "MPI ranks on each node")->default_str("1");
   add_whole(*verb, "--cpus-per-task", request.cpus_per_task, 1, 4096, "Threads of each rank")->default_str("1");

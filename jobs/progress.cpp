@@ -42,6 +42,7 @@ std::string ProgressReport::line() const {
   const double elapsed = seconds();
   const CampaignProgress progress = progress_of(crew_);
   const std::uint64_t done = progress.traces;
+  if (total_ == 0) return "all traces are there already";
   const double rate = static_cast<double>(done) / elapsed;
   std::string text =
       fmt::format("{}{}{} traces, {:.3g} traces/s, {:.3g} particle-steps/s, ", done, looks_ ? " of at most " : "/",

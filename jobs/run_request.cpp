@@ -30,6 +30,7 @@ Destination destination(const RunArguments& arguments, const Scenario& scenario)
     return {(piped ? "scenario" : fs::path(scenario.file).stem().string()) + ".graze", std::nullopt};
   }
   const fs::path output = arguments.output;
+  check_ending(output, "a campaign is a directory, or one HDF5 file", {".graze", ".h5"});
   if (output.extension() != ".h5") return {output, std::nullopt};
   check_new_file(output, arguments.force, {});
   return {fs::path(output).replace_extension(".graze"), output};

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <limits>
 
 #include "engine/model/kinematics.h"
@@ -55,6 +56,12 @@ std::vector<NamedColumn> actuator_columns(const Model& model, const CampaignInfo
   return out;
 }
 
+/// Whether the robot's sensors feel the force on a frame: movable objects have none.
+bool is_sensed(const Model& model, const Frame& frame) {
+  return std::none_of(model.colliders.begin(), model.colliders.end(),
+                      [&](const Collider& collider) { return collider.is_object && collider.link == frame.name; });
+}
+
 std::vector<NamedColumn> requirement_columns(const Task& task) {
   std::vector<NamedColumn> out;
   for (const Requirement& one : task.requirements) out.push_back({one.name, one.unit});
@@ -90,7 +97,9 @@ void add_observation(const std::string& prefix, const Scenario& scenario, const 
   const auto actuators = [&](const auto& unit) { return actuator_columns(model, info, unit); };
   const std::vector<std::string> xyz = {"x", "y", "z"}, rpy = {"roll", "pitch", "yaw"};
   std::vector<NamedColumn> links;
-  for (const Frame& frame : model.frames) links.push_back({frame.name, "N"});
+  for (const Frame& frame : model.frames) {
+    if (is_sensed(model, frame)) links.push_back({frame.name, "N"});
+  }
   out.push_back({prefix + "joint_position", actuators([](const Units& u) { return u.position; })});
   out.push_back({prefix + "joint_velocity", actuators([](const Units& u) { return u.speed; })});
   out.push_back({prefix + "joint_acceleration", actuators([](const Units& u) { return u.position + "/s^2"; })});
@@ -210,9 +219,15 @@ void StepRecorder::append_observation(const StepView& step, const Observation& o
   const Observation& o = observation;
   for (const BlockArray* group :
        {&o.joint_position, &o.joint_velocity, &o.joint_acceleration, &o.joint_torque, &o.base_position, &o.base_rpy,
-        &o.base_velocity, &o.base_rate, &o.imu_linear, &o.imu_angular, &o.link_force}) {
+        &o.base_velocity, &o.base_rate, &o.imu_linear, &o.imu_angular}) {
     append(*group, step.lane);
   }
+  const std::vector<Frame>& frames = scenario_.model.frames;
+  std::vector<double> forces;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    if (is_sensed(scenario_.model, frames[i])) forces.push_back(o.link_force(static_cast<int>(i), step.lane));
+  }
+  append(forces.data(), forces.size());
 }
 
 void StepRecorder::append_targets(const StepView& step, const Targets& targets) {

@@ -1,6 +1,11 @@
 // Claim: what a verb writes is never lost silently, and never takes the place of what it reads or of what was there.
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstdlib>
 
 #include "tests/jobs/ball_campaign.h"
 
@@ -59,6 +64,133 @@ TEST(Outputs, SamplesAreReplacedOnlyByForce) {
   EXPECT_EQ(again.code, 2);
   EXPECT_THAT(again.err, AllOf(HasSubstr("s.csv"), HasSubstr("--force")));
   EXPECT_EQ(campaign.graze("sample ball.yaml -n 4 -o s.csv --force").code, 0);
+}
+
+/// A ball whose scenario is made of files of every kind, in folders of their own.
+void write_many_files(const BallCampaign& campaign) {
+  const auto at = [&](const char* name) { return campaign.folder / name; };
+  std::filesystem::create_directory(at("parts"));
+  testing::write_file(at("parts/time.yaml"), "time: {end: 50 ms, step: 1 ms, control: 1 ms}\n");
+  testing::write_file(at("parts/heights.csv"), "z\n0.01\n0.02\n0.03\n");
+  testing::write_file(at("parts/block.obj"),
+                      "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n");
+  std::string text = testing::ball_scenario();
+  const auto replace = [&](const std::string& old, const std::string& now) {
+    text.replace(text.find(old), old.size(), now);
+  };
+  replace("graze: 1\n", "graze: 1\ninclude: [parts/time.yaml]\n");
+  replace("time: {end: 50 ms, step: 1 ms, control: 1 ms}\n", "");
+  replace("{uniform: [-5 cm, 5 cm]}", "{empirical: {file: parts/heights.csv, column: z, unit: m}}");
+  testing::write_file(at("ball.yaml"), text);
+  std::string urdf = testing::kBallUrdf;
+  const std::string sphere = "<sphere radius=\"0.1\"/>";
+  urdf.replace(urdf.find(sphere), sphere.size(), "<mesh filename=\"parts/block.obj\"/>");
+  testing::write_file(at("ball.urdf"), urdf);
+}
+
+// Claim: sample takes the place of no file that the scenario is read from, by whatever path it is called, --force or
+// not.
+TEST(Outputs, SampleSparesAllThatTheScenarioIsMadeOf) {
+  const BallCampaign campaign;
+  write_many_files(campaign);
+  ASSERT_EQ(campaign.graze("sample ball.yaml -n 3").code, 0) << campaign.graze("sample ball.yaml -n 3").err;
+  std::filesystem::create_symlink("parts", campaign.folder / "link");
+  for (const std::string file : {"ball.yaml", "ball.urdf", "parts/time.yaml", "parts/heights.csv", "parts/block.obj",
+                                 "link/heights.csv", "./parts/../parts/block.obj"}) {
+    const std::string before = testing::read_file(campaign.folder / file);
+    const testing::Result refused = campaign.graze("sample ball.yaml -n 3 --force -o " + file);
+    EXPECT_EQ(refused.code, 2) << file;
+    EXPECT_THAT(refused.err, HasSubstr("which is only read")) << file;
+    EXPECT_EQ(testing::read_file(campaign.folder / file), before) << file;
+  }
+  std::filesystem::create_directory(campaign.folder / "elsewhere");
+  const testing::Result far =
+      testing::graze(campaign.folder / "elsewhere", "sample ../ball.yaml -n 3 --force -o ../parts/heights.csv");
+  EXPECT_EQ(far.code, 2);
+  EXPECT_THAT(far.err, HasSubstr("which is only read"));
+}
+
+// Claim: an output that is named as another kind of file is refused with the name that fits, before anything is done.
+TEST(Outputs, EndingsThatDoNotFitAreRefused) {
+  const BallCampaign campaign;
+  ASSERT_EQ(campaign.graze("run ball.yaml -n 2 --quiet -o a.graze").code, 0);
+  const std::vector<std::array<std::string, 3>> wrong = {
+      {"pack a.graze -o x.csv", "x.csv", "x.h5 or x.hdf5"},
+      {"pack a.graze -o x.graze", "x.graze", "x.h5 or x.hdf5"},
+      {"run ball.yaml -n 2 -o foo.txt", "foo.txt", "foo.graze or foo.h5"},
+      {"run ball.yaml -n 2 -o foo.hdf5", "foo.hdf5", "foo.graze or foo.h5"},
+      {"sample ball.yaml -n 2 -o p.h5", "p.h5", "p.csv or p.txt"}};
+  for (const auto& [arguments, file, right] : wrong) {
+    const testing::Result refused = campaign.graze(arguments);
+    EXPECT_EQ(refused.code, 2) << arguments;
+    EXPECT_THAT(refused.err, AllOf(HasSubstr("--output " + file), HasSubstr("nearest right answer: " + right)));
+    EXPECT_FALSE(std::filesystem::exists(campaign.folder / file));
+  }
+  EXPECT_EQ(campaign.graze("run ball.yaml -n 2 --quiet -o v1.2").code, 0) << "no kind of file";
+  EXPECT_EQ(campaign.graze("pack a.graze -o x.hdf5").code, 0);
+}
+
+// Claim: sample gives names as they are to files and other programs, as CSV, and escaped to a terminal.
+TEST(Outputs, NamesReachNoTerminalRaw) {
+  const BallCampaign campaign;
+  for (const char* file : {"ball.yaml", "ball.urdf"}) {
+    std::string text = testing::read_file(campaign.folder / file);
+    for (std::size_t at = 0; (at = text.find("link name=\"ball\"", at)) != std::string::npos; ++at) {
+      text.replace(at, 16, "link name=\"ba,l\u009bl\"");
+    }
+    for (std::size_t at = 0; (at = text.find("link: ball", at)) != std::string::npos; ++at) {
+      text.replace(at, 10, "link: \"ba*l\"");
+    }
+    if (const auto at = text.find("robot.link.ball.density"); at != std::string::npos)
+      text.replace(at, 23, "robot.link.*.density");
+    testing::write_file(campaign.folder / file, text);
+  }
+  const testing::Result piped = campaign.graze("sample ball.yaml -n 1");
+  ASSERT_EQ(piped.code, 0) << piped.err;
+  EXPECT_THAT(piped.out, HasSubstr("\"robot.link.ba,l\u009bl.density\""));
+  const int terminal = posix_openpt(O_RDWR | O_NOCTTY | O_CLOEXEC);
+  if (terminal < 0 || grantpt(terminal) != 0 || unlockpt(terminal) != 0) GTEST_SKIP() << "no terminals here";
+  const std::string name = ptsname(terminal);
+  const int held = open(name.c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);  // so that it stays until it is read
+  ASSERT_EQ(campaign.graze("sample ball.yaml -n 1 >" + name).code, 0);
+  ASSERT_EQ(testing::shell(campaign.folder.path(), "'" GRAZE_PROGRAM "' sample ball.yaml -n 1 -o " + name).code, 0);
+  std::string seen(4096, '\0');
+  seen.resize(static_cast<std::size_t>(std::max<ssize_t>(read(terminal, seen.data(), seen.size()), 0)));
+  close(held);
+  close(terminal);
+  EXPECT_THAT(seen, AllOf(HasSubstr("ba,l\\u009bl"), Not(HasSubstr("\u009b"))));
+}
+
+// Claim: what a replay exports as sensed is of the robot: a movable object has no column of zeros.
+TEST(Outputs, ObjectsFeelNoForces) {
+  const BallCampaign campaign;
+  ASSERT_EQ(campaign
+                .graze("run ball.yaml -n 1 --quiet -o a.graze --set 'environment.crate={box: [1, 1, 0.1], position: "
+                       "[3, 0, 0.05], movable: true, mass: 1}'")
+                .code,
+            0);
+  ASSERT_EQ(campaign.graze("replay a.graze --particle 0 -o a.csv").code, 0);
+  const std::string text = testing::read_file(campaign.folder / "a.csv");
+  const std::string head = text.substr(0, text.find('\n')), next = text.substr(head.size() + 1);
+  EXPECT_THAT(
+      head, AllOf(HasSubstr("sensed.link_force.ball [N]"), HasSubstr("q.crate.x"), Not(HasSubstr("link_force.crate"))));
+  EXPECT_EQ(std::count(next.begin(), next.begin() + static_cast<std::ptrdiff_t>(next.find('\n')), ','),
+            std::count(head.begin(), head.end(), ','));
+}
+
+// Claim: where nothing is left to do progress says so, rather than that 0 of 0 are done.
+TEST(Outputs, NothingLeftIsNotZeroOfZero) {
+  const BallCampaign campaign;
+  ASSERT_EQ(campaign.graze("run ball.yaml -n 2 --quiet -o a.graze").code, 0);
+  EXPECT_THAT(campaign.graze("resume a.graze").err, Not(HasSubstr("0/0")));
+}
+
+// Claim: a particle that is asked for twice is one particle.
+TEST(Outputs, ParticlesAreSampledOnce) {
+  const BallCampaign campaign;
+  const std::string once = campaign.graze("sample ball.yaml -n 9 --particle 4 --particle 2").out;
+  EXPECT_EQ(campaign.graze("sample ball.yaml -n 9 --particle 4 --particle 2 --particle 4").out, once);
+  EXPECT_EQ(std::count(once.begin(), once.end(), '\n'), 3);
 }
 
 // Claim: one part alone is no whole campaign, whoever looks at it, and packing what is not whole is told.
