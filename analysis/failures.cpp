@@ -28,6 +28,8 @@ Failure describe(const FailureTable& table, const FailureTable::Row& row, const 
     out.unit = requirement.unit;
   } else if (row.outcome == Outcome::invalid) {
     out.what = table.reasons[row.reason];
+  } else if (row.culprit.leaf >= 0) {
+    out.unit = info.leaves.at(static_cast<std::size_t>(row.culprit.leaf)).unit;  // of the witness that fell short
   }
   return out;
 }

@@ -20,7 +20,7 @@ struct Failure {
   std::string what;  // the requirement that was violated first; "objective"; why it is invalid
   double time = 0;   // s: of the violation, else of the end; NaN: not known
   double margin = 0;
-  std::string unit = {};     // of the margin, of known failures
+  std::string unit = {};     // of the margin; of an objective: of the witness that gave it
   std::string culprit = {};  // the part that was below 0 first, or that missed the objective; empty: not to be told
   std::uint64_t alike = 1;   // traces of the policy that failed in the same way
 };

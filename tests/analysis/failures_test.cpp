@@ -85,6 +85,24 @@ TEST(Failures, CanBeOfSomeParticles) {
   EXPECT_TRUE(archive.failures(archive.info().policies[0], [](std::uint32_t) { return false; }).rows.empty());
 }
 
+// Claim: an objective's margin has the unit of the witness that gave it, in the table, the list and JSON.
+TEST(Failures, MarginsOfObjectivesHaveUnits) {
+  const Folder folder;
+  CampaignInfo want = facts();
+  want.leaves[1].unit = "rad";  // all synthetic objectives are missed there
+  write(folder / "a.graze", want);
+  const Archive archive(folder / "a.graze");
+  const Score result = score(archive, "a.graze");
+  EXPECT_THAT(format_score(result), HasSubstr("-0.5 rad"));
+  std::ostringstream list;
+  list_failures(archive, want.policies, "a.graze", list);
+  EXPECT_THAT(list.str(), HasSubstr("-0.5 rad"));
+  for (const auto& failure : nlohmann::json::parse(score_json(result))["failures"]) {
+    if (failure["outcome"].get<std::string>() != "unknown failure") continue;
+    EXPECT_EQ(failure["unit"], "rad");
+  }
+}
+
 // Claim: of each policy and way of failing the lowest particle stands for all, and the counts are the score's.
 TEST(Failures, TheFirstOfEachKindStandsForAll) {
   const Folder folder;
