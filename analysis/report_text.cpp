@@ -65,15 +65,20 @@ std::string requirement_table(const Score& score) {
   return text_table(rows, 1);
 }
 
-/// One line per policy and measure.
+/// One line per policy and measure. The column "undecided" is there only if there is such a trace.
 std::string measure_table(const Score& score) {
+  const bool undecided = std::any_of(score.policies.begin(), score.policies.end(), [](const PolicyScore& p) {
+    return std::any_of(p.kept.begin(), p.kept.end(), [](const PolicyScore::Kept& kept) { return kept.undecided > 0; });
+  });
   Rows rows = {{"policy", "measure", "N", "kept", "rate", "95 % interval", "objective met", "of these kept"}};
+  if (undecided) rows[0].push_back("undecided");
   for (const PolicyScore& p : score.policies) {
     for (std::size_t k = 0; k < p.kept.size(); ++k) {
       const PolicyScore::Kept& kept = p.kept[k];
       const double rate = static_cast<double>(kept.all) / static_cast<double>(p.n);  // NaN if n = 0
       rows.push_back({p.policy, score.measures[k], std::to_string(p.n), std::to_string(kept.all), decimal(rate),
                       interval_text(kept.interval), std::to_string(p.objective_met), std::to_string(kept.met)});
+      if (undecided) rows.back().push_back(std::to_string(kept.undecided));
     }
   }
   return text_table(rows, 2);
@@ -126,8 +131,11 @@ Json json_of(const PolicyScore& p, const std::vector<std::string>& requirements,
   for (std::size_t i = 0; i < requirements.size(); ++i) by_requirement[requirements[i]] = p.by_requirement[i];
   Json measures = Json::object();
   for (std::size_t k = 0; k < p.kept.size(); ++k) {
-    measures[names[k]] = {
-        {"kept", p.kept[k].all}, {"kept_and_objective_met", p.kept[k].met}, {"interval", json_of(p.kept[k].interval)}};
+    const PolicyScore::Kept& kept = p.kept[k];
+    measures[names[k]] = {{"kept", kept.all},
+                          {"undecided", kept.undecided},
+                          {"kept_and_objective_met", kept.met},
+                          {"interval", json_of(kept.interval)}};
   }
   return {{"policy", p.policy},
           {"n", p.n},

@@ -28,12 +28,13 @@ struct Ends {
 };
 
 void count(const TraceOutcome& trace, PolicyScore& out) {
-  const bool valid = trace.outcome != Outcome::invalid, met = valid && trace.objective_margin >= 0;
+  const bool valid = trace.outcome != Outcome::invalid, met = valid && !trace.cut && trace.objective_margin >= 0;
   if (met) ++out.objective_met;
   for (std::size_t k = 0; k < out.kept.size(); ++k) {
     const bool kept = valid && (trace.kept >> k & 1u);
     out.kept[k].all += kept;
     out.kept[k].met += kept && met;
+    out.kept[k].undecided += valid && (trace.undecided >> k & 1u);
   }
   switch (trace.outcome) {
     case Outcome::success:

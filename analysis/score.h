@@ -26,11 +26,12 @@ struct PolicyScore {
   std::uint64_t n = 0;  // valid traces, S + K + U
   std::uint64_t success = 0, known = 0, unknown = 0, invalid = 0;
   std::vector<std::uint64_t> by_requirement;  // known failures, by the requirement that was violated first
-  std::uint64_t objective_met = 0;            // valid traces that met the objective, whatever they violated on the way
-  double rate = 0;                            // success / n; NaN if n = 0
+  std::uint64_t objective_met = 0;  // valid traces that lasted and met the objective, whatever they violated on the way
+  double rate = 0;                  // success / n; NaN if n = 0
   Interval interval;  // 95 %: Clopper-Pearson, or the confidence sequence if --until chose the number of particles
   struct Kept {
     std::uint64_t all = 0, met = 0;  // valid traces that kept a measure; of these, those that met the objective
+    std::uint64_t undecided = 0;     // valid traces that ended before they had shown it; not among the others
     Interval interval = {};          // of all / n, 95 %, Clopper-Pearson
   };
   std::vector<Kept> kept = {};                 // per measure

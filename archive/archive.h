@@ -60,6 +60,7 @@ struct CampaignInfo {
     std::string name, description, unit;
     bool measure = false;    // decides nothing
     std::string parts = {};  // what its culprits are numbers of: part_kind_name(); empty in archives without
+    Window window = {};      // when it counts, s; in archives without: always
   };
   std::vector<RequirementRow> requirements;  // measures last
   std::size_t deciding() const;              // requirements that are no measures
@@ -167,8 +168,10 @@ struct TraceOutcome {
   Outcome outcome;
   int violated;  // requirement index; -1: none
   double objective_margin;
-  std::uint64_t kept = 0;  // bit k: the k-th measure's margin is not negative
-  Culprit culprit = {};    // of a failure: at the first violation, else of the objective
+  bool cut = false;             // it ended before its time, by a violation
+  std::uint64_t kept = 0;       // bit k: the k-th measure was kept (kept_by)
+  std::uint64_t undecided = 0;  // bit k: whether it was, nobody knows
+  Culprit culprit = {};         // of a failure: at the first violation, else of the objective
 };
 
 /// Whether the seals of shards are to be checked, which reads all of them; trusted: this program has just written them.

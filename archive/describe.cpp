@@ -70,7 +70,7 @@ CampaignInfo describe_campaign(const Scenario& scenario, std::uint64_t particles
   for (const UncertainParameter& parameter : scenario.space.parameters) info.parameters.push_back(row_of(parameter));
   for (const Requirement& requirement : scenario.task.requirements) {
     info.requirements.push_back({requirement.name, requirement.description, requirement.unit, requirement.measure,
-                                 part_kind_name(requirement.witness->parts())});
+                                 part_kind_name(requirement.witness->parts()), requirement.window});
   }
   for (const Objective* leaf : leaves(scenario.task.objective)) {
     info.leaves.push_back({"", leaf->description, leaf->unit, false, part_kind_name(leaf->witness->parts())});

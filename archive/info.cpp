@@ -51,6 +51,8 @@ void read_member(const Handle& file, const std::string& path, std::vector<Row>& 
 }
 
 const hdf5::Spec kMeasure{"measure", hdf5::Type::u8};
+const hdf5::Spec kFrom{"from", hdf5::Type::f64, false, 1, "s"};
+const hdf5::Spec kTo{"to", hdf5::Type::f64, false, 1, "s"};
 const hdf5::Spec kNominal{"nominal", hdf5::Type::f64};
 const hdf5::Spec kLabelOffset{"label_offset", hdf5::Type::u64};
 
@@ -205,7 +207,7 @@ ParticleRange read_part(const Handle& file, std::uint64_t particles) {
   return part;
 }
 
-/// Archives without measures do without the dataset.
+/// Archives without measures do without the last three datasets.
 void write_requirements(const Handle& file, const CampaignInfo& info) {
   const hid_t root = file.id();
   hdf5::write_strings(root, "requirements/name", member(info.requirements, &RequirementRow::name));
@@ -213,8 +215,26 @@ void write_requirements(const Handle& file, const CampaignInfo& info) {
   hdf5::write_strings(root, "requirements/unit", member(info.requirements, &RequirementRow::unit));
   if (info.deciding() == info.requirements.size()) return;
   std::vector<std::uint8_t> measure;
-  for (const RequirementRow& row : info.requirements) measure.push_back(row.measure ? 1 : 0);
+  std::vector<double> from, to;
+  for (const RequirementRow& row : info.requirements) {
+    measure.push_back(row.measure ? 1 : 0);
+    from.push_back(row.window.from);
+    to.push_back(row.window.to);
+  }
   hdf5::write_column(root, "requirements", kMeasure, measure, 0);
+  hdf5::write_column(root, "requirements", kFrom, from, 0);
+  hdf5::write_column(root, "requirements", kTo, to, 0);
+}
+
+/// Older archives have none.
+void read_windows(const Handle& file, std::uint64_t file_bytes, std::vector<RequirementRow>& rows) {
+  if (!hdf5::exists(file.id(), "requirements/from")) return;
+  const auto from = hdf5::read_column<double>(file.id(), "requirements", kFrom, file_bytes);
+  const auto to = hdf5::read_column<double>(file.id(), "requirements", kTo, file_bytes);
+  if (from.size() != rows.size() || to.size() != rows.size()) {
+    throw hdf5::Error("datasets 'requirements/from' and 'to' do not fit their neighbours");
+  }
+  for (std::size_t i = 0; i < rows.size(); ++i) rows[i].window = {from[i], to[i]};
 }
 
 std::vector<RequirementRow> read_requirements(const Handle& file, std::uint64_t file_bytes) {
@@ -229,6 +249,7 @@ std::vector<RequirementRow> read_requirements(const Handle& file, std::uint64_t 
     throw hdf5::Error("dataset 'requirements/measure' does not fit its neighbours");
   }
   for (std::size_t i = 0; i < rows.size(); ++i) rows[i].measure = measure[i] != 0;
+  read_windows(file, file_bytes, rows);
   return rows;
 }
 

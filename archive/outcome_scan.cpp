@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 
+#include "archive/kept.h"
 #include "archive/part_rows.h"
 
 namespace graze {
@@ -21,6 +22,17 @@ void for_each_piece(Parts& parts, const std::string& policy, const Act& act) {
     for (std::uint64_t first = 0; first < rows; first += kPiece) {
       act(file, rows, first, std::min(kPiece, rows - first));
     }
+  }
+}
+
+/// `margins`: of all requirements and measures.
+void judge_measures(std::span<const double> margins, double end_time, const CampaignInfo& info, TraceOutcome& out) {
+  const std::size_t deciding = info.deciding(), measures = std::min(margins.size() - deciding, kMostMeasures);
+  for (std::size_t k = 0; k < measures; ++k) {
+    const std::size_t i = deciding + k;
+    const Kept kept = kept_by(info.requirements[i], margins[i], out.outcome, end_time, info);
+    out.kept |= std::uint64_t{kept == Kept::yes} << k;
+    out.undecided |= std::uint64_t{kept == Kept::undecided} << k;
   }
 }
 
@@ -63,6 +75,7 @@ void scan_outcomes(Parts& parts, const std::string& policy, const CampaignInfo& 
         const auto outcome = file.slice<std::uint8_t>(group, schema::outcome(), rows, first, count);
         const auto violated = file.slice<std::int32_t>(group, schema::violated(), rows, first, count);
         const auto margin = file.slice<double>(group, schema::objective_margin(), rows, first, count);
+        const auto end_time = file.slice<double>(group, schema::end_time(), rows, first, count);
         std::vector<double> margins;  // [row][requirement]
         if (deciding < requirements) {
           margins = file.slice<double>(group, schema::margins(widths_of(info)), rows, first, count);
@@ -80,11 +93,10 @@ void scan_outcomes(Parts& parts, const std::string& policy, const CampaignInfo& 
           if (id >= seen.size()) seen.resize(std::max<std::size_t>(std::size_t{id} + 1, 2 * seen.size()));
           if (seen[id]) twice.push_back(id);
           if (!seen[id]) {
-            out.push_back({id, result, violated[i], margin[i]});
+            out.push_back({id, result, violated[i], margin[i], cut_short(result, end_time[i], info)});
             out.back().culprit = culprits[i];
-            for (std::size_t k = deciding; k < requirements && k - deciding < kMostMeasures; ++k) {
-              out.back().kept |= std::uint64_t{margins[i * requirements + k] >= 0} << (k - deciding);
-            }
+            if (!margins.empty())
+              judge_measures({&margins[i * requirements], requirements}, end_time[i], info, out.back());
           }
           seen[id] = true;
         }

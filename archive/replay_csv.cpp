@@ -199,6 +199,7 @@ void write_trace(const ReplayFile& replay, const fs::path& path) {
   fact("end_time", trace.end_time, "s");
   for (std::size_t i = 0; i < replay.requirements.size(); ++i) {
     const ReplayedRequirement& requirement = replay.requirements[i];
+    fact("is_measure." + requirement.name, std::string(requirement.measure ? "yes" : "no"));
     fact("margin." + requirement.name, trace.margins[i], requirement.unit.c_str());
     fact("first_violation." + requirement.name, trace.first_violations[i], "s");
     const auto culprit = [&](const std::vector<int>& parts) {
@@ -208,6 +209,7 @@ void write_trace(const ReplayFile& replay, const fs::path& path) {
     fact("violation_culprit." + requirement.name, culprit(trace.violation_parts));
     fact("from." + requirement.name, requirement.from, "s");
     fact("to." + requirement.name, requirement.to, "s");
+    if (requirement.measure) fact("kept." + requirement.name, replay.kept(i));
   }
   fact("objective", info.objective);
   fact("objective_margin", trace.objective_margin);

@@ -6,6 +6,7 @@
 #include "archive/culprit.h"
 #include "archive/file_driver.h"
 #include "archive/files.h"
+#include "archive/kept.h"
 #include "archive/schema.h"
 
 namespace graze {
@@ -128,6 +129,11 @@ class Hdf5Writer {
     strings("requirements/name", replay_.requirements, &ReplayedRequirement::name);
     strings("requirements/description", replay_.requirements, &ReplayedRequirement::description);
     strings("requirements/unit", replay_.requirements, &ReplayedRequirement::unit);
+    const auto byte = [](const ReplayedRequirement& r) { return std::uint8_t{r.measure}; };
+    column("requirements", {"measure", Type::u8}, gather<std::uint8_t>(replay_.requirements, byte));
+    std::vector<std::string> kept;
+    for (std::size_t i = 0; i < replay_.requirements.size(); ++i) kept.push_back(replay_.kept(i));
+    hdf5::write_strings(file_, "requirements/kept", kept);
     column("requirements", {"margin"}, replay_.trace.margins);
     column("requirements", {"first_violation", Type::f64, false, 1, "s"}, replay_.trace.first_violations);
     hdf5::write_strings(file_, "requirements/margin_culprit", culprits(replay_.trace.margin_parts));
@@ -206,6 +212,11 @@ class Hdf5Writer {
 };
 
 }  // namespace
+
+std::string ReplayFile::kept(std::size_t i) const {
+  if (!requirements[i].measure || trace.outcome == Outcome::invalid) return "";
+  return kept_name(kept_by(info.requirements.at(i), trace.margins.at(i), trace.outcome, trace.end_time, info));
+}
 
 std::vector<std::filesystem::path> replay_files(const std::filesystem::path& output) {
   const std::string ending = output.extension().string();

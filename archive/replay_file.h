@@ -35,7 +35,7 @@ struct StepLog {
 struct ReplayedParameter {
   std::string name, unit, distribution;
   double nominal = 0, value = 0;
-  double deviations = 0;                   // (value - nominal) / std of the distribution; NaN: it has none
+  double deviations = 0;                   // (value - mean) / std of the distribution; NaN: it has none
   std::string nominal_label, value_label;  // of choices
 };
 
@@ -61,6 +61,10 @@ struct ReplayFile {
   std::vector<ReplayedParameter> parameters;
   std::vector<ReplayedNumber> derived;  // empty: the particle could not be fabricated
   StepLog log;
+
+  /// Of a measure, the i-th of `requirements`: "yes", "no", "undecided" (kept_by); empty: a requirement, or the trace
+  /// is invalid.
+  std::string kept(std::size_t i) const;
 };
 
 /// The files that write_replay() makes for `output`: one ending in .h5, or, for one ending in .csv, NAME.csv (frames),

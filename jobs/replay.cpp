@@ -94,12 +94,14 @@ std::optional<Particle> fabricate(const ParticleSource& source, std::uint32_t id
   }
 }
 
-/// How far from nominal, in standard deviations. The heading of an axis error is no distance from anything: its tilt
-/// tells how large the error is.
+/// How far from its mean, in standard deviations of its own distribution. From the nominal value that would be no
+/// measure of how rare a value is: the nominal may lie anywhere, or outside. The heading of an axis error is no
+/// distance from anything: its tilt tells how large the error is.
 double deviations(const UncertainParameter& parameter, double value) {
   if (parameter.name.ends_with(".axis.heading")) return std::numeric_limits<double>::quiet_NaN();
   const double std = parameter.persistent.is_choice() ? 0 : parameter.persistent.std();
-  return std > 0 && std::isfinite(std) ? (value - parameter.nominal) / std : std::numeric_limits<double>::quiet_NaN();
+  const bool known = std > 0 && std::isfinite(std) && std::isfinite(parameter.persistent.mean());
+  return known ? (value - parameter.persistent.mean()) / std : std::numeric_limits<double>::quiet_NaN();
 }
 
 std::vector<ReplayedParameter> describe_parameters(const Scenario& scenario, const CampaignInfo& info,

@@ -8,6 +8,7 @@
 #include "analysis/event_text.h"
 #include "analysis/text_table.h"
 #include "archive/culprit.h"
+#include "archive/kept.h"
 #include "archive/utf8.h"
 #include "jobs/replay.h"
 
@@ -24,7 +25,7 @@ std::string with_unit(double x, const std::string& unit) {
                        : fmt::format("{:.6g}{}{}", x, unit.empty() || unit == "1" ? "" : " ", unit == "1" ? "" : unit);
 }
 
-/// Choices that are not the nominal one first, then by deviation.
+/// Choices that are not the nominal one first, then by standard deviations.
 std::vector<const ReplayedParameter*> by_deviation(const std::vector<ReplayedParameter>& parameters) {
   std::vector<const ReplayedParameter*> out;
   for (const ReplayedParameter& parameter : parameters) out.push_back(&parameter);
@@ -40,7 +41,7 @@ std::string parameter_table(const Replay& replay, bool all) {
   const std::vector<const ReplayedParameter*> parameters = by_deviation(replay.file.parameters);
   if (parameters.empty()) return "\nNothing is uncertain: the particle is the nominal robot\n";
   const std::size_t shown = all ? parameters.size() : std::min(parameters.size(), kFewParameters);
-  Rows rows = {{"parameter", "value", "nominal", "deviation", "in std", "distribution"}};
+  Rows rows = {{"parameter", "value", "nominal", "from nominal", "std from mean", "distribution"}};
   for (std::size_t i = 0; i < shown; ++i) {
     const ReplayedParameter& p = *parameters[i];
     const bool choice = !p.value_label.empty();
@@ -52,9 +53,11 @@ std::string parameter_table(const Replay& replay, bool all) {
   }
   const std::string title =
       shown == parameters.size()
-          ? "All parameters of the particle, the farthest from nominal first"
-          : fmt::format("Parameters of the particle, the {} of {} farthest from nominal (--all: every one)", shown,
-                        parameters.size());
+          ? "All parameters of the particle, the farthest from the mean of their distribution first"
+          : fmt::format(
+                "Parameters of the particle, the {} of {} farthest from the mean of their distribution (--all: every "
+                "one)",
+                shown, parameters.size());
   return "\n" + title + "\n" + text_table(rows, 6);
 }
 
@@ -84,12 +87,15 @@ std::string margin_table(const Replay& replay) {
   for (std::size_t i = 0; i < replay.file.requirements.size(); ++i) {
     const ReplayedRequirement& requirement = replay.file.requirements[i];
     const double first = trace.first_violations[i];
-    rows.push_back({requirement.name, with_unit(trace.margins[i], requirement.unit),
-                    culprit_of(replay.file, trace.margin_parts, i),
-                    std::isnan(first) ? "-" : fmt::format("{:g} s", first),
-                    (requirement.measure ? "measure: " : "") + requirement.description});
+    rows.push_back(
+        {requirement.name, with_unit(trace.margins[i], requirement.unit),
+         culprit_of(replay.file, trace.margin_parts, i),
+         std::isnan(first) ? replay.file.kept(i) == "undecided" ? "undecided" : "-" : fmt::format("{:g} s", first),
+         (requirement.measure ? "measure: " : "") + requirement.description});
   }
-  return rows.size() == 1 ? "" : "\nMargins: the least value of each requirement's witness\n" + text_table(rows, 4);
+  return rows.size() == 1
+             ? ""
+             : "\nMargins: the least value of each requirement's witness\n" + text_table(rows, rows[0].size());
 }
 
 /// Events, and where requirements were first violated, in order of time.
@@ -149,12 +155,17 @@ std::string end_lines(const Replay& replay) {
   const CampaignInfo& info = replay.file.info;
   if (std::isnan(trace.end_time)) return "";
   if (trace.outcome == Outcome::invalid && trace.end_time == 0) return "end        it never began\n";
-  std::string out = fmt::format("end        {:g} s after {} steps of {:g} s\n", trace.end_time,
-                                std::llround(trace.end_time / info.step), info.step);
+  const bool cut = cut_short(trace.outcome, trace.end_time, info);
+  std::string out = fmt::format("end        {:g} s after {} steps of {:g} s{}\n", trace.end_time,
+                                std::llround(trace.end_time / info.step), info.step,
+                                cut ? fmt::format("; the violation ended it before its {:g} s", info.end) : "");
   if (std::isnan(trace.objective_margin)) return out;
   const std::string culprit = culprit_text(-1, trace.objective_culprit, info);
-  return out + fmt::format("objective  {}: {}, margin {:.6g}{}\n", info.objective,
-                           trace.objective_margin >= 0 ? "met" : "not met", trace.objective_margin,
+  const int leaf = trace.objective_culprit.leaf;
+  const std::string unit = leaf < 0 ? "" : info.leaves.at(static_cast<std::size_t>(leaf)).unit;
+  const char* const met = cut ? "not met, the trace was cut short" : trace.objective_margin >= 0 ? "met" : "not met";
+  return out + fmt::format("objective  {}: {}, margin {}{}\n", info.objective, met,
+                           with_unit(trace.objective_margin, unit),
                            culprit.empty() ? "" : " (" + printable(culprit) + ")");
 }
 
@@ -238,6 +249,7 @@ std::string replay_json(const Replay& replay, const std::vector<std::string>& ex
                                    {"description", one.description},
                                    {"unit", one.unit},
                                    {"measure", one.measure},
+                                   {"kept", file.kept(i).empty() ? Json(nullptr) : Json(file.kept(i))},
                                    {"margin", json_of(trace.margins[i])},
                                    {"margin_culprit", culprit_of(file, trace.margin_parts, i)},
                                    {"violation_culprit", culprit_of(file, trace.violation_parts, i)},

@@ -7,12 +7,15 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/proportions.h"
+#include "archive/hdf5.h"
 #include "tests/archive/compare.h"
 
 namespace graze {
 namespace {
 
 using namespace synthetic;
+using testing::AllOf;
+using testing::ContainsRegex;
 using testing::HasSubstr;
 
 CampaignInfo facts() {
@@ -128,6 +131,7 @@ TEST(Score, MeasuresAreCountedBesideTheOutcome) {
     CampaignWriter writer(folder / "a.graze", want, false);
     Block all = block(want, 0, range(0, 200));
     for (TraceRecord& trace : all.traces) {
+      trace.end_time = want.end;
       trace.margins[2] = trace.particle % 3 == 0 ? -0.1 : 0.0;
       const bool counts = trace.particle % 3 != 0 && trace.outcome != Outcome::invalid;
       kept += counts;
@@ -152,6 +156,73 @@ TEST(Score, MeasuresAreCountedBesideTheOutcome) {
   EXPECT_THAT(format_score(got), HasSubstr("objective met  of these kept"));
   const auto json = nlohmann::json::parse(score_json(got));
   EXPECT_EQ(json["policies"][0]["measures"]["gentle"]["kept"], kept);
+}
+
+/// Four traces that met their objective as far as they went: one that lasted, and three that a violation ended at 0.5
+/// s; the measures of the last but one fell below 0 before.
+Score score_of_cut_traces(const Folder& folder, const CampaignInfo& info) {
+  {
+    CampaignWriter writer(folder / "a.graze", info, false);
+    Block all = block(info, 0, range(0, 4));
+    for (TraceRecord& trace : all.traces) {
+      const bool lasted = trace.particle == 0;
+      trace.outcome = lasted ? Outcome::success : Outcome::known_failure;
+      trace.violated = lasted ? -1 : 0;
+      trace.end_time = lasted ? info.end : 0.5;
+      trace.objective_margin = 0.1;
+      for (std::size_t i = 2; i < trace.margins.size(); ++i) trace.margins[i] = trace.particle == 2 ? -0.1 : 0.1;
+    }
+    writer.append(0, std::move(all.traces), std::move(all.values));
+    writer.finish(false);
+  }
+  return score(Archive(folder / "a.graze"));
+}
+
+// Claim: a trace that a violation ended before a measure's window was over has not kept the measure, and has met no
+// objective; it is undecided unless the measure fell below 0 before, and table and JSON say so.
+TEST(Score, CutTracesKeepNoMeasuresThatTheyDidNotSeeToTheEnd) {
+  const Folder folder;
+  CampaignInfo want = facts();
+  want.particles = 4;
+  want.requirements.push_back({"always", "", "m", true});
+  want.requirements.push_back({"early", "", "m", true, "", {0.1, 0.5}});
+  want.requirements.push_back({"a step more", "", "m", true, "", {0.1, 0.501}});
+  want.requirements.push_back({"late", "", "m", true, "", {1.0, 9.0}});
+  const Score got = score_of_cut_traces(folder, want);
+  const PolicyScore& p = got.policies[0];
+  EXPECT_EQ(p.n, 4u);
+  EXPECT_EQ(p.objective_met, 1u);
+  const auto counts = [&](std::size_t k) { return std::array{p.kept[k].all, p.kept[k].undecided, p.kept[k].met}; };
+  using Counts = std::array<std::uint64_t, 3>;
+  EXPECT_EQ(counts(0), (Counts{1, 2, 1}));
+  EXPECT_EQ(counts(1), (Counts{3, 0, 1}));
+  EXPECT_EQ(counts(2), (Counts{1, 2, 1}));
+  EXPECT_EQ(counts(3), (Counts{1, 2, 1}));
+  EXPECT_EQ(p.kept[0].interval.high, clopper_pearson(1, 4).high);
+  EXPECT_THAT(format_score(got), AllOf(HasSubstr("of these kept  undecided\n"), ContainsRegex("early +4 +3 .* 0\n")));
+  const auto json = nlohmann::json::parse(score_json(got));
+  EXPECT_EQ(json["policies"][0]["measures"]["always"]["undecided"], 2);
+  EXPECT_EQ(json["policies"][0]["objective_met"], 1);
+}
+
+// Claim: archives that do not know windows are read as if measures were to be kept to the end.
+TEST(Score, MeasuresWithoutWindowsReachToTheEnd) {
+  const Folder folder;
+  CampaignInfo want = facts();
+  want.particles = 4;
+  want.requirements.push_back({"early", "", "m", true, "", {0.1, 0.5}});
+  score_of_cut_traces(folder, want);
+  const auto copy = folder / "old.h5";
+  pack(folder / "a.graze", copy, false);
+  {
+    const hdf5::Lock lock;
+    const hid_t old = H5Fopen(copy.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
+    ASSERT_GE(old, 0);
+    EXPECT_GE(H5Ldelete(old, "requirements/from", H5P_DEFAULT), 0);
+    EXPECT_GE(H5Ldelete(old, "requirements/to", H5P_DEFAULT), 0);
+    H5Fclose(old);
+  }
+  EXPECT_EQ(score(Archive(copy)).policies[0].kept[0].all, 1u);
 }
 
 // Claim: the table has one aligned line per policy, requirement counts and pairs, in the shape shown in

@@ -18,6 +18,7 @@ namespace graze {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::ContainsRegex;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -197,7 +198,7 @@ TEST(Replay, TellsTheTraceInWords) {
   const testing::Result got = balls.graze("replay a.graze --particle 7 --policy still");
   EXPECT_EQ(got.code, 0) << got.err;
   EXPECT_THAT(got.out, AllOf(HasSubstr("Ball: particle 7 under policy still"), HasSubstr("the same trace, bit for bit"),
-                             HasSubstr("initial.base.z"), HasSubstr("in std"), HasSubstr("high")));
+                             HasSubstr("initial.base.z"), HasSubstr("std from mean"), HasSubstr("high")));
   EXPECT_EQ(balls.graze("replay a.graze --particle 7").out, got.out) << "the only policy need not be named";
 }
 
@@ -210,6 +211,54 @@ TEST(Replay, JsonHasEverything) {
   EXPECT_EQ(json["parameters"].size(), 2u);
   EXPECT_EQ(json["requirements"][0]["name"], "high");
   EXPECT_EQ(json["exported"], nlohmann::json::array({"a.h5"}));
+}
+
+/// A ball that violates a requirement at its start, so that a measure of the whole trace cannot be decided.
+const char* const kCutBall =
+    "-n 4 --set task.requirements.high.height.above='10 m' --set 'task.measures={calm: {speed: {link: ball, below: 90 "
+    "m/s}}, early: {speed: {link: ball, below: 90 m/s}, window: [0 s, 0 s]}, slow: {height: {link: ball, above: 1 "
+    "m}}}'";
+
+// Claim: what is told and exported of measures says that they are measures, and whether they were kept: not so far as a
+// trace went that a violation ended.
+TEST(Replay, MarksMeasuresAndWhatCameOfThem) {
+  const Balls balls("", kCutBall);
+  const testing::Result got = balls.graze("replay a.graze --particle 3 -o out.csv");
+  ASSERT_EQ(got.code, 0) << got.err;
+  EXPECT_THAT(got.out, AllOf(HasSubstr("steps of 0.001 s; the violation ended it before its 0.05 s"),
+                             HasSubstr("not met, the trace was cut short, margin ")));
+  EXPECT_THAT(got.out, AllOf(ContainsRegex("calm .* undecided +measure: "), Not(ContainsRegex("early .*undecided"))));
+  EXPECT_THAT(testing::read_file(balls.folder / "out.trace.csv"),
+              AllOf(HasSubstr("is_measure.high,no,\n"), HasSubstr("is_measure.calm,yes,\n"),
+                    HasSubstr("kept.calm,undecided,\n"), HasSubstr("kept.early,yes,\n"), HasSubstr("kept.slow,no,\n"),
+                    Not(HasSubstr("kept.high"))));
+  const auto json = nlohmann::json::parse(balls.graze("replay a.graze --particle 3 --json -o out.h5").out);
+  EXPECT_EQ(json["requirements"][1]["kept"], "undecided");
+  EXPECT_TRUE(json["requirements"][0]["kept"].is_null());
+  const hdf5::Lock lock;
+  const hdf5::Handle file = hdf5::open_for_reading(balls.folder / "out.h5");
+  EXPECT_THAT(hdf5::read_strings(file.id(), "requirements/kept"), ElementsAre("", "undecided", "yes", "no"));
+  const auto bytes = fs::file_size(balls.folder / "out.h5");
+  EXPECT_THAT(hdf5::read_column<std::uint8_t>(file.id(), "requirements", {"measure", hdf5::Type::u8}, bytes),
+              ElementsAre(0, 1, 1, 1));
+}
+
+// Claim: parameters are compared in standard deviations of their own distribution, from its mean: wherever the nominal
+// value lies, a uniform one is never farther out than sqrt(3), and its end is nearly so.
+TEST(Replay, MeasuresUniformSpreadsByTheirOwnDistribution) {
+  const Balls balls("", "-n 40 --set 'uncertain.control.lag={uniform: [0 s, 10 ms]}'");
+  double farthest = 0;
+  for (int particle = 0; particle < 40; ++particle) {
+    const auto json =
+        nlohmann::json::parse(balls.graze("replay a.graze --json --particle " + std::to_string(particle)).out);
+    for (const auto& parameter : json["parameters"]) {
+      if (parameter["name"].get<std::string>() != "control.lag") continue;
+      EXPECT_NEAR(parameter["deviations"], (parameter["value"].get<double>() - 5e-3) / (10e-3 / std::sqrt(12.0)), 1e-9);
+      farthest = std::max(farthest, std::abs(parameter["deviations"].get<double>()));
+    }
+  }
+  EXPECT_GT(farthest, 1.5);
+  EXPECT_LE(farthest, std::sqrt(3.0));
 }
 
 /// The whole numbers of a CSV file: [row][column], head first.
