@@ -51,7 +51,7 @@ class Mutator {
       case 4:  // once more, under another name
         return repeat(*element);
       default:
-        element->SetName(other->Name());
+        element->SetName(std::string(other->Name()).c_str());  // they may be the same
     }
   }
 
