@@ -9,6 +9,9 @@
 #include "archive/archive.h"
 #include "jobs/commands.h"
 
+// Assimp's importers forget what they had allocated when a mesh turns out to be broken.
+extern "C" const char* __lsan_default_suppressions() { return "leak:libassimp\n"; }
+
 namespace graze::fuzz {
 namespace {
 
