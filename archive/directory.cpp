@@ -183,6 +183,14 @@ int Directory::rename(const std::string& name, const std::string& new_name) cons
   return renameat(number(), name.c_str(), number(), new_name.c_str()) == 0 ? 0 : errno;
 }
 
+int Directory::rename_new(const std::string& name, const std::string& new_name) const noexcept {
+  if (renameat2(number(), name.c_str(), number(), new_name.c_str(), RENAME_NOREPLACE) == 0) return 0;
+  if (errno != EINVAL && errno != ENOSYS) return errno;
+  if (linkat(number(), name.c_str(), number(), new_name.c_str(), 0) != 0) return errno;
+  remove(name);
+  return 0;
+}
+
 void Directory::move(const std::string& name, const Directory& to, const std::string& new_name) const {
   if (renameat(number(), name.c_str(), to.number(), new_name.c_str()) == 0) return;
   throw MachineError(fmt::format("{}: cannot be moved: {}", (path_ / name).string(), std::strerror(errno)));

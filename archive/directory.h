@@ -66,6 +66,9 @@ class Directory {
 
   /// Renames within this directory, replacing what had the new name. Returns 0 or errno.
   int rename(const std::string& name, const std::string& new_name) const noexcept;
+  /// The same, but EEXIST if something has the new name. Where the file system cannot rename so, a file's second name
+  /// is made and the first removed; it is for files only.
+  int rename_new(const std::string& name, const std::string& new_name) const noexcept;
   /// Moves whatever has the name, a link itself too. Throws MachineError.
   void move(const std::string& name, const Directory& to, const std::string& new_name) const;
   /// Removes a name that is no directory. Returns 0 or errno.

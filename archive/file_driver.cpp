@@ -206,8 +206,9 @@ Seal publish_hdf5(const Directory& folder, const std::string& name,
   return publish(target, folder / name, fill);
 }
 
-Seal publish_hdf5(const std::filesystem::path& path, const std::function<void(const hdf5::Handle& file)>& fill) {
-  NewFile target(path);
+Seal publish_hdf5(const std::filesystem::path& path, bool force,
+                  const std::function<void(const hdf5::Handle& file)>& fill) {
+  NewFile target(path, force);
   return publish(target, path, fill);
 }
 

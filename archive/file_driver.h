@@ -17,7 +17,9 @@ namespace graze {
 /// Throws MachineError, and what `fill` throws. Gives the file's seal.
 Seal publish_hdf5(const Directory& folder, const std::string& name,
                   const std::function<void(const hdf5::Handle& file)>& fill);
-Seal publish_hdf5(const std::filesystem::path& path, const std::function<void(const hdf5::Handle& file)>& fill);
+/// `force`: it may take another file's place (NewFile). Throws InputError if it may not.
+Seal publish_hdf5(const std::filesystem::path& path, bool force,
+                  const std::function<void(const hdf5::Handle& file)>& fill);
 
 namespace hdf5 {
 

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <cstring>
 
@@ -46,7 +47,9 @@ void check_ending(const std::filesystem::path& output, const std::string& what, 
                                                  ".json",  ".jsonl", ".yaml",    ".yml", ".xml", ".urdf", ".log",
                                                  ".npy",   ".npz",   ".parquet", ".mat", ".nc",  ".zip",  ".tar",
                                                  ".gz",    ".xlsx",  ".pdf",     ".png", ".md"};
-  const std::string ending = output.extension().string();
+  std::string ending = output.extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   const auto within = [&](const std::vector<std::string>& list) {
     return std::find(list.begin(), list.end(), ending) != list.end();
   };
@@ -89,7 +92,9 @@ void remove_abandoned(const Directory& folder, const std::string& name) {
 NewFile::NewFile(Directory folder, std::string name)
     : folder_(std::move(folder)), name_(std::move(name)), file_(folder_.create_temporary(name_, temporary_)) {}
 
-NewFile::NewFile(const std::filesystem::path& path) : NewFile(Directory::of_new(path), path.filename().string()) {
+NewFile::NewFile(const std::filesystem::path& path, bool force)
+    : NewFile(Directory::of_new(path), path.filename().string()) {
+  force_ = force;
   // The lock ends with its process. Where there are no locks, what is left over stays.
   flock(file_.number(), LOCK_EX | LOCK_NB);
   remove_abandoned(folder_, name_);
@@ -101,7 +106,14 @@ NewFile::~NewFile() {
 
 void NewFile::publish() {
   if (fsync(file_.number()) != 0) fail_writing(folder_ / name_, errno);
-  if (const int error = folder_.rename(temporary_, name_); error != 0) fail_writing(folder_ / name_, error);
+  const int error = force_ ? folder_.rename(temporary_, name_) : folder_.rename_new(temporary_, name_);
+  if (error == EEXIST) {
+    throw InputError(
+        fmt::format("{}: has appeared while its content was being made, and stays as it is; choose another "
+                    "--output or give --force",
+                    (folder_ / name_).string()));
+  }
+  if (error != 0) fail_writing(folder_ / name_, error);
   published_ = true;
   folder_.sync();
 }

@@ -32,19 +32,22 @@ class NewFile {
   /// Throws MachineError.
   NewFile(Directory folder, std::string name);
   /// Beside the user's files: removes what processes that were killed have left of the same name. What another process
-  /// writes still is locked, and stays.
-  explicit NewFile(const std::filesystem::path& path);
+  /// writes still is locked, and stays. Without `force` it takes no other file's place, not even one's that appears
+  /// before publish().
+  NewFile(const std::filesystem::path& path, bool force);
   ~NewFile();
   NewFile(const NewFile&) = delete;
   NewFile& operator=(const NewFile&) = delete;
   int descriptor() const { return file_.number(); }
-  /// Syncs and gives the file its name, replacing what had it. Throws MachineError.
+  /// Syncs and gives the file its name, replacing what had it, if it may. Throws MachineError, InputError if it may
+  /// not.
   void publish();
 
  private:
   Directory folder_;
   std::string name_, temporary_;
   Descriptor file_;
+  bool force_ = true;
   bool published_ = false;
 };
 

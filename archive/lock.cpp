@@ -125,7 +125,12 @@ bool DirectoryLock::held() const noexcept {
 void DirectoryLock::check_held() const {
   if (held()) return;
   const std::string path = directory_.path().string();
-  const auto other = writer_of(directory_);
+  std::optional<std::string> other;
+  try {
+    other = writer_of(directory_);
+  } catch (const InputError&) {
+    // What has the name by now is no file, so nobody's lock.
+  }
   throw MachineError(fmt::format(
       "{}: was removed while this program held it, {}; this program writes nothing more, what it has written is kept, "
       "and 'graze resume {}' does the rest once nobody else writes here",

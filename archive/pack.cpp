@@ -298,8 +298,8 @@ class Packer {
   TextSpool sequences_, reasons_;
 };
 
-std::vector<std::string> pack_files(CampaignFiles files, const std::filesystem::path& file) {
-  publish_hdf5(file, [&](const hdf5::Handle& out) {
+std::vector<std::string> pack_files(CampaignFiles files, const std::filesystem::path& file, bool force) {
+  publish_hdf5(file, force, [&](const hdf5::Handle& out) {
     write_info(out, files.stored.info, Layout::packed, files.stored.complete);
     Packer(files, out, file).pack();
   });
@@ -317,13 +317,13 @@ std::vector<std::string> pack(const std::filesystem::path& directory, const std:
   }
   check_new_file(file, force, {directory});
   if (files.stored.info.part.end > 0) files = open_parts({directory});  // of the whole, however little is there
-  return pack_files(std::move(files), file);
+  return pack_files(std::move(files), file, force);
 }
 
 std::vector<std::string> pack(const std::vector<std::filesystem::path>& directories, const std::filesystem::path& file,
                               bool force) {
   check_new_file(file, force, directories);
-  return pack_files(open_parts(directories), file);
+  return pack_files(open_parts(directories), file, force);
 }
 
 }  // namespace graze

@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 /// A CSV file (RFC 4180) that appears whole or not at all.
 class CsvFile {
  public:
-  explicit CsvFile(const fs::path& path) : path_(path), file_(path) {}
+  CsvFile(const fs::path& path, bool force) : path_(path), file_(path, force) {}
 
   void cell(const std::string& text) {
     begin();
@@ -78,8 +78,7 @@ std::string heading(const FrameTable& table, const NamedColumn& column) {
   return with_unit(prefix + "." + column.name, column.unit);
 }
 
-void write_frames(const ReplayFile& replay, const fs::path& path) {
-  CsvFile out(path);
+void write_frames(const ReplayFile& replay, CsvFile out) {
   const StepLog& log = replay.log;
   out.cell(std::string("time [s]"));
   for (const FrameTable& table : log.tables) {
@@ -99,9 +98,8 @@ void write_frames(const ReplayFile& replay, const fs::path& path) {
 
 std::string feature_text(Feature feature) { return std::string(feature_name(feature)); }
 
-void write_contacts(const ReplayFile& replay, const fs::path& path) {
+void write_contacts(const ReplayFile& replay, CsvFile out) {
   constexpr std::array<const char*, 3> kModes = {"stick", "slip", "roll"};
-  CsvFile out(path);
   out.row({"frame", "time [s]", "a", "b", "feature_a", "feature_b", "mode", "gap [m]", "normal_impulse [N s]", "x [m]",
            "y [m]", "z [m]", "normal_x", "normal_y", "normal_z", "impulse_x [N s]", "impulse_y [N s]",
            "impulse_z [N s]"});
@@ -125,8 +123,7 @@ void write_contacts(const ReplayFile& replay, const fs::path& path) {
   out.publish();
 }
 
-void write_events(const ReplayFile& replay, const fs::path& path) {
-  CsvFile out(path);
+void write_events(const ReplayFile& replay, CsvFile out) {
   out.row({"time [s]", "kind", "a", "b", "feature_a", "feature_b", "impulse [N s]", "x [m]", "y [m]", "z [m]"});
   for (const Event& event : replay.trace.events) {
     const bool limit = event.kind == EventKind::limit_begin || event.kind == EventKind::limit_end;
@@ -143,8 +140,7 @@ void write_events(const ReplayFile& replay, const fs::path& path) {
   out.publish();
 }
 
-void write_parameters(const ReplayFile& replay, const fs::path& path) {
-  CsvFile out(path);
+void write_parameters(const ReplayFile& replay, CsvFile out) {
   out.row({"name", "unit", "nominal", "value", "deviations", "nominal_label", "value_label", "distribution"});
   for (const ReplayedParameter& parameter : replay.parameters) {
     out.cell(parameter.name);
@@ -160,8 +156,7 @@ void write_parameters(const ReplayFile& replay, const fs::path& path) {
   out.publish();
 }
 
-void write_derived(const ReplayFile& replay, const fs::path& path) {
-  CsvFile out(path);
+void write_derived(const ReplayFile& replay, CsvFile out) {
   out.row({"name", "unit", "nominal", "value"});
   for (const ReplayedNumber& number : replay.derived) {
     out.cell(number.name);
@@ -174,8 +169,7 @@ void write_derived(const ReplayFile& replay, const fs::path& path) {
 }
 
 /// The facts of the trace, a row each.
-void write_trace(const ReplayFile& replay, const fs::path& path) {
-  CsvFile out(path);
+void write_trace(const ReplayFile& replay, CsvFile out) {
   const auto fact = [&](const std::string& name, const auto& value, const char* unit = "") {
     out.cell(name);
     out.cell(value);
@@ -222,13 +216,13 @@ void write_trace(const ReplayFile& replay, const fs::path& path) {
 
 }  // namespace
 
-void write_replay_csv(const ReplayFile& replay, const std::vector<fs::path>& files) {
-  write_frames(replay, files.at(0));
-  write_contacts(replay, files.at(1));
-  write_events(replay, files.at(2));
-  write_parameters(replay, files.at(3));
-  write_derived(replay, files.at(4));
-  write_trace(replay, files.at(5));
+void write_replay_csv(const ReplayFile& replay, const std::vector<fs::path>& files, bool force) {
+  write_frames(replay, CsvFile(files.at(0), force));
+  write_contacts(replay, CsvFile(files.at(1), force));
+  write_events(replay, CsvFile(files.at(2), force));
+  write_parameters(replay, CsvFile(files.at(3), force));
+  write_derived(replay, CsvFile(files.at(4), force));
+  write_trace(replay, CsvFile(files.at(5), force));
 }
 
 }  // namespace graze

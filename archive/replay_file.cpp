@@ -236,13 +236,13 @@ void check_replay_output(const std::filesystem::path& output, bool force, const 
   for (const auto& file : replay_files(output)) check_new_file(file, force, {archive});
 }
 
-void write_replay(const ReplayFile& replay, const std::filesystem::path& output) {
+void write_replay(const ReplayFile& replay, const std::filesystem::path& output, bool force) {
   const std::vector<std::filesystem::path> files = replay_files(output);
-  files.size() == 1 ? write_replay_hdf5(replay, files[0]) : write_replay_csv(replay, files);
+  files.size() == 1 ? write_replay_hdf5(replay, files[0], force) : write_replay_csv(replay, files, force);
 }
 
-void write_replay_hdf5(const ReplayFile& replay, const std::filesystem::path& file) {
-  publish_hdf5(file, [&](const hdf5::Handle& out) { Hdf5Writer(replay, out.id()).write(); });
+void write_replay_hdf5(const ReplayFile& replay, const std::filesystem::path& file, bool force) {
+  publish_hdf5(file, force, [&](const hdf5::Handle& out) { Hdf5Writer(replay, out.id()).write(); });
 }
 
 }  // namespace graze

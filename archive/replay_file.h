@@ -75,11 +75,11 @@ std::vector<std::filesystem::path> replay_files(const std::filesystem::path& out
 /// Throws InputError unless a replay of `archive` may be written: a known ending, none of the files exists (unless
 /// `force`), or is or lies within the archive.
 void check_replay_output(const std::filesystem::path& output, bool force, const std::filesystem::path& archive);
-/// Replaces the files; each appears whole or not at all. Throws MachineError.
-void write_replay(const ReplayFile& replay, const std::filesystem::path& output);
+/// Each file appears whole or not at all, and takes another's place with `force` only. Throws MachineError, InputError.
+void write_replay(const ReplayFile& replay, const std::filesystem::path& output, bool force);
 
 /// The parts of write_replay().
-void write_replay_hdf5(const ReplayFile& replay, const std::filesystem::path& file);
-void write_replay_csv(const ReplayFile& replay, const std::vector<std::filesystem::path>& files);
+void write_replay_hdf5(const ReplayFile& replay, const std::filesystem::path& file, bool force);
+void write_replay_csv(const ReplayFile& replay, const std::vector<std::filesystem::path>& files, bool force);
 
 }  // namespace graze

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <vector>
 
 #include "archive/campaign_directory.h"
@@ -84,8 +86,28 @@ bool put_back(const Directory& directory) {
 
 void drop_set_aside(const Directory& directory) { directory.remove_all(kReplacedFolder); }
 
+namespace {
+
+/// Whether there is nothing in a folder, or something that only a campaign leaves: also when its removal was cut short.
+bool was_campaign(const Directory& folder) {
+  const std::vector<std::string> names = folder.names();
+  constexpr std::array kOwn = {kDescriptionFile, kDescriptionCopy, kUnfinishedFile, kShardFolder, kManifestFolder};
+  return names.empty() || std::any_of(names.begin(), names.end(), [&](const std::string& name) {
+           return std::find(kOwn.begin(), kOwn.end(), name) != kOwn.end();
+         });
+}
+
+}  // namespace
+
 bool recover_set_aside(const Directory& directory) {
   if (interrupted_replacing(directory) == Replacing::goes) {
+    const auto folder = directory.find(kReplacedFolder);
+    if (folder && !was_campaign(*folder)) {
+      throw InputError(fmt::format(
+          "{}: a campaign that was replaced would be removed from here, and this is none; move it out of the "
+          "campaign's directory",
+          (directory / kReplacedFolder).string()));
+    }
     drop_set_aside(directory);
     return false;
   }

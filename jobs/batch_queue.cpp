@@ -36,7 +36,7 @@ bool have_sbatch() {
 }
 
 void write_file(const BatchFile& file) {
-  NewFile out(file.path);
+  NewFile out(file.path, true);  // differing() has been asked
   const int error = write_all(out.descriptor(), std::as_bytes(std::span(file.text)));
   if (error != 0) fail_writing(file.path, error);
   out.publish();

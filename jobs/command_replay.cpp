@@ -29,7 +29,7 @@ int replay(const Arguments& arguments) {
   warn(result.warnings);
   std::vector<std::string> exported;
   if (!arguments.output.empty()) {
-    write_replay(result.file, arguments.output);
+    write_replay(result.file, arguments.output, arguments.force);
     for (const auto& file : replay_files(arguments.output)) exported.push_back(file.string());
   }
   if (arguments.json) {

@@ -35,8 +35,8 @@ struct Arguments {
 /// disk is told.
 class Output {
  public:
-  Output(const std::string& name, bool file) : name_(name) {
-    if (file) file_.emplace(name);
+  Output(const std::string& name, bool file, bool force) : name_(name) {
+    if (file) file_.emplace(name, force);
     if (!file && name != "-") stream_ = Descriptor(open(name.c_str(), O_WRONLY | O_CLOEXEC));
     if (!file && name != "-" && !stream_) fail_writing(name, errno);
   }
@@ -123,7 +123,7 @@ int sample(const Arguments& arguments) {
   const std::vector<std::uint32_t> particles = chosen_particles(arguments.particles, scenario);
   const ParticleSource source(scenario, scenario.seed, scenario.particles);
   const ParentFolders folders(arguments.output);
-  Output out(arguments.output, file);
+  Output out(arguments.output, file, arguments.force);
   out.write(head(scenario, source, arguments.derived) + "\n");
   const std::uint64_t count = particles.empty() ? scenario.particles : particles.size();
   for (std::uint64_t i = 0; i < count; ++i) {

@@ -129,7 +129,8 @@ std::string ParameterTable::suggest(const std::string& pattern) const {
     const std::string near = nearest(words[k], here);
     if (near.empty()) break;
     words[k] = near;
-    --k;  // now it fits
+    if (!matches(near, near)) break;  // a name with a glob's own characters, which fits nothing
+    --k;                              // now it fits
   }
   if (!match(join(words)).empty()) return join(words);
   std::vector<std::string> all;

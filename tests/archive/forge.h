@@ -47,7 +47,7 @@ inline std::filesystem::path packed(const Folder& folder) {
 inline std::filesystem::path forged(const Folder& folder, const std::filesystem::path& source,
                                     const std::function<void(hid_t)>& change) {
   const std::filesystem::path target = folder / "forged.h5";
-  publish_hdf5(target, [&](const hdf5::Handle& out) {
+  publish_hdf5(target, true, [&](const hdf5::Handle& out) {
     const hdf5::Handle in = hdf5::open_for_reading(source);
     for (const std::string& name : hdf5::links(in.id(), ".")) {
       hdf5::check(H5Ocopy(in.id(), name.c_str(), out.id(), name.c_str(), H5P_DEFAULT, H5P_DEFAULT), name);

@@ -9,6 +9,7 @@
 #include <csignal>
 
 #include "archive/campaign_directory.h"
+#include "archive/files.h"
 #include "archive/set_aside.h"
 #include "tests/archive/compare.h"
 
@@ -132,6 +133,43 @@ TEST(Output, WhatIsHalfSetAsideComesBack) {
     expect_campaign(Archive(campaign));
     EXPECT_FALSE(recover_set_aside(campaign));
   }
+}
+
+// Claim: what was put into replaced/ and never was a campaign is not removed.
+TEST(Output, WhatIsNoCampaignIsNotRemovedAsReplaced) {
+  const Folder folder;
+  const fs::path campaign = folder / "a.graze";
+  write(campaign, info());
+  fs::create_directory(campaign / kReplacedFolder);
+  put(campaign / kReplacedFolder / "thesis.txt", "years");
+  EXPECT_THAT(message_of<InputError>([&] { recover_set_aside(campaign); }), HasSubstr("move it out"));
+  EXPECT_EQ(content(campaign / kReplacedFolder / "thesis.txt"), "years");
+  fs::rename(campaign / kReplacedFolder / "thesis.txt", campaign / kReplacedFolder / "campaign.h5");
+  EXPECT_FALSE(recover_set_aside(campaign));
+  EXPECT_FALSE(fs::exists(campaign / kReplacedFolder));
+}
+
+// Claim: without force a new file takes nobody's place, not even that of one which appears while it is being written.
+TEST(Output, NewFilesTakeNobodysPlaceUnlessForced) {
+  for (const bool force : {false, true}) {
+    const Folder folder;
+    NewFile file(folder / "a.h5", force);
+    put(folder / "a.h5", "precious");
+    if (force) {
+      file.publish();
+    } else {
+      EXPECT_THAT(message_of<InputError>([&] { file.publish(); }),
+                  AllOf(HasSubstr("a.h5: has appeared while"), HasSubstr("--force")));
+    }
+    EXPECT_EQ(content(folder / "a.h5"), force ? "" : "precious");
+  }
+  const Folder folder;
+  {
+    NewFile file(folder / "b.h5", false);
+    file.publish();
+  }
+  EXPECT_TRUE(fs::exists(folder / "b.h5"));
+  EXPECT_EQ(entries(folder.path()), 1u);
 }
 
 // Claim: what a campaign leaves that is killed before it is described does not stand in the way of the next.

@@ -27,7 +27,7 @@ TEST(Refusal, WhatIsNoArchive) {
     hdf5::create_file(folder / "foreign.h5", hdf5::file_access());
   }
   EXPECT_THAT(refusal(folder / "foreign.h5"), HasSubstr("is no Graze archive"));
-  publish_hdf5(folder / "sealed.h5", [](const hdf5::Handle&) {});
+  publish_hdf5(folder / "sealed.h5", true, [](const hdf5::Handle&) {});
   EXPECT_THAT(refusal(folder / "sealed.h5"), HasSubstr("is not a Graze archive"));
 }
 

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <gmock/gmock.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "archive/campaign_directory.h"
@@ -50,6 +51,26 @@ TEST(SecondWriter, AMissingLockStopsTheWriter) {
   fs::remove(folder / "a.graze" / "lock");
   EXPECT_THAT(message_of<MachineError>([&] { first.check_in_place(); }), HasSubstr("another may begin to write"));
   EXPECT_THAT(message_of<MachineError>([&] { first.finish(); }), HasSubstr("was removed"));
+}
+
+// What has the lock's name by now need not be a file.
+TEST(SecondWriter, AnythingElseInTheLocksPlaceStopsTheWriter) {
+  for (const char* what : {"pipe", "folder", "link"}) {
+    SCOPED_TRACE(what);
+    const Folder folder;
+    const fs::path lock = folder / "a.graze" / "lock";
+    CampaignWriter first(folder / "a.graze", info(), false);
+    write_shard(first, 0, 8);
+    fs::remove(lock);
+    if (what == std::string("pipe")) {
+      ASSERT_EQ(mkfifo(lock.c_str(), 0600), 0);
+    } else if (what == std::string("folder")) {
+      fs::create_directory(lock);
+    } else {
+      fs::create_symlink("/etc/hostname", lock);
+    }
+    EXPECT_THAT(message_of<MachineError>([&] { first.check_in_place(); }), HasSubstr("'graze resume"));
+  }
 }
 
 // A first writer without a shard leaves as if it had never been; not so when all that is there is another's.

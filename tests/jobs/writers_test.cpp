@@ -245,10 +245,10 @@ TEST(Writers, ShardNumbersDoNotOverflow) {
 TEST(Writers, WhatIsMountedInACampaignOutlivesIt) {
   const testing::BallCampaign campaign;
   ASSERT_EQ(campaign.graze("run ball.yaml -n 20 --quiet -o a.graze").code, 0);
-  fs::create_directories(campaign.folder / "a.graze/replaced/x");
+  fs::create_directories(campaign.folder / "a.graze/replaced/shards/x");
   fs::create_directory(campaign.folder / "home");
   testing::write_file(campaign.folder / "home/thesis.txt", "mine");
-  const std::string point = (campaign.folder / "a.graze/replaced/x").string();
+  const std::string point = (campaign.folder / "a.graze/replaced/shards/x").string();
   if (mount((campaign.folder / "home").c_str(), point.c_str(), nullptr, MS_BIND, nullptr) != 0) {
     GTEST_SKIP() << "mounting is not permitted";
   }

@@ -108,6 +108,15 @@ TEST(ParameterTable, SuggestsTheNearestPath) {
   EXPECT_EQ(table.suggest("control.lagg"), "control.lag");
 }
 
+// A name with a pattern's own characters does not match itself: there is still an end, with some answer.
+TEST(ParameterTable, SuggestsOnceWhereNamesLookLikePatterns) {
+  World world = links_world();
+  world.objects[0].name = "{a,b}";
+  const ParameterTable table(world);
+  EXPECT_THAT(table.suggest("environment.{a,x}.friction"), testing::StartsWith("environment."));
+  EXPECT_THAT(table.suggest("environment.{a,b}.friction"), testing::StartsWith("environment."));
+}
+
 // Every parameter set to its nominal value gives the nominal particle (to rounding), in any order.
 TEST(Fabrication, NominalValuesGiveTheNominalParticle) {
   const World world = links_world();
