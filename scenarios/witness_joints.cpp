@@ -11,6 +11,10 @@
 namespace graze {
 namespace {
 
+/// A joint that its stop holds is beyond it by what the solvers leave, rad or m: rounding, and speeds of their tolerance
+/// (1e-6 rad/s, which made 2e-9 rad at steps of 1 ms). Beyond by less than this counts as at the stop, 0.
+constexpr double kAtStop = 1e-6;
+
 /// Indices into Model::actuated; all of them by default.
 std::vector<int> read_joints(const Settings& settings, const Model& nominal) {
   const auto joints = settings.find("joints");
@@ -93,7 +97,10 @@ class JointLimits : public OverJoints {
  private:
   void margin(const WitnessInput& in, const Joint& joint, const double* limits, double* out) const override {
     const double *q = in.state.q.row(joint.q), *lower = limit(limits, kLower), *upper = limit(limits, kUpper);
-    for (int i = 0; i < kLanes; ++i) out[i] = std::min(q[i] - lower[i], upper[i] - q[i]) - spare_;
+    for (int i = 0; i < kLanes; ++i) {
+      const double value = std::min(q[i] - lower[i], upper[i] - q[i]) - spare_;
+      out[i] = value < 0 && value >= -kAtStop ? 0.0 : value;
+    }
   }
   double spare_;  // rad or m to keep from the limit
 };

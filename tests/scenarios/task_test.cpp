@@ -103,6 +103,23 @@ TEST_F(Tasks, JointWitnessesAreDistancesToTheUrdfsLimits) {
   EXPECT_DOUBLE_EQ(margin("{torque_limits: {}}"), -0.25);
 }
 
+// A joint that its stop holds is beyond it by what the solver leaves, on either side.
+TEST_F(Tasks, AJointAtItsStopKeepsItsLimits) {
+  const std::string limits = "{joint_limits: {joints: hip}}", spare = "{joint_limits: {joints: hip, margin: 0.5}}";
+  for (const double beyond : {4e-15, 4e-12, 2e-9, 0.9e-6}) {
+    q_[q_of("hip")] = -1 - beyond;  // within [-1, 2]
+    EXPECT_EQ(margin(limits), 0);
+    q_[q_of("hip")] = 2 + beyond;
+    EXPECT_EQ(margin(limits), 0);
+    q_[q_of("hip")] = 1.5 + beyond;
+    EXPECT_EQ(margin(spare), 0);
+  }
+  q_[q_of("hip")] = 2 + 1e-5;
+  EXPECT_NEAR(margin(limits), -1e-5, 1e-15) << "all of it, and not what goes beyond the tolerance";
+  q_[q_of("hip")] = 2 - 1e-12;
+  EXPECT_NEAR(margin(limits), 1e-12, 1e-15);
+}
+
 // §6.1.1, all four quadrants: tau_max (1 - |v| / v_max) - |tau|, with tau_max 10 and v_max 5.
 TEST_F(Tasks, TorqueSpeedFollowsTheLinearLine) {
   for (const double v : {-2.0, 2.0}) {
