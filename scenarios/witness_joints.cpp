@@ -11,8 +11,8 @@
 namespace graze {
 namespace {
 
-/// A joint that its stop holds is beyond it by what the solvers leave, rad or m: rounding, and speeds of their tolerance
-/// (1e-6 rad/s, which made 2e-9 rad at steps of 1 ms). Beyond by less than this counts as at the stop, 0.
+/// A joint that its stop holds is beyond it by what the solvers leave, rad or m: rounding, and speeds of their
+/// tolerance (1e-6 rad/s, which made 2e-9 rad at steps of 1 ms). Beyond by less than this counts as at the stop, 0.
 constexpr double kAtStop = 1e-6;
 
 /// Indices into Model::actuated; all of them by default.
