@@ -8,6 +8,7 @@
 #include "engine/model/kinematics.h"
 #include "engine/model/measures.h"
 #include "engine/settings/warnings.h"
+#include "scenarios/witnesses.h"
 
 namespace graze {
 namespace {
@@ -113,6 +114,19 @@ class OverlapsAtStart {
   const Scenario& scenario_;
 };
 
+/// ", by 0.1 m: no contact between A and B (the pair that is meant)". Parts that touch have no overlap to be told.
+std::string violation_text(const Model& model, const Requirement& one, double margin, int part) {
+  const bool touch = margin == -kTouch && one.unit == "m";
+  std::string pair;
+  if (one.witness->parts() == PartKind::pair && part != kNoPart) {
+    const int colliders = static_cast<int>(model.colliders.size());
+    pair = model.colliders[part / colliders].name + " and " + model.colliders[part % colliders].name;
+  }
+  if (touch) return fmt::format(": {}, {} touch", one.description, pair.empty() ? "which" : pair);
+  const std::string by = fmt::format(", by {:.3g} {}: {}", -margin, one.unit, one.description);
+  return pair.empty() ? by : fmt::format("{} ({})", by, pair);
+}
+
 /// Requirements that are below 0 before the first step, which the judge of traces counts.
 void doubt_requirements(const Settings& root, const Scenario& scenario, const Particle& particle,
                         const BlockState& state) {
@@ -125,11 +139,12 @@ void doubt_requirements(const Settings& root, const Scenario& scenario, const Pa
   monitor.start(kLane, model);
   monitor.update({state, {}, tau, headroom, {}, lane});
   const std::vector<double> margins = monitor.margins(kLane);
+  const std::vector<int> parts = monitor.margin_parts(kLane);
   for (std::size_t i = 0; i < margins.size(); ++i) {
     const Requirement& one = scenario.task.requirements[i];
     if (one.measure || !(margins[i] < 0)) continue;
     warn(root.at("task").at("requirements").at(one.name),
-         fmt::format("is violated at the start already, by {:.3g} {}: {}{}", -margins[i], one.unit, one.description,
+         fmt::format("is violated at the start already{}{}", violation_text(model, one, margins[i], parts[i]),
                      scenario.task.stop_at_violation ? "; a trace that begins so ends there" : ""));
   }
 }

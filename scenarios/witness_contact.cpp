@@ -1,5 +1,6 @@
 // Witnesses of contact between parts. Margins are gaps in metres, measured at the end of each step as far as the
-// witness asks, whatever the back end looks at; while the parts touch, overlaps as the back end reports them.
+// witness asks, whatever the back end looks at; while the parts touch, overlaps as the back end reports them. Before
+// the first step no back end has looked, and gaps alone tell what touches.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,8 +14,8 @@ namespace {
 
 /// Gaps beyond this are not told apart unless `within` says otherwise, m.
 constexpr double kFar = 0.02;
-/// Least margin of a touch that overlaps by less, and of a gap where nothing touches, so that its sign is never 0, m.
-constexpr double kTouch = 1e-9;
+/// Parts that begin no farther apart touch, m: gaps are as exact as this.
+constexpr double kTouchAtStart = 1e-6;
 
 struct GapMemory final : WitnessMemory {
   Clearance clearance;
@@ -22,7 +23,8 @@ struct GapMemory final : WitnessMemory {
   void start(int lane, const Model& model) override { clearance.start(lane, model); }
 };
 
-/// Contacts between some parts: whether they touch is the physics' word, how far apart they are is measured.
+/// Contacts between some parts: whether they touch is the physics' word after each step, how far apart they are is
+/// measured.
 class NoContact : public Witness {
  public:
   NoContact(Between between, const Model& nominal, double within)
@@ -46,7 +48,8 @@ class NoContact : public Witness {
     static_cast<GapMemory*>(in.memory)->clearance.least(in.state, apart, in.enough, gap, pair);
     for (int lane = 0; lane < kLanes; ++lane) {
       if (!apart[lane]) continue;
-      out[lane] = std::max(gap[lane], kTouch);
+      const bool touches = in.time[lane] == 0 && gap[lane] <= kTouchAtStart;
+      out[lane] = touches ? std::min(gap[lane], -kTouch) : std::max(gap[lane], kTouch);
       part[lane] = pair[lane];
     }
   }

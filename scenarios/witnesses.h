@@ -21,6 +21,10 @@ struct ReadWitness {
   std::optional<double> at_start = std::nullopt;  // its value before the first step, if every trace begins with it
 };
 
+/// Least margin of parts that touch and overlap by less, and of a gap where nothing touches, so that its sign is never
+/// 0, m.
+inline constexpr double kTouch = 1e-9;
+
 using WitnessReader = std::function<ReadWitness(const Settings&, const Model& nominal)>;
 
 struct WitnessKind {

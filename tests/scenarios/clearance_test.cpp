@@ -199,6 +199,27 @@ TEST_P(Clearances, TellFeaturesApart) {
   EXPECT_NEAR(margin({0.06, 0, 0.06}, "thing.edge"), 0.01 * std::sqrt(2.0) - 0.01, 1e-12);
 }
 
+// Before the first step no back end has looked: parts that stand on each other or overlap then touch, by their gaps.
+TEST_P(Clearances, PartsThatBeginInTouchTouch) {
+  const std::string held = "{contact: [body, thing]}", untouched = "{no_contact: [body, thing]}";
+  const auto margin = [&](const Shape& body, const Shape& thing, double z, const std::string& witness) {
+    World world = over(body, thing);
+    world.initial.position = {0, 0, z};
+    return Judged(GetParam(), world, witness).margin();
+  };
+  for (const Shape& body : {test::sphere(0.05), test::box(0.1, 0.1, 0.1), test::cylinder(0.2, 0.1), cube_mesh(0.1)}) {
+    for (const auto& [thing, top] : {std::pair{test::plane(), 0.0}, {test::box(1, 1, 0.2), 0.1}, {ridge(0), 0.0}}) {
+      EXPECT_NEAR(margin(body, thing, top + 0.05, untouched), 0, 1e-8) << "at rest";
+      EXPECT_LT(margin(body, thing, top + 0.05, untouched), 0);
+      EXPECT_GT(margin(body, thing, top + 0.05, held), 0);
+      EXPECT_NEAR(margin(body, thing, top + 0.04, untouched), -0.01, 1e-6) << "in each other";
+      EXPECT_NEAR(margin(body, thing, top + 0.04, held), 0.01, 1e-6);
+      EXPECT_NEAR(margin(body, thing, top + 0.05001, untouched), 1e-5, 1e-9) << "apart";
+      EXPECT_NEAR(margin(body, thing, top + 0.05001, held), -1e-5, 1e-9);
+    }
+  }
+}
+
 std::string impulse(const std::string& more) {
   return "{contact_impulse: {between: [body, thing], below: 10" + more + "}}";
 }
