@@ -8,6 +8,7 @@
 #include "engine/model/kinematics.h"
 #include "engine/model/measures.h"
 #include "engine/settings/warnings.h"
+#include "scenarios/doubts.h"
 #include "scenarios/witnesses.h"
 
 namespace graze {
@@ -127,6 +128,20 @@ std::string violation_text(const Model& model, const Requirement& one, double ma
   return pair.empty() ? by : fmt::format("{} ({})", by, pair);
 }
 
+/// "; did you mean 30 cm?" for the place that a requirement asks for, as length_meant() has it. Of several axes it is
+/// not known which one is missed.
+std::string place_meant(const Settings& requirement, double margin, double size) {
+  if (const auto height = requirement.find("height")) return length_meant(*height, margin, size);
+  const auto position = requirement.find("position");
+  std::string only;
+  for (const char* axis : {"x", "y", "z"}) {
+    if (!position || !position->has(axis)) continue;
+    if (!only.empty()) return "";
+    only = axis;
+  }
+  return only.empty() ? "" : length_meant(position->at(only), margin, size);
+}
+
 /// Requirements that are below 0 before the first step, which the judge of traces counts.
 void doubt_requirements(const Settings& root, const Scenario& scenario, const Particle& particle,
                         const BlockState& state) {
@@ -140,12 +155,14 @@ void doubt_requirements(const Settings& root, const Scenario& scenario, const Pa
   monitor.update({state, {}, tau, headroom, {}, lane});
   const std::vector<double> margins = monitor.margins(kLane);
   const std::vector<int> parts = monitor.margin_parts(kLane);
+  const double size = robot_extent(model, particle.initial).norm();
   for (std::size_t i = 0; i < margins.size(); ++i) {
     const Requirement& one = scenario.task.requirements[i];
     if (one.measure || !(margins[i] < 0)) continue;
-    warn(root.at("task").at("requirements").at(one.name),
-         fmt::format("is violated at the start already{}{}", violation_text(model, one, margins[i], parts[i]),
-                     scenario.task.stop_at_violation ? "; a trace that begins so ends there" : ""));
+    const Settings written = root.at("task").at("requirements").at(one.name);
+    warn(written, fmt::format("is violated at the start already{}{}{}",
+                              violation_text(model, one, margins[i], parts[i]), place_meant(written, margins[i], size),
+                              scenario.task.stop_at_violation ? "; a trace that begins so ends there" : ""));
   }
 }
 

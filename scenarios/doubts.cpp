@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 
 #include "engine/settings/units.h"
@@ -22,7 +23,7 @@ struct WidestMeant {
 
 bool begins(const std::string& text, std::string_view head) { return text.compare(0, head.size(), head) == 0; }
 
-WidestMeant widest_meant(const Parameter& parameter, const Vec3& extent) {
+WidestMeant widest_meant(const Parameter& parameter, const Vec3& extent, double distance) {
   const std::string& path = parameter.path;
   if (parameter.quantity == Quantity::angle) {
     // An encoder or a joint's zero that is off by a radian tells nothing. A robot may begin in any attitude, which is
@@ -37,6 +38,10 @@ WidestMeant widest_meant(const Parameter& parameter, const Vec3& extent) {
   if (begins(path, "robot.link.") && path.find(".com.") != std::string::npos) return {size / 4, size / 4};
   // A normal error of the place where a robot is put is small against the robot; a uniform one may be a whole field.
   if (begins(path, "initial.base.")) return {size, 5 * size};
+  // What is put in a robot's way is put there on purpose; what lies far off may be known less well.
+  if (begins(path, "environment.") && path.find(".position.") != std::string::npos) {
+    return {2 * size + distance, std::numeric_limits<double>::infinity()};
+  }
   return {};
 }
 
@@ -56,8 +61,8 @@ void doubt_number(const Settings& value, double width, double widest, bool angle
 }
 
 /// One distribution, `{normal: …}` or `{uniform: …}`; others have no such width.
-void doubt_distribution(const Settings& map, const Parameter& parameter, const Vec3& extent) {
-  const WidestMeant widest = widest_meant(parameter, extent);
+void doubt_distribution(const Settings& map, const Parameter& parameter, const Vec3& extent, double distance) {
+  const WidestMeant widest = widest_meant(parameter, extent, distance);
   const bool angle = parameter.quantity == Quantity::angle;
   if (const auto normal = map.find("normal")) {
     const Settings std = normal->at("std");
@@ -75,6 +80,25 @@ void doubt_distribution(const Settings& map, const Parameter& parameter, const V
   if (ends.size() != 2 || !is_bare(ends[0]) || !is_bare(ends[1])) return;
   const double half = (ends[1].number(parameter.quantity) - ends[0].number(parameter.quantity)) / 2;
   doubt_number(ends[1], half, widest.half, angle, extent.norm());
+}
+
+/// Whether a shape's size has no unit: `5`, `[1, 2, 3]` or `{radius: 1, length: 2}`; a unit may stand last in a list.
+bool is_bare_size(const Settings& shape) {
+  if (shape.is_scalar()) return is_bare(shape);
+  std::vector<Settings> numbers = shape.items();
+  if (shape.is_map()) {
+    numbers.clear();
+    for (const auto& [key, value] : shape.entries()) numbers.push_back(value);
+  }
+  return std::any_of(numbers.begin(), numbers.end(), is_bare) && (shape.is_map() || is_bare(numbers.back()));
+}
+
+/// "; is its size meant in cm?": the first unit in which a volume `fits`, which is asked with m^3.
+std::string size_meant(double volume, const std::function<bool(double)>& fits) {
+  for (const auto& [unit, factor] : {std::pair{"cm", 1e-2}, std::pair{"mm", 1e-3}}) {
+    if (fits(volume * std::pow(factor, 3))) return fmt::format("; is its size meant in {}?", unit);
+  }
+  return "";
 }
 
 }  // namespace
@@ -124,10 +148,10 @@ void doubt_last(const Settings& scenario, const Timing& timing) {
                    seconds, timing.end, unit_meant(*last, Quantity::time, fits)));
 }
 
-void doubt_width(const Settings& value, const Parameter& parameter, const Vec3& extent) {
+void doubt_width(const Settings& value, const Parameter& parameter, const Vec3& extent, double distance) {
   if (!value.is_map()) return;
-  doubt_distribution(value, parameter, extent);
-  if (const auto jitter = value.find("jitter")) doubt_distribution(*jitter, parameter, extent);
+  doubt_distribution(value, parameter, extent, distance);
+  if (const auto jitter = value.find("jitter")) doubt_distribution(*jitter, parameter, extent, distance);
 }
 
 void doubt_cone(const Settings& std) {
@@ -142,14 +166,34 @@ void doubt_mass(const Settings& mass, const Settings& shape, double kilograms, d
   if (fits(density)) return;
   std::string meant;
   if (density < kAir) {
-    for (const auto& [unit, factor] : {std::pair{"cm", 1e-2}, std::pair{"mm", 1e-3}}) {
-      if (meant.empty() && fits(density / std::pow(factor, 3))) meant = fmt::format("; is its size meant in {}?", unit);
-    }
+    meant = size_meant(volume, [&](double v) { return fits(kilograms / v); });
     warn(shape, fmt::format("{:g} kg in {:.3g} m^3 are lighter than air{}", kilograms, volume, meant));
   } else {
     meant = unit_meant(mass, Quantity::mass, [&](double m) { return fits(m / volume); });
     warn(mass, fmt::format("{:g} kg in {:.3g} m^3 are denser than any metal{}", kilograms, volume, meant));
   }
+}
+
+void doubt_weight(const Settings& shape, double density, double volume, double robot) {
+  const double kilograms = density * volume;
+  if (!(robot > 0 && kilograms > kHeaviest * robot) || !is_bare_size(shape)) return;
+  warn(shape, fmt::format("{:.3g} m^3 of {:g} kg/m^3 weigh {:.3g} kg, {:.3g} times the robot's {:g} kg{}", volume,
+                          density, kilograms, kilograms / robot, robot,
+                          size_meant(volume, [&](double v) { return density * v <= kHeaviest * robot; })));
+}
+
+std::string length_meant(const Settings& range, double margin, double size) {
+  if (-margin <= 2 * size) return "";
+  for (const char* side : {"above", "below"}) {
+    const auto bound = range.find(side);
+    if (!bound || !is_bare(*bound)) continue;
+    const double sign = side[0] == 'a' ? 1 : -1, place = bound->number(Quantity::length) + sign * margin;
+    // The other bound may be the one that is missed: then no link is near this one's place.
+    const std::string meant =
+        unit_meant(*bound, Quantity::length, [&](double x) { return std::abs(x - place) <= size; });
+    if (!meant.empty()) return meant;
+  }
+  return "";
 }
 
 void doubt_impulse(const Settings& settings, const Model& nominal, double end) {

@@ -22,9 +22,10 @@ void doubt_gravity(const Settings& scenario);
 /// `record.last`: more than twice the whole trace.
 void doubt_last(const Settings& scenario, const Timing& timing);
 
-/// The width of a distribution of the error of an angle, of a centre of mass or of the place where the base begins.
-/// `value`: the map that holds it, of `parameter`; `extent`: as above.
-void doubt_width(const Settings& value, const Parameter& parameter, const Vec3& extent);
+/// The width of a distribution of the error of an angle, of a centre of mass or of the place where the base begins or
+/// an object is. `value`: the map that holds it, of `parameter`; `extent`: as above; `distance`: of an object's place
+/// from the origin, m.
+void doubt_width(const Settings& value, const Parameter& parameter, const Vec3& extent, double distance);
 /// The same of `cone: {std}`.
 void doubt_cone(const Settings& std);
 
@@ -32,7 +33,18 @@ void doubt_cone(const Settings& std);
 /// as written.
 void doubt_mass(const Settings& mass, const Settings& shape, double kilograms, double volume);
 
+/// More robots than this, and an object was hardly meant to be as heavy.
+constexpr double kHeaviest = 100;
+
+/// A movable object of this density and volume, kg/m^3 and m^3, that weighs more than kHeaviest robots of `robot` kg.
+/// `shape`: its size as written; a size with a unit is believed.
+void doubt_weight(const Settings& shape, double density, double volume, double robot);
+
 /// `contact_impulse: {below, during}` in traces of at most `end` s.
 void doubt_impulse(const Settings& settings, const Model& nominal, double end);
+
+/// "; did you mean 30 cm?" for a bound of a place, `{above, below}` in `range`, that the robot misses at the start by
+/// many times its size `size`, by this (negative) margin. Empty: it is near enough, or no unit explains it.
+std::string length_meant(const Settings& range, double margin, double size);
 
 }  // namespace graze

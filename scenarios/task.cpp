@@ -28,7 +28,7 @@ class TaskReader {
  public:
   TaskReader(const Model& nominal, const TraceTimes& times) : nominal_(nominal), times_(times) {}
 
-  /// As a measure it decides nothing, and may have a bound that always or never holds.
+  /// As a measure it decides nothing: a bound that never holds is warned of, not refused.
   Requirement requirement(const std::string& name, const Settings& settings, bool measure = false) const {
     settings.allow(with_names({"window"}));
     Requirement out;
@@ -41,7 +41,11 @@ class TaskReader {
     const auto window = settings.find("window");
     if (window) out.window = read_window(*window);
     const char* const then = measure ? "so nothing is measured" : "so the requirement is never violated";
-    if ((window && warn_of_window(*window, out.window, times_, then)) || measure) return out;
+    if (window && warn_of_window(*window, out.window, times_, then)) return out;
+    if (measure) {
+      doubt(settings, witness.range, "a measure that every trace keeps", "a measure that no trace keeps");
+      return out;
+    }
     doubt(settings, witness.range, "a requirement that can never be violated", "every trace violates it");
     if (witness.range.never_holds() && !witness.range.of_nominal) {
       settings.fail("every trace would violate it: " + witness.range.why);

@@ -48,7 +48,7 @@ class UncertainReader {
     const std::vector<int> found = parameters(pattern, value);
     for (const int i : found) {
       set(i, value, read_spread(value, table_.all()[i]));
-      doubt_width(value, table_.all()[i], extent_);
+      doubt_width(value, table_.all()[i], extent_, distance(table_.all()[i]));
       if (i == found.front()) check_kept(value, found.size(), spreads_[i]->persistent.kept_numbers());
     }
   }
@@ -112,6 +112,19 @@ class UncertainReader {
     if (!both) return;
     const auto& [mass, density] = *both;
     written_[indices[mass]]->fail_key(mass_and_density_text(paths[mass], paths[density]));
+  }
+
+  /// Of an object from the origin, m, for a parameter of its place; else 0.
+  double distance(const Parameter& parameter) const {
+    constexpr std::string_view kPlace = ".position.";
+    const std::size_t at = parameter.path.rfind(kPlace);
+    if (at == std::string::npos || !parameter.path.starts_with("environment.")) return 0;
+    double squares = 0;
+    for (const char* axis : {"x", "y", "z"}) {
+      const Parameter* one = table_.find(parameter.path.substr(0, at + kPlace.size()) + axis);
+      if (one) squares += one->nominal * one->nominal;
+    }
+    return std::sqrt(squares);
   }
 
   std::vector<int> parameters(const std::string& pattern, const Settings& value) const {

@@ -266,15 +266,15 @@ class WorldReader {
     if (static_cast<bool>(density) == static_cast<bool>(mass)) {
       settings.fail("a movable object needs either 'density' or 'mass'");
     }
-    double value = 0;
+    double value = 0, robot = 0;
+    for (const Link& link : world().robot.links) robot += link.inertia.mass;
     if (density) {
       number(settings, "density", positive(path + ".density", Quantity::density), value);
       doubt_density(*density, value);
+      doubt_weight(shape_settings(settings), value, volume, robot);
     } else {
       number(settings, "mass", positive(path + ".mass", Quantity::mass), value);
-      double robot = 0;
-      for (const Link& link : world().robot.links) robot += link.inertia.mass;
-      if (robot > 0 && value > 100 * robot) {
+      if (robot > 0 && value > kHeaviest * robot) {
         warn(*mass, fmt::format("{:g} kg is {:.3g} times the robot's {:g} kg; did you mean {:g} g?", value,
                                 value / robot, robot, value));
       } else {

@@ -97,7 +97,8 @@ TEST(Failures, MarginsOfObjectivesHaveUnits) {
   std::ostringstream list;
   list_failures(archive, want.policies, "a.graze", list);
   EXPECT_THAT(list.str(), HasSubstr("-0.5 rad"));
-  for (const auto& failure : nlohmann::json::parse(score_json(result))["failures"]) {
+  const nlohmann::json json = nlohmann::json::parse(score_json(result));
+  for (const auto& failure : json["failures"]) {
     if (failure["outcome"].get<std::string>() != "unknown failure") continue;
     EXPECT_EQ(failure["unit"], "rad");
   }

@@ -88,7 +88,7 @@ TEST(ConvexGap, overlap_is_least) {
         ASSERT_LT(separation(a, b, n), gap.phi + 1e-6) << int(kind_a) << int(kind_b) << " " << trial;
       }
     }
-    EXPECT_GT(overlapping, 20);
+    EXPECT_GT(overlapping, test::trials(20));
   }
 }
 
