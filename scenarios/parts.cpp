@@ -36,6 +36,30 @@ unsigned features_named(const std::string& pattern, const Collider& collider) {
   return out;
 }
 
+/// Whether shapes of this kind have but one feature, their surface.
+bool is_plain(ShapeKind kind) { return has_feature(kind, Feature::surface); }
+
+/// Fails for a feature that a part does not have, if that is what `pattern` names: "ground.side" of a plane.
+void refuse_feature(const Settings& settings, const std::string& pattern, const Model& nominal) {
+  const std::size_t dot = pattern.rfind('.');
+  if (dot == std::string::npos) return;
+  const std::string part = pattern.substr(0, dot), feature = pattern.substr(dot + 1);
+  bool known = false;
+  for (int f = 0; f < kFeatures; ++f) known = known || feature == feature_name(static_cast<Feature>(f));
+  if (!known) return;
+  bool any = false;
+  for (const Collider& collider : nominal.colliders) {
+    if (!matches(part, collider.name) && !matches(part, collider.link)) continue;
+    if (!is_plain(collider.shape.kind)) return;
+    any = true;
+  }
+  if (!any) return;
+  settings.fail(
+      fmt::format("{}: matches no part of the robot or the environment: the only feature of {} is its "
+                  "surface; did you mean '{}'?",
+                  pattern, part, part));
+}
+
 Parts read_part(const Settings& settings, const Model& nominal) {
   const std::string pattern = settings.glob();
   Parts part;
@@ -45,6 +69,7 @@ Parts read_part(const Settings& settings, const Model& nominal) {
     any = any || part.features.back() != 0;
   }
   if (!any) {
+    refuse_feature(settings, pattern, nominal);
     std::vector<std::string> names = part_names(nominal);
     for (const Collider& collider : nominal.colliders) {
       for (int f = 0; f < kFeatures; ++f) {

@@ -10,6 +10,7 @@
 #include <unordered_map>
 
 #include "engine/model/measures.h"
+#include "engine/settings/units.h"
 #include "engine/settings/warnings.h"
 #include "scenarios/at_start.h"
 #include "scenarios/doubts.h"
@@ -119,7 +120,23 @@ void read_sampling(const Settings& root, Scenario& out) {
   }
 }
 
-Recording read_record(const Settings& root) {
+/// Frames are kept by steps; who writes a time is told how many steps that is.
+int read_every(const Settings& every, const Timing& timing) {
+  const auto written = every.is_scalar() ? split_number(every.text()) : std::nullopt;
+  const auto seconds =
+      written && !written->unit.empty() ? to_si(Quantity::time, written->value, written->unit) : std::nullopt;
+  if (seconds) {
+    const auto steps = std::max(1LL, std::llround(std::clamp(*seconds / timing.step, 1.0, 1e9)));
+    every.fail(fmt::format("{}: is a number of steps of {:g} s, not a time; {} step{} last{} {:g} s", every.text(),
+                           timing.step, steps, steps == 1 ? "" : "s", steps == 1 ? "s" : "",
+                           static_cast<double>(steps) * timing.step));
+  }
+  const long long value = every.integer();
+  if (value < 1 || value > 1'000'000'000) every.fail(fmt::format("{}: must lie within [1, 1e9]", value));
+  return static_cast<int>(value);
+}
+
+Recording read_record(const Settings& root, const Timing& timing) {
   Recording out;
   const auto record = root.find("record");
   if (!record) return out;
@@ -131,11 +148,7 @@ Recording read_record(const Settings& root) {
                     : word == "last" ? Telemetry::last
                                      : Telemetry::failures;
   }
-  if (const auto every = record->find("every")) {
-    const long long value = every->integer();
-    if (value < 1 || value > 1'000'000'000) every->fail(fmt::format("{}: must lie within [1, 1e9]", value));
-    out.every = static_cast<int>(value);
-  }
+  if (const auto every = record->find("every")) out.every = read_every(*every, timing);
   if (const auto last = record->find("last")) out.last = last->positive(Quantity::time);
   out.events = record->flag_or("events", true);
   return out;
@@ -202,8 +215,18 @@ Model compiled(const Settings& root, const World& world) {
   }
 }
 
+/// What has its place elsewhere, where a list of the keys that are allowed would not lead to it.
+void refuse_misplaced(const Settings& root) {
+  const auto sampling = root.find("sampling");
+  for (const auto& map : {std::optional<Settings>(root), sampling}) {
+    const auto found = map && map->is_map() ? map->find("correlated") : std::nullopt;
+    if (found) found->fail_key("stands under 'uncertain': uncertain: {correlated: [{parameters: …, correlation: …}]}");
+  }
+}
+
 Scenario read_scenario(const Settings& root, const std::string& file, const ScenarioOptions& options) {
   check_format(root);
+  refuse_misplaced(root);
   root.allow(keys_of("scenario"));
   const Warnings warnings;
   Scenario out;
@@ -228,7 +251,7 @@ Scenario read_scenario(const Settings& root, const std::string& file, const Scen
     actuators->allow(keys_of("actuators"));
     out.torque_speed = actuators->flag_or("torque_speed", false);
   }
-  out.recording = read_record(root);
+  out.recording = read_record(root, out.timing);
   doubt_last(root, out.timing);
   check_frames(root, out);
   const auto task = root.find("task");

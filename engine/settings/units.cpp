@@ -80,7 +80,11 @@ std::string units_of(Quantity quantity) {
 std::string unlikely(Quantity quantity, double value, std::string_view unit) {
   if (!unit.empty() && unit != unit_of(quantity)) return "";
   const double size = std::abs(value);
-  const auto meant = [&](const char* other) { return fmt::format("; did you mean {:.15g} {}?", value, other); };
+  // Nothing if that were as strange.
+  const auto meant = [&](const char* other) {
+    const bool strange = !unlikely(quantity, *to_si(quantity, value, other), "").empty();
+    return strange ? "" : fmt::format("; did you mean {:.15g} {}?", value, other);
+  };
   constexpr double kTurn = 2 * std::numbers::pi;
   switch (quantity) {
     case Quantity::angle:
