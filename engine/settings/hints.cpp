@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 
 #include <cctype>
+#include <optional>
+#include <sstream>
+#include <vector>
 
 #include "engine/settings/tree.h"
 
@@ -90,7 +93,103 @@ class LineScan {
   const std::string& line_;
 };
 
+/// Lines of a text as YAML sees them.
+class Layout {
+ public:
+  explicit Layout(const std::string& text) {
+    std::istringstream stream(text);
+    for (std::string line; std::getline(stream, line);) lines_.push_back(line);
+  }
+
+  bool has(int line) const { return line >= 0 && line < static_cast<int>(lines_.size()); }
+  const std::string& operator[](int line) const { return lines_[static_cast<std::size_t>(line)]; }
+
+  /// Spaces in front; nothing for a line without content.
+  std::optional<std::size_t> indent(int line) const {
+    const std::size_t first = lines_[static_cast<std::size_t>(line)].find_first_not_of(" \t\r");
+    if (first == std::string::npos || lines_[static_cast<std::size_t>(line)][first] == '#') return std::nullopt;
+    return first;
+  }
+
+  bool has_tab_in_front(int line) const {
+    return has(line) && indent(line) && (*this)[line].substr(0, *indent(line)).find('\t') != std::string::npos;
+  }
+
+  /// The last line with content before `line`; -1: none.
+  int above(int line) const {
+    do --line;
+    while (line >= 0 && !indent(line));
+    return line;
+  }
+
+  /// Whether a line begins where one that it could continue does: an ancestor of the line above it, or that line.
+  bool is_aligned(int line) const {
+    std::size_t open = std::string::npos;
+    for (int i = above(line); i >= 0; i = above(i)) {
+      if (*indent(i) >= open) continue;
+      open = *indent(i);
+      if (open == *indent(line)) return true;
+    }
+    return false;
+  }
+
+ private:
+  std::vector<std::string> lines_;
+};
+
+/// Where the value of a line `key: value` begins; npos: it has none, or one in quotes or brackets.
+std::size_t bare_value(const std::string& line) {
+  const std::size_t colon = line.find(": "), value = line.find_first_not_of(' ', std::min(colon, line.size() - 1) + 1);
+  if (colon == std::string::npos || value == std::string::npos) return std::string::npos;
+  return std::string_view("\"'[{#|>&!*").find(line[value]) == std::string_view::npos ? value : std::string::npos;
+}
+
+/// "; the text … has a colon": of a line `key: a: b`.
+std::string colon_hint(const std::string& line) {
+  constexpr std::size_t kShown = 60;
+  const std::size_t value = line.empty() ? std::string::npos : bare_value(line);
+  if (value == std::string::npos) return "";
+  const std::string text = line.substr(value, line.find(" #", value) - value);
+  if (text.find(": ") == std::string::npos) return "";
+  return "; a text with a colon and a space in it needs quotes" +
+         (text.size() > kShown ? std::string() : fmt::format(": \"{}\"", text));
+}
+
+/// Of a line that the parser takes for a part of the value of the line above it.
+std::string above_hint(const Layout& lines, int line) {
+  const int above = lines.above(line);
+  if (above < 0 || !lines.indent(line)) return "";
+  const std::string& text = lines[above];
+  const std::size_t colon = text.find(':');
+  if (colon != std::string::npos && colon + 1 < text.size() && text[colon + 1] != ' ' &&
+      bare_value(text) == std::string::npos) {
+    return fmt::format("; a space is missing behind the colon in line {}", above + 1);
+  }
+  if (*lines.indent(line) <= *lines.indent(above) || bare_value(text) == std::string::npos) return "";
+  return fmt::format("; it is indented below line {}, which has a value already", above + 1);
+}
+
 }  // namespace
+
+std::string layout_hint(const std::string& text, int line, const std::string& problem) {
+  const Layout lines(text);
+  for (const int i : {line, line - 1}) {
+    if (lines.has_tab_in_front(i))
+      return fmt::format("; a tab stands in front of line {}: YAML indents by spaces", i + 1);
+  }
+  if (problem == "end of map flow not found") return "; a ',' or the closing '}' is missing before this place";
+  if (problem == "end of sequence flow not found") return "; a ',' or the closing ']' is missing before this place";
+  if (!lines.has(line)) return "";
+  if (problem == "illegal map value") {
+    const std::string hint = colon_hint(lines[line]);
+    return hint.empty() ? above_hint(lines, line) : hint;
+  }
+  if (problem.starts_with("end of") && lines.indent(line) && !lines.is_aligned(line)) {
+    return fmt::format("; its indentation of {} space{} is that of no line above that it could go on with",
+                       *lines.indent(line), *lines.indent(line) == 1 ? "" : "s");
+  }
+  return "";
+}
 
 std::string quoting_hint(const std::string& line) { return LineScan(line).hint(); }
 

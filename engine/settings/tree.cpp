@@ -52,6 +52,11 @@ std::string hint_near(const std::string& text, const YAML::Mark& mark) {
   return hint.empty() ? quoting_hint(line_of(text, mark.line - 1)) : hint;
 }
 
+std::string hint_of(const std::string& text, const YAML::Exception& error) {
+  const std::string hint = hint_near(text, error.mark);
+  return hint.empty() ? layout_hint(text, error.mark.line, error.msg) : hint;
+}
+
 /// Builds the tree from the parser's events: places stay, duplicate keys and cycles cannot come in, and the size of
 /// what aliases expand to is known before anything is expanded.
 class TreeBuilder : public YAML::EventHandler {
@@ -228,7 +233,7 @@ NodePtr parse(const std::string& text, const std::string& name, bool lines) {
   } catch (const YAML::Exception& e) {
     const std::string where =
         lines && !e.mark.is_null() ? fmt::format("{}:{}:{}", name, e.mark.line + 1, e.mark.column + 1) : name;
-    throw InputError(fmt::format("{}: not YAML: {}{}", where, e.msg, hint_near(text, e.mark)));
+    throw InputError(fmt::format("{}: not YAML: {}{}", where, e.msg, hint_of(text, e)));
   }
 }
 

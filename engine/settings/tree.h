@@ -63,6 +63,9 @@ NodePtr with_value(const NodePtr& node, const std::string& path, const NodePtr& 
 /// is known.
 std::string quoting_hint(const std::string& line);
 
+/// "; a tab stands …": what in the layout of a text may have made the parser say `problem` at a line, counted from 0.
+std::string layout_hint(const std::string& text, int line, const std::string& problem);
+
 /// The tree as YAML text that parses to the same tree.
 std::string to_yaml(const SettingsNode& root);
 

@@ -219,6 +219,22 @@ std::vector<std::string> warnings_of(const std::string& text, Quantity quantity)
   return warnings.texts();
 }
 
+// Claim: the likely cause of a layout that YAML does not take is said: tabs, colons, indentation.
+TEST(Yaml, HintsAtLayout) {
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"a: 1\nb:\n\tc: 2", "; a tab stands in front of line 3: YAML indents by spaces"},
+      {"a: 1\nb: Stand: first try\n", "; a text with a colon and a space in it needs quotes: \"Stand: first try\""},
+      {"a: 1\nb:\n  c: 2\n d: 3\n", "; its indentation of 1 space is that of no line above"},
+      {"a: 1\nb:\n  c: x\n    d: y\n", "; it is indented below line 3, which has a value already"},
+      {"a:\n  b:x\n  c: y\n", "; a space is missing behind the colon in line 2"},
+      {"a: {b: x,\nc: {d: 1}\n", "; a ',' or the closing '}' is missing before this place"},
+  };
+  for (const auto& [text, hint] : cases) {
+    EXPECT_NE(message_of([&, &yaml = text] { parse(yaml); }).find(hint), std::string::npos)
+        << text << message_of([&, &yaml = text] { parse(yaml); });
+  }
+}
+
 // Claim: numbers that only a forgotten unit explains are warned of, with what was probably meant; a unit that is
 // written is believed, and without a listener nothing is kept.
 TEST(Units, DoubtWhatIsHardlyMeant) {
