@@ -33,7 +33,13 @@ void check_new_file(const std::filesystem::path& file, bool force, const std::ve
     throw InputError(fmt::format("{}: {} {}, which is only read; choose another --output", file.string(),
                                  full == other ? "is" : "lies within", source.string()));
   }
-  if (!fs::exists(file, error)) return;
+  if (!fs::exists(file, error)) {
+    if (force || !fs::is_symlink(fs::symlink_status(file, error))) return;
+    throw InputError(
+        fmt::format("{}: is a symbolic link that leads nowhere; choose another --output, or give --force to put the "
+                    "file in its place",
+                    file.string()));
+  }
   if (!fs::is_regular_file(file, error)) {
     throw InputError(fmt::format("{}: is a directory or a device; choose another --output", file.string()));
   }

@@ -84,7 +84,9 @@ TEST_F(Paths, LinksAndPipesLeadNowhere) {
   for (const char* name : {"p.csv", "ball.sbatch"}) {
     fs::create_symlink(campaign.folder / "elsewhere", campaign.folder / name);
   }
-  EXPECT_EQ(campaign.graze("sample ball.yaml -n 2 -o p.csv").code, 0);
+  EXPECT_EQ(campaign.graze("sample ball.yaml -n 2 -o p.csv").code, 2);
+  EXPECT_TRUE(fs::is_symlink(campaign.folder / "p.csv"));
+  EXPECT_EQ(campaign.graze("sample ball.yaml -n 2 -o p.csv --force").code, 0);
   EXPECT_TRUE(fs::is_regular_file(fs::symlink_status(campaign.folder / "p.csv")));
   campaign.graze("submit ball.yaml --time 9 -o ball --force");  // there need not be an sbatch
   EXPECT_FALSE(exists("elsewhere"));
