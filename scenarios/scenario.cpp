@@ -122,13 +122,14 @@ void read_sampling(const Settings& root, Scenario& out) {
 
 /// Frames are kept by steps; who writes a time is told how many steps that is.
 int read_every(const Settings& every, const Timing& timing) {
-  const auto written = every.is_scalar() ? split_number(every.text()) : std::nullopt;
+  const std::string text = every.is_scalar() ? every.text() : "";
+  const auto written = split_number(text);  // looks into the text
   const auto seconds =
       written && !written->unit.empty() ? to_si(Quantity::time, written->value, written->unit) : std::nullopt;
   if (seconds) {
     const auto steps = std::max(1LL, std::llround(std::clamp(*seconds / timing.step, 1.0, 1e9)));
-    every.fail(fmt::format("{}: is a number of steps of {:g} s, not a time; {} step{} last{} {:g} s", every.text(),
-                           timing.step, steps, steps == 1 ? "" : "s", steps == 1 ? "s" : "",
+    every.fail(fmt::format("{}: is a number of steps of {:g} s, not a time; {} step{} last{} {:g} s", text, timing.step,
+                           steps, steps == 1 ? "" : "s", steps == 1 ? "s" : "",
                            static_cast<double>(steps) * timing.step));
   }
   const long long value = every.integer();
