@@ -23,24 +23,9 @@ constexpr const char* kManifestName = "shards";
 bool is_campaign_file(const std::string& within, const std::string& name) {
   const std::string end = final_name(name).value_or(name);
   if (within == kManifestFolder) return end.ends_with(".jsonl");
+  if (within == kDamagedFolder && end.ends_with(".jsonl")) return true;
   if (!within.empty()) return end.ends_with(".h5");
   return end == kDescriptionFile || end == kDescriptionCopy || end == kLockFile || end == kUnfinishedFile;
-}
-
-/// The first entry that no campaign has: --force must never remove somebody's other files.
-std::optional<std::string> foreign_entry(const Directory& directory) {
-  for (const std::string& name : directory.names()) {
-    if (name != kShardFolder && name != kDamagedFolder && name != kManifestFolder) {
-      if (!is_campaign_file("", name) || !directory.has_file(name)) return name;
-      continue;
-    }
-    const Directory folder = *directory.find(name);
-    for (const std::string& one : folder.names()) {
-      // What was put aside as damaged may be anything.
-      if (!is_campaign_file(name, one) || (name != kDamagedFolder && !folder.has_file(one))) return name + "/" + one;
-    }
-  }
-  return std::nullopt;
 }
 
 /// Refuses at once what is somebody else's.
@@ -101,6 +86,22 @@ std::vector<fs::path> shard_files(const Directory& directory) {
   std::vector<fs::path> files;
   for (const std::string& name : shard_names(directory)) files.push_back(directory / kShardFolder / name);
   return files;
+}
+
+std::optional<std::string> foreign_entry(const Directory& directory) {
+  for (const std::string& name : directory.names()) {
+    if (name != kShardFolder && name != kDamagedFolder && name != kManifestFolder) {
+      if (!is_campaign_file("", name) || !directory.has_file(name)) return name;
+      continue;
+    }
+    if (!S_ISDIR(directory.status(name).st_mode)) return name;
+    const Directory folder = *directory.find(name);
+    for (const std::string& one : folder.names()) {
+      // What was put aside as damaged may be anything.
+      if (!is_campaign_file(name, one) || (name != kDamagedFolder && !folder.has_file(one))) return name + "/" + one;
+    }
+  }
+  return std::nullopt;
 }
 
 bool only_begun(const Directory& directory) {
@@ -220,10 +221,23 @@ void CampaignDirectory::check_in_place() const {
                     held.path().string(), held.whereabouts()));
   }
   if (lock_) lock_->check_held();
+  if (member_) member_->check_held();
+}
+
+void CampaignDirectory::keep_described() {
+  if (!lock_) return;
+  try {
+    if (directory_.has_file(kDescriptionFile) && directory_.has_file(kDescriptionCopy)) return;
+  } catch (const UnreadableFile&) {
+    return;  // nothing is known
+  }
+  check_in_place();
+  describe(directory_, info_, false);
 }
 
 void CampaignDirectory::add_shard(ShardBuffer shard) {
   check_in_place();
+  keep_described();
   std::string name;
   do {
     name = fmt::format("{}{:06}.h5", prefix_, ++shards_);

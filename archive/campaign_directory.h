@@ -18,11 +18,14 @@ namespace graze {
 inline constexpr const char* kDescriptionFile = "campaign.h5";
 inline constexpr const char* kDescriptionCopy = "campaign.copy.h5";  // for when the first is damaged or gone
 inline constexpr const char* kShardFolder = "shards";
-inline constexpr const char* kDamagedFolder = "damaged";  // shards that could not be read
+inline constexpr const char* kDamagedFolder = "damaged";  // what could not be read, or was no file
 
 /// The shards of a campaign directory, sorted by name; unfinished ones (*.tmp) are not among them. Throws InputError.
 std::vector<std::string> shard_names(const Directory& directory);
 std::vector<std::filesystem::path> shard_files(const Directory& directory);
+
+/// The first entry that no campaign has: nobody's other files are ever removed or moved. Throws InputError.
+std::optional<std::string> foreign_entry(const Directory& directory);
 
 /// Whether there is no more than what a campaign leaves that is killed before it is described.
 bool only_begun(const Directory& directory);
@@ -46,7 +49,10 @@ class CampaignDirectory {
   /// Throws MachineError if the path leads elsewhere by now: somebody has moved, removed or replaced the directory, or
   /// the lock in it. All that follows does so, too, and never writes into another's directory.
   void check_in_place() const;
-  /// Writes it under its name, then tells the manifest.
+  /// Writes campaign.h5 and its copy anew if somebody has removed one of them: without, shards are of no use. Nothing
+  /// for a member. Throws MachineError.
+  void keep_described();
+  /// Writes it under its name, then tells the manifest. Before that as keep_described().
   void add_shard(ShardBuffer shard);
   void add_unfinished(const UnfinishedTrace& trace);
   /// Makes one file of the manifest and writes campaign.h5 anew, marked complete; `answered_at` as

@@ -79,6 +79,30 @@ bool names(const Directory& directory, int descriptor) {
   return fstat(descriptor, &opened) == 0 && named.st_ino == opened.st_ino && named.st_dev == opened.st_dev;
 }
 
+bool still_names(const Directory& directory, int descriptor) noexcept {
+  try {
+    return names(directory, descriptor);
+  } catch (const std::exception&) {
+    return true;  // nothing is known; a file that is left over locks nobody out
+  }
+}
+
+/// Throws MachineError unless still_names().
+void check_names(const Directory& directory, int descriptor) {
+  if (still_names(directory, descriptor)) return;
+  std::optional<std::string> other;
+  try {
+    other = writer_of(directory);
+  } catch (const InputError&) {
+    // What has the name by now is no file, so nobody's lock.
+  }
+  throw MachineError(fmt::format(
+      "{}: was removed while this program held it, {}; this program writes nothing more, what it has written is kept, "
+      "and 'graze resume {}' does the rest once nobody else writes here",
+      (directory / kLockFile).string(), other ? *other + " is writing here by now" : "and another may begin to write",
+      shell_word(directory.path().string())));
+}
+
 Descriptor open_locked(const Directory& directory) {
   constexpr std::chrono::milliseconds kPause{50};
   const auto begin = std::chrono::steady_clock::now();
@@ -114,37 +138,19 @@ DirectoryLock::~DirectoryLock() {
   if (held()) directory_.remove(kLockFile);
 }
 
-bool DirectoryLock::held() const noexcept {
-  try {
-    return names(directory_, file_.number());
-  } catch (const std::exception&) {
-    return true;  // nothing is known; a file that is left over locks nobody out
-  }
-}
+bool DirectoryLock::held() const noexcept { return still_names(directory_, file_.number()); }
 
-void DirectoryLock::check_held() const {
-  if (held()) return;
-  const std::string path = directory_.path().string();
-  std::optional<std::string> other;
-  try {
-    other = writer_of(directory_);
-  } catch (const InputError&) {
-    // What has the name by now is no file, so nobody's lock.
-  }
-  throw MachineError(fmt::format(
-      "{}: was removed while this program held it, {}; this program writes nothing more, what it has written is kept, "
-      "and 'graze resume {}' does the rest once nobody else writes here",
-      (directory_ / kLockFile).string(), other ? *other + " is writing here by now" : "and another may begin to write",
-      shell_word(path)));
-}
+void DirectoryLock::check_held() const { check_names(directory_, file_.number()); }
 
-MemberLock::MemberLock(const Directory& directory) {
+MemberLock::MemberLock(const Directory& directory) : directory_(directory) {
   auto file = directory.find_file(kLockFile);
   if (!file) fail_writing(directory / kLockFile, ENOENT);
   file_ = std::move(*file);
   const int error = set_lock(file_.number(), F_RDLCK, kMembers);
   if (error != 0 && !without_locks(error)) fail_writing(directory / kLockFile, error);
 }
+
+void MemberLock::check_held() const { check_names(directory_, file_.number()); }
 
 std::optional<std::string> writer_of(const Directory& directory) {
   const auto file = directory.find_file(kLockFile);

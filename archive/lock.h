@@ -39,8 +39,11 @@ class MemberLock {
  public:
   /// Throws MachineError if nobody leads.
   explicit MemberLock(const Directory& directory);
+  /// As DirectoryLock's: whether the file in which the leader and this rank have their locks still has its name.
+  void check_held() const;
 
  private:
+  Directory directory_;
   Descriptor file_;
 };
 

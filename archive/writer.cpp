@@ -89,6 +89,7 @@ void CampaignWriter::flush() {
   }
   if (rest) impl_->queue.push(std::move(*rest));
   impl_->queue.drain();
+  if (!impl_->queue.failed()) impl_->directory.keep_described();
 }
 
 void CampaignWriter::finish(bool complete, std::uint64_t answered_at) {

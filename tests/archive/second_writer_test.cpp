@@ -43,6 +43,32 @@ TEST(SecondWriter, TheFirstStopsWhenItsLockIsStolen) {
   EXPECT_EQ(Archive(path).traces(info().policies[0]).size(), 24u);
 }
 
+// Claim: a rank notices as the leader does, and writes nothing beside a second writer.
+TEST(SecondWriter, ARankStopsWhenItsLeadersLockIsStolen) {
+  const Folder folder;
+  const fs::path path = folder / "a.graze";
+  CampaignWriter leader(path, info(), false);
+  CampaignWriter rank(path, info(), CampaignWriter::Member{1, 0, 2});
+  write_shard(rank, 0, 8);
+  fs::remove(path / "lock");
+  EXPECT_THAT(message_of<MachineError>([&] { write_shard(rank, 8, 16); }),
+              AllOf(HasSubstr("a.graze/lock: was removed"), HasSubstr("'graze resume")));
+  EXPECT_THAT(shard_names(path), ElementsAre("r00001-000001.h5"));
+}
+
+// Claim: descriptions that somebody removes under a writer are there again with its next shard, or when it ends.
+TEST(SecondWriter, RemovedDescriptionsAreWrittenAnew) {
+  const Folder folder;
+  const fs::path path = folder / "a.graze";
+  CampaignWriter writer(path, info(), false);
+  const std::string description = content(path / kDescriptionFile);
+  for (const bool shard : {true, false}) {
+    for (const char* name : {kDescriptionFile, kDescriptionCopy}) fs::remove(path / name);
+    shard ? write_shard(writer, 0, 8) : writer.flush();
+    for (const char* name : {kDescriptionFile, kDescriptionCopy}) EXPECT_TRUE(content(path / name) == description);
+  }
+}
+
 // A lock that is gone, and nobody else yet: the first does not wait for the second.
 TEST(SecondWriter, AMissingLockStopsTheWriter) {
   const Folder folder;
