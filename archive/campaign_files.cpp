@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "archive/campaign_directory.h"
+#include "archive/damaged.h"
 #include "archive/file_driver.h"
 #include "archive/manifest.h"
 #include "archive/outcome_scan.h"
@@ -12,6 +13,7 @@
 #include "archive/seal.h"
 #include "archive/set_aside.h"
 #include "archive/shell_word.h"
+#include "archive/unfinished.h"
 #include "engine/settings/paths.h"
 
 namespace graze {
@@ -146,7 +148,7 @@ void check_not_replacing(const Directory& directory) {
   const std::string path = directory.path().string();
   const auto writer = writer_of(directory);
   throw InputError(writer ? fmt::format("{}: is just being replaced: {} is writing here", path, *writer)
-                          : fmt::format("{}: {}", path, replacing_text(directory)));
+                          : replacing_text(directory));
 }
 
 CampaignFiles open_directory(const Directory& directory, Seals seals) {
@@ -156,8 +158,8 @@ CampaignFiles open_directory(const Directory& directory, Seals seals) {
   std::vector<std::string> warnings;
   if (!description.warning.empty()) warnings.push_back(description.warning);
   if (!writer_of(directory)) {
-    const std::string text = replacing_text(directory);
-    if (!text.empty()) warnings.push_back(fmt::format("{}: {}", directory.path().string(), text));
+    std::string text = replacing_text(directory);
+    if (!text.empty()) warnings.push_back(std::move(text));
   }
   check_shards_are_there(directory);
   std::vector<fs::path> shards;
@@ -230,11 +232,76 @@ CampaignFiles open_parts(const std::vector<fs::path>& directories) {
   return all;
 }
 
-CampaignInfo read_description(const Directory& directory, std::vector<std::string>* warnings) {
-  check_not_replacing(directory);
-  Description description = describe_directory(directory);
-  if (warnings != nullptr && !description.warning.empty()) warnings->push_back(description.warning);
-  return std::move(description.stored.info);
+CampaignInfo read_description(const Directory& directory) {
+  return std::move(describe_directory(directory).stored.info);
+}
+
+namespace {
+
+DescriptionFile look_at(const Directory& directory, const char* name) {
+  const fs::path path = directory / name;
+  DescriptionFile out{name};
+  const auto fails = [&](const std::string& message) {
+    const std::string begin = path.string() + ": ";
+    out.why = message.starts_with(begin) ? message.substr(begin.size()) : message;
+    return out;
+  };
+  try {
+    const auto file = directory.find_file(name);
+    out.there = file.has_value();
+    if (!file) return fails("is not there");
+    check_seal(file->number(), path);
+    std::string why;
+    const auto bad = unreadable(std::vector{path}, [&](const fs::path&) { read_one(directory, name, why); });
+    if (!bad.empty()) return fails(bad[0].why);
+    out.stored = read_one(directory, name, why);
+    return out.stored ? out : fails(why);
+  } catch (const UnreadableFile& error) {
+    out.unreadable = true;
+    return fails(error.what());
+  } catch (const InputError& error) {
+    return fails(error.what());
+  }
+}
+
+}  // namespace
+
+std::vector<DescriptionFile> description_files(const Directory& directory) {
+  return {look_at(directory, kDescriptionFile), look_at(directory, kDescriptionCopy)};
+}
+
+CampaignInfo described_by(const Directory& directory, const std::vector<DescriptionFile>& files) {
+  for (const DescriptionFile& file : files) {
+    if (file.stored) return file.stored->info;
+  }
+  const std::string why = fmt::format("{}: {}; nor is its copy of use: {}", (directory / files[0].name).string(),
+                                      files[0].why, files[1].why);
+  // What the shards tell is in the message; the library may not survive what somebody else has written into them.
+  const auto bad =
+      unreadable(std::vector{directory.path()}, [&](const fs::path&) { fail_undescribed(directory, why); });
+  throw InputError(bad.empty() ? why : bad[0].why);
+}
+
+std::string why_no_list(const Directory& directory) {
+  const mode_t mode = directory.status(kUnfinishedFile).st_mode;
+  return mode == 0 || S_ISREG(mode) ? "" : "is " + kind_of(mode);
+}
+
+std::vector<std::string> clear_places(const Directory& directory, const std::vector<DescriptionFile>& files) {
+  std::vector<std::string> notes;
+  for (const DescriptionFile& file : files) {
+    if (file.stored || (!file.there && file.name == kDescriptionCopy)) continue;  // older archives have no copy
+    if (file.in_the_way()) put_aside(directory, directory, file.name);
+    notes.push_back(
+        fmt::format("{}: {}; it is written anew{}", (directory / file.name).string(), file.why,
+                    file.in_the_way() ? fmt::format(", and what was there lies in {}/", kDamagedFolder) : ""));
+  }
+  if (const std::string why = why_no_list(directory); !why.empty()) {
+    put_aside(directory, directory, kUnfinishedFile);
+    notes.push_back(
+        fmt::format("{}: {}; it lies in {}/ now", (directory / kUnfinishedFile).string(), why, kDamagedFolder));
+  }
+  return notes;
 }
 
 }  // namespace graze

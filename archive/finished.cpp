@@ -7,6 +7,7 @@
 
 #include "archive/campaign_directory.h"
 #include "archive/campaign_files.h"
+#include "archive/damaged.h"
 #include "archive/info.h"
 #include "archive/manifest.h"
 #include "archive/part_check.h"
@@ -108,17 +109,6 @@ Readable readable_shards(const Directory& directory, const CampaignInfo& info) {
     out.messages[name] = bad.why;
   }
   return out;
-}
-
-void put_aside(const Directory& directory, const Directory& shards, const std::string& name) {
-  const Directory folder = directory.make(kDamagedFolder);
-  std::string place = name;
-  for (int number = 1; folder.has(place); ++number) {
-    place = fmt::format("{}.{}.h5", fs::path(name).stem().string(), number);
-  }
-  shards.move(name, folder, place);
-  folder.sync();
-  shards.sync();
 }
 
 }  // namespace

@@ -146,13 +146,18 @@ int seal_file(int descriptor, Seal* made) {
 
 Seal check_seal(int descriptor, const std::filesystem::path& path) {
   std::array<unsigned char, 8> head{};
-  if (!read_at(descriptor, 0, head, path) || head != kHdf5) {
-    throw InputError(path.string() + ": is not an HDF5 file; give a campaign directory or a packed file");
-  }
+  const bool begins = read_at(descriptor, 0, head, path) && head == kHdf5;
   const off_t size = lseek(descriptor, 0, SEEK_END);
   const auto length = static_cast<std::uint64_t>(std::max<off_t>(size, kSealBytes)) - kSealBytes;
   std::array<std::byte, kSealBytes> found{};
-  if (!read_at(descriptor, length, found, path) || std::memcmp(found.data(), kMagic.data(), kMagic.size()) != 0) {
+  const bool ends =
+      read_at(descriptor, length, found, path) && std::memcmp(found.data(), kMagic.data(), kMagic.size()) == 0;
+  if (!begins) {
+    const std::string text = path.string() + ": is not an HDF5 file; give a campaign directory or a packed file";
+    if (ends) throw InputError(text);
+    throw ForeignFile(text);
+  }
+  if (!ends) {
     throw DamagedFile(
         path.string() +
         ": is no Graze archive, or not a whole one: its closing checksum is missing; it was cut short, or "

@@ -42,8 +42,13 @@ struct DamagedFile : InputError {
   using InputError::InputError;
 };
 
-/// Throws InputError unless an open file is an HDF5 file with its seal intact; DamagedFile if it has none or it does
-/// not fit, UnreadableFile if it cannot be read. `path` is for messages.
+/// A file that has neither an archive's beginning nor its end.
+struct ForeignFile : InputError {
+  using InputError::InputError;
+};
+
+/// Throws InputError unless an open file is an HDF5 file with its seal intact: ForeignFile if it is none; DamagedFile
+/// if it has none or it does not fit, UnreadableFile if it cannot be read. `path` is for messages.
 Seal check_seal(int descriptor, const std::filesystem::path& path);
 
 }  // namespace graze

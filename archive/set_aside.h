@@ -11,7 +11,7 @@ namespace graze {
 inline constexpr const char* kReplacingFolder = "replacing";  // not everything has been moved there, or back
 inline constexpr const char* kReplacedFolder = "replaced";    // everything has
 
-// All of these but interrupted_replacing() need the directory's lock.
+// All of these but interrupted_replacing() and replacing_text() need the directory's lock.
 
 /// Moves everything but the lock into kReplacedFolder. Throws InputError if the directory cannot be listed,
 /// MachineError if something cannot be moved; all that can be moved is back in its place then.
@@ -24,7 +24,7 @@ bool put_back(const Directory& directory);
 /// Removes what was set aside.
 void drop_set_aside(const Directory& directory);
 /// What a killed writer would have done next: put_back() if the new campaign has no shard, else drop_set_aside().
-/// Returns whether an old campaign came back.
+/// Returns whether an old campaign came back. Throws InputError, and changes nothing, if the state is `stuck`.
 bool recover_set_aside(const Directory& directory);
 
 /// What recover_set_aside() will do.
@@ -32,10 +32,16 @@ enum class Replacing {
   none,
   comes_back,  // the old campaign, from where it was set aside
   goes,        // what was set aside: the new campaign has a shard
+  stuck,       // nothing: no kill leaves this, somebody has put things there, and either way some would be lost
+};
+struct ReplacingState {
+  Replacing what = Replacing::none;
+  std::string why = {};  // it is stuck, and what the user has to do: a whole message
 };
 /// Throws InputError.
-Replacing interrupted_replacing(const Directory& directory);
-/// For users: what has happened to the directory, and what 'graze resume' does about it; empty: nothing.
+ReplacingState interrupted_replacing(const Directory& directory);
+/// For users, a whole message: what has happened to the directory, and what 'graze resume' does about it, or they have
+/// to do; empty: nothing.
 std::string replacing_text(const Directory& directory);
 
 }  // namespace graze

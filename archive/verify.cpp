@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
 
 #include "archive/campaign_directory.h"
 #include "archive/campaign_files.h"
+#include "archive/damaged.h"
 #include "archive/directory.h"
 #include "archive/file_driver.h"
 #include "archive/finished.h"
@@ -29,16 +31,14 @@ std::string without_name(const std::string& message, const fs::path& file) {
   return message.rfind(name, 0) == 0 ? message.substr(name.size()) : message;
 }
 
-/// Facts of a campaign, from a file whose seal fits. Throws InputError.
-StoredInfo info_of(const Descriptor& file, const fs::path& path, Layout wanted) {
+/// Facts of a packed campaign, from a file whose seal fits. Throws InputError.
+StoredInfo info_of(const Descriptor& file, const fs::path& path) {
   const hdf5::Lock lock;
   const ReadingNote note(path);
   try {
     StoredInfo stored = read_info(hdf5::open_for_reading(file.number()));
-    if (stored.layout == wanted) return stored;
-    throw hdf5::Error(wanted == Layout::packed
-                          ? "only describes a campaign; give the directory that it lies in"
-                          : "is a packed campaign where the description of a directory is expected");
+    if (stored.layout == Layout::packed) return stored;
+    throw hdf5::Error("only describes a campaign; give the directory that it lies in");
   } catch (const hdf5::Error& error) {
     throw InputError(fmt::format("{}: {}", path.string(), error.what()));
   }
@@ -72,13 +72,16 @@ class DirectoryCheck {
 
   Verification check() {
     out_.writer = writer_of(directory_);
-    if (interrupted_replacing(directory_) == Replacing::comes_back) return half_replaced();
+    check_lock();
+    ReplacingState state = interrupted_replacing(directory_);
+    if (state.what == Replacing::comes_back || state.what == Replacing::stuck) return half_replaced(std::move(state));
     check_descriptions();
+    check_list();
     list_others();
     const std::vector<fs::path> shards = check_shards();
     if (!info_) return std::move(out_);
-    out_.unfinished = read_unfinished(directory_).size();
     count_traces(Parts(shards, info_->particles, kInShards), *info_, out_);
+    check_damaged_folder();
     const bool mendable = std::any_of(out_.files.begin(), out_.files.end(), [](const VerifiedFile& file) {
       // Older archives have no copy of their description, and are whole without.
       return file.state == FileState::damaged || (file.state == FileState::missing && file.name != kDescriptionCopy);
@@ -94,34 +97,57 @@ class DirectoryCheck {
     out_.files.push_back({name, state, traces, std::move(what)});
   }
 
-  /// Between an old campaign and the one that was to replace it: resume decides first.
-  Verification half_replaced() {
-    const char* name = directory_.has(kReplacedFolder) ? kReplacedFolder : kReplacingFolder;
-    add(name, FileState::set_aside, replacing_text(directory_));
-    out_.soundness = Soundness::incomplete;
+  void fault(std::string text) {
+    out_.faults.push_back(std::move(text));
+    out_.soundness = Soundness::damaged;
+  }
+
+  /// Between an old campaign and the one that was to replace it: resume decides first, if it can.
+  Verification half_replaced(ReplacingState state) {
+    const char* const name = directory_.has(kReplacedFolder) ? kReplacedFolder : kReplacingFolder;
+    const bool stuck = state.what == Replacing::stuck;
+    add(name, FileState::set_aside,
+        stuck ? "stays as it is" : without_name(replacing_text(directory_), directory_.path()));
+    if (stuck) fault(std::move(state.why));
+    if (!stuck && !comes_back_described(*directory_.find(name))) fault(kUndescribed);
+    if (out_.soundness == Soundness::whole || out_.writer) out_.soundness = Soundness::incomplete;
     return std::move(out_);
   }
 
-  /// One of the two files that describe the campaign; says what is wrong with it.
-  std::optional<StoredInfo> described_by(const char* name) {
-    const fs::path path = directory_ / name;
-    try {
-      const auto file = directory_.find_file(name);
-      if (!file) {
-        add(name, FileState::missing, "is not there");
-        return std::nullopt;
+  /// Whether what comes back from a folder has a description that is of use.
+  bool comes_back_described(const Directory& folder) {
+    for (const Directory& place : {folder, directory_}) {
+      // What the new campaign in the directory itself is described by goes.
+      if (place.path() == directory_.path() && folder.path().filename() == kReplacedFolder) continue;
+      for (const DescriptionFile& file : description_files(place)) {
+        if (file.stored) return true;
       }
-      check_seal(file->number(), path);
-      const auto bad =
-          unreadable(std::vector<fs::path>{path}, [&](const fs::path&) { info_of(*file, path, Layout::directory); });
-      if (!bad.empty()) throw InputError(bad[0].why);
-      StoredInfo stored = info_of(*file, path, Layout::directory);
-      add(name, FileState::whole, "");
-      return stored;
-    } catch (const InputError& error) {
-      add(name, FileState::damaged, without_name(error.what(), path));
-      return std::nullopt;
     }
+    return false;
+  }
+
+  /// What resume could not write into.
+  void check_lock() {
+    if (out_.writer || directory_.status(kLockFile).st_nlink <= 1) return;
+    fault(fmt::format("{}: has another name elsewhere (a hard link), and 'graze resume' would change that; remove it",
+                      (directory_ / kLockFile).string()));
+  }
+
+  /// Of unfinished traces.
+  void check_list() {
+    const std::string why = why_no_list(directory_);
+    if (why.empty()) {
+      out_.unfinished = read_unfinished(directory_).size();
+    } else {
+      add(kUnfinishedFile, FileState::damaged, fmt::format("{}; {}", why, kPutThere));
+      puts_aside_ = true;
+    }
+  }
+
+  /// Where resume puts what is damaged.
+  void check_damaged_folder() {
+    const std::string why = why_not_put_aside(directory_);
+    if (puts_aside_ && !why.empty()) fault(fmt::format("{}; 'graze resume' needs the place: move it away", why));
   }
 
   void check_descriptions() {
@@ -129,22 +155,24 @@ class DirectoryCheck {
       throw InputError(
           fmt::format("{}: is no campaign directory: it has no {}", directory_.path().string(), kDescriptionFile));
     }
-    std::optional<StoredInfo> first = described_by(kDescriptionFile), copy = described_by(kDescriptionCopy);
-    if (!first && !copy) {
-      out_.faults.push_back("nothing is left that describes the campaign: its shards cannot be used without");
-      out_.soundness = Soundness::damaged;
-      return;
+    std::vector<DescriptionFile> files = description_files(directory_);
+    const auto described = std::find_if(files.begin(), files.end(), [](const auto& file) { return !!file.stored; });
+    for (const DescriptionFile& file : files) {
+      std::string what = file.why;
+      if (described != files.end() && !file.stored) {
+        what += fmt::format("; {}", file.in_the_way() ? kPutThereAndAnew : kAnew);
+        puts_aside_ |= file.in_the_way();
+      }
+      add(file.name, file.stored ? FileState::whole : file.there ? FileState::damaged : FileState::missing, what);
     }
-    for (VerifiedFile& file : out_.files) {
-      if (file.state != FileState::whole) file.what += "; 'graze resume' writes it anew";
-    }
-    complete_ = first ? first->complete : copy->complete;
-    info_ = first ? std::move(first->info) : std::move(copy->info);
+    if (described == files.end()) return fault(kUndescribed);
+    complete_ = described->stored->complete;
+    info_ = std::move(described->stored->info);
   }
 
   /// What is neither description nor shard.
   void list_others() {
-    if (interrupted_replacing(directory_) == Replacing::goes) {
+    if (interrupted_replacing(directory_).what == Replacing::goes) {
       add(kReplacedFolder, FileState::set_aside, "what --force replaced; 'graze resume' removes it");
     }
     if (out_.writer) return;  // it is at work on these
@@ -156,8 +184,11 @@ class DirectoryCheck {
 
   void list_leftovers(const Directory& folder, const std::string& prefix) {
     for (const std::string& name : folder.names()) {
-      if (final_name(name))
-        add(prefix + name, FileState::leftover, "of a write that was cut off; 'graze resume' removes it");
+      if (!final_name(name)) continue;
+      const bool is_folder = S_ISDIR(folder.status(name).st_mode);
+      add(prefix + name, FileState::leftover,
+          is_folder ? "is a directory, which no write has left; it stays"
+                    : "of a write that was cut off; 'graze resume' removes it");
     }
   }
 
@@ -208,6 +239,7 @@ class DirectoryCheck {
         sealed.push_back(path);
       } catch (const InputError& error) {
         lost(name, FileState::damaged, without_name(error.what(), path) + std::string("; ") + kPutAside);
+        puts_aside_ = true;
       }
     }
     if (!info_) return {};
@@ -223,6 +255,7 @@ class DirectoryCheck {
         add_whole(sealed[i]);
       } else if (resume_notices(sealed[i])) {
         lost(name, FileState::damaged, found->second + "; " + kPutAside);
+        puts_aside_ = true;
       } else {
         lost(name, FileState::damaged,
              found->second + "; 'graze resume' does not see it: remove the file, and it simulates again what it held");
@@ -240,29 +273,35 @@ class DirectoryCheck {
     ++out_.shards;
   }
 
+  static constexpr const char* kUndescribed =
+      "nothing is left that describes the campaign: its shards cannot be used without";
+  static constexpr const char* kAnew = "'graze resume' writes it anew";
+  static constexpr const char* kPutThere = "'graze resume' puts it into damaged/";
+  static constexpr const char* kPutThereAndAnew = "'graze resume' puts it into damaged/ and writes it anew";
   static constexpr const char* kPutAside = "'graze resume' puts it into damaged/ and simulates again what it held";
 
   Directory directory_;
   std::optional<Directory> folder_;  // of the shards
   Manifest manifest_;
   std::optional<CampaignInfo> info_;
-  bool complete_ = false;  // says the description
+  bool complete_ = false;    // says the description
+  bool puts_aside_ = false;  // would resume do with something
   Verification out_;
 };
 
 Verification check_packed(const fs::path& path) {
   Verification out;
   out.packed = true;
+  const Descriptor file = open_archive_file(path);
   try {
-    const Descriptor file = open_archive_file(path);
     check_seal(file.number(), path);
     const auto bad = unreadable(std::vector<fs::path>{path}, [&](const fs::path&) {
-      const StoredInfo stored = info_of(file, path, Layout::packed);
+      const StoredInfo stored = info_of(file, path);
       const hdf5::Lock lock;
       check_part(OpenPart(path, file), stored.info);
     });
     if (!bad.empty()) throw InputError(bad[0].why);
-    const StoredInfo stored = info_of(file, path, Layout::packed);
+    const StoredInfo stored = info_of(file, path);
     count_traces(Parts({path}, stored.info.particles, 0), stored.info, out);
     out.files.push_back({path.string(), FileState::whole, out.traces});
     if (out.soundness == Soundness::whole && !stored.complete) out.soundness = Soundness::incomplete;
@@ -270,6 +309,8 @@ Verification check_packed(const fs::path& path) {
       out.faults.push_back(fmt::format("{}: says that it is complete", path.string()));
       out.soundness = Soundness::damaged;
     }
+  } catch (const ForeignFile&) {
+    throw;  // nothing here was ever whole
   } catch (const InputError& error) {
     out.files.push_back({path.string(), FileState::damaged, 0, without_name(error.what(), path)});
     out.soundness = Soundness::damaged;

@@ -8,7 +8,6 @@
 #include "archive/campaign_directory.h"
 #include "archive/campaign_files.h"
 #include "archive/finished.h"
-#include "archive/reading_child.h"
 #include "archive/set_aside.h"
 #include "archive/shell_word.h"
 #include "engine/settings/paths.h"
@@ -114,17 +113,6 @@ std::shared_ptr<const DirectoryLock> hold(const Directory& directory) {
   return lock;
 }
 
-/// The description, or its copy, with a warning.
-CampaignInfo describe(const Directory& directory) {
-  // A child reads it first: the library may not survive what somebody else has written.
-  const auto bad = unreadable({directory.path()}, [&](const std::filesystem::path&) { read_description(directory); });
-  if (!bad.empty()) throw InputError(bad.front().why);
-  std::vector<std::string> warnings;
-  CampaignInfo info = read_description(directory, &warnings);
-  warn(warnings);
-  return info;
-}
-
 int resume(const Arguments& arguments) {
   const std::unique_ptr<Crew> crew = make_crew();
   if (crew->rank() > 0) return assist(*crew, arguments.threads);
@@ -137,7 +125,8 @@ int resume(const Arguments& arguments) {
                                      : path_suggestion(directory)));
   }
   const auto lock = hold(std::filesystem::path(directory));
-  const CampaignInfo before = describe(lock->directory());
+  const std::vector<DescriptionFile> descriptions = description_files(lock->directory());
+  const CampaignInfo before = described_by(lock->directory(), descriptions);
   check_results_version(directory, before, "resume it with that program, or run the scenario anew");
   const ArchivedScenario archived(directory, before, "it cannot be resumed");
   Scenario scenario = archived.scenario();
@@ -155,6 +144,7 @@ int resume(const Arguments& arguments) {
   info.program_revision = before.program_revision;
   if (!arguments.ignore_space) check_growth(scenario, before, info, directory);
   if (!info.until.questions.empty()) check_looks(info);
+  warn(clear_places(lock->directory(), descriptions));
   CampaignWriter writer(directory, info, {lock});
   const FinishedTraces finished = repair_and_list(lock->directory(), info);
   warn(finished.notes);

@@ -34,9 +34,9 @@ struct Counts {
 
 struct Status {
   bool complete = false;
-  bool packed = false;    // one file
-  bool replaced = false;  // there is an old campaign still that it was to replace
-  ParticleRange part;     // if it is one of several; of `particles`
+  bool packed = false;  // one file
+  Replacing replacing = Replacing::none;
+  ParticleRange part;  // if it is one of several; of `particles`
   std::uint64_t particles = 0;
   std::optional<std::string> writer;
   std::uint64_t done = 0, total = 0, shards = 0;
@@ -81,7 +81,7 @@ Status status_of(const fs::path& path) {
     out.rate = writing_rate(directory);
     out.unfinished = read_unfinished(directory);
     out.shards = shard_names(directory).size();
-    out.replaced = out.shards == 0 && directory.has(kReplacedFolder);
+    out.replacing = interrupted_replacing(directory).what;
   }
   const Archive archive(path);
   warn(archive.warnings());
@@ -125,13 +125,22 @@ std::string progress_of(const Status& status) {
   return out + fmt::format(", {:.1f} per second, about {} left\n", *status.rate, duration_text(*status.seconds_left()));
 }
 
+std::string state_of(const std::string& name, const Status& status) {
+  const std::string resume = "'graze resume " + shell_word(name) + "'";
+  if (!status.writer && status.replacing == Replacing::stuck) {
+    return std::string(status.complete ? "complete" : "stopped") + "; " + resume + " refuses it as it is (see above)";
+  }
+  if (!status.writer && status.replacing == Replacing::comes_back) {
+    return "killed before its first shard; " + resume + " brings back what it replaced";
+  }
+  if (status.complete) return "complete";
+  if (status.writer) return "running (" + *status.writer + ")";
+  if (status.packed) return "packed before it was complete; a directory can go on, this file cannot";
+  return "stopped; " + resume + " does the rest";
+}
+
 std::string text_of(const std::string& name, const Status& status) {
-  const std::string state = status.complete   ? "complete"
-                            : status.writer   ? "running (" + *status.writer + ")"
-                            : status.packed   ? "packed before it was complete; a directory can go on, this file cannot"
-                            : status.replaced ? "killed before its first shard; 'graze resume " + shell_word(name) +
-                                                    "' brings back what it replaced"
-                                              : "stopped; 'graze resume " + shell_word(name) + "' does the rest";
+  const std::string state = state_of(name, status);
   std::string out = fmt::format("{}: {}\n", name, state);
   if (status.part.end > 0) {
     out +=

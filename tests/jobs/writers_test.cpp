@@ -217,6 +217,8 @@ TEST(Writers, WhatWasSetAsideReplacesNothing) {
   const Result refused = campaign.graze("run ball.yaml -n 20 --quiet -o a.graze");
   EXPECT_EQ(refused.code, 2) << refused.err;
   EXPECT_TRUE(fs::exists(at("a.graze/replaced/thesis.txt"))) << "who is refused changes nothing";
+  EXPECT_EQ(campaign.graze("resume a.graze --quiet").code, 2) << "it would remove what is no campaign's";
+  fs::remove(at("a.graze/replaced/thesis.txt"));
   for (const auto& entry : fs::directory_iterator(at("a.graze/shards"))) fs::remove(entry.path());
   EXPECT_EQ(campaign.graze("resume a.graze --quiet").code, 0) << "lost shards are simulated again";
   EXPECT_EQ(Archive(at("a.graze")).info().seed, 1u);
@@ -245,10 +247,10 @@ TEST(Writers, ShardNumbersDoNotOverflow) {
 TEST(Writers, WhatIsMountedInACampaignOutlivesIt) {
   const testing::BallCampaign campaign;
   ASSERT_EQ(campaign.graze("run ball.yaml -n 20 --quiet -o a.graze").code, 0);
-  fs::create_directories(campaign.folder / "a.graze/replaced/shards/x");
+  fs::create_directories(campaign.folder / "a.graze/replaced/damaged/x.h5");
   fs::create_directory(campaign.folder / "home");
   testing::write_file(campaign.folder / "home/thesis.txt", "mine");
-  const std::string point = (campaign.folder / "a.graze/replaced/shards/x").string();
+  const std::string point = (campaign.folder / "a.graze/replaced/damaged/x.h5").string();
   if (mount((campaign.folder / "home").c_str(), point.c_str(), nullptr, MS_BIND, nullptr) != 0) {
     GTEST_SKIP() << "mounting is not permitted";
   }
