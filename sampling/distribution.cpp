@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <stdexcept>
 #include <string_view>
@@ -36,6 +37,21 @@ void require_ordered(double min, double max) {
   if (!std::isfinite(max - min)) refuse("the range from {} to {} is too wide for a double", min, max);
 }
 
+/// Standard deviations that a normal number can be from its mean: the quantile of kLargestUniform.
+double farthest_normal() { return normal_quantile(kLargestUniform); }
+
+constexpr double kLargest = std::numeric_limits<double>::max();
+
+/// The distribution, unless a draw could overflow; `right` says what would be right then.
+Distribution with_finite_draws(Distribution d, const std::string& right) {
+  for (const double extreme : {d.lowest(), d.highest()}) {
+    if (!std::isfinite(extreme))
+      refuse("{} can be as {} as {}; every draw must be a finite number: {}", d.describe(),
+             extreme < 0 ? "low" : "high", extreme, right);
+  }
+  return d;
+}
+
 }  // namespace
 
 Distribution Distribution::constant(double value) {
@@ -51,7 +67,8 @@ Distribution Distribution::normal(double mean, double std) {
   Distribution d;
   d.kind_ = Kind::normal;
   d.a_ = mean, d.b_ = std;
-  return d;
+  return with_finite_draws(
+      d, fmt::format("give a std of at most {:.3g}", 0.999 * (kLargest - std::abs(mean)) / farthest_normal()));
 }
 
 Distribution Distribution::truncated_normal(double mean, double std, double min, double max) {
@@ -78,7 +95,7 @@ Distribution Distribution::truncated_normal(double mean, double std, double min,
     // Taken on the side where both terms are small, so that nothing is lost against 1.
     d.span_ = low > 0 ? normal_cdf(-low) - d.high_ : normal_cdf(high) - d.low_;
   }
-  return d;
+  return with_finite_draws(d, "cut it with both min and max");
 }
 
 Distribution Distribution::uniform(double min, double max) {
@@ -95,7 +112,8 @@ Distribution Distribution::log_normal(double log_mean, double log_std) {
   Distribution d;
   d.kind_ = Kind::log_normal;
   d.a_ = log_mean, d.b_ = log_std;
-  return d;
+  const double most = 0.999 * (std::log(kLargest) - log_mean) / farthest_normal();
+  return with_finite_draws(d, fmt::format("give a log_std of at most {:.3g}", most));
 }
 
 Distribution Distribution::log_uniform(double min, double max) {
@@ -114,6 +132,10 @@ Distribution Distribution::triangular(double min, double mode, double max) {
   if (!(min <= mode && mode <= max))
     refuse("mode {} is outside [{}, {}]; the mode must lie between min and max", mode, min, max);
   Distribution d;
+  // Its quantiles are square roots of products of its widths.
+  if (!std::isfinite((max - min) * (max - min)))
+    refuse("the range from {} to {} is too wide for a triangular distribution in doubles; give one of at most {:.3g}",
+           min, max, 0.999 * std::sqrt(kLargest));
   d.kind_ = Kind::triangular;
   d.a_ = min, d.b_ = mode, d.c_ = max;
   return d;
@@ -129,7 +151,10 @@ Distribution Distribution::choice(int n, std::vector<double> weights) {
     if (!std::isfinite(w) || w < 0) refuse("weight {} is not a finite number >= 0", w);
     w = total += w;
   }
-  if (!(total > 0) || !std::isfinite(total)) refuse("the weights sum to {}; at least one must be > 0", total);
+  if (!std::isfinite(total))
+    refuse("the weights sum to more than {:.3g}, the largest double; only their ratios count: make all of them smaller",
+           kLargest);
+  if (!(total > 0)) refuse("the weights sum to {}; at least one must be > 0", total);
   for (double& w : weights) w /= total;
   Distribution d;
   d.kind_ = Kind::choice;

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
+#include <limits>
 #include <string_view>
 #include <unordered_map>
 
@@ -93,6 +95,25 @@ Timing read_time(const Settings& root) {
   return out;
 }
 
+/// Any number of 64 bits, as --seed; doubles hold those up to 2^53 alone.
+std::uint64_t read_seed(const Settings& seed) {
+  constexpr std::uint64_t kMost = std::numeric_limits<std::uint64_t>::max();
+  constexpr double kExact = 9007199254740992.0;
+  const std::string text = seed.is_scalar() ? seed.text() : "";
+  std::uint64_t digits = 0;
+  const char* const end = text.data() + text.size();
+  const auto [after, error] = std::from_chars(text.data(), end, digits);
+  if (!text.empty() && error == std::errc{} && after == end) return digits;
+  const double value = seed.number();
+  if (value >= 0 && value <= kExact && value == std::floor(value)) return static_cast<std::uint64_t>(value);
+  const double whole = std::round(value);
+  seed.fail(fmt::format("{}: must be a whole number from 0 to {}{}; nearest right answer: {}", text, kMost,
+                        value > kExact ? ", in digits" : "",
+                        whole <= 0                            ? 0
+                        : whole >= static_cast<double>(kMost) ? kMost
+                                                              : static_cast<std::uint64_t>(whole)));
+}
+
 void read_sampling(const Settings& root, Scenario& out) {
   const auto sampling = root.find("sampling");
   if (!sampling) return;
@@ -106,11 +127,7 @@ void read_sampling(const Settings& root, Scenario& out) {
                                out.space.size(), kSobolDimensions));
     }
   }
-  if (const auto seed = sampling->find("seed")) {
-    const long long value = seed->integer();
-    if (value < 0) seed->fail(fmt::format("{}: must be >= 0", value));
-    out.seed = static_cast<std::uint64_t>(value);
-  }
+  if (const auto seed = sampling->find("seed")) out.seed = read_seed(*seed);
   if (const auto particles = sampling->find("particles")) {
     const long long value = particles->integer();
     if (value < 1 || value > static_cast<long long>(kParticleLimit)) {

@@ -223,6 +223,15 @@ TEST(Distribution, RefusesWrongArguments) {
        },
        "at least one must be > 0"},
       {[] { Distribution::empirical({}); }, "at least one"},
+      {[] {
+         Distribution::choice(2, {1e308, 1e308});
+       },
+       "make all of them smaller"},
+      {[] { Distribution::log_normal(0, 1e3); }, "every draw must be a finite number: give a log_std of at most 86.4"},
+      {[] { Distribution::log_normal(709, 1); }, "can be as high as inf; every draw must be a finite number"},
+      {[] { Distribution::normal(0, 1e308); }, "can be as low as -inf; every draw must be a finite number"},
+      {[] { Distribution::truncated_normal(1e308, 1e308, 0, kInf); }, "cut it with both min and max"},
+      {[] { Distribution::triangular(0, 1, 1e200); }, "too wide for a triangular distribution"},
   };
   for (const auto& [make, message] : cases) {
     try {

@@ -71,6 +71,11 @@ TEST(Limits, Policies) {
               EndsWith("a policy's name of 201 bytes; at most 200"));
 }
 
+TEST(Limits, Measures) {
+  EXPECT_THAT(refused("task", "{measures: {" + entries(65, "{tilt: {link: base, below: 1}}") + "}}"),
+              EndsWith("task.measures: 65 measures; at most 64"));
+}
+
 TEST(Limits, Globs) {
   const std::string braces = "\"*{a,b}{a,b}{a,b}{a,b}{a,b}{a,b}{a,b}{a,b}{a,b}{a,b}\"";
   const std::string rule = "a glob whose braces stand for more than 1000 patterns; use several, or *";
