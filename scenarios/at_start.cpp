@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "engine/clearance/clearance.h"
 #include "engine/model/kinematics.h"
@@ -68,6 +69,65 @@ std::string list(const Model& model, const std::vector<Overlap>& overlaps) {
   return out;
 }
 
+Clearance of_all_parts(const Model& model) {
+  const Parts all{std::vector<unsigned>(model.colliders.size(), ~0u)};
+  return {model, all, all, 1e-3};  // terrain is looked at to this height
+}
+
+/// Where a robot whose base moves freely could begin instead: tries whether it is free of the environment elsewhere.
+class FreePose {
+ public:
+  FreePose(const Model& model, const BlockState& state, double depth, double size)
+      : model_(model),
+        clearance_(of_all_parts(model)),
+        state_(state),
+        depth_(depth),
+        most_(4 * (size + depth)),
+        robot_(model.bodies.size(), 0) {
+    for (const Collider& collider : model.colliders) {
+      if (!collider.is_object && collider.body >= 0) robot_[static_cast<std::size_t>(collider.body)] = 1;
+    }
+  }
+
+  bool free(const Vec3& shift) {
+    constexpr double kTouching = 1e-6;
+    BlockState moved = state_;
+    for (std::size_t body = 0; body < robot_.size(); ++body) {
+      for (int i = 0; robot_[body] && i < 3; ++i) moved.X(12 * static_cast<int>(body) + 9 + i, kLane) += shift[i];
+    }
+    const std::vector<Overlap> overlaps = clearance_.overlaps(moved, kLane);
+    return std::none_of(overlaps.begin(), overlaps.end(), [&](const Overlap& one) {
+      return model_.colliders[one.a].is_object != model_.colliders[one.b].is_object && one.depth > kTouching;
+    });
+  }
+
+  /// How far to go in a direction, m, rounded up to two digits; nothing if no place is found within some sizes.
+  std::optional<double> distance(const Vec3& direction) {
+    double blocked = 0, far = depth_;
+    for (; !free(far * direction); far *= 1.5) {
+      if (far > most_) return std::nullopt;
+      blocked = far;
+    }
+    for (int i = 0; i < 10; ++i) {
+      const double middle = 0.5 * (blocked + far);
+      (free(middle * direction) ? far : blocked) = middle;
+    }
+    const double digit = std::pow(10, std::floor(std::log10(far)) - 1);
+    for (const double about : {0.999 * far, far}) {  // the halving ends a little too far
+      const double rounded = std::ceil(about / digit) * digit;
+      if (free(rounded * direction)) return rounded;
+    }
+    return far;
+  }
+
+ private:
+  const Model& model_;
+  Clearance clearance_;  // hulls of meshes take long to find
+  const BlockState& state_;
+  const double depth_, most_;
+  std::vector<char> robot_;  // bodies
+};
+
 /// Looks for parts that begin in each other.
 class OverlapsAtStart {
  public:
@@ -75,11 +135,9 @@ class OverlapsAtStart {
 
   void look(const Particle& particle, const BlockState& state) {
     const Model& model = particle.model;
-    const Parts all{std::vector<unsigned>(model.colliders.size(), ~0u)};
-    Clearance clearance(model, all, all, 1e-3);  // terrain is looked at to this height
     const double size = robot_extent(model, particle.initial).norm();
     std::vector<Overlap> inside, with_objects, of_objects;
-    for (const Overlap& one : clearance.overlaps(state, kLane)) {
+    for (const Overlap& one : of_all_parts(model).overlaps(state, kLane)) {
       if (one.depth < std::max(1e-3, 0.005 * size)) continue;
       const int objects = model.colliders[one.a].is_object + model.colliders[one.b].is_object;
       (objects == 0 ? inside : objects == 1 ? with_objects : of_objects).push_back(one);
@@ -88,7 +146,7 @@ class OverlapsAtStart {
       std::stable_sort(group->begin(), group->end(), [](const auto& a, const auto& b) { return a.depth > b.depth; });
     }
     if (!inside.empty()) tell_of_links(model, inside);
-    if (!with_objects.empty()) tell_of_environment(model, with_objects);
+    if (!with_objects.empty()) tell_of_environment(particle, state, with_objects);
     if (!of_objects.empty()) tell_of_objects(model, of_objects);
   }
 
@@ -100,11 +158,54 @@ class OverlapsAtStart {
                      list(model, overlaps), model.colliders[overlaps[0].a].name, model.colliders[overlaps[0].b].name));
   }
 
-  void tell_of_environment(const Model& model, const std::vector<Overlap>& overlaps) const {
-    const InitialState& initial = scenario_.world->initial;
-    const char* const higher = initial.on_ground ? "'clearance' raises it" : "'height: on_ground' puts it on z = 0";
+  void tell_of_environment(const Particle& particle, const BlockState& state,
+                           const std::vector<Overlap>& overlaps) const {
+    const Model& model = particle.model;
+    const Collider &a = model.colliders[overlaps[0].a], &b = model.colliders[overlaps[0].b];
+    const std::string way = model.floating_base ? way_out(particle, state, overlaps[0].depth) : "";
     warn(root_.at("robot"),
-         fmt::format("is in the environment at the start: {}; in 'initial', {}", list(model, overlaps), higher));
+         fmt::format("is in the environment at the start: {}; {}", list(model, overlaps),
+                     !way.empty() ? way
+                                  : fmt::format("'robot.initial.position' or "
+                                                "'environment.{}.position' moves one out of the other",
+                                                a.is_object ? a.link : b.link)));
+  }
+
+  /// What in `initial` frees the robot; tried. Nothing if no such place was found.
+  std::string way_out(const Particle& particle, const BlockState& state, double depth) const {
+    const InitialState& initial = scenario_.world->initial;
+    FreePose pose(particle.model, state, depth, robot_extent(particle.model, particle.initial).norm());
+    if (!initial.on_ground && pose.free(to_ground(particle))) {
+      return "in 'initial', 'height: on_ground' puts it on z = 0";
+    }
+    static const std::pair<const char*, Vec3> kSideways[] = {
+        {"+x", Vec3::UnitX()}, {"-x", -Vec3::UnitX()}, {"+y", Vec3::UnitY()}, {"-y", -Vec3::UnitY()}};
+    std::optional<double> least;
+    std::string axis;
+    for (const auto& [name, direction] : kSideways) {
+      const auto distance = pose.distance(direction);
+      if (!distance || (least && *least <= *distance)) continue;
+      least = distance;
+      axis = name;
+    }
+    const auto up = pose.distance(Vec3::UnitZ());
+    constexpr double kFarther = 2;  // a robot that stands in what is below it is raised rather than moved away
+    if (up && (!least || *up <= kFarther * *least)) {
+      return initial.on_ground
+                 ? fmt::format("in 'initial', 'clearance: {:.4g} m' raises it out", initial.clearance + *up)
+                 : fmt::format("in 'initial', a base that is {} higher is free", length_text(*up));
+    }
+    return least ? fmt::format("in 'initial', a 'position' that is {} farther along {} is free", length_text(*least),
+                               axis)
+                 : "";
+  }
+
+  /// From where a robot begins to where `height: on_ground` has it.
+  Vec3 to_ground(const Particle& particle) const {
+    World grounded = *scenario_.world;
+    grounded.initial.on_ground = true;
+    const int z = particle.model.bodies[0].q + 6;
+    return {0, 0, initial_state(grounded, particle.model).q[z] - particle.initial.q[z]};
   }
 
   void tell_of_objects(const Model& model, const std::vector<Overlap>& overlaps) const {

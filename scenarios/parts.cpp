@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
+#include "engine/settings/warnings.h"
 #include "scenarios/names.h"
 
 namespace graze {
@@ -96,6 +99,45 @@ unsigned one_way(const ContactPoint& point, unsigned mask_a, unsigned mask_b) {
   return lanes_with(point.row(kFeatureA), mask_a) & lanes_with(point.row(kFeatureB), mask_b) & point.lanes.bits();
 }
 
+constexpr unsigned bit(Feature feature) { return 1u << static_cast<unsigned>(feature); }
+
+/// Whether the bottom of a fixed box lies on or within a fixed half space: nothing can get there.
+bool bottom_is_covered(const Collider& box, const Model& nominal) {
+  if (box.shape.kind != ShapeKind::box || box.body >= 0) return false;
+  const auto covers = [&](const Collider& plane) {
+    if (plane.shape.kind != ShapeKind::plane || plane.body >= 0) return false;
+    for (int corner = 0; corner < 4; ++corner) {
+      const Vec3 p(corner % 2 ? 0.5 : -0.5, corner / 2 ? 0.5 : -0.5, -0.5);
+      if ((plane.X_BG.inverse() * (box.X_BG * p.cwiseProduct(box.shape.size))).z() > 1e-9) return false;
+    }
+    return true;
+  };
+  return std::any_of(nominal.colliders.begin(), nominal.colliders.end(), covers);
+}
+
+/// With which of its features a part can touch another: with a plane, flat things touch at their corners and rims.
+unsigned touchable(const Collider& part, const Collider& other, const Model& nominal) {
+  if (other.shape.kind == ShapeKind::plane && part.shape.kind == ShapeKind::box) return bit(Feature::vertex);
+  if (other.shape.kind == ShapeKind::plane && part.shape.kind == ShapeKind::cylinder) return bit(Feature::rim);
+  return bottom_is_covered(part, nominal) ? ~bit(Feature::bottom) : kAllFeatures;
+}
+
+/// Warns of features that are there and yet touch nothing of what is meant.
+void doubt_features(const Settings& settings, const Between& between, const Model& nominal) {
+  for (const ColliderPair& pair : nominal.pairs) {
+    const Collider &a = nominal.colliders[pair.a], &b = nominal.colliders[pair.b];
+    const unsigned of_a = touchable(a, b, nominal), of_b = touchable(b, a, nominal);
+    const auto &first = between.first.features, &second = between.second.features;
+    if ((first[pair.a] & of_a) && (second[pair.b] & of_b)) return;
+    if ((second[pair.a] & of_a) && (first[pair.b] & of_b)) return;
+  }
+  warn(
+      settings,
+      fmt::format("{} never touch so: a box or cylinder meets a plane with its vertex or rim alone, and what lies on a "
+                  "plane has a bottom that nothing meets; name the whole part, without a feature",
+                  between.text));
+}
+
 }  // namespace
 
 unsigned Between::operator()(const ContactPoint& point) const {
@@ -112,7 +154,10 @@ Between read_between(const Settings& settings, const Model& nominal) {
   for (const ColliderPair& pair : nominal.pairs) {
     out.pairs += (first[pair.a] && second[pair.b]) || (first[pair.b] && second[pair.a]);
   }
-  if (out.pairs > 0) return out;
+  if (out.pairs > 0) {
+    doubt_features(settings, out, nominal);
+    return out;
+  }
   settings.fail(fmt::format(
       "{} never touch: they are one body, neighbours at a joint, both fixed, or in contact.ignore", out.text));
 }
