@@ -52,7 +52,8 @@ std::string number(double x, const char* unit) { return std::isnan(x) ? "-" : fm
 
 std::string margin_text(const Failure& failure) {
   const std::string unit = failure.unit.empty() || failure.unit == "1" ? "" : " " + failure.unit;
-  return number(failure.margin, unit.c_str());
+  // No step fell into the window of what is judged, or the trace ended before.
+  return std::isinf(failure.margin) ? "never judged" : number(failure.margin, unit.c_str());
 }
 
 constexpr std::size_t kMostText = 60;  // bytes
@@ -85,7 +86,8 @@ std::size_t culprit_width(const CampaignInfo& info) {
 }  // namespace
 
 std::string replay_command(const std::string& archive, const std::string& policy, std::uint32_t particle) {
-  return fmt::format("graze replay {} --particle {} --policy {}", shell_word(archive), particle, shell_word(policy));
+  return fmt::format("graze replay {} --particle {} {}", shell_path(archive), particle,
+                     shell_option("--policy", policy));
 }
 
 void WaysToFail::add(const TraceOutcome& trace) {

@@ -119,8 +119,8 @@ void answer_questions(const CampaignInfo& info, Score& out) {
 }
 
 std::string failures_command(const std::string& archive, const std::vector<std::string>& chosen) {
-  std::string out = "graze score " + shell_word(archive);
-  for (const std::string& policy : chosen) out += " --policy " + shell_word(policy);
+  std::string out = "graze score " + shell_path(archive);
+  for (const std::string& policy : chosen) out += " " + shell_option("--policy", policy);
   return out + " --failures";
 }
 

@@ -71,7 +71,7 @@ std::string told_by_shards(const Directory& directory) {
       fmt::format("{}; its {} shard{} can be kept ({}): run the same scenario with the same options and -n 1 into "
                   "another directory, "
                   "copy {} from there to {}, then 'graze resume {} -n PARTICLES'",
-                  why, count, count == 1 ? "" : "s", shards, kDescriptionFile, path, shell_word(path)));
+                  why, count, count == 1 ? "" : "s", shards, kDescriptionFile, path, shell_path(path)));
 }
 
 struct Description {
@@ -109,7 +109,7 @@ Description describe_directory(const Directory& directory) {
   if (auto stored = read_one(directory, kDescriptionFile, why)) return {std::move(*stored)};
   if (auto stored = read_one(directory, kDescriptionCopy, second)) {
     return {std::move(*stored), fmt::format("{}; its copy {} is read instead, and 'graze resume {}' mends that", why,
-                                            kDescriptionCopy, shell_word(path))};
+                                            kDescriptionCopy, shell_path(path))};
   }
   fail_undescribed(directory, fmt::format("{}; nor is its copy of use: {}", why, second));
 }
@@ -122,7 +122,7 @@ void check_shards_are_there(const Directory& directory) {
   for (std::size_t i = 0; i < std::min(kTold, missing.size()); ++i) text += missing_text(missing[i]) + "; ";
   if (missing.size() > kTold) text += fmt::format("{} more are gone; ", missing.size() - kTold);
   const std::string path = directory.path().string();
-  throw InputError(fmt::format("{}: {}'graze resume {}' simulates that again", path, text, shell_word(path)));
+  throw InputError(fmt::format("{}: {}'graze resume {}' simulates that again", path, text, shell_path(path)));
 }
 
 }  // namespace
@@ -168,7 +168,7 @@ CampaignFiles open_directory(const Directory& directory, Seals seals) {
     shards.push_back(*folder / name);
     if (seals == Seals::trusted) continue;
     const std::string advice = fmt::format("'graze resume {}' puts it aside and simulates again what it held",
-                                           shell_word(directory.path().string()));
+                                           shell_path(directory.path().string()));
     with_file(shards.back(), folder->open(name), advice,
               [&](const hdf5::Handle& file) { check_shard_identity(file, stored.info); });
   }

@@ -48,24 +48,65 @@ void check_new_file(const std::filesystem::path& file, bool force, const std::ve
   }
 }
 
-void check_ending(const std::filesystem::path& output, const std::string& what, const std::vector<std::string>& right) {
-  static const std::vector<std::string> known = {".graze", ".h5",    ".hdf5",    ".hdf", ".csv", ".tsv",  ".txt",
-                                                 ".json",  ".jsonl", ".yaml",    ".yml", ".xml", ".urdf", ".log",
-                                                 ".npy",   ".npz",   ".parquet", ".mat", ".nc",  ".zip",  ".tar",
-                                                 ".gz",    ".xlsx",  ".pdf",     ".png", ".md"};
-  std::string ending = output.extension().string();
+namespace {
+
+/// "a.h5" of "a.h5/".
+std::filesystem::path without_slashes(const std::filesystem::path& path) {
+  std::string text = path.string();
+  while (text.size() > 1 && text.back() == '/') text.pop_back();
+  return text;
+}
+
+/// ".h5 or .hdf5" behind a name.
+std::string with_endings(const std::filesystem::path& name, const std::vector<std::string>& endings) {
+  std::string out;
+  for (const std::string& one : endings) {
+    out += (out.empty() ? "" : " or ") + std::filesystem::path(name).replace_extension(one).string();
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string ending_of(const std::filesystem::path& output) {
+  const std::filesystem::path name = without_slashes(output).filename();
+  // The library knows no ending of ".h5": to it that is a hidden file's name.
+  std::string ending = (name.has_extension() || name == "." || name == ".." ? name.extension() : name).string();
+  if (!ending.starts_with('.')) return "";
   std::transform(ending.begin(), ending.end(), ending.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return ending;
+}
+
+void check_ending(const std::filesystem::path& output, const std::string& what, const std::vector<std::string>& right) {
+  static const std::vector<std::string> known = {
+      ".graze", ".h5",   ".hdf5", ".hdf", ".csv", ".tsv", ".txt", ".json", ".jsonl",   ".yaml", ".yml",
+      ".xml",   ".urdf", ".obj",  ".stl", ".dae", ".ply", ".log", ".npy",  ".npz",     ".mat",  ".nc",
+      ".zip",   ".tar",  ".gz",   ".pdf", ".png", ".md",  ".py",  ".sh",   ".parquet", ".xlsx", ".sbatch"};
+  const std::string ending = ending_of(output);
   const auto within = [&](const std::vector<std::string>& list) {
     return std::find(list.begin(), list.end(), ending) != list.end();
   };
-  if (within(right) || !within(known)) return;
-  std::string names;
-  for (const std::string& one : right) {
-    names += (names.empty() ? "" : " or ") + std::filesystem::path(output).replace_extension(one).string();
+  const std::filesystem::path named = without_slashes(output);
+  const bool slash = named != output, folders = std::find(right.begin(), right.end(), ".graze") != right.end();
+  if (!within(known)) {
+    if (!slash || folders) return;
+    const std::string last = named.filename().string();
+    throw InputError(fmt::format("--output {}: ends in a slash, but {}; nearest right answer: {}", output.string(),
+                                 what, with_endings(last == "." || last == ".." ? named / "campaign" : named, right)));
   }
-  throw InputError(
-      fmt::format("--output {}: ends in {}, but {}; nearest right answer: {}", output.string(), ending, what, names));
+  if (!named.has_extension()) {
+    throw InputError(fmt::format("--output {}: is an ending without a name; nearest right answer: {}", output.string(),
+                                 with_endings(named.parent_path() / "campaign", right)));
+  }
+  if (!within(right)) {
+    throw InputError(fmt::format("--output {}: ends in {}, but {}; nearest right answer: {}", output.string(), ending,
+                                 what, with_endings(named, right)));
+  }
+  if (slash && ending != ".graze") {
+    throw InputError(fmt::format("--output {}: ends in a slash, but {} is a file's ending; nearest right answer: {}",
+                                 output.string(), ending, named.string()));
+  }
 }
 
 bool make_directory(const std::filesystem::path& path) {

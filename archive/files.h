@@ -18,9 +18,13 @@ int write_all(int descriptor, std::span<const std::byte> bytes);
 /// is no file, or that must stay (unless `force`), or if it is one of those that it is made of, or lies within one.
 void check_new_file(const std::filesystem::path& file, bool force, const std::vector<std::filesystem::path>& made_of);
 
+/// ".h5" of "out/A.H5", ".h5" and "a.h5/": what kind of file the name of an output means, in small letters; "" if it
+/// has no ending.
+std::string ending_of(const std::filesystem::path& output);
+
 /// Throws InputError if the name of an output ends as that of another kind of file: ".csv" where `right` (".h5", of
-/// what `what` says: "a packed campaign is one HDF5 file") belongs. Endings that no kind of file has are the user's
-/// business.
+/// what `what` says: "a packed campaign is one HDF5 file") belongs; if it is such an ending and nothing else; or if a
+/// slash behind it makes a directory of what is a file. Endings that no kind of file has are the user's business.
 void check_ending(const std::filesystem::path& output, const std::string& what, const std::vector<std::string>& right);
 
 /// Creates a directory, if it is not there; its parent must be. Returns whether it did. Throws MachineError.

@@ -100,7 +100,7 @@ void check_names(const Directory& directory, int descriptor) {
       "{}: was removed while this program held it, {}; this program writes nothing more, what it has written is kept, "
       "and 'graze resume {}' does the rest once nobody else writes here",
       (directory / kLockFile).string(), other ? *other + " is writing here by now" : "and another may begin to write",
-      shell_word(directory.path().string())));
+      shell_path(directory.path().string())));
 }
 
 Descriptor open_locked(const Directory& directory) {

@@ -186,7 +186,7 @@ ReplacingState interrupted_replacing(const Directory& directory) {
 
 std::string replacing_text(const Directory& directory) {
   const ReplacingState state = interrupted_replacing(directory);
-  const std::string path = directory.path().string(), resume = "'graze resume " + shell_word(path) + "'";
+  const std::string path = directory.path().string(), resume = "'graze resume " + shell_path(path) + "'";
   switch (state.what) {
     case Replacing::none:
       return "";

@@ -68,7 +68,7 @@ std::vector<std::string> queue_jobs(const std::vector<BatchFile>& files) {
     if (!fs::exists(fs::symlink_status(file.path))) fresh.push_back(file.path);
     write_file(file);
   }
-  const std::string first = shell_word(files.front().path.string());
+  const std::string first = shell_path(files.front().path.string());
   if (!have_sbatch()) {
     throw MachineError(fmt::format(
         "sbatch: not found on this machine; {} is written: submit it where Slurm is (sbatch {}), or look at it with "
@@ -85,7 +85,7 @@ std::vector<std::string> queue_jobs(const std::vector<BatchFile>& files) {
   }
   if (files.size() == 1) return jobs;
   try {
-    jobs.push_back(sbatch(fmt::format("--dependency=afterany:{} {}", jobs[0], shell_word(files[1].path.string()))));
+    jobs.push_back(sbatch(fmt::format("--dependency=afterany:{} {}", jobs[0], shell_path(files[1].path.string()))));
   } catch (const MachineError& failed) {
     throw MachineError(fmt::format("{}; job {} is queued all the same: {}", failed.what(), jobs[0], first));
   }

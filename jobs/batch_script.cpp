@@ -154,19 +154,19 @@ std::string batch_script(const BatchRequest& request, const BatchCampaign& campa
   const bool array = request.array > 0;
   const std::string threads =
       campaign.threads.empty() ? "--threads \"$SLURM_CPUS_PER_TASK\"" : "--threads " + shell_word(campaign.threads);
-  const std::string again = "sbatch " + shell_word(campaign.script_file());
+  const std::string again = "sbatch " + shell_path(campaign.script_file());
   std::string out =
       array ? head(campaign, fmt::format("a campaign in {} parts", request.array),
-                   fmt::format("{}, and when all parts are there: sbatch {}", again, shell_word(campaign.join_file())))
+                   fmt::format("{}, and when all parts are there: sbatch {}", again, shell_path(campaign.join_file())))
             : head(campaign, "a campaign", again);
   out +=
       "# It resumes what is there already: after pre-emption, the time limit or a failed node nothing finished is "
       "lost.\n";
   out += resources(request, campaign) + "\n";
-  out += "graze=" + shell_word(campaign.program) + "\n";
-  out += array ? "campaign=" + shell_word(campaign.parts_directory()) + "/\"$SLURM_ARRAY_TASK_ID\"\n" + "mkdir -p " +
-                     shell_word(campaign.parts_directory()) + "\n"
-               : "campaign=" + shell_word(campaign.directory) + "\n";
+  out += "graze=" + shell_path(campaign.program) + "\n";
+  out += array ? "campaign=" + shell_path(campaign.parts_directory()) + "/\"$SLURM_ARRAY_TASK_ID\"\n" + "mkdir -p " +
+                     shell_path(campaign.parts_directory()) + "\n"
+               : "campaign=" + shell_path(campaign.directory) + "\n";
   const std::string more = campaign.resume.empty() ? "" : joined(campaign.resume) + " ";
   const std::string part = array ? fmt::format(" --part \"$SLURM_ARRAY_TASK_ID/{}\"", request.array) : "";
   const std::string start = launcher(request) + "\"$graze\"";
@@ -190,14 +190,14 @@ std::string batch_script(const BatchRequest& request, const BatchCampaign& campa
 }
 
 std::string join_script(const BatchRequest& request, const BatchCampaign& campaign) {
-  const std::string program = shell_word(campaign.program), file = shell_word(campaign.packed_file());
-  return head(campaign, "makes one file of the parts", "sbatch " + shell_word(campaign.join_file())) +
+  const std::string program = shell_path(campaign.program), file = shell_path(campaign.packed_file());
+  return head(campaign, "makes one file of the parts", "sbatch " + shell_path(campaign.join_file())) +
          option("job-name", request.job_name + "-join") + "#SBATCH --nodes=1\n#SBATCH --ntasks=1\n" +
          option("mem", request.memory) + option("time", slurm_time(request.seconds)) +
          option("partition", request.partition) + option("account", request.account) +
          option("output", log_name(campaign, ".join.%j.log")) + "\n" +
          "set -e  # no table of an older file if pack fails\n" +
-         fmt::format("{} pack {}/* -o {} --force\n", program, shell_word(campaign.parts_directory()), file) +
+         fmt::format("{} pack {}/* -o {} --force\n", program, shell_path(campaign.parts_directory()), file) +
          fmt::format("{} score {}\n", program, file);
 }
 

@@ -99,7 +99,7 @@ void check_begun(const Directory& directory) {
   throw InputError(
       fmt::format("{}: has no campaign to resume: none was begun, or it ended before it was described; 'graze run "
                   "SCENARIO -o {}' runs it from its start",
-                  path, shell_word(path)));
+                  path, shell_path(path)));
 }
 
 /// The directory's lock, before anything there is read: what another writer changes meanwhile would be undone.

@@ -126,7 +126,7 @@ std::string progress_of(const Status& status) {
 }
 
 std::string state_of(const std::string& name, const Status& status) {
-  const std::string resume = "'graze resume " + shell_word(name) + "'";
+  const std::string resume = "'graze resume " + shell_path(name) + "'";
   if (!status.writer && status.replacing == Replacing::stuck) {
     return std::string(status.complete ? "complete" : "stopped") + "; " + resume + " refuses it as it is (see above)";
   }

@@ -7,6 +7,7 @@
 #include <iostream>
 #include <memory>
 
+#include "archive/files.h"
 #include "archive/parent_folders.h"
 #include "archive/shell_word.h"
 #include "engine/settings/inputs.h"
@@ -90,11 +91,7 @@ void check_request(const BatchRequest& request, const RunArguments& run) {
   if (ranks > 1 && !built_with_mpi()) {
     throw InputError(fmt::format("submit: {} ranks: this graze was built without MPI; take one, or --array", ranks));
   }
-  const fs::path output = run.output;
-  if (output.extension() == ".h5") {
-    throw InputError(fmt::format("submit: -o {}: a job writes a directory, which can be resumed; nearest: -o {}",
-                                 output.string(), fs::path(output).replace_extension(".graze").string()));
-  }
+  check_ending(run.output, "a job writes a directory, which can be resumed", {".graze"});
   if (request.array == 0) return;
   if (!run.until.empty()) {
     throw InputError("submit: --until: the tasks of an array know nothing of each other; leave out --array");
@@ -138,8 +135,8 @@ void check_nothing_is_there(const BatchRequest& request, const BatchCampaign& ca
   if (fs::exists(fs::symlink_status(made))) {
     throw InputError(fmt::format(
         "{}: exists already; choose another -o, remove it, or go on with it: {}", made.string(),
-        fs::exists(script) ? "sbatch " + shell_word(script.string())
-                           : "graze resume " + shell_word(made.string()) + (request.array > 0 ? "/1 (/2, …)" : "")));
+        fs::exists(script) ? "sbatch " + shell_path(script.string())
+                           : "graze resume " + shell_path(made.string()) + (request.array > 0 ? "/1 (/2, …)" : "")));
   }
   const fs::path packed = campaign.packed_file();
   if (request.array > 0 && fs::exists(fs::symlink_status(packed))) {
@@ -161,7 +158,7 @@ std::string differs_text(const fs::path& file) {
   return fmt::format(
       "{0}: exists already, and differs from what would be written; submit it as it is (sbatch {1}), "
       "choose another -o, or replace it with --force",
-      file.string(), shell_word(file.string()));
+      file.string(), shell_path(file.string()));
 }
 
 void print(const std::vector<BatchFile>& files) {
@@ -200,7 +197,7 @@ int submit(const Arguments& arguments, const std::vector<std::string>& line) {
     std::cout << fmt::format("job {}: {}, when all parts have ended\n", jobs[1], files[1].path.string());
   }
   std::cout << fmt::format("see: squeue -j {}; graze status {}\n", jobs[0],
-                           shell_word(made_by(request, campaign).string() + (request.array > 0 ? "/1" : "")));
+                           shell_path(made_by(request, campaign).string() + (request.array > 0 ? "/1" : "")));
   return kDone;
 }
 

@@ -29,7 +29,7 @@ std::string mending_of(const std::string& archive, const Verification& found) {
   if (found.packed)
     return "  it was packed before the campaign was complete; a directory can go on, this file cannot\n";
   if (found.writer) return fmt::format("  {} is writing here\n", *found.writer);
-  std::string out = fmt::format("  'graze resume {}' mends it", shell_word(archive));
+  std::string out = fmt::format("  'graze resume {}' mends it", shell_path(archive));
   if (found.left() > 0) out += fmt::format(" and simulates {} trace{}", found.left(), found.left() == 1 ? "" : "s");
   if (found.lost > 0) out += fmt::format(", of which damaged or missing shards held {}", found.lost);
   if (found.unfinished > 0) out += fmt::format("; {} were unfinished by the fault of the machine", found.unfinished);

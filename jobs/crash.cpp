@@ -65,7 +65,7 @@ void contain_crashes(const std::string& directory) {
   process = getpid();
   if (!directory.empty()) {
     const std::string text = fmt::format("; {}: every shard on disk is kept, and 'graze resume {}' does the rest",
-                                         printable(directory), printable(shell_word(directory)));
+                                         printable(directory), shell_path(directory));
     std::snprintf(advice.data(), advice.size(), "%s", text.c_str());
   }
   for (const auto& [number, name] : kCrashes) {

@@ -81,6 +81,12 @@ std::string culprit_of(const ReplayFile& file, const std::vector<int>& parts, st
 
 std::string by(const std::string& culprit) { return culprit.empty() ? "" : " by " + printable(culprit); }
 
+/// Of a trace in which no step fell into the window: such a margin is infinite, and says nothing.
+bool never_judged(const ReplayFile& file, const ReplayedRequirement& requirement, double margin) {
+  const Window window{requirement.from, requirement.to};
+  return std::isinf(margin) && !window.opens({file.info.step, file.trace.end_time});
+}
+
 std::string margin_table(const Replay& replay) {
   const TraceRecord& trace = replay.file.trace;
   Rows rows = {{"requirement", "margin", "by", "violated at", "what"}};
@@ -88,7 +94,9 @@ std::string margin_table(const Replay& replay) {
     const ReplayedRequirement& requirement = replay.file.requirements[i];
     const double first = trace.first_violations[i];
     rows.push_back(
-        {requirement.name, with_unit(trace.margins[i], requirement.unit),
+        {requirement.name,
+         never_judged(replay.file, requirement, trace.margins[i]) ? "never judged"
+                                                                  : with_unit(trace.margins[i], requirement.unit),
          culprit_of(replay.file, trace.margin_parts, i),
          std::isnan(first) ? replay.file.kept(i) == "undecided" ? "undecided" : "-" : fmt::format("{:g} s", first),
          (requirement.measure ? "measure: " : "") + requirement.description});
@@ -164,6 +172,11 @@ std::string end_lines(const Replay& replay) {
   const int leaf = trace.objective_culprit.leaf;
   const std::string unit = leaf < 0 ? "" : info.leaves.at(static_cast<std::size_t>(leaf)).unit;
   const char* const met = cut ? "not met, the trace was cut short" : trace.objective_margin >= 0 ? "met" : "not met";
+  if (std::isinf(trace.objective_margin)) {
+    // What has no predicate has no margin; one that has was cut short before its time, or its window held no step.
+    const char* const why = info.leaves.empty() ? "" : "; it was never judged";
+    return out + fmt::format("objective  {}: {}{}\n", info.objective, met, why);
+  }
   return out + fmt::format("objective  {}: {}, margin {}{}\n", info.objective, met,
                            with_unit(trace.objective_margin, unit),
                            culprit.empty() ? "" : " (" + printable(culprit) + ")");

@@ -31,7 +31,7 @@ Destination destination(const RunArguments& arguments, const Scenario& scenario)
   }
   const fs::path output = arguments.output;
   check_ending(output, "a campaign is a directory, or one HDF5 file", {".graze", ".h5"});
-  if (output.extension() != ".h5") return {output, std::nullopt};
+  if (ending_of(output) != ".h5") return {output, std::nullopt};
   check_new_file(output, arguments.force, {});
   return {fs::path(output).replace_extension(".graze"), output};
 }
@@ -77,7 +77,7 @@ ParticleRange part_of(const RunArguments& arguments, std::uint64_t particles) {
     throw InputError(fmt::format("--part {}: there are only {} particles", arguments.part, particles));
   }
   if (!arguments.until.empty()) throw InputError("--until: a part knows nothing of the others; leave out --part");
-  if (arguments.output.ends_with(".h5")) {
+  if (ending_of(arguments.output) == ".h5") {
     throw InputError("--part: parts are directories until 'graze pack' makes one file of all; give -o DIRECTORY");
   }
   const auto edge = [&](std::uint64_t i) { return particles / parts * i + std::min(i, particles % parts); };

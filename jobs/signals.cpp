@@ -84,7 +84,7 @@ void set_handler(int number, void (*handler)(int)) {
 const std::atomic<bool>& heed_signals(const std::string& directory) {
   leaving =
       fmt::format("\ngraze: {}: stopped at once; every shard on disk is kept, and 'graze resume {}' does the rest\n",
-                  printable(directory), printable(shell_word(directory)));
+                  printable(directory), shell_path(directory));
   for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGUSR1, SIGXCPU}) {
     const bool again = number == SIGINT || number == SIGTERM;
     received[number] =

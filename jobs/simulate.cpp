@@ -34,7 +34,7 @@ std::string failed(const CampaignWriter& writer, const CampaignInfo& info, const
   const std::uint64_t kept = traces_kept(writer.directory(), info);
   if (kept == 0) return fmt::format("{}; no trace had been written yet", error.what());
   return fmt::format("{}; {} of {} traces are kept, and 'graze resume {}' does the rest when that is mended",
-                     error.what(), kept, info.part.count(info.particles) * info.policies.size(), shell_word(directory));
+                     error.what(), kept, info.part.count(info.particles) * info.policies.size(), shell_path(directory));
 }
 
 /// Whether every trace is in the shards. What ranks say that they have simulated is no proof of what there is.
@@ -68,7 +68,7 @@ std::string incomplete(const std::string& directory, const CampaignEnd& end, std
     text += fmt::format("{}traces unfinished by the fault of this machine, not of the robot: {}",
                         text.empty() ? "" : "; ", unfinished.size());
   }
-  return fmt::format("{}: {}; 'graze resume {}' does the rest{}", directory, text, shell_word(directory),
+  return fmt::format("{}: {}; 'graze resume {}' does the rest{}", directory, text, shell_path(directory),
                      unfinished_text(unfinished, directory));
 }
 

@@ -243,6 +243,20 @@ TEST(Replay, MarksMeasuresAndWhatCameOfThem) {
               ElementsAre(0, 1, 1, 1));
 }
 
+// Claim: of what no step was judged by it is said so, in words and not as an infinite margin.
+TEST(Replay, WhatWasNeverJudgedIsSaidSo) {
+  const Balls balls(
+      "",
+      "-n 2 --set task.requirements.high.height.above='10 m' --set 'task.requirements.late={height: {link: "
+      "ball, above: 0}, window: [2, 3]}' --set 'task.objective={low: {height: {link: ball, below: 1}, once: "
+      "true, window: [20 ms, 40 ms]}}'");
+  const testing::Result got = balls.graze("replay a.graze --particle 1");
+  ASSERT_EQ(got.code, 0) << got.err;
+  EXPECT_THAT(got.out, AllOf(ContainsRegex("late +never judged"), HasSubstr("; it was never judged"),
+                             Not(ContainsRegex("[^a-z]inf[^a-z]"))));
+  EXPECT_THAT(balls.graze("score a.graze").out, Not(ContainsRegex("[^a-z]inf[^a-z]")));
+}
+
 // Claim: parameters are compared in standard deviations of their own distribution, from its mean: wherever the nominal
 // value lies, a uniform one is never farther out than sqrt(3), and its end is nearly so.
 TEST(Replay, MeasuresUniformSpreadsByTheirOwnDistribution) {

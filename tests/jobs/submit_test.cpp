@@ -146,7 +146,7 @@ TEST(Submit, MistakesAreToldBeforeAnythingIsQueued) {
   slurm.refused("--polcy still", "--polcy");
   slurm.refused("--policy stil", "nearest: still");
   slurm.refused("--nodes 2 --array 4", "--array");
-  slurm.refused("-o ball.h5", "nearest: -o ball.graze");
+  slurm.refused("-o ball.h5", "nearest right answer: ball.graze");
   EXPECT_THAT(slurm.graze("submit ball.yml --time 10").err, HasSubstr("ball.yml"));
   EXPECT_THAT(slurm.graze("submit ball.yaml --time 2h").err, HasSubstr("nearest right answer: 0-02:00:00"));
   EXPECT_THAT(slurm.graze("submit ball.yaml").err, HasSubstr("--time is required"));
