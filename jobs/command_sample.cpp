@@ -56,6 +56,7 @@ class Output {
     const int to = file_ ? file_->descriptor() : stream_ ? stream_.number() : STDOUT_FILENO;
     if (isatty(to) != 0) buffer_ = printable_lines(buffer_);
     const int error = write_all(to, std::as_bytes(std::span(buffer_)));
+    if (error == EBADF && name_ == "-") throw MachineError("standard output: cannot be written");  // it was closed
     if (error != 0) fail_writing(name_ == "-" ? "standard output" : name_, error);
     buffer_.clear();
   }

@@ -48,7 +48,8 @@ int parse_and_run(int argc, char** argv) {
   try {
     app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
   } catch (const CLI::Success& told) {
-    return app.exit(told);
+    app.exit(told);
+    action = [] { return kDone; };
   } catch (const CLI::ParseError& error) {
     throw InputError(parse_error_text(app, error));
   }
@@ -58,10 +59,11 @@ int parse_and_run(int argc, char** argv) {
 }
 
 /// A stream that was closed would give its number to the next file that is opened, and what is printed would go there.
+/// Output that was closed is opened for reading alone, so that writing to it fails as it would have, with EBADF.
 void open_standard_streams() {
   for (const int number : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
     if (fcntl(number, F_GETFD) != -1) continue;
-    if (open(number == STDOUT_FILENO ? "/dev/full" : "/dev/null", O_RDWR) != number) std::_Exit(kMachineFailed);
+    if (open("/dev/null", number == STDOUT_FILENO ? O_RDONLY : O_RDWR) != number) std::_Exit(kMachineFailed);
   }
 }
 

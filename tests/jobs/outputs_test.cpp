@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <csignal>
 #include <cstdlib>
 
 #include "tests/jobs/ball_campaign.h"
@@ -29,6 +30,38 @@ TEST(Outputs, AFullStandardOutputIsAMachineFailure) {
       EXPECT_THAT(result.err, AllOf(HasSubstr("standard output"), HasSubstr("cannot be written"))) << verb << to;
     }
   }
+}
+
+// Claim: a closed standard output is told in the same words by all, also by those that print their help alone.
+TEST(Outputs, AClosedStandardOutputIsToldAlike) {
+  const BallCampaign campaign;
+  for (const std::string verb : {"check ball.yaml", "sample ball.yaml -n 3", "--version", "check --help"}) {
+    const testing::Result result = campaign.graze(verb + " >&-");
+    EXPECT_EQ(result.code, 3) << verb;
+    EXPECT_EQ(result.err, "graze: standard output: cannot be written\n") << verb;
+  }
+}
+
+// Claim: a verb whose reader has gone ends by SIGPIPE without a word, as programs in pipes do; run goes on, because
+// what it is for is on the disk.
+TEST(Outputs, AReaderThatHasGoneIsNoFailure) {
+  const BallCampaign campaign;
+  ASSERT_EQ(campaign.graze("run ball.yaml -n 20 --quiet -o a.graze").code, 0);
+  const auto piped = [&](const std::string& verb) {
+    // The reader is gone before the first word.
+    return testing::shell(campaign.folder.path(), "mkfifo -m 600 p; (exec 3<>p; exec 4>p; exec 3<&-; '" GRAZE_PROGRAM
+                                                  "' " +
+                                                      verb + " >&4); code=$?; rm p; exit $code");
+  };
+  for (const std::string verb : {"check ball.yaml", "sample ball.yaml -n 3", "score a.graze", "status a.graze"}) {
+    const testing::Result result = piped(verb);
+    EXPECT_EQ(result.code, 128 + SIGPIPE) << verb;
+    EXPECT_EQ(result.err, "") << verb;
+  }
+  const testing::Result run = piped("run ball.yaml -n 20 --quiet -o b.graze");
+  EXPECT_EQ(run.code, 0);
+  EXPECT_THAT(run.err, HasSubstr("'graze score' prints it again"));
+  EXPECT_EQ(campaign.graze("verify b.graze").code, 0);
 }
 
 TEST(Outputs, NothingIsWrittenOverItsSource) {
@@ -119,13 +152,23 @@ TEST(Outputs, EndingsThatDoNotFitAreRefused) {
       {"pack a.graze -o x.graze", "x.graze", "x.h5 or x.hdf5"},
       {"run ball.yaml -n 2 -o foo.txt", "foo.txt", "foo.graze or foo.h5"},
       {"run ball.yaml -n 2 -o foo.hdf5", "foo.hdf5", "foo.graze or foo.h5"},
+      {"run ball.yaml -n 2 -o x.OBJ", "x.OBJ", "x.graze or x.h5"},
+      {"run ball.yaml -n 2 -o .h5", ".h5", "campaign.graze or campaign.h5"},
+      {"run ball.yaml -n 2 -o .STL", ".STL", "campaign.graze or campaign.h5"},
+      {"run ball.yaml -n 2 -o a.h5/", "a.h5/", "a.h5"},
+      {"pack a.graze -o a.h5/", "a.h5/", "a.h5"},
+      {"pack a.graze -o new/", "new/", "new.h5 or new.hdf5"},
+      {"sample ball.yaml -n 2 -o .csv", ".csv", "campaign.csv or campaign.txt"},
       {"sample ball.yaml -n 2 -o p.h5", "p.h5", "p.csv or p.txt"}};
   for (const auto& [arguments, file, right] : wrong) {
     const testing::Result refused = campaign.graze(arguments);
     EXPECT_EQ(refused.code, 2) << arguments;
     EXPECT_THAT(refused.err, AllOf(HasSubstr("--output " + file), HasSubstr("nearest right answer: " + right)));
-    EXPECT_FALSE(std::filesystem::exists(campaign.folder / file));
+    EXPECT_FALSE(std::filesystem::exists(campaign.folder / file)) << arguments;
   }
+  EXPECT_EQ(campaign.graze("run ball.yaml -n 2 --quiet -o d.graze/").code, 0) << "a campaign is a directory";
+  EXPECT_EQ(campaign.graze("run ball.yaml -n 2 --quiet -o B.H5").code, 0);
+  EXPECT_TRUE(std::filesystem::is_regular_file(campaign.folder / "B.H5"));
   EXPECT_EQ(campaign.graze("run ball.yaml -n 2 --quiet -o v1.2").code, 0) << "no kind of file";
   EXPECT_EQ(campaign.graze("pack a.graze -o x.hdf5").code, 0);
 }
