@@ -5,7 +5,9 @@
 #include <fmt/format.h>
 
 #include <cstddef>
+#include <vector>
 
+#include "engine/model/limits.h"
 #include "engine/settings/settings.h"
 
 namespace graze {
@@ -46,6 +48,27 @@ inline constexpr double kMaxTraceBytes = 256e6;
 /// Fails at `where` if there are more than `most`: "2001 objects; at most 2000".
 inline void check_count(const Settings& where, std::size_t count, std::size_t most, const char* what) {
   if (count > most) where.fail(fmt::format("{} {}; at most {}", count, what, most));
+}
+
+/// Fails at `where` if a length or coordinate is beyond kMaxLength.
+inline double checked_length(const Settings& where, double length) {
+  if (const std::string problem = length_problem(length); !problem.empty()) where.fail(problem);
+  return length;
+}
+
+/// Where the number `i` of a list stands: its own place, or that of the whole if it is written as a text.
+inline Settings item_place(const Settings& list, std::size_t i) {
+  const std::vector<Settings> items = list.items();
+  return list.is_list() && i < items.size() ? items[i] : list;
+}
+
+/// A list of `n` lengths or coordinates, none beyond kMaxLength.
+inline std::vector<double> checked_lengths(const Settings& list, int n) {
+  const std::vector<double> out = list.numbers(n, Quantity::length);
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    if (!length_problem(out[i]).empty()) checked_length(item_place(list, i), out[i]);
+  }
+  return out;
 }
 
 }  // namespace graze

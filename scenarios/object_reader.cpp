@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "engine/model/kinematics.h"
+#include "engine/model/mesh_size.h"
 #include "engine/model/urdf.h"
 #include "scenarios/csv.h"
 #include "scenarios/keys.h"
@@ -14,14 +15,16 @@ namespace graze {
 namespace {
 
 std::vector<double> positive_numbers(const Settings& settings, int n) {
-  std::vector<double> out = settings.numbers(n, Quantity::length);
+  std::vector<double> out = checked_lengths(settings, n);
   for (std::size_t i = 0; i < out.size(); ++i) {
     if (out[i] > 0) continue;
-    const bool listed = settings.is_list() && i < settings.items().size();
-    const Settings culprit = listed ? settings.items()[i] : settings;
-    culprit.fail(fmt::format("{:g} m: must be > 0; a size of nothing is no shape", out[i]));
+    item_place(settings, i).fail(fmt::format("{:g} m: must be > 0; a size of nothing is no shape", out[i]));
   }
   return out;
+}
+
+double positive_length(const Settings& settings) {
+  return checked_length(settings, settings.positive(Quantity::length));
 }
 
 Shape read_box(const Settings& s) {
@@ -35,8 +38,14 @@ Shape read_round(const Settings& s, ShapeKind kind, const char* section) {
     return {kind, {size[0], size[1], 0}, nullptr, nullptr};
   }
   s.allow(keys_of(section));
-  const double radius = s.at("radius").positive(Quantity::length), length = s.at("length").positive(Quantity::length);
+  const double radius = positive_length(s.at("radius")), length = positive_length(s.at("length"));
   return {kind, {radius, length, 0}, nullptr, nullptr};
+}
+
+/// Refuses a mesh that its scale, or the file alone, makes too large.
+void check_extent(const Settings& where, const Shape& shape) {
+  const std::string problem = length_problem(largest_coordinate(shape));
+  if (!problem.empty()) where.fail(fmt::format("the mesh reaches as far as {}", problem));
 }
 
 Shape read_mesh(const Settings& s) {
@@ -57,6 +66,7 @@ Shape read_mesh(const Settings& s) {
   } catch (const InputError& e) {
     file.fail(e.what());
   }
+  check_extent(s.is_map() ? s.find("scale").value_or(file) : file, shape);
   return shape;
 }
 
@@ -83,11 +93,26 @@ std::shared_ptr<const HeightGrid> read_heights(const Settings& s) {
   return grid;
 }
 
+/// Refuses heights that are too large, once they are scaled, at the cell.
+void check_heights(const Settings& s, const HeightGrid& grid, double factor) {
+  for (std::size_t i = 0; i < grid.height.size(); ++i) {
+    const std::string problem = length_problem(grid.height[i] * factor);
+    if (problem.empty()) continue;
+    const std::size_t row = i / static_cast<std::size_t>(grid.nx), column = i % static_cast<std::size_t>(grid.nx);
+    const Settings where = s.has("csv") ? s.at("csv") : item_place(item_place(s.at("heights"), row), column);
+    where.fail(fmt::format("height [{}][{}]{}: {}", row, column, factor == 1 ? "" : fmt::format(" times {:g}", factor),
+                           problem));
+  }
+}
+
 Shape read_heightfield(const Settings& s) {
   s.allow(keys_of("heightfield"));
   const std::vector<double> size = positive_numbers(s.at("size"), 2);
-  const auto factor = s.find("scale");
-  return {ShapeKind::heightfield, {size[0], size[1], factor ? factor->positive() : 1.0}, nullptr, read_heights(s)};
+  const auto scale = s.find("scale");
+  const double factor = scale ? scale->positive() : 1.0;
+  Shape shape{ShapeKind::heightfield, {size[0], size[1], factor}, nullptr, read_heights(s)};
+  check_heights(s, *shape.grid, factor);
+  return shape;
 }
 
 Vec3 read_normal(const Settings& s) {
@@ -122,7 +147,7 @@ Shape read_shape(const Settings& object) {
   const std::string kind = shape_key(object);
   const Settings s = object.at(kind);
   if (kind == "box") return read_box(s);
-  if (kind == "sphere") return {ShapeKind::sphere, {s.positive(Quantity::length), 0, 0}, nullptr, nullptr};
+  if (kind == "sphere") return {ShapeKind::sphere, {positive_length(s), 0, 0}, nullptr, nullptr};
   if (kind == "cylinder") return read_round(s, ShapeKind::cylinder, "cylinder");
   if (kind == "capsule") return read_round(s, ShapeKind::capsule, "capsule");
   if (kind == "mesh") return read_mesh(s);
@@ -134,7 +159,7 @@ Shape read_shape(const Settings& object) {
 Pose read_object_pose(const Settings& object, const Shape& shape) {
   Pose X_WO = Pose::Identity();
   if (const auto position = object.find("position")) {
-    const std::vector<double> p = position->numbers(3, Quantity::length);
+    const std::vector<double> p = checked_lengths(*position, 3);
     X_WO.translation() = Vec3(p[0], p[1], p[2]);
   }
   if (const auto rpy = object.find("rpy")) {

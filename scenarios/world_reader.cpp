@@ -21,7 +21,7 @@ namespace {
 Vec3 read_vec3(const Settings& map, const char* key, Quantity quantity) {
   const auto value = map.find(key);
   if (!value) return Vec3::Zero();
-  const std::vector<double> v = value->numbers(3, quantity);
+  const std::vector<double> v = quantity == Quantity::length ? checked_lengths(*value, 3) : value->numbers(3, quantity);
   return {v[0], v[1], v[2]};
 }
 
@@ -94,7 +94,9 @@ class WorldReader {
     state.position = read_vec3(initial, "position", Quantity::length);
     read_orientation(initial);
     if (const auto height = initial.find("height")) read_height(initial, *height);
-    state.clearance = initial.number_or("clearance", 0, Quantity::length);
+    if (const auto clearance = initial.find("clearance")) {
+      state.clearance = checked_length(*clearance, clearance->number(Quantity::length));
+    }
     if (state.clearance != 0 && !state.on_ground) initial.at("clearance").fail_key("goes with 'height: on_ground'");
     state.linear_velocity = read_vec3(initial, "velocity", Quantity::velocity);
     state.angular_velocity = read_vec3(initial, "angular_velocity", Quantity::angular_velocity);
@@ -125,7 +127,7 @@ class WorldReader {
     const std::string first = height.is_scalar() ? height.text().substr(0, 1) : "";
     if (!first.empty() && std::isalpha(static_cast<unsigned char>(first[0]))) height.choice({"on_ground"});
     if (initial.has("position")) height.fail_key("either 'height' or the z of 'position'; or 'height: on_ground'");
-    state.position.z() = height.number(Quantity::length);
+    state.position.z() = checked_length(height, height.number(Quantity::length));
   }
 
   void read_joints(const Settings& initial, const char* key, Quantity angular, Quantity linear,
@@ -142,7 +144,9 @@ class WorldReader {
     check_count(*joints, joints->entries().size(), kMaxJointEntries, "entries");
     for (const auto& [pattern, value] : joints->entries()) {
       for (const int i : match_names(value, pattern, names, "joint")) {
-        out[names[i]] = value.number(moving[i]->type == JointType::revolute ? angular : linear);
+        const Quantity quantity = moving[i]->type == JointType::revolute ? angular : linear;
+        const double number = value.number(quantity);
+        out[names[i]] = quantity == Quantity::length ? checked_length(value, number) : number;
         if (&out == &world().initial.joint_position) doubt_position(value, *moving[i], out[names[i]]);
       }
     }
@@ -261,8 +265,8 @@ class WorldReader {
       if (mass) mass->fail_key("only a movable object has a mass; add 'movable: true'");
       return;
     }
+    check_movable(settings, object.shape);
     const double volume = object.shape.volume();
-    if (!(volume > 0)) settings.fail("a plane or a heightfield cannot be movable");
     if (static_cast<bool>(density) == static_cast<bool>(mass)) {
       settings.fail("a movable object needs either 'density' or 'mass'");
     }
@@ -283,6 +287,38 @@ class WorldReader {
       value /= volume;
     }
     object.inertia = MassMoments::of_shape(object.shape, value);
+    check_inertia(density ? *density : *mass, object.inertia);
+  }
+
+  /// A movable object's shape has a volume, and is larger than the gap that counts as none.
+  static void check_movable(const Settings& settings, const Shape& shape) {
+    if (shape.kind == ShapeKind::plane || shape.kind == ShapeKind::heightfield) {
+      settings.fail("a plane or a heightfield cannot be movable");
+    }
+    const double least = smallest_length(shape);
+    if (least >= kMinMovable) return;
+    shape_settings(settings).fail(fmt::format(
+        "{:g} m: a movable object is at least {:g} m long, wide and high; parts with smaller gaps count as touching",
+        least, kMinMovable));
+  }
+
+  /// Smallest radius or edge of a shape or of a box about it, m.
+  static double smallest_length(const Shape& shape) {
+    if (shape.kind == ShapeKind::sphere) return shape.size.x();
+    if (shape.kind != ShapeKind::mesh)
+      return shape.kind == ShapeKind::box ? shape.size.minCoeff() : shape.size.head<2>().minCoeff();
+    Eigen::AlignedBox3d box;
+    for (const Vec3& vertex : shape.mesh->vertices) box.extend(vertex.cwiseProduct(shape.size));
+    return box.sizes().minCoeff();
+  }
+
+  /// What a mass or density gives must be numbers that can be computed with.
+  static void check_inertia(const Settings& where, const MassMoments& inertia) {
+    const double least = inertia.inertia_about_com().diagonal().minCoeff();
+    if (inertia.mass > 0 && std::isfinite(inertia.mass) && inertia.second.allFinite() && std::isnormal(least)) return;
+    where.fail(
+        fmt::format("gives a mass of {:g} kg and a smallest inertia of {:g} kg m^2; both must be positive and finite",
+                    inertia.mass, least));
   }
 
   static Parameter positive(const std::string& path, Quantity quantity) {

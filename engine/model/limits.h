@@ -2,7 +2,11 @@
 // Bounds on robots and meshes, so that no file can exhaust memory or time. The largest robots that were tried have 78
 // links, 45 collision shapes, 37 driven joints, 64 kB of URDF and meshes of 2.5 MB and 51,000 triangles each.
 
+#include <fmt/format.h>
+
+#include <cmath>
 #include <cstddef>
+#include <string>
 
 namespace graze {
 
@@ -36,5 +40,17 @@ inline constexpr std::size_t kMaxMeshParts = 10'000;
 inline constexpr std::size_t kMaxHullCorners = 50'000;
 /// Distances of points from faces that finding a hull may take; the largest mesh that was tried takes 3 million.
 inline constexpr std::size_t kMaxHullWork = 1'000'000'000;
+
+/// Lengths of shapes, and coordinates of places, m. A double has 53 bits, so that near 1e6 m its neighbours are 1.2e-10
+/// m apart: gaps keep a tenth of a nanometre, and the smallest overlap that is told is 1e-9 m.
+inline constexpr double kMaxLength = 1e6;
+/// Smallest length of a movable object, m: parts whose gap is smaller count as touching when a trace begins.
+inline constexpr double kMinMovable = 1e-6;
+
+/// What is wrong with a length or coordinate in m, for a message: "1e+12 m: at most 1e+06 m, …". Empty: nothing.
+inline std::string length_problem(double length) {
+  if (std::abs(length) <= kMaxLength) return "";
+  return fmt::format("{:g} m: at most {:g} m; beyond it rounding makes gaps wrong", length, kMaxLength);
+}
 
 }  // namespace graze

@@ -102,6 +102,14 @@ void check_stl_parts(const std::string& bytes, const std::string& file) {
 
 }  // namespace
 
+double largest_coordinate(const Shape& mesh) {
+  double most = 0;
+  for (const Vec3& vertex : mesh.mesh->vertices) {
+    most = std::max(most, vertex.cwiseProduct(mesh.size).cwiseAbs().maxCoeff());
+  }
+  return most;
+}
+
 void check_mesh_size(const std::string& bytes, const std::string& file) {
   const bool obj = !file.empty() && std::tolower(static_cast<unsigned char>(file.back())) == 'j';
   if (obj) {

@@ -1,7 +1,9 @@
 #pragma once
-// How much a mesh file asks for, before a library takes it apart.
+// How much a mesh file asks for, before a library takes it apart, and how large what it holds is.
 
 #include <string>
+
+#include "engine/model/world.h"
 
 namespace graze {
 
@@ -9,5 +11,8 @@ namespace graze {
 /// parts than engine/model/limits.h allows. `file` stands in the message, and its end says which kind it is. Throws
 /// InputError with file and line.
 void check_mesh_size(const std::string& bytes, const std::string& file);
+
+/// How far the scaled vertices of a mesh lie from its origin at most, along an axis, m.
+double largest_coordinate(const Shape& mesh);
 
 }  // namespace graze

@@ -7,6 +7,7 @@
 #include <unordered_set>
 
 #include "engine/model/kinematics.h"
+#include "engine/model/limits.h"
 
 namespace graze {
 
@@ -22,6 +23,8 @@ struct Bounds {
   bool strict = false;
 };
 constexpr Bounds kAny{};
+constexpr Bounds kSize{0, kMaxLength, true};
+constexpr Bounds kPlace{-kMaxLength, kMaxLength, false};
 constexpr Bounds kPositive{0, kInfinity, true};
 constexpr Bounds kNonNegative{0, kInfinity, false};
 constexpr Bounds kUnit{0, 1, false};
@@ -100,18 +103,18 @@ class Lister {
     const Shape& shape = plan.primary(world_.robot).shape;
     if (plan.has_length()) {
       const double length = plan.length(world_.robot);
-      add(path + "length", length, Quantity::length, kPositive,
+      add(path + "length", length, Quantity::length, kSize,
           [i, length](Draft& d, double x) { d.links[i].length = x / length; });
     }
     if (shape.kind == ShapeKind::box) {
       for (int k = 0; k < 3; ++k) {
         const double size = shape.size[k];
-        add(path + "size." + kAxes[k], size, Quantity::length, kPositive,
+        add(path + "size." + kAxes[k], size, Quantity::length, kSize,
             [i, k, size](Draft& d, double x) { d.links[i].size[k] = x / size; });
       }
     } else {
       const double radius = shape.size.x();
-      add(path + "radius", radius, Quantity::length, kPositive,
+      add(path + "radius", radius, Quantity::length, kSize,
           [i, radius](Draft& d, double x) { d.links[i].radius = x / radius; });
     }
   }
@@ -119,7 +122,7 @@ class Lister {
   void add_link_com(int i, const std::string& path) {
     const Vec3 com = world_.robot.links[i].inertia.com();
     for (int k = 0; k < 3; ++k) {
-      add(path + "com." + kAxes[k], com[k], Quantity::length, kAny,
+      add(path + "com." + kAxes[k], com[k], Quantity::length, kPlace,
           [i, k, nominal = com[k]](Draft& d, double x) { d.links[i].com[k] = x - nominal; });
     }
   }
@@ -137,7 +140,7 @@ class Lister {
       add(path + name, joint.*field, quantity, bounds,
           [i, field](Draft& d, double x) { d.world.robot.joints[i].*field = x; });
     };
-    member("zero", &Joint::zero, turns ? Quantity::angle : Quantity::length, kAny);
+    member("zero", &Joint::zero, turns ? Quantity::angle : Quantity::length, turns ? kAny : kPlace);
     member("damping", &Joint::damping, turns ? Quantity::rotational_damping : Quantity::damping, kNonNegative);
     member("friction", &Joint::friction, turns ? Quantity::torque : Quantity::force, kNonNegative);
     member("effort", &Joint::effort, turns ? Quantity::torque : Quantity::force, kNonNegative);
@@ -157,7 +160,7 @@ class Lister {
     if (object.movable) add_object_mass(i, path);
     add_object_sizes(i, path);
     for (int k = 0; k < 3; ++k) {
-      add(path + "position." + kAxes[k], object.X_WO.translation()[k], Quantity::length, kAny,
+      add(path + "position." + kAxes[k], object.X_WO.translation()[k], Quantity::length, kPlace,
           [i, k](Draft& d, double x) { d.world.objects[i].X_WO.translation()[k] = x; });
     }
     const Vec3 rpy = rpy_from_rotation(object.X_WO.linear());
@@ -180,20 +183,28 @@ class Lister {
     add(path + "mass", mass, Quantity::mass, kPositive, [i](Draft& d, double x) { d.objects[i].mass = x; });
   }
 
+  /// Of the factor of the heights: none may lie beyond the largest length.
+  static Bounds scale_of(const HeightGrid& grid) {
+    double most = 1;
+    for (const double height : grid.height) most = std::max(most, std::abs(height));
+    return {0, kMaxLength / most, true};
+  }
+
   void add_object_sizes(int i, const std::string& path) {
     const Shape& shape = world_.objects[i].shape;
     const bool round = shape.kind == ShapeKind::cylinder || shape.kind == ShapeKind::capsule;
     if (round || shape.kind == ShapeKind::sphere) {
-      add(path + "radius", shape.size.x(), Quantity::length, kPositive,
+      add(path + "radius", shape.size.x(), Quantity::length, kSize,
           [i, nominal = shape.size.x()](Draft& d, double x) { d.objects[i].radius = x / nominal; });
     }
     if (round) {
-      add(path + "length", shape.size.y(), Quantity::length, kPositive,
+      add(path + "length", shape.size.y(), Quantity::length, kSize,
           [i, nominal = shape.size.y()](Draft& d, double x) { d.objects[i].length = x / nominal; });
     }
     if (shape.kind != ShapeKind::box && shape.kind != ShapeKind::heightfield) return;
     for (int k = 0; k < 3; ++k) {
-      add(path + "size." + kAxes[k], shape.size[k], Quantity::length, kPositive,
+      add(path + "size." + kAxes[k], shape.size[k], Quantity::length,
+          shape.grid && k == 2 ? scale_of(*shape.grid) : kSize,
           [i, k, nominal = shape.size[k]](Draft& d, double x) { d.objects[i].size[k] = x / nominal; });
     }
   }
@@ -216,7 +227,7 @@ class Lister {
 
   void add_initial() {
     for (int k = 0; k < 3; ++k) {
-      add(std::string("initial.base.") + kAxes[k], 0, Quantity::length, kAny, [k](Draft& d, double x) {
+      add(std::string("initial.base.") + kAxes[k], 0, Quantity::length, kPlace, [k](Draft& d, double x) {
         d.world.initial.position[k] += x;
         if (k == 2) d.world.initial.clearance += x;  // which counts instead of the position when it is on the ground
       });
@@ -248,7 +259,7 @@ class Lister {
     const auto position = world_.initial.joint_position.find(joint.name);
     const double start =
         position == world_.initial.joint_position.end() ? std::clamp(0.0, joint.lower, joint.upper) : position->second;
-    add(path + "position", 0, turns ? Quantity::angle : Quantity::length, kAny,
+    add(path + "position", 0, turns ? Quantity::angle : Quantity::length, turns ? kAny : kPlace,
         [name = joint.name, start](Draft& d, double x) { d.world.initial.joint_position[name] = start + x; });
     add(path + "velocity", 0, turns ? Quantity::angular_velocity : Quantity::velocity, kAny,
         [name = joint.name](Draft& d, double x) { d.world.initial.joint_velocity[name] += x; });

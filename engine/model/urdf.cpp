@@ -12,6 +12,7 @@
 
 #include "engine/model/limits.h"
 #include "engine/model/mesh_files.h"
+#include "engine/model/mesh_size.h"
 #include "engine/model/model.h"
 #include "engine/model/urdf_outline.h"
 #include "engine/settings/inputs.h"
@@ -158,7 +159,16 @@ class Builder {
     } catch (const InputError& error) {
       fail(entry.line, fmt::format("link '{}': collision mesh: {}", link.name, error.what()));
     }
+    check_extent(shape, entry, link);
     return true;
+  }
+
+  void check_extent(const Shape& shape, const UrdfOutline::ShapeEntry& entry, const Link& link) const {
+    const std::string problem = length_problem(largest_coordinate(shape));
+    if (!problem.empty()) {
+      fail(entry.line,
+           fmt::format("link '{}': collision mesh '{}' reaches as far as {}", link.name, shape.mesh->file, problem));
+    }
   }
 
   void missing_mesh(const std::string& filename, const UrdfOutline::ShapeEntry& entry, const Link& link) const {

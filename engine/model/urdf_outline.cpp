@@ -169,19 +169,27 @@ class Reader {
 
   void positive(const XMLElement& e, const char* attribute, std::size_t count, const std::string& where) {
     for (double value : numbers(e, attribute, count, where)) {
-      if (value > 0) continue;
-      fail(e.GetLineNum(),
-           fmt::format("{}: <{}> {}: {} is not positive; sizes must be > 0", where, e.Name(), attribute, value));
+      if (!(value > 0)) {
+        fail(e.GetLineNum(),
+             fmt::format("{}: <{}> {}: {} is not positive; sizes must be > 0", where, e.Name(), attribute, value));
+      }
+      check_length(e, attribute, value, where);
     }
+  }
+
+  void check_length(const XMLElement& e, const char* attribute, double value, const std::string& where) const {
+    const std::string problem = length_problem(value);
+    if (!problem.empty()) fail(e.GetLineNum(), fmt::format("{}: <{}> {}: {}", where, e.Name(), attribute, problem));
   }
 
   void read_origin(const XMLElement& parent, const std::string& where) {
     const XMLElement* origin = parent.FirstChildElement("origin");
     if (!origin) return;
     printer_.OpenElement("origin");
-    for (const char* attribute : {"xyz", "rpy"}) {
-      if (origin->Attribute(attribute)) numbers(*origin, attribute, 3, where);
+    if (origin->Attribute("xyz")) {
+      for (double value : numbers(*origin, "xyz", 3, where)) check_length(*origin, "xyz", value, where);
     }
+    if (origin->Attribute("rpy")) numbers(*origin, "rpy", 3, where);
     printer_.CloseElement();
   }
 
@@ -364,18 +372,22 @@ class Reader {
     }
     if (!limit) return;
     printer_.OpenElement("limit");
-    if (bounded) read_bounds(*limit, where);
+    if (bounded) read_bounds(*limit, joint.type == "prismatic", where);
     non_negative(*limit, "effort", where);
     non_negative(*limit, "velocity", where);
     printer_.CloseElement();
   }
 
   /// Absent bounds are 0 in URDF.
-  void read_bounds(const XMLElement& limit, const std::string& where) {
+  void read_bounds(const XMLElement& limit, bool slides, const std::string& where) {
     const double lower = limit.Attribute("lower") ? number(limit, "lower", where) : 0;
     const double upper = limit.Attribute("upper") ? number(limit, "upper", where) : 0;
-    if (lower <= upper) return;
-    fail(limit.GetLineNum(), fmt::format("{}: <limit> lower {} is above upper {}", where, lower, upper));
+    if (lower > upper) {
+      fail(limit.GetLineNum(), fmt::format("{}: <limit> lower {} is above upper {}", where, lower, upper));
+    }
+    if (!slides) return;  // bounds that leave a slide free may be any numbers, but not those that begin far away
+    check_length(limit, "lower", std::max(lower, 0.0), where);
+    check_length(limit, "upper", std::min(upper, 0.0), where);
   }
 
   void read_dynamics(const XMLElement& e, const std::string& where) {

@@ -141,6 +141,9 @@ TEST(Limits, CsvFiles) {
               EndsWith(file + ":1: more than 10000 columns"));
   write(std::string(1 << 20, 'x') + " 1\n1 1\n");
   EXPECT_LT(refused("environment", field).size(), 500u) << "a megabyte is not repeated";
+  write("0 0\n0 0\n0 -1e9\n");
+  EXPECT_THAT(refused("environment", field),
+              EndsWith("csv: height [2][1]: -1e+09 m: at most 1e+06 m; beyond it rounding makes gaps wrong"));
   std::filesystem::resize_file(file, kMaxCsvBytes + 1);
   EXPECT_THAT(refused("environment", field), EndsWith(file + ": 67108865 bytes; at most 64 MiB are read"));
   std::filesystem::remove_all(folder);

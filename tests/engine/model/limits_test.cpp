@@ -184,5 +184,36 @@ TEST(Limits, HullCorners) {
       testing::AllOf(StartsWith("ball.stl: the convex hull of its 50100 vertices"), HasSubstr("50000 corners")));
 }
 
+// Lengths beyond 1e6 m, at which a double's neighbours are 1.2e-10 m away, are refused wherever a robot has them.
+TEST(Limits, Lengths) {
+  const auto link = [&](const std::string& inside) {
+    return refusal("<robot name=\"r\"><link name=\"a\">\n" + kBody + inside + "</link></robot>");
+  };
+  const auto shape = [&](const std::string& one) {
+    return link("<collision><geometry>\n" + one + "</geometry></collision>");
+  };
+  const std::string rule = " m: at most 1e+06 m; beyond it rounding makes gaps wrong";
+  EXPECT_EQ(shape("<sphere radius=\"1e12\"/>"), "r.urdf:3: link 'a': <sphere> radius: 1e+12" + rule);
+  EXPECT_EQ(shape("<box size=\"1 1.1e6 1\"/>"), "r.urdf:3: link 'a': <box> size: 1.1e+06" + rule);
+  EXPECT_EQ(shape("<cylinder radius=\"1\" length=\"2e6\"/>"), "r.urdf:3: link 'a': <cylinder> length: 2e+06" + rule);
+  EXPECT_EQ(link("<collision><origin xyz=\"0 0 -2e6\"/><geometry><sphere radius=\"1e6\"/></geometry></collision>"),
+            "r.urdf:2: link 'a': <origin> xyz: -2e+06" + rule);
+  const auto sliding = [&](const std::string& inside) {
+    return "<robot name=\"r\"><link name=\"a\">" + kBody + "</link><link name=\"b\">" + kBody +
+           "</link>\n<joint name=\"j\" type=\"prismatic\"><parent link=\"a\"/><child link=\"b\"/>" + inside +
+           "</joint></robot>";
+  };
+  const auto joint = [&](const std::string& inside) { return refusal(sliding(inside)); };
+  EXPECT_EQ(joint("<origin xyz=\"1e7 0 0\"/>"), "r.urdf:2: joint 'j': <origin> xyz: 1e+07" + rule);
+  EXPECT_EQ(joint("<limit lower=\"2e6\" upper=\"3e6\" effort=\"1\" velocity=\"1\"/>"),
+            "r.urdf:2: joint 'j': <limit> lower: 2e+06" + rule);
+  const std::string free = sliding("<limit lower=\"-1e9\" upper=\"1e9\" effort=\"1\" velocity=\"1\"/>");
+  EXPECT_NO_THROW(parse_urdf(free, "r.urdf")) << "bounds that leave a slide free";
+  const TemporaryFolder folder;
+  const std::string file = folder.write("m.obj", kCorners + kFaces);
+  EXPECT_EQ(shape("<mesh filename=\"" + file + "\" scale=\"1 1 1e12\"/>"),
+            "r.urdf:2: link 'a': collision mesh '" + file + "' reaches as far as 1e+12" + rule);
+}
+
 }  // namespace
 }  // namespace graze
