@@ -129,6 +129,8 @@ class Includer {
   std::size_t values_ = 0;  // of all files, before they are merged
 };
 
+constexpr std::size_t kShown = 80;  // bytes of a path in a message
+
 bool begins(std::string_view path, std::string_view key) {
   return !key.empty() && path.substr(0, key.size()) == key && (path.size() == key.size() || path[key.size()] == '.');
 }
@@ -142,15 +144,15 @@ bool keyed_by_paths(const SettingsNode& map, std::string_view name) {
                      [](const auto& e) { return e.key.find_first_of(".*") != std::string::npos; });
 }
 
-NodePtr set_in(const NodePtr& node, std::string_view name, const std::string& path, const NodePtr& value,
+NodePtr set_in(const NodePtr& node, std::string_view name, std::string_view path, const NodePtr& value,
                const std::string& where);
 
-NodePtr with_item(const NodePtr& node, const std::string& path, const NodePtr& value, const std::string& where) {
-  const std::string head = path.substr(0, path.find('.'));
+NodePtr with_item(const NodePtr& node, std::string_view path, const NodePtr& value, const std::string& where) {
+  const std::string_view head = path.substr(0, path.find('.'));
   std::size_t index = 0;
   const auto [end, error] = std::from_chars(head.data(), head.data() + head.size(), index);
   if (error != std::errc() || end != head.data() + head.size() || index >= node->list.size()) {
-    throw InputError(fmt::format("{}'{}': is not one of the list's indices 0 to {}", where, head,
+    throw InputError(fmt::format("{}'{}': is not one of the list's indices 0 to {}", where, clipped(head, kShown),
                                  static_cast<long>(node->list.size()) - 1));
   }
   auto out = std::make_shared<SettingsNode>(*node);
@@ -161,10 +163,10 @@ NodePtr with_item(const NodePtr& node, const std::string& path, const NodePtr& v
 }
 
 /// The entry for a path of which no key of `map` is a part: its value, or maps down to it.
-SettingsNode::Entry new_entry(const SettingsNode& map, std::string_view name, const std::string& path,
+SettingsNode::Entry new_entry(const SettingsNode& map, std::string_view name, std::string_view path,
                               const NodePtr& value, const std::string& where) {
   const std::size_t dot = keyed_by_paths(map, name) ? std::string::npos : path.find('.');
-  const std::string key = path.substr(0, dot);
+  const std::string key(path.substr(0, dot));
   if (dot == std::string::npos) return {key, value->place, value};
   auto parent = std::make_shared<SettingsNode>();
   parent->kind = SettingsNode::Kind::map;
@@ -174,11 +176,11 @@ SettingsNode::Entry new_entry(const SettingsNode& map, std::string_view name, co
 }
 
 /// with_value() in the map that stands under the key `name`.
-NodePtr set_in(const NodePtr& node, std::string_view name, const std::string& path, const NodePtr& value,
+NodePtr set_in(const NodePtr& node, std::string_view name, std::string_view path, const NodePtr& value,
                const std::string& where) {
   if (node->kind == SettingsNode::Kind::list) return with_item(node, path, value, where);
   if (node->kind == SettingsNode::Kind::scalar || path.empty()) {
-    throw InputError(fmt::format("{}'{}' leads into a value that is not a map", where, path));
+    throw InputError(fmt::format("{}'{}' leads into a value that is not a map", where, clipped(path, kShown)));
   }
   auto out = std::make_shared<SettingsNode>(*node);
   out->kind = SettingsNode::Kind::map;
@@ -214,7 +216,14 @@ NodePtr set_in(const NodePtr& node, std::string_view name, const std::string& pa
 NodePtr resolve_includes(const NodePtr& root) { return Includer().resolve(root, 0); }
 
 NodePtr with_value(const NodePtr& node, const std::string& path, const NodePtr& value, const std::string& where) {
-  return set_in(node, "", path, value, where);
+  const auto parts = static_cast<std::size_t>(std::count(path.begin(), path.end(), '.')) + 1;
+  if (parts > kMaxPathParts) {
+    throw InputError(fmt::format("{}a path of {} parts; at most {}", where, parts, kMaxPathParts));
+  }
+  NodePtr out = set_in(node, "", path, value, where);
+  if (out->depth > kMaxDepth)
+    throw InputError(fmt::format("{}with it, values are nested deeper than {}", where, kMaxDepth));
+  return out;
 }
 
 }  // namespace graze

@@ -54,9 +54,13 @@ std::string read_text(const std::string& file, const std::string& where);
 /// The tree with every `include` replaced by what it names.
 NodePtr resolve_includes(const NodePtr& root);
 
+/// Parts of a path to a value, `a.b.c`. Far more than the levels of a tree, because keys may hold dots.
+inline constexpr std::size_t kMaxPathParts = 1000;
+
 /// Copy of the map `node` in which `path` holds `value`. At each level the longest key of the map that begins the
 /// rest of the path is followed, because keys may hold dots; maps that are missing on the way are made. A null takes
-/// out what is there. `where` begins the message when the path leads into something that is no map.
+/// out what is there. `where` begins the message when the path leads into something that is no map, has too many parts
+/// or leads too deep.
 NodePtr with_value(const NodePtr& node, const std::string& path, const NodePtr& value, const std::string& where);
 
 /// What an unquoted *, % or { in a line of YAML may have meant: "; * begins an alias in YAML; …". Empty: nothing that

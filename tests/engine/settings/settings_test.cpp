@@ -174,6 +174,20 @@ TEST(Overrides, NothingTakesNothingAway) {
             s.resolved_text());
 }
 
+// Claim: a path makes no deeper tree than a file may, and one of very many parts is counted, not followed.
+TEST(Overrides, PathsAreBounded) {
+  const auto message = [](std::size_t parts) {
+    std::string path = "b";
+    for (std::size_t i = 1; i < parts; ++i) path += ".c";
+    const std::string whole = message_of([&] { parse("a: 1").overridden({{path, "1"}}); });
+    const std::size_t at = whole.find("=1: ");
+    return at == std::string::npos ? whole : whole.substr(at);
+  };
+  EXPECT_EQ(message(63), "(no error)");
+  EXPECT_EQ(message(64), "=1: with it, values are nested deeper than 64");
+  EXPECT_EQ(message(20'000), "=1: a path of 20000 parts; at most 1000");
+}
+
 // Claim: a message shows as much of a long override as fits a line.
 TEST(Overrides, AreCutInMessages) {
   const std::string rows = "[" + std::string(100'000, '1') + ", x]";
