@@ -10,6 +10,8 @@
 #include <limits>
 
 #include "archive/reading_child.h"
+#include "engine/control/policy.h"
+#include "engine/physics.h"
 #include "jobs/contained.h"
 #include "jobs/particles.h"
 #include "jobs/step_recorder.h"
@@ -81,6 +83,49 @@ TraceRecord simulate(const Scenario& scenario, int policy, Particle particle, Tr
   run.run(unit, observer);
   if (unit.records.empty()) throw MachineError(fmt::format("the trace has no end: {}", unit.unfinished.at(0).reason));
   return std::move(unit.records.front());
+}
+
+/// How many frames the trace will have: as in the archive, or, if that holds none, to the end.
+double frames_of(const ReplayRequest& request, const Scenario& scenario, const std::optional<TraceRecord>& archived) {
+  const double end = archived ? archived->end_time : scenario.timing.end;
+  return std::floor(std::round(end / scenario.timing.step) / request.every) + 1;
+}
+
+[[noreturn]] void too_large(const ReplayRequest& request, const std::string& what, double every) {
+  throw InputError(
+      fmt::format("--output: {}; at most {:.3g} MB are held in memory; nearest right answer: --every {:.0f}", what,
+                  request.most_bytes / 1e6, every));
+}
+
+/// Refuses an export that would not fit into memory, before anything is simulated. Gives the number of frames.
+std::size_t check_size(const ReplayRequest& request, const Scenario& scenario, const PolicySpec& policy,
+                       const CampaignInfo& info, const std::optional<TraceRecord>& archived) {
+  const State initial = initial_state(*scenario.world, scenario.model);
+  const ControlContext context{scenario.model, initial, scenario.timing.control,
+                               make_physics(scenario.physics, scenario.model)->solves_drives()};
+  const Controller controller(context, policy.settings);
+  const double frames = frames_of(request, scenario, archived);
+  const double each = StepRecorder::frame_bytes(scenario, info, controller);
+  if (frames * each > request.most_bytes) {
+    const double fit = std::max(2.0, std::floor(request.most_bytes / each));  // the start and some more
+    too_large(request, fmt::format("{:.0f} frames take {:.3g} MB", frames, frames * each / 1e6),
+              std::ceil(frames * request.every / (fit - 1)));
+  }
+  return static_cast<std::size_t>(frames);
+}
+
+/// The trace, with its steps in `log` if they are asked for.
+TraceRecord simulate_recorded(const ReplayRequest& request, const Scenario& scenario, const PolicySpec& policy,
+                              const std::optional<TraceRecord>& archived, const CampaignInfo& info, Particle particle,
+                              StepLog& log) {
+  StepRecorder recorder(scenario, info, request.every, request.most_bytes);
+  if (request.record) recorder.expect(check_size(request, scenario, policy, info, archived));
+  TraceRecord trace =
+      simulate(scenario, index_of(policy, scenario), std::move(particle), request.record ? &recorder : nullptr);
+  if (recorder.full())
+    too_large(request, "the frames and their contacts take more memory than may be", 2.0 * request.every);
+  log = recorder.take();
+  return trace;
 }
 
 /// The particle, or why there is none.
@@ -258,10 +303,7 @@ Replay replay(const ReplayRequest& request) {
   std::optional<Particle> particle = fabricate(source, request.particle, values, file.trace, scenario);
   if (particle) {
     file.derived = describe_derived(source, values);
-    StepRecorder recorder(scenario, file.info);
-    file.trace =
-        simulate(scenario, index_of(policy, scenario), std::move(*particle), request.record ? &recorder : nullptr);
-    file.log = recorder.take();
+    file.trace = simulate_recorded(request, scenario, policy, out.archived, file.info, std::move(*particle), file.log);
   }
   if (out.archived) {
     file.archived_digest = out.archived->digest;

@@ -10,6 +10,10 @@
 
 namespace graze {
 
+/// Bytes of the frames and contacts that a replay keeps: they are held in memory until they are written. Half a million
+/// frames of a quadruped.
+inline constexpr double kMaxReplayBytes = 2e9;
+
 struct ReplayRequest {
   std::string archive;  // campaign directory or packed file
   std::uint32_t particle = 0;
@@ -17,6 +21,8 @@ struct ReplayRequest {
   bool any_version = false;  // also if this program's traces may have other bits
   bool unverified = false;   // also a trace that the archive does not hold
   bool record = false;       // keep the telemetry
+  std::uint32_t every = 1;   // one frame for so many physics steps
+  double most_bytes = kMaxReplayBytes;
 };
 
 struct Replay {

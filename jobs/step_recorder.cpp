@@ -160,8 +160,26 @@ std::vector<FrameTable> tables(const Scenario& scenario, const CampaignInfo& inf
 
 }  // namespace
 
+double StepRecorder::frame_bytes(const Scenario& scenario, const CampaignInfo& info, const Controller& controller) {
+  std::size_t numbers = 1;  // the time
+  for (const FrameTable& table : tables(scenario, info, controller)) numbers += table.columns.size();
+  return static_cast<double>(numbers * sizeof(double));
+}
+
+void StepRecorder::begin(const Controller& controller) {
+  log_.tables = tables(scenario_, info_, controller);
+  frame_bytes_ = frame_bytes(scenario_, info_, controller);
+  if (static_cast<double>(expected_) * frame_bytes_ > most_) return;
+  log_.time.reserve(expected_);
+  for (FrameTable& table : log_.tables) table.values.reserve(expected_ * table.columns.size());
+}
+
 void StepRecorder::see(const StepView& step) {
-  if (log_.tables.empty()) log_.tables = tables(scenario_, info_, step.controller);
+  if (step.step % every_ != 0 || full_) return;
+  if (log_.tables.empty()) begin(step.controller);
+  const double contacts = static_cast<double>(log_.contacts.size()) * (sizeof(Contact) + sizeof(std::uint32_t));
+  full_ = static_cast<double>(log_.time.size() + 1) * frame_bytes_ + contacts > most_;
+  if (full_) return;
   const ActuatorCommand& command = step.command;
   log_.time.push_back(step.time);
   table_ = 0;

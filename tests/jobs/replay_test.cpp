@@ -441,6 +441,36 @@ TEST(Replay, ATraceThatThrewThrowsAgain) {
   EXPECT_GT(thrown, 0);
 }
 
+// An export that memory would not hold is refused with the --every that fits; that keeps every K-th frame as it is.
+TEST(Replay, ExportsAreBounded) {
+  const TemporaryFolder folder;
+  testing::write_file(folder / "ball.urdf", testing::kBallUrdf);
+  testing::write_file(folder / "ball.yaml", testing::ball_scenario());
+  write_campaign(folder / "a.graze", load_scenario((folder / "ball.yaml").string()), 1);
+  ReplayRequest asked = request(folder / "a.graze", 0, "still");
+  const StepLog all = replay(asked).file.log;
+  asked.most_bytes = 20'000;
+  std::string message;
+  try {
+    replay(asked);
+  } catch (const InputError& error) {
+    message = error.what();
+  }
+  EXPECT_THAT(message, HasSubstr("--output: " + std::to_string(all.time.size()) + " frames take "));
+  const std::size_t at = message.find("--every ");
+  ASSERT_NE(at, std::string::npos) << message;
+  asked.every = static_cast<std::uint32_t>(std::stoul(message.substr(at + 8)));
+  asked.most_bytes = kMaxReplayBytes;
+  const Replay thinned = replay(asked);
+  EXPECT_TRUE(thinned.verified());
+  const StepLog& some = thinned.file.log;
+  ASSERT_EQ(some.time.size(), (all.time.size() - 1) / asked.every + 1);
+  for (std::size_t k = 0; k < some.time.size(); ++k) {
+    EXPECT_EQ(some.time[k], all.time[k * asked.every]);
+    EXPECT_EQ(row(table(some, "q"), k), row(table(all, "q"), k * asked.every));
+  }
+}
+
 // Every failure that `score` lists is replayed by the command that it lists.
 TEST(Replay, TheCommandsOfScoreWork) {
   const Balls balls("", "-n 60");
