@@ -62,6 +62,14 @@ hdf5::Column OpenPart::column(const std::string& group, const hdf5::Spec& spec, 
   return found;
 }
 
+const hdf5::Column& OpenPart::kept(const std::string& group, const hdf5::Spec& spec, std::uint64_t rows) const {
+  constexpr std::size_t kKept = 16;  // the widest table, of traces, has 13
+  const std::string path = group + "/" + spec.name;
+  if (const auto found = kept_.find(path); found != kept_.end() && found->second.rows() == rows) return found->second;
+  if (kept_.size() >= kKept) kept_.clear();
+  return kept_.insert_or_assign(path, column(group, spec, rows)).first->second;
+}
+
 std::uint64_t OpenPart::traces(const std::string& policy) const {
   const std::string group = schema::traces_group(policy);
   return has(group) ? column(group, schema::particle()).rows() : 0;

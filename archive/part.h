@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -39,11 +40,15 @@ class OpenPart {
   template <class T>
   std::vector<T> slice(const std::string& group, const hdf5::Spec& spec, std::uint64_t rows, std::uint64_t first,
                        std::uint64_t count) const {
-    const hdf5::Column source = column(group, spec, rows);
+    std::optional<hdf5::Column> opened;
+    const hdf5::Column& source = keeps_columns_ ? kept(group, spec, rows) : opened.emplace(column(group, spec, rows));
     std::vector<T> data(count * spec.width);
     guarded([&] { source.read(first, count, data.data()); });
     return data;
   }
+  /// From now on the datasets that slice() read last stay open, with the chunk that HDF5 holds of each: who reads a
+  /// table a piece at a time has each chunk inflated once, not once for each of its pieces. Takes 1 MiB for each.
+  void keep_columns() { keeps_columns_ = true; }
   /// Traces of a policy; 0 if it has none here.
   std::uint64_t traces(const std::string& policy) const;
   /// Where the flat rows of each of `traces` traces begin, and where the last end; empty if the group is not there.
@@ -56,7 +61,10 @@ class OpenPart {
   void guarded(const std::function<void()>& act) const;
   std::filesystem::path path_;
   hdf5::Handle file_;
+  const hdf5::Column& kept(const std::string& group, const hdf5::Spec& spec, std::uint64_t rows) const;
   std::uint64_t bytes_ = 0;
+  bool keeps_columns_ = false;
+  mutable std::map<std::string, hdf5::Column> kept_;  // by path
 };
 
 /// Where one row lies.

@@ -130,7 +130,8 @@ class PartCheck {
 
 }  // namespace
 
-void check_part(const OpenPart& part, const CampaignInfo& info) {
+void check_part(OpenPart& part, const CampaignInfo& info) {
+  part.keep_columns();
   part.check_tree();
   PartCheck(part, info).check();
 }

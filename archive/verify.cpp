@@ -204,7 +204,7 @@ class DirectoryCheck {
   void check_content(const fs::path& shard) {
     const hdf5::Lock lock;
     const Descriptor file = folder_->open(shard.filename().string());
-    const OpenPart part(shard, file);
+    OpenPart part(shard, file);
     check_identity(part);
     check_part(part, *info_);
   }
@@ -298,7 +298,8 @@ Verification check_packed(const fs::path& path) {
     const auto bad = unreadable(std::vector<fs::path>{path}, [&](const fs::path&) {
       const StoredInfo stored = info_of(file, path);
       const hdf5::Lock lock;
-      check_part(OpenPart(path, file), stored.info);
+      OpenPart part(path, file);
+      check_part(part, stored.info);
     });
     if (!bad.empty()) throw InputError(bad[0].why);
     const StoredInfo stored = info_of(file, path);

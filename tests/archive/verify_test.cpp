@@ -3,6 +3,7 @@
 #include "archive/verify.h"
 
 #include <gmock/gmock.h>
+#include <sys/resource.h>
 
 #include <map>
 
@@ -125,6 +126,53 @@ TEST_F(Verify, ContentIsReadBehindTheSeal) {
               HasSubstr("'soft' is no hard"));
   EXPECT_THAT(forged_ends([](hid_t f) { drop(f, "traces/hold/final_v"); }), HasSubstr("final_v"));
   EXPECT_THAT(forged_ends([](hid_t f) { drop(f, "telemetry/hold/tau"); }), HasSubstr("tau"));
+}
+
+/// Puts a dataset of so many zeros in the place of another, in chunks of a MiB that are written once and copied: a
+/// small file that claims much.
+void inflate(hid_t file, const std::string& path, hsize_t rows, hsize_t row_bytes) {
+  const hdf5::Handle old(H5Dopen2(file, path.c_str(), H5P_DEFAULT), H5Dclose, path);
+  const hdf5::Handle type(H5Dget_type(old.id()), H5Tclose, path);
+  const bool matrix = path.ends_with("position");
+  const hsize_t extent[2] = {rows, 3}, chunk[2] = {(hsize_t{1} << 20) / row_bytes, 3};
+  const hdf5::Handle space(H5Screate_simple(matrix ? 2 : 1, extent, nullptr), H5Sclose, path);
+  const hdf5::Handle list(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, path);
+  H5Pset_chunk(list.id(), matrix ? 2 : 1, chunk);
+  H5Pset_deflate(list.id(), 9);
+  drop(file, path.c_str());
+  const hdf5::Handle dataset(H5Dcreate2(file, path.c_str(), type.id(), space.id(), H5P_DEFAULT, list.id(), H5P_DEFAULT),
+                             H5Dclose, path);
+  const std::vector<std::byte> zeros(rows * row_bytes);
+  H5Dwrite(dataset.id(), type.id(), H5S_ALL, H5S_ALL, H5P_DEFAULT, zeros.data());
+}
+
+/// Processor time of the children that have ended, s.
+double seconds_of_children() {
+  rusage used{};
+  getrusage(RUSAGE_CHILDREN, &used);
+  return static_cast<double>(used.ru_utime.tv_sec) + 1e-6 * static_cast<double>(used.ru_utime.tv_usec);
+}
+
+// Each chunk is inflated once, however many pieces of it are read: else two million events take seconds.
+TEST_F(Verify, ChunksAreInflatedOnce) {
+  constexpr hsize_t kRows = 2'000'000;
+  pack(campaign_, folder_ / "a.h5", false);
+  const fs::path large = forged(folder_, folder_ / "a.h5", [](hid_t f) {
+    for (const char* name : {"kind", "feature_a", "feature_b"})
+      inflate(f, std::string("events/hold/") + name, kRows, 1);
+    for (const char* name : {"a", "b"}) inflate(f, std::string("events/hold/") + name, kRows, 4);
+    for (const char* name : {"time", "impulse"}) inflate(f, std::string("events/hold/") + name, kRows, 8);
+    inflate(f, "events/hold/position", kRows, 24);
+    const hdf5::Handle offset(H5Dopen2(f, "events/hold/offset", H5P_DEFAULT), H5Dclose, "offset");
+    const hdf5::Handle space(H5Dget_space(offset.id()), H5Sclose, "offset");
+    std::vector<std::uint64_t> data(static_cast<std::size_t>(H5Sget_simple_extent_npoints(space.id())), kRows);
+    data[0] = 0;
+    H5Dwrite(offset.id(), H5T_NATIVE_UINT64, H5S_ALL, H5S_ALL, H5P_DEFAULT, data.data());
+  });
+  const double before = seconds_of_children();
+  const VerifiedFile found = verify(large).files.at(0);
+  EXPECT_EQ(found.state, FileState::whole) << found.what;
+  EXPECT_LT(seconds_of_children() - before, 1);
 }
 
 TEST_F(Verify, AParticleGoesOneWay) {
