@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "engine/model/convex_hull.h"
 #include "engine/model/kinematics.h"
 #include "engine/model/mesh_size.h"
 #include "engine/model/urdf.h"
@@ -62,7 +63,7 @@ Shape read_mesh(const Settings& s) {
   }
   const std::string path = file.resolve_file(file.text());
   try {
-    shape.mesh = load_mesh(path);
+    shape.mesh = collision_hull(*load_mesh(path));
   } catch (const InputError& e) {
     file.fail(e.what());
   }

@@ -11,9 +11,10 @@
 namespace graze {
 namespace {
 
-/// A joint that its stop holds is beyond it by what the solvers leave, rad or m: rounding, and speeds of their
-/// tolerance (1e-6 rad/s, which made 2e-9 rad at steps of 1 ms). Beyond by less than this counts as at the stop, 0.
-constexpr double kAtStop = 1e-6;
+/// A joint that its stop holds is beyond it by what the solvers leave, rad or m: rounding, and over a step a speed of
+/// about twice the solver's tolerance (1e-6 rad/s; 2e-9 rad were seen at steps of 1 ms). Beyond by less than this, five
+/// times what steps of 10 ms leave, counts as at the stop, 0.
+constexpr double kAtStop = 1e-7;
 
 /// Indices into Model::actuated; all of them by default.
 std::vector<int> read_joints(const Settings& settings, const Model& nominal) {

@@ -183,4 +183,13 @@ std::shared_ptr<const Mesh> convex_hull(const Mesh& mesh) {
   return hull.run(mesh.file) ? hull.mesh(mesh.file) : nullptr;
 }
 
+std::shared_ptr<const Mesh> collision_hull(const Mesh& mesh) {
+  auto hull = convex_hull(mesh);
+  if (!hull) {
+    throw InputError(mesh.file +
+                     ": the mesh is flat, all its points lie in one plane; a collision mesh must enclose a volume");
+  }
+  return hull;
+}
+
 }  // namespace graze

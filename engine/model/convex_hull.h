@@ -12,4 +12,7 @@ namespace graze {
 /// Dobkin, Huhdanpaa, ACM Trans. Math. Softw. 22 (1996).
 std::shared_ptr<const Mesh> convex_hull(const Mesh& mesh);
 
+/// The same of a collision mesh, which must enclose a volume. Throws InputError that says so.
+std::shared_ptr<const Mesh> collision_hull(const Mesh& mesh);
+
 }  // namespace graze

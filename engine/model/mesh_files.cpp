@@ -67,11 +67,7 @@ std::shared_ptr<const Mesh> MeshFiles::triangles(const fs::path& file) {
 
 std::shared_ptr<const Mesh> MeshFiles::hull(const fs::path& file) {
   auto& mesh = hulls_[file];
-  if (!mesh) mesh = convex_hull(*triangles(file));
-  if (!mesh)
-    throw InputError(
-        fmt::format("{}: the mesh is flat, all its points lie in one plane; a collision mesh must enclose a volume",
-                    file.string()));
+  if (!mesh) mesh = collision_hull(*triangles(file));
   return mesh;
 }
 

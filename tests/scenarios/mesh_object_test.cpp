@@ -1,0 +1,67 @@
+// Claim: an object's mesh is its convex hull, for its mass as for contact; a flat one is refused where it is named.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+
+#include "scenarios/scenario.h"
+
+namespace graze {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A folder with a cube of 1 m whose top is dented down to its middle, a flat square, and a ball for a robot.
+class MeshObject : public ::testing::Test {
+ protected:
+  MeshObject() {
+    fs::create_directories(folder_);
+    std::ofstream(folder_ / "dented.obj")
+        << "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\nv 0.5 0.5 0.5\n"
+           "f 1 3 2\nf 1 4 3\nf 1 2 6\nf 1 6 5\nf 2 3 7\nf 2 7 6\nf 3 4 8\nf 3 8 7\nf 4 1 5\nf 4 5 8\n"
+           "f 5 6 9\nf 6 7 9\nf 7 8 9\nf 8 5 9\n";
+    std::ofstream(folder_ / "flat.obj") << "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 3 4\n";
+    std::ofstream(folder_ / "ball.urdf")
+        << "<robot name='ball'><link name='ball'><inertial><mass value='1'/><inertia ixx='0.004' iyy='0.004' "
+           "izz='0.004' ixy='0' ixz='0' iyz='0'/></inertial><collision><geometry><sphere radius='0.1'/></geometry>"
+           "</collision></link></robot>";
+  }
+  ~MeshObject() override { fs::remove_all(folder_); }
+
+  Scenario load(const std::string& crate) const {
+    std::ofstream(folder_ / "s.yaml")
+        << "graze: 1\nname: Mesh\nrobot: {urdf: ball.urdf, initial: {position: [0, 0, 3]}}\n"
+           "environment:\n  ground: {plane: z}\n  crate: "
+        << crate
+        << "\ntime: {end: 10 ms, step: 1 ms, control: 1 ms}\n"
+           "policies: {still: {hold: {}, control: {torque: {}}}}\n"
+           "task: {objective: {low: {height: {link: ball, below: 9}}}}\n";
+    return load_scenario((folder_ / "s.yaml").string());
+  }
+
+  const fs::path folder_ = fs::path(::testing::TempDir()) / ("graze_mesh_object_" + std::to_string(getpid()));
+};
+
+TEST_F(MeshObject, WeighsWhatItsHullDoes) {
+  const Scenario scenario = load("{mesh: dented.obj, movable: true, density: 200, position: [2, 2, 0.01]}");
+  const auto found = std::find_if(scenario.model.bodies.begin(), scenario.model.bodies.end(),
+                                  [](const Body& body) { return body.name == "crate"; });
+  ASSERT_NE(found, scenario.model.bodies.end());
+  EXPECT_NEAR(found->mass, 200, 1e-9);
+}
+
+TEST_F(MeshObject, IsRefusedWhenFlat) {
+  try {
+    load("{mesh: flat.obj, position: [2, 2, 0.01]}");
+    FAIL() << "a flat mesh was taken";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), ::testing::AllOf(::testing::HasSubstr("s.yaml:6:"), ::testing::HasSubstr("flat.obj"),
+                                               ::testing::HasSubstr("must enclose a volume")));
+  }
+}
+
+}  // namespace
+}  // namespace graze
