@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "archive/build_facts.h"
 #include "archive/trace.h"
 #include "scenarios/scenario.h"
 
@@ -72,13 +73,15 @@ struct CampaignInfo {
   std::vector<std::string> links;                             // frames, by index in culprits
   std::vector<std::string> q_names, v_names, actuator_names;  // columns of states and telemetry: "base.qw", "LF_X_1"
   bool store_values = true;                                   // /particles/values is kept
-  std::string results_version;  // of the sources that bits depend on; empty in archives that do not know it
+  std::string results_version;                                // of the program; empty in archives that do not know it
+  BuildFacts build;                                           // of the program that began it
   UntilInfo until;
   ParticleRange part;     // that this directory is about (graze run --part)
   ScenarioSource source;  // every file that the scenario was read from; empty in archives without
 };
 
-/// Names what this program computes: programs of the same results version give the same bits ("0.1.0+3f2a…").
+/// Names what this program computes: programs of the same results version give the same bits ("epoch 1";
+/// results_epoch.h).
 std::string results_version();
 
 CampaignInfo describe_campaign(const Scenario& scenario, std::uint64_t particles, const std::string& command_line);

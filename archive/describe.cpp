@@ -3,7 +3,7 @@
 
 #include "archive/archive.h"
 #include "archive/culprit.h"
-#include "graze_results_version.h"
+#include "archive/results_epoch.h"
 #include "graze_version.h"
 #include "sampling/design_name.h"
 
@@ -47,7 +47,7 @@ CampaignInfo::ParameterRow row_of(const UncertainParameter& parameter) {
 
 }  // namespace
 
-std::string results_version() { return std::string(GRAZE_VERSION) + "+" + GRAZE_RESULTS_HASH; }
+std::string results_version() { return "epoch " + std::to_string(kResultsEpoch); }
 
 CampaignInfo describe_campaign(const Scenario& scenario, std::uint64_t particles, const std::string& command_line) {
   CampaignInfo info;
@@ -59,6 +59,7 @@ CampaignInfo describe_campaign(const Scenario& scenario, std::uint64_t particles
   info.program_version = GRAZE_VERSION;
   info.program_revision = GRAZE_REVISION;
   info.results_version = results_version();
+  info.build = build_facts();
   info.source = scenario.source;
   info.physics = scenario.physics;
   info.design = design_name(scenario.design);

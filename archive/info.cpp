@@ -307,6 +307,9 @@ void write_info_attributes(const Handle& file, const CampaignInfo& info, Layout 
   hdf5::write_attribute(root, "particles", info.particles);
   hdf5::write_attribute(root, "store_values", std::uint64_t{info.store_values});
   hdf5::write_attribute(root, "results_version", info.results_version);
+  each_fact(info.build, [&](const char* name, const std::string& text) {
+    if (!text.empty()) hdf5::write_attribute(root, name, text);
+  });
   write_until(file, info.until);
   write_part(file, info.part);
 }
@@ -356,6 +359,9 @@ StoredInfo read_info(const Handle& file) {
   info.store_values = hdf5::read_count(root, "store_values") != 0;
   each_list(info, [&](const char* path, auto& list) { list = hdf5::read_strings(root, path); });
   if (hdf5::has_attribute(root, "results_version")) info.results_version = hdf5::read_text(root, "results_version");
+  each_fact(info.build, [&](const char* name, std::string& text) {
+    if (hdf5::has_attribute(root, name)) text = hdf5::read_text(root, name);
+  });
   info.until = read_until(file);
   info.part = read_part(file, info.particles);
   info.source = read_source(file, bytes);

@@ -183,6 +183,8 @@ void write_trace(const ReplayFile& replay, CsvFile out) {
   fact("scenario_sha256", info.scenario_sha256);
   fact("archive", replay.archive);
   fact("results_version", results_version());
+  const BuildFacts build = build_facts();
+  each_fact(build, [&](const char* name, const std::string& text) { fact(name, text); });
   fact("seed", std::to_string(info.seed));
   fact("particle", trace.particle);
   fact("policy", replay.policy);

@@ -46,6 +46,8 @@ class Hdf5Writer {
     hdf5::write_attribute(file_, "scenario", info.scenario_text);
     hdf5::write_attribute(file_, "scenario_sha256", info.scenario_sha256);
     hdf5::write_attribute(file_, "results_version", results_version());
+    const BuildFacts build = build_facts();
+    each_fact(build, [&](const char* name, const std::string& text) { hdf5::write_attribute(file_, name, text); });
     hdf5::write_attribute(file_, "physics", info.physics);
     hdf5::write_attribute(file_, "seed", info.seed);
     hdf5::write_attribute(file_, "particle", std::uint64_t{trace.particle});

@@ -1,5 +1,6 @@
 // graze replay: one trace of an archive once more, with everything that was known at each step.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <spdlog/spdlog.h>
 
 #include <iostream>
@@ -7,6 +8,7 @@
 #include <optional>
 
 #include "archive/parent_folders.h"
+#include "archive/utf8.h"
 #include "jobs/commands.h"
 #include "jobs/option_values.h"
 #include "jobs/reading_verb.h"
@@ -44,9 +46,11 @@ int replay(const Arguments& arguments) {
   spdlog::error("{}: particle {} under policy '{}' went ANOTHER WAY than the archive says: {}",
                 arguments.request.archive, result.file.trace.particle, result.file.policy, result.differences.front());
   if (result.archived_info.results_version == results_version()) {
-    spdlog::error(
-        "the same results version must give the same bits: another C library or compiler, a faulty machine, or a "
-        "changed archive");
+    const std::vector<std::string> built = build_differences(result.archived_info.build, build_facts());
+    spdlog::error("the same results version must give the same bits: {}a faulty machine, or a changed archive",
+                  built.empty()
+                      ? ""
+                      : fmt::format("another program ({}), ", printable(fmt::format("{}", fmt::join(built, "; ")))));
   }
   return kGateMissed;
 }

@@ -142,6 +142,7 @@ int resume(const Arguments& arguments) {
   info.part = before.part;
   info.until = ask_again(before, options.particles);
   info.program_revision = before.program_revision;
+  info.build = before.build;
   if (!arguments.ignore_space) check_growth(scenario, before, info, directory);
   if (!info.until.questions.empty()) check_looks(info);
   warn(clear_places(lock->directory(), descriptions));

@@ -38,6 +38,8 @@ struct Status {
   Replacing replacing = Replacing::none;
   ParticleRange part;  // if it is one of several; of `particles`
   std::uint64_t particles = 0;
+  std::string results_version;  // both of the program that began it
+  BuildFacts build;
   std::optional<std::string> writer;
   std::uint64_t done = 0, total = 0, shards = 0;
   std::vector<Counts> policies;
@@ -89,6 +91,8 @@ Status status_of(const fs::path& path) {
   out.complete = archive.complete();
   out.part = info.part;
   out.particles = info.particles;
+  out.results_version = info.results_version;
+  out.build = info.build;
   out.total = info.part.count(info.particles) * info.policies.size();
   for (const auto& requirement : info.requirements) {
     if (!requirement.measure) out.requirements.push_back(requirement.name);
@@ -173,6 +177,9 @@ std::string json_of(const Status& status) {
   out["done"] = status.done;
   out["total"] = status.total;
   out["shards"] = status.shards;
+  out["results_version"] = status.results_version;
+  out["build"] = nlohmann::ordered_json::object();
+  each_fact(status.build, [&](const char* name, const std::string& text) { out["build"][name] = text; });
   out["traces_per_second"] = or_null(status.rate);
   out["seconds_left"] = or_null(status.seconds_left());
   for (const Counts& counts : status.policies) {

@@ -182,6 +182,15 @@ std::string end_lines(const Replay& replay) {
                            culprit.empty() ? "" : " (" + printable(culprit) + ")");
 }
 
+/// What the archive's program was built with, where that differs from this one.
+std::string build_lines(const CampaignInfo& then) {
+  std::string out;
+  for (const std::string& line : build_differences(then.build, build_facts())) {
+    out += (out.empty() ? "built with " : "           ") + printable(line) + "\n";
+  }
+  return out;
+}
+
 std::string verdict_lines(const Replay& replay) {
   const std::string digest = fmt::format("{:#018x}", replay.file.trace.digest);
   std::string out;
@@ -196,7 +205,7 @@ std::string verdict_lines(const Replay& replay) {
   }
   out += "digest     DIFFERENT: this is not the trace of the archive\n";
   for (const std::string& line : replay.differences) out += "           " + line + "\n";
-  return out;
+  return out + build_lines(replay.archived_info);
 }
 
 /// JSON has neither NaN nor infinity.
@@ -214,11 +223,18 @@ Json json_of(const ReplayedParameter& p) {
   return out;
 }
 
+Json json_of(const BuildFacts& build) {
+  Json out = Json::object();
+  each_fact(build, [&](const char* name, const std::string& text) { out[name] = text; });
+  return out;
+}
+
 Json json_of_verification(const Replay& replay) {
   Json out = {
       {"verdict", replay.file.verification},  {"digest", fmt::format("{:#018x}", replay.file.trace.digest)},
       {"archived_digest", nullptr},           {"differences", replay.differences},
-      {"results_version", results_version()}, {"archived_results_version", replay.archived_info.results_version}};
+      {"results_version", results_version()}, {"archived_results_version", replay.archived_info.results_version},
+      {"build", json_of(build_facts())},      {"archived_build", json_of(replay.archived_info.build)}};
   if (replay.archived) out["archived_digest"] = fmt::format("{:#018x}", replay.archived->digest);
   return out;
 }

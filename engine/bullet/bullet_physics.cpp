@@ -1,8 +1,13 @@
 #include "engine/bullet/bullet_physics.h"
 
+#include <LinearMath/btScalar.h>
+#include <fmt/format.h>
+
 #include <cassert>
 
 namespace graze::bullet {
+
+std::string bullet_version() { return fmt::format("{}.{:02}", BT_BULLET_VERSION / 100, BT_BULLET_VERSION % 100); }
 
 BulletPhysics::BulletPhysics(const Model& nominal) : tau_(nominal.na()) {
   state_.q = BlockArray(nominal.nq);

@@ -7,11 +7,15 @@
 
 #include <array>
 #include <memory>
+#include <string>
 
 #include "engine/bullet/world.h"
 #include "engine/physics.h"
 
 namespace graze::bullet {
+
+/// Of the library that this program was compiled against: "3.24".
+std::string bullet_version();
 
 class BulletPhysics : public BlockPhysics {
  public:

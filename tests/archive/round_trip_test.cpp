@@ -66,6 +66,7 @@ TEST(RoundTrip, Facts) {
   EXPECT_EQ(got.start_time, want.start_time);
   EXPECT_EQ(got.program_version, want.program_version);
   EXPECT_EQ(got.program_revision, want.program_revision);
+  EXPECT_EQ(build_differences(want.build, got.build), std::vector<std::string>());
   EXPECT_EQ(got.physics, want.physics);
   EXPECT_EQ(got.design, want.design);
   EXPECT_EQ(got.objective, want.objective);

@@ -48,6 +48,7 @@ inline CampaignInfo info() {
   info.start_time = "2026-01-02T03:04:05Z";
   info.program_version = "0.1.0";
   info.program_revision = "0123456789ab";
+  info.build = {"GCC 1.2.3", "glibc 4.5", "6.7.8", "9.10", "-O3", "x86_64, avx2"};
   info.physics = "bullet";
   info.design = "random";
   info.seed = 0xFFFFFFFFFFFFFFF0;

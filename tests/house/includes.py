@@ -17,7 +17,7 @@ FOLDERS = ["jobs", "analysis", "archive", "scenarios", "engine", "sampling"]  # 
 ROOMS = ["control", "actuation", "sensing", "physics.cpp", "clearance", "lane_physics", "bullet", "contact", "physics.h", "dynamics", "model", "lanes",
          "settings"]  # of engine/, from top to bottom; engine/physics.cpp is the factory of the back ends
 OUTSIDE = ["tests", "bench"]  # may include anything; nothing may include them
-GENERATED = {"graze_version.h", "graze_results_version.h"}
+GENERATED = {"graze_version.h", "graze_build.h"}
 LONGEST = 500  # lines
 
 INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]')

@@ -380,6 +380,29 @@ TEST(Replay, AForgedDigestIsFound) {
   EXPECT_THAT(margin.differences[0], HasSubstr("margin of high"));
 }
 
+// What the programs were built with stands in the message when bits differ, and nowhere else in words.
+TEST(Replay, TellsOfAnotherBuildWhenTheTraceDiffers) {
+  const TemporaryFolder folder;
+  testing::write_ball(folder);
+  const Scenario scenario = load_scenario((folder / "ball.yaml").string());
+  write_campaign(
+      folder / "a.graze", scenario, 4, [](CampaignInfo& info) { info.build.c_library = "musl 1.2.3"; },
+      [](TraceRecord& trace) {
+        if (trace.particle == 2) trace.digest ^= 1;
+      });
+  const testing::Result same = testing::graze(folder.path(), "replay a.graze --particle 1");
+  EXPECT_EQ(same.code, 0) << same.err;
+  EXPECT_THAT(same.out, Not(HasSubstr("musl")));
+  const testing::Result other = testing::graze(folder.path(), "replay a.graze --particle 2");
+  EXPECT_EQ(other.code, 1);
+  const std::string here = build_facts().c_library;
+  EXPECT_THAT(other.out, HasSubstr("built with c_library: 'musl 1.2.3' there, '" + here + "' here"));
+  EXPECT_THAT(other.err, HasSubstr("another program (c_library: 'musl 1.2.3' there"));
+  const auto json = nlohmann::json::parse(testing::graze(folder.path(), "replay a.graze --particle 1 --json").out);
+  EXPECT_EQ(json["verification"]["archived_build"]["c_library"], "musl 1.2.3");
+  EXPECT_EQ(json["verification"]["build"]["c_library"], here);
+}
+
 TEST(Replay, AnotherVersionIsRefusedUnlessAskedFor) {
   const TemporaryFolder folder;
   testing::write_ball(folder);

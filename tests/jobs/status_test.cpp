@@ -61,6 +61,8 @@ TEST_F(Status, TellsFailuresByTheirRequirement) {
   EXPECT_GT(unknown, 0);
   EXPECT_EQ(known + unknown + good, 200);
   EXPECT_EQ(status["violated_first"]["high"], known);
+  EXPECT_EQ(status["results_version"], results_version());
+  EXPECT_EQ(status["build"]["eigen_version"], build_facts().eigen);
   EXPECT_THAT(graze("status a.graze").out,
               AllOf(HasSubstr("complete"), HasSubstr("200 of 200 traces (100.0 %) in 1 shard"),
                     HasSubstr("failures: high " + std::to_string(known) + ", unknown " + std::to_string(unknown))));
