@@ -11,48 +11,15 @@
 #include "engine/lanes/isa.h"
 #include "jobs/block_run.h"
 #include "tests/jobs/program.h"
+#include "tests/jobs/trace_bits.h"
 #include "tests/jobs/traces.h"
 
 namespace graze {
 namespace {
 
-void add(const double& value, std::string& out) { out.append(reinterpret_cast<const char*>(&value), sizeof value); }
-
-void add(const std::vector<double>& values, std::string& out) {
-  for (const double value : values) add(value, out);
-}
-
-void add(const std::vector<Event>& events, std::string& out) {
-  for (const Event& event : events) {
-    out += fmt::format("{} {} {} {} {} ", static_cast<int>(event.kind), event.a, event.b,
-                       static_cast<int>(event.feature_a), static_cast<int>(event.feature_b));
-    add({event.time, event.impulse, event.p_W.x(), event.p_W.y(), event.p_W.z()}, out);
-  }
-}
-
-template <class Frames>
-void add_frames(const Frames& telemetry, std::string& out) {
-  for (std::size_t i = 0; i < telemetry.size(); ++i) {
-    const TelemetryFrame& frame = telemetry[i];
-    add(frame.time, out);
-    for (const auto* values : {&frame.q, &frame.v, &frame.tau}) add(*values, out);
-  }
-}
-
-/// Everything that is kept of a trace, bit by bit.
-std::string all_of(const TraceRecord& trace) {
-  std::string out = fmt::format("{} {} {:x} {} {} ", static_cast<int>(trace.outcome), trace.violated, trace.digest,
-                                trace.sequence, trace.invalid_reason);
-  add({trace.end_time, trace.objective_margin}, out);
-  for (const auto* values : {&trace.margins, &trace.first_violations, &trace.q, &trace.v}) add(*values, out);
-  add(trace.events, out);
-  add_frames(trace.telemetry, out);
-  return out;
-}
-
 /// Every trace, by policy and particle.
 auto traces(const Scenario& scenario, std::uint64_t particles, int threads) {
-  return testing::valid_traces(scenario, particles, threads, all_of);
+  return testing::valid_traces(scenario, particles, threads, testing::bits_of);
 }
 
 using Overrides = std::vector<Override>;
@@ -128,13 +95,13 @@ TEST(LaneDeterminism, TheOrderOfParticlesDoesNotMatter) {
   std::vector<Particle> particles = particles_of(scenario, 19);
   BlockRun run(scenario, scenario.policies.back(), 11);
   std::map<std::uint32_t, std::string> first;
-  for (const TraceRecord& one : run.run(particles)) first[one.particle] = all_of(one);
+  for (const TraceRecord& one : run.run(particles)) first[one.particle] = testing::bits_of(one);
   std::reverse(particles.begin(), particles.end());
-  for (const TraceRecord& one : run.run(particles)) EXPECT_EQ(all_of(one), first.at(one.particle));
+  for (const TraceRecord& one : run.run(particles)) EXPECT_EQ(testing::bits_of(one), first.at(one.particle));
   std::rotate(particles.begin(), particles.begin() + 5, particles.end());
-  for (const TraceRecord& one : run.run(particles)) EXPECT_EQ(all_of(one), first.at(one.particle));
+  for (const TraceRecord& one : run.run(particles)) EXPECT_EQ(testing::bits_of(one), first.at(one.particle));
   for (const Particle& particle : particles) {
-    EXPECT_EQ(all_of(run.run({&particle, 1}).front()), first.at(particle.id)) << "alone";
+    EXPECT_EQ(testing::bits_of(run.run({&particle, 1}).front()), first.at(particle.id)) << "alone";
   }
 }
 
@@ -156,8 +123,8 @@ std::string archive_under(const std::string& isa, const testing::TemporaryFolder
   std::string out;
   for (std::size_t i = 0; i < table.size(); ++i) {
     out += fmt::format("{} {:x} ", table.particle[i], table.digest[i]);
-    add(events[i], out);
-    add_frames(archive.telemetry("step/4cm", table.particle[i]), out);
+    testing::add_bits(events[i], out);
+    testing::add_frame_bits(archive.telemetry("step/4cm", table.particle[i]), out);
   }
   return out;
 }

@@ -1,0 +1,137 @@
+// The results of the shipped scenarios are the bits that golden_digests.txt has: whoever moves one must say so, by
+// raising the epoch of results (archive/results_epoch.h). Every compiler's build runs this, so that the compilers
+// agree, too.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <sstream>
+
+#include "archive/build_facts.h"
+#include "archive/results_epoch.h"
+#include "sampling/stream.h"
+#include "tests/jobs/program.h"
+#include "tests/jobs/trace_bits.h"
+#include "tests/jobs/traces.h"
+#include "tests/sanitized.h"
+
+namespace graze {
+namespace {
+
+constexpr std::uint64_t kSeed = 11, kParticles = 8;
+
+constexpr const char* kTable = "tests/jobs/golden_digests.txt";
+constexpr const char* kCommand = "GRAZE_UPDATE_GOLDEN=1 build/release/test_jobs --gtest_filter='GoldenDigests.*'";
+
+/// What Bullet's bits depend on beside this program: its library, and the C library that it computes sines by.
+std::string bullet_and_c_library() {
+  const BuildFacts facts = build_facts();
+  return fmt::format("bullet {}, {}", facts.bullet, facts.c_library);
+}
+
+/// The table: what is computed by ("epoch", "libraries" and names of cases), and what it comes to.
+class Table {
+ public:
+  Table() {
+    std::ifstream file(path_);
+    for (std::string line; std::getline(file, line);) {
+      const std::size_t colon = line.find(": ");
+      if (!line.starts_with("#") && colon != std::string::npos) rows_[line.substr(0, colon)] = line.substr(colon + 2);
+    }
+  }
+
+  std::string at(const std::string& name) const { return rows_.contains(name) ? rows_.at(name) : "none"; }
+
+  void set(const std::string& name, const std::string& value) {
+    rows_[name] = value;
+    std::ofstream file(path_);
+    file << "# Digests of the shipped scenarios (golden_digest_test.cpp), which writes this file on request.\n";
+    for (const auto& [key, text] : rows_) file << key << ": " << text << "\n";
+  }
+
+ private:
+  std::filesystem::path path_ = std::filesystem::path(GRAZE_SOURCE_DIR) / kTable;
+  std::map<std::string, std::string> rows_;
+};
+
+/// Of everything that is drawn for the particles and kept of their traces, under every policy.
+std::string digest_of(const Scenario& scenario) {
+  std::string bits;
+  const Sampler sampler(scenario.space, scenario.design, kSeed, kParticles);
+  for (std::uint32_t i = 0; i < kParticles; ++i) testing::add_bits(sampler.draw(i), bits);
+  for (const auto& [key, trace] : testing::simulate(scenario, kParticles, kSeed, 1)) {
+    bits += fmt::format("{} {} ", key.first, key.second) + testing::bits_of(trace);
+  }
+  return fmt::format("{:#018x}", name_hash(bits));
+}
+
+std::vector<std::filesystem::path> shipped_scenarios() {
+  std::vector<std::filesystem::path> out;
+  for (const auto& entry : std::filesystem::directory_iterator(testing::data("scenarios"))) {
+    if (entry.path().extension() == ".yaml") out.push_back(entry.path());
+  }
+  std::sort(out.begin(), out.end());
+  EXPECT_GE(out.size(), 8u);
+  return out;
+}
+
+/// Compares with the table; or writes into it, if it was asked to, and if the epoch of a row that moved was raised.
+void expect_golden(const std::string& name, const Scenario& scenario) {
+  Table table;
+  const std::string golden = table.at(name), digest = digest_of(scenario);
+  const std::string epoch = std::to_string(kResultsEpoch);
+  if (std::getenv("GRAZE_UPDATE_GOLDEN") != nullptr) {
+    if (golden == "none" || golden.ends_with(digest) || !golden.starts_with("epoch " + epoch + " ")) {
+      return table.set(name, "epoch " + epoch + " " + digest);
+    }
+    FAIL() << name << ": the digest moved from " << golden << " to " << digest << ", but kResultsEpoch is " << epoch
+           << " still; raise it first (archive/results_epoch.h)";
+  }
+  const std::string got = "epoch " + epoch + " " + digest;
+  EXPECT_EQ(got, golden) << "RESULTS MOVED: scenario " << name << " gives " << digest << " where " << kTable << " has "
+                         << golden
+                         << ". If it was on purpose, raise kResultsEpoch (archive/results_epoch.h) and update "
+                         << kTable << " by\n  " << kCommand;
+}
+
+Scenario load(const std::filesystem::path& path, std::vector<Override> overrides) {
+  ScenarioOptions options;
+  options.overrides = {{"record", "{telemetry: none, events: true}"}};
+  options.overrides.insert(options.overrides.end(), overrides.begin(), overrides.end());
+  return load_scenario(path.string(), options);
+}
+
+// Sanitized builds run this one, which is short enough for them.
+TEST(GoldenDigests, FirstTenthOfASecond) {
+  for (const auto& path : shipped_scenarios()) {
+    expect_golden(path.stem().string() + ", 0.1 s", load(path, {{"time.end", "0.1 s"}}));
+  }
+}
+
+TEST(GoldenDigests, WholeRuns) {
+  if (GRAZE_SANITIZED) GTEST_SKIP() << "too long for a sanitizer";
+  for (const auto& path : shipped_scenarios()) expect_golden(path.stem().string(), load(path, {}));
+}
+
+// Bullet and the C library have bits of their own: those of other versions are compared with nothing.
+TEST(GoldenDigests, OfBullet) {
+  Table table;
+  const std::string libraries = bullet_and_c_library();
+  if (std::getenv("GRAZE_UPDATE_GOLDEN") != nullptr) table.set("bullet's libraries", libraries);
+  if (table.at("bullet's libraries") != libraries) {
+    GTEST_SKIP() << "the table is of " << table.at("bullet's libraries") << ", this is " << libraries;
+  }
+  for (const auto& path : shipped_scenarios()) {
+    expect_golden(path.stem().string() + ", bullet, 0.1 s",
+                  load(path, {{"physics", "bullet"},
+                              {"uncertain.contact.model", "{choice: [sequential_impulse, dantzig]}"},
+                              {"time.end", "0.1 s"}}));
+  }
+}
+
+}  // namespace
+}  // namespace graze

@@ -1,0 +1,55 @@
+#pragma once
+// Everything that is kept of a trace, as bytes: two traces are the same if these are.
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "archive/trace.h"
+
+namespace graze::testing {
+
+inline void add_bits(double value, std::string& out) {
+  // Which NaN it is depends on the compiler, not on the trace.
+  if (std::isnan(value)) value = std::numeric_limits<double>::quiet_NaN();
+  out.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+inline void add_bits(const std::vector<double>& values, std::string& out) {
+  for (const double value : values) add_bits(value, out);
+}
+
+inline void add_bits(const std::vector<Event>& events, std::string& out) {
+  for (const Event& event : events) {
+    out += fmt::format("{} {} {} {} {} ", static_cast<int>(event.kind), event.a, event.b,
+                       static_cast<int>(event.feature_a), static_cast<int>(event.feature_b));
+    add_bits({event.time, event.impulse, event.p_W.x(), event.p_W.y(), event.p_W.z()}, out);
+  }
+}
+
+template <class Frames>
+void add_frame_bits(const Frames& telemetry, std::string& out) {
+  for (std::size_t i = 0; i < telemetry.size(); ++i) {
+    const TelemetryFrame& frame = telemetry[i];
+    add_bits(frame.time, out);
+    for (const auto* values : {&frame.q, &frame.v, &frame.tau}) add_bits(*values, out);
+  }
+}
+
+inline std::string bits_of(const TraceRecord& trace) {
+  std::string out = fmt::format("{} {} {:x} {} {} ", static_cast<int>(trace.outcome), trace.violated, trace.digest,
+                                trace.sequence, trace.invalid_reason);
+  add_bits({trace.end_time, trace.objective_margin}, out);
+  for (const auto* values : {&trace.margins, &trace.first_violations, &trace.q, &trace.v}) add_bits(*values, out);
+  for (const auto* parts : {&trace.margin_parts, &trace.violation_parts}) {
+    for (const int part : *parts) out += fmt::format("{} ", part);
+  }
+  add_bits(trace.events, out);
+  add_frame_bits(trace.telemetry, out);
+  return out;
+}
+
+}  // namespace graze::testing
