@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "sampling/elementary.h"
 #include "sampling/stream.h"
 #include "sampling/tail.h"
 
@@ -122,8 +123,8 @@ Distribution Distribution::log_uniform(double min, double max) {
   Distribution d;
   d.kind_ = Kind::log_uniform;
   d.a_ = min, d.b_ = max;
-  d.low_ = std::log(min);
-  d.span_ = std::log(max) - d.low_;
+  d.low_ = pinned::log(min);
+  d.span_ = pinned::log(max) - d.low_;
   return d;
 }
 
@@ -202,9 +203,9 @@ double Distribution::quantile(double u) const {
     case Kind::uniform:
       return std::min(a_ + u * (b_ - a_), b_);
     case Kind::log_normal:
-      return std::exp(a_ + b_ * normal_quantile(u));
+      return pinned::exp(a_ + b_ * normal_quantile(u));
     case Kind::log_uniform:
-      return std::clamp(std::exp(low_ + u * span_), a_, b_);
+      return std::clamp(pinned::exp(low_ + u * span_), a_, b_);
     case Kind::triangular: {
       const double width = c_ - a_;
       if (u * width < b_ - a_) return a_ + std::sqrt(u * width * (b_ - a_));

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "sampling/distribution.h"
+#include "sampling/elementary.h"
 
 namespace graze {
 namespace {
@@ -28,7 +29,7 @@ Moments truncated_moments(double low, double high) {
       sum += width * boost::math::quadrature::gauss<double, 20>::integrate(
                          [&](double s) {
                            const double t = begin + width * s;
-                           return std::exp(-0.5 * t * (t + 2.0 * c)) * f(t);
+                           return pinned::exp(-0.5 * t * (t + 2.0 * c)) * f(t);
                          },
                          0.0, 1.0);
     }
@@ -66,19 +67,19 @@ Moments empirical_moments(const std::vector<double>& x) {
 }
 
 Moments log_normal_moments(double log_mean, double log_std) {
-  const double s2 = log_std * log_std, mean = std::exp(log_mean + 0.5 * s2);
-  return {mean, mean * mean * std::expm1(s2)};
+  const double s2 = log_std * log_std, mean = pinned::exp(log_mean + 0.5 * s2);
+  return {mean, mean * mean * 2.0 * pinned::exp(0.5 * s2) * pinned::sinh(0.5 * s2)};  // 2 e^(s/2) sinh(s/2) = e^s - 1
 }
 
 // E x = (b - a) / L, E x^2 = (b^2 - a^2) / (2 L) with L = ln(b/a); about the mean, in r = L/2:
 // Var / (a b) = sinh(r) (r cosh(r) - sinh(r)) / r^2, the bracket by its series r^3/3 + r^5/30 while r is small.
 Moments log_uniform_moments(double a, double b) {
-  const double r = 0.5 * (std::log(b) - std::log(a));
+  const double r = 0.5 * (pinned::log(b) - pinned::log(a));
   if (r == 0) return {a, 0};
-  const double bracket =
-      r < 1e-2 ? r * r * r * (1.0 / 3.0 + r * r / 30.0 + r * r * r * r / 840.0) : r * std::cosh(r) - std::sinh(r);
+  const double sinh = pinned::sinh(r), cosh = sinh + pinned::exp(-r);
+  const double bracket = r < 1e-2 ? r * r * r * (1.0 / 3.0 + r * r / 30.0 + r * r * r * r / 840.0) : r * cosh - sinh;
   const double middle = std::sqrt(a) * std::sqrt(b);
-  return {middle * std::sinh(r) / r, middle * middle * std::sinh(r) * bracket / (r * r)};
+  return {middle * sinh / r, middle * middle * sinh * bracket / (r * r)};
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "sampling/distribution.h"
+#include "sampling/elementary.h"
 
 namespace graze {
 namespace {
@@ -62,11 +63,11 @@ double normal_quantile(double u) {
   if (std::abs(q) <= 0.425) return q * ratio(kA, kB, 0.180625 - q * q);
   const double tail = q < 0 ? u : 1.0 - u;
   if (tail <= 0) return std::copysign(std::numeric_limits<double>::infinity(), q);
-  const double r = std::sqrt(-std::log(tail));
+  const double r = std::sqrt(-pinned::log(tail));
   const double z = r <= 5.0 ? ratio(kC, kD, r - 1.6) : ratio(kE, kF, r - 5.0);
   return q < 0 ? -z : z;
 }
 
-double normal_cdf(double z) { return 0.5 * std::erfc(-z * 0.70710678118654752440); }
+double normal_cdf(double z) { return 0.5 * pinned::erfc(-z * 0.70710678118654752440); }
 
 }  // namespace graze

@@ -8,6 +8,7 @@
 
 #include "engine/settings/units.h"
 #include "engine/settings/warnings.h"
+#include "sampling/elementary.h"
 #include "scenarios/csv.h"
 #include "scenarios/keys.h"
 
@@ -92,7 +93,7 @@ class SpreadReader {
       value.fail(fmt::format("the median {:g}{} is not positive; a log-normal value is always > 0{}", median,
                              value.has("median") ? "" : " (the nominal value)",
                              value.has("median") ? "" : ": give it with median: …"));
-    return Distribution::log_normal(std::log(median), value.at("log_std").non_negative());
+    return Distribution::log_normal(pinned::log(median), value.at("log_std").non_negative());
   }
 
   Distribution log_uniform(const Settings& value) const {

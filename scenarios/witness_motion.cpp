@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/lanes/scalar.h"
 #include "scenarios/keys.h"
 #include "scenarios/names.h"
 #include "scenarios/witnesses.h"
@@ -124,7 +125,7 @@ class Tilt : public Witness {
       }
     }
     for (int l = 0; l < kLanes; ++l) {
-      if (in.lanes[l]) out[l] = below_ - std::atan2(std::sqrt(sine2[l]), cosine[l]);
+      if (in.lanes[l]) out[l] = below_ - pinned::atan2(std::sqrt(sine2[l]), cosine[l]);
     }
   }
 
@@ -302,8 +303,9 @@ ReadWitness read_tilt(const Settings& settings, const Model& nominal) {
   const double below = limit.positive(Quantity::angle);
   return {std::make_shared<Tilt>(nominal, frames, below),
           fmt::format("tilt of {} below {:g} rad", settings.at("link").text(), below), "rad",
-          least_of_frames(nominal, frames, {below - std::numbers::pi, below, kMostTilt, false},
-                          [&](const Pose& X) { return below - std::acos(std::clamp(X.linear()(2, 2), -1.0, 1.0)); })};
+          least_of_frames(nominal, frames, {below - std::numbers::pi, below, kMostTilt, false}, [&](const Pose& X) {
+            return below - pinned::acos(std::clamp(X.linear()(2, 2), -1.0, 1.0));
+          })};
 }
 
 ReadWitness read_height(const Settings& settings, const Model& nominal) {

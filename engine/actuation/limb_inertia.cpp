@@ -2,6 +2,8 @@
 
 #include <map>
 
+#include "engine/model/kinematics.h"
+
 namespace graze {
 
 std::vector<LimbInertia> limbs_of(const Model& model) {
@@ -36,7 +38,7 @@ void LimbInertia::evaluate(const Eigen::VectorXd& q, Eigen::MatrixXd& M) {
     if (link.prismatic) {
       own.p += q[i] * own.axis;
     } else {
-      own.R = own.R * Eigen::AngleAxisd(q[i], link.axis).toRotationMatrix();
+      own.R = own.R * rotation_about(link.axis, q[i]);
     }
     const Vec3 com = own.p + own.R * link.com;
     own.mass = link.mass;

@@ -13,7 +13,7 @@ const btTransform& pose(const Solid& solid) { return solid.object->getWorldTrans
 const Vec3& size(const Solid& solid) { return solid.collider->shape.size; }
 
 /// Two rim points of a cylinder's cap, a third of a turn from its lowest one, keep it from tipping over one point.
-constexpr double kThirdOfTurn = 2.0943951023931953;  // 2 pi / 3
+constexpr double kCosineOfThird = -0.5, kSineOfThird = 0.86602540378443865;
 
 void cylinder_points(const Solid& cylinder, const btVector3& down, std::vector<btVector3>& points) {
   const btTransform& X = pose(cylinder);
@@ -25,8 +25,9 @@ void cylinder_points(const Solid& cylinder, const btVector3& down, std::vector<b
   for (double end : {-half, half}) {
     const btVector3 centre = X.getOrigin() + axis * end;
     points.push_back(centre + lowest * radius);
-    for (double turn : {-kThirdOfTurn, kThirdOfTurn}) {
-      points.push_back(centre + lowest.rotate(axis, turn) * radius);
+    for (double sine : {-kSineOfThird, kSineOfThird}) {
+      points.push_back(centre +
+                       (lowest * kCosineOfThird + axis.cross(lowest) * sine) * radius);  // both across the axis
     }
   }
 }

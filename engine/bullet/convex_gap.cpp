@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "engine/bullet/convert.h"
+#include "engine/lanes/scalar.h"
 
 namespace graze::bullet {
 namespace {
@@ -225,7 +226,7 @@ Vec3 Convex::core_support(const Vec3& n) const {
     case ShapeKind::capsule:
       return {0, 0, 0.5 * size.y() * s.z()};
     case ShapeKind::cylinder: {
-      const double across = std::hypot(n.x(), n.y());
+      const double across = pinned::hypot(n.x(), n.y());
       const double scale = across > 1e-150 ? size.x() / across : 0;
       return {scale * n.x(), scale * n.y(), 0.5 * size.y() * s.z()};
     }

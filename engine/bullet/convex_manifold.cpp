@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "engine/contact/heightfield.h"
+#include "engine/lanes/scalar.h"
 
 namespace graze::bullet {
 namespace {
@@ -21,7 +22,7 @@ Polygon cap(const Convex& cylinder, double z) {
   Polygon out;
   for (int k = 0; k < 8; ++k) {
     const double angle = k * std::numbers::pi / 4;
-    out.emplace_back(cylinder.size.x() * std::cos(angle), cylinder.size.x() * std::sin(angle), z);
+    out.emplace_back(cylinder.size.x() * pinned::cos(angle), cylinder.size.x() * pinned::sin(angle), z);
   }
   return out;
 }
@@ -62,7 +63,7 @@ Polygon feature_along(const Convex& shape, const Vec3& n_W) {
   if (shape.kind == ShapeKind::box) out = box_feature(0.5 * s, n);
   if (shape.kind == ShapeKind::mesh) out = hull_feature(*shape.corners, n);
   if (shape.kind == ShapeKind::cylinder || shape.kind == ShapeKind::capsule) {
-    const double half = 0.5 * s.y(), across = std::hypot(n.x(), n.y());
+    const double half = 0.5 * s.y(), across = pinned::hypot(n.x(), n.y());
     const double end = n.z() < 0 ? -half : half;
     if (across < kAlong && shape.kind == ShapeKind::cylinder) {
       out = cap(shape, end);
@@ -138,7 +139,7 @@ struct Height {
 /// The part of `points` (a polygon or segment) to the left of from -> to (Sutherland and Hodgman).
 Polygon left_of(const Polygon& points, const Vec3& from, const Vec3& to) {
   Polygon out;
-  const double loose = kOnePoint * std::hypot(to.x() - from.x(), to.y() - from.y());
+  const double loose = kOnePoint * pinned::hypot(to.x() - from.x(), to.y() - from.y());
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Vec3 &p = points[i], &q = points[(i + 1) % points.size()];
     const double at_p = turn(from, to, p) + loose, at_q = turn(from, to, q) + loose;
@@ -197,7 +198,7 @@ int spread(const std::vector<Candidate>& candidates, const Across& across, doubl
     int best = -1;
     double most = -1e300;
     for (int i = 0; i < static_cast<int>(candidates.size()); ++i) {
-      const double along = std::cos(angle) * candidates[i].q.x() + std::sin(angle) * candidates[i].q.y();
+      const double along = pinned::cos(angle) * candidates[i].q.x() + pinned::sin(angle) * candidates[i].q.y();
       if (candidates[i].phi < margin && along > most + kOnePoint) {
         most = along;
         best = i;

@@ -15,6 +15,7 @@
 #include <limits>
 
 #include "engine/bullet/convert.h"
+#include "engine/lanes/scalar.h"
 
 namespace graze::bullet {
 namespace {
@@ -73,7 +74,7 @@ void make_shape(Solid& solid, HullCache& hulls) {
       break;
     case ShapeKind::cylinder:
       solid.shape = make_cylinder(size.x(), size.y());
-      solid.radius = std::hypot(size.x(), 0.5 * size.y());
+      solid.radius = pinned::hypot(size.x(), 0.5 * size.y());
       break;
     case ShapeKind::capsule:
       solid.shape = std::make_unique<btCapsuleShapeZ>(size.x(), size.y());

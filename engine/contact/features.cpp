@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 
+#include "engine/lanes/scalar.h"
 #include "engine/physics.h"
 
 namespace graze {
@@ -26,7 +27,7 @@ Feature box_feature(const Vec3& size, const Vec3& p, double tolerance) {
 }
 
 Feature cylinder_feature(const Vec3& size, const Vec3& p, double tolerance) {
-  const double from_side = std::abs(std::hypot(p.x(), p.y()) - size.x());
+  const double from_side = std::abs(pinned::hypot(p.x(), p.y()) - size.x());
   const double from_cap = std::abs(std::abs(p.z()) - 0.5 * size.y());
   if (from_side <= tolerance && from_cap <= tolerance) return Feature::rim;
   return from_cap < from_side ? Feature::cap : Feature::side;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/lanes/scalar.h"
+
 namespace graze {
 
 using Eigen::MatrixXd;
@@ -15,7 +17,7 @@ namespace {
 /// Unit tangent of edge k of `edges`.
 Vector2d edge_direction(int k, int edges) {
   const double angle = 2 * std::numbers::pi * k / edges;
-  return {std::cos(angle), std::sin(angle)};
+  return {pinned::cos(angle), pinned::sin(angle)};
 }
 
 /// F: impulses (3 per contact) of unit z; columns f_N, then f_F.

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "engine/control/rows.h"
+#include "engine/lanes/scalar.h"
 
 namespace graze {
 
@@ -70,11 +71,11 @@ class Waypoints : public Steering {
     if (next >= points_.size()) return;
     const Eigen::Vector2d way = points_[next] - here;
     const double turn = 2 * std::numbers::pi;
-    double angle = std::atan2(way.y(), way.x()) - observation.base_rpy(2, lane);
+    double angle = pinned::atan2(way.y(), way.x()) - observation.base_rpy(2, lane);
     angle -= turn * std::round(angle / turn);
     const bool facing = std::abs(angle) < std::numbers::pi / 4;
-    if (facing || holonomic_) command(kForward, lane) = forward_ * std::cos(angle);
-    if (holonomic_) command(kStrafe, lane) = strafe_ * std::sin(angle);
+    if (facing || holonomic_) command(kForward, lane) = forward_ * pinned::cos(angle);
+    if (holonomic_) command(kStrafe, lane) = strafe_ * pinned::sin(angle);
     command(kTurn, lane) = facing ? std::clamp(angle, -turn_, turn_) : std::copysign(turn_, angle);
   }
 

@@ -3,20 +3,22 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/lanes/scalar.h"
+
 namespace graze {
 
 namespace {
 
 constexpr double kParallel = 1e-9;  // on cosines; nominal axes are exact up to rounding
 
-double angle_of(const Eigen::Vector2d& v) { return std::atan2(v.y(), v.x()); }
+double angle_of(const Eigen::Vector2d& v) { return pinned::atan2(v.y(), v.x()); }
 
 /// Distance of the angles that a branch gives for the tip's place at the reference from the reference.
 double branch_error(const HipKneeView& leg, const Vec3& tip) {
   double q[3];
   bool reached = true;
   solve_hip_knee_freely(leg, Vec3T<double>{tip.x(), tip.y(), tip.z()}, q, reached);
-  return std::hypot(q[0] - leg.reference[0], q[1] - leg.reference[1], q[2] - leg.reference[2]);
+  return Vec3(q[0] - leg.reference[0], q[1] - leg.reference[1], q[2] - leg.reference[2]).norm();
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 #include "engine/control/joint_table.h"
 #include "engine/control/joint_values.h"
+#include "engine/lanes/scalar.h"
 
 namespace graze {
 
@@ -40,8 +41,9 @@ class Sinusoid : public Motion {
 
   Sample at(int joint, double t) const override {
     const double angle = frequency_[joint] * std::min(t, until_) + phase_[joint];
-    const double rate = t < until_ ? amplitude_[joint] * frequency_[joint] * std::cos(angle) : 0.0;
-    return {q0_[joint] + amplitude_[joint] * std::sin(angle), rate};
+    const auto [sine, cosine] = pinned::sin_cos(angle);
+    const double rate = t < until_ ? amplitude_[joint] * frequency_[joint] * cosine : 0.0;
+    return {q0_[joint] + amplitude_[joint] * sine, rate};
   }
 
  private:

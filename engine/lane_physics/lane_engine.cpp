@@ -11,6 +11,7 @@
 #include "engine/contact/constraint.h"
 #include "engine/lane_physics/culling.h"
 #include "engine/lanes/block.h"
+#include "engine/lanes/scalar.h"
 
 namespace graze {
 
@@ -85,7 +86,7 @@ double radius_of(const Shape& shape) {
     case ShapeKind::sphere:
       return shape.size.x();
     case ShapeKind::cylinder:
-      return std::hypot(shape.size.x(), 0.5 * shape.size.y());
+      return pinned::hypot(shape.size.x(), 0.5 * shape.size.y());
     case ShapeKind::capsule:
       return shape.size.x() + 0.5 * shape.size.y();
     default:

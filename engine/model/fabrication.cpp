@@ -9,6 +9,7 @@
 #include <set>
 #include <string_view>
 
+#include "engine/lanes/scalar.h"
 #include "engine/model/parameters.h"
 
 namespace graze {
@@ -40,8 +41,8 @@ Vec3 heading_zero(const Vec3& axis) {
 
 Vec3 tilted(const Vec3& axis, const AxisChange& change) {
   const Vec3 e1 = heading_zero(axis), e2 = axis.cross(e1);
-  const Vec3 toward = std::cos(change.heading) * e1 + std::sin(change.heading) * e2;
-  return (std::cos(change.tilt) * axis + std::sin(change.tilt) * toward).normalized();
+  const Vec3 toward = pinned::cos(change.heading) * e1 + pinned::sin(change.heading) * e2;
+  return (pinned::cos(change.tilt) * axis + pinned::sin(change.tilt) * toward).normalized();
 }
 
 [[noreturn]] void refuse(const Parameter& parameter, double value, const std::string& rule) {

@@ -23,6 +23,10 @@ Eigen::Matrix3Xd point_jacobian(const Model& model, const std::vector<Pose>& X_W
 /// Lowest world z of all colliders of the robot (not objects).
 double lowest_point(const Model& model, const std::vector<Pose>& X_WB);
 
+/// Of a turn by `angle` (rad) about the unit vector `axis`.
+Mat3 rotation_about(const Vec3& axis, double angle);
+
+/// R = Rz(yaw) Ry(pitch) Rx(roll), rpy = (roll, pitch, yaw), rad.
 Mat3 rotation_from_rpy(const Vec3& rpy);
 Vec3 rpy_from_rotation(const Mat3& R);
 

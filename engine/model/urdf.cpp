@@ -10,6 +10,7 @@
 #include <mutex>
 #include <set>
 
+#include "engine/model/kinematics.h"
 #include "engine/model/limits.h"
 #include "engine/model/mesh_files.h"
 #include "engine/model/mesh_size.h"
@@ -57,9 +58,9 @@ urdf::ModelInterfaceSharedPtr parse_with_urdfdom(const UrdfOutline& outline, con
 
 Vec3 vector(const urdf::Vector3& v) { return {v.x, v.y, v.z}; }
 
-Pose pose(const urdf::Pose& p) {
+Pose pose(const urdf::Pose& p, const UrdfOutline::Angles& rpy) {
   Pose X = Pose::Identity();
-  X.linear() = Quat(p.rotation.w, p.rotation.x, p.rotation.y, p.rotation.z).normalized().toRotationMatrix();
+  X.linear() = rotation_from_rpy({rpy[0], rpy[1], rpy[2]});
   X.translation() = vector(p.position);
   return X;
 }
@@ -101,11 +102,13 @@ class Builder {
     link.source = fmt::format("{}:{}", name_, entry.inertial_line ? entry.inertial_line : entry.line);
     for (std::size_t i = 0; i < from.collision_array.size(); ++i) {
       const urdf::Collision& collision = *from.collision_array[i];
-      add_geometry(*collision.geometry, pose(collision.origin), entry.collisions[i], link, link.collisions, true);
+      add_geometry(*collision.geometry, pose(collision.origin, entry.collisions[i].rpy), entry.collisions[i], link,
+                   link.collisions, true);
     }
     for (std::size_t i = 0; i < from.visual_array.size(); ++i) {
       const urdf::Visual& visual = *from.visual_array[i];
-      add_geometry(*visual.geometry, pose(visual.origin), entry.visuals[i], link, link.visuals, false);
+      add_geometry(*visual.geometry, pose(visual.origin, entry.visuals[i].rpy), entry.visuals[i], link, link.visuals,
+                   false);
     }
     link.inertia = from.inertial ? given_inertia(*from.inertial, entry) : inertia_of_shapes(link);
     return link;
@@ -197,7 +200,7 @@ class Builder {
     if (from.mass == 0) return {};
     Mat3 inertia;
     inertia << from.ixx, from.ixy, from.ixz, from.ixy, from.iyy, from.iyz, from.ixz, from.iyz, from.izz;
-    const Pose X_LI = pose(from.origin);
+    const Pose X_LI = pose(from.origin, entry.inertial_rpy);
     const MassMoments about_com = MassMoments::from_inertia(from.mass, Vec3::Zero(), physical(inertia, entry));
     return about_com.transformed(X_LI.linear(), X_LI.translation());
   }
@@ -233,7 +236,7 @@ class Builder {
     joint.parent = entry.parent;
     joint.child = entry.child;
     joint.source = fmt::format("{}:{}", name_, entry.line);
-    joint.X_PJ = pose(from.parent_to_joint_origin_transform);
+    joint.X_PJ = pose(from.parent_to_joint_origin_transform, entry.rpy);
     joint.type = type_of(from);
     if (joint.type == JointType::revolute || joint.type == JointType::prismatic) {
       joint.axis = vector(from.axis).normalized();

@@ -182,15 +182,21 @@ class Reader {
     if (!problem.empty()) fail(e.GetLineNum(), fmt::format("{}: <{}> {}: {}", where, e.Name(), attribute, problem));
   }
 
-  void read_origin(const XMLElement& parent, const std::string& where) {
+  /// Returns its rpy.
+  UrdfOutline::Angles read_origin(const XMLElement& parent, const std::string& where) {
+    UrdfOutline::Angles rpy{};
     const XMLElement* origin = parent.FirstChildElement("origin");
-    if (!origin) return;
+    if (!origin) return rpy;
     printer_.OpenElement("origin");
     if (origin->Attribute("xyz")) {
       for (double value : numbers(*origin, "xyz", 3, where)) check_length(*origin, "xyz", value, where);
     }
-    if (origin->Attribute("rpy")) numbers(*origin, "rpy", 3, where);
+    if (origin->Attribute("rpy")) {
+      const std::vector<double> angles = numbers(*origin, "rpy", 3, where);
+      std::copy(angles.begin(), angles.end(), rpy.begin());
+    }
     printer_.CloseElement();
+    return rpy;
   }
 
   // ---- links
@@ -216,7 +222,7 @@ class Reader {
     if (tag == "inertial") {
       if (link.inertial_line) fail(part.GetLineNum(), where + ": a second <inertial>; a link has at most one");
       link.inertial_line = part.GetLineNum();
-      read_inertial(part, where);
+      link.inertial_rpy = read_inertial(part, where);
     } else if (tag == "collision") {
       count(collisions_, kMaxShapes, part.GetLineNum(), "collision shapes");
       link.collisions.push_back(read_shape(part, where));
@@ -229,9 +235,9 @@ class Reader {
     }
   }
 
-  void read_inertial(const XMLElement& e, const std::string& where) {
+  UrdfOutline::Angles read_inertial(const XMLElement& e, const std::string& where) {
     printer_.OpenElement("inertial");
-    read_origin(e, where);
+    const UrdfOutline::Angles rpy = read_origin(e, where);
     printer_.OpenElement("mass");
     non_negative(child(e, "mass", where), "value", where);
     printer_.CloseElement();
@@ -241,6 +247,7 @@ class Reader {
     }
     printer_.CloseElement();
     printer_.CloseElement();
+    return rpy;
   }
 
   /// A picture of no size, which some files use to draw nothing.
@@ -258,11 +265,12 @@ class Reader {
   }
 
   UrdfOutline::ShapeEntry read_shape(const XMLElement& e, const std::string& where) {
-    UrdfOutline::ShapeEntry entry{e.GetLineNum(), false};
+    UrdfOutline::ShapeEntry entry;
+    entry.line = e.GetLineNum();
     const XMLElement* shape = child(e, "geometry", where).FirstChildElement();
     if (!shape) fail(e.GetLineNum(), fmt::format("{}: <{}> has an empty <geometry>", where, e.Name()));
     printer_.OpenElement(e.Name());
-    read_origin(e, where);
+    entry.rpy = read_origin(e, where);
     printer_.OpenElement("geometry");
     read_geometry(*shape, where, entry);
     printer_.CloseElement();
@@ -316,7 +324,7 @@ class Reader {
     printer_.OpenElement("joint");
     printer_.PushAttribute("name", joint.name.c_str());
     printer_.PushAttribute("type", joint.type.c_str());
-    read_origin(e, where);
+    joint.rpy = read_origin(e, where);
     print_link("parent", joint.parent);
     print_link("child", joint.child);
     read_axis(e, joint, where);

@@ -3,6 +3,7 @@
 // leniently and says neither where nor what; this pass does both, so that what it hands on (a clean document of exactly
 // the elements that matter) cannot surprise urdfdom.
 
+#include <array>
 #include <set>
 #include <string>
 #include <vector>
@@ -10,19 +11,25 @@
 namespace graze {
 
 struct UrdfOutline {
+  /// <origin rpy>, rad; urdfdom gives only quaternions of it, by the C library's sines.
+  using Angles = std::array<double, 3>;
+
   struct ShapeEntry {
     int line = 0;
     bool capsule = false;  // an extension that urdfdom does not know: handed on as a cylinder
+    Angles rpy{};
   };
   struct LinkEntry {
     std::string name;
     int line = 0;
     int inertial_line = 0;  // 0: no <inertial>
+    Angles inertial_rpy{};
     std::vector<ShapeEntry> collisions, visuals;
   };
   struct JointEntry {
     std::string name, type, parent, child;
     int line = 0;
+    Angles rpy{};
   };
 
   std::string robot;

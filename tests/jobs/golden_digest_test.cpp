@@ -49,7 +49,7 @@ class Table {
   void set(const std::string& name, const std::string& value) {
     rows_[name] = value;
     std::ofstream file(path_);
-    file << "# Digests of the shipped scenarios (golden_digest_test.cpp), which writes this file on request.\n";
+    file << "# Digests of results (golden_digest_test.cpp, which writes this file on request).\n";
     for (const auto& [key, text] : rows_) file << key << ": " << text << "\n";
   }
 
@@ -69,13 +69,15 @@ std::string digest_of(const Scenario& scenario) {
   return fmt::format("{:#018x}", name_hash(bits));
 }
 
-std::vector<std::filesystem::path> shipped_scenarios() {
+/// Those that are shipped, and one with the functions that these leave out.
+std::vector<std::filesystem::path> scenarios() {
   std::vector<std::filesystem::path> out;
   for (const auto& entry : std::filesystem::directory_iterator(testing::data("scenarios"))) {
     if (entry.path().extension() == ".yaml") out.push_back(entry.path());
   }
   std::sort(out.begin(), out.end());
   EXPECT_GE(out.size(), 8u);
+  out.push_back(std::filesystem::path(GRAZE_SOURCE_DIR) / "tests/jobs/golden_kinds.yaml");
   return out;
 }
 
@@ -105,16 +107,26 @@ Scenario load(const std::filesystem::path& path, std::vector<Override> overrides
   return load_scenario(path.string(), options);
 }
 
+// Run under other_c_library/math.cpp, which says so by this variable, the tests below show that no bit of a trace comes
+// from the C library. They would show nothing if it were not there.
+TEST(GoldenDigests, OfAnotherCLibraryWhereItIsAskedFor) {
+  if (std::getenv("GRAZE_OTHER_C_LIBRARY") == nullptr) GTEST_SKIP() << "this is the C library's own";
+  volatile double one = 1.0;
+  EXPECT_LT(std::sin(one), 0.8414709848078965);
+  EXPECT_LT(std::exp(one), 2.718281828459045);
+  EXPECT_LT(std::hypot(3 * one, 4 * one), 5.0);
+}
+
 // Sanitized builds run this one, which is short enough for them.
 TEST(GoldenDigests, FirstTenthOfASecond) {
-  for (const auto& path : shipped_scenarios()) {
+  for (const auto& path : scenarios()) {
     expect_golden(path.stem().string() + ", 0.1 s", load(path, {{"time.end", "0.1 s"}}));
   }
 }
 
 TEST(GoldenDigests, WholeRuns) {
   if (GRAZE_SANITIZED) GTEST_SKIP() << "too long for a sanitizer";
-  for (const auto& path : shipped_scenarios()) expect_golden(path.stem().string(), load(path, {}));
+  for (const auto& path : scenarios()) expect_golden(path.stem().string(), load(path, {}));
 }
 
 // Bullet and the C library have bits of their own: those of other versions are compared with nothing.
@@ -125,7 +137,7 @@ TEST(GoldenDigests, OfBullet) {
   if (table.at("bullet's libraries") != libraries) {
     GTEST_SKIP() << "the table is of " << table.at("bullet's libraries") << ", this is " << libraries;
   }
-  for (const auto& path : shipped_scenarios()) {
+  for (const auto& path : scenarios()) {
     expect_golden(path.stem().string() + ", bullet, 0.1 s",
                   load(path, {{"physics", "bullet"},
                               {"uncertain.contact.model", "{choice: [sequential_impulse, dantzig]}"},

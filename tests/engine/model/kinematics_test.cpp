@@ -126,6 +126,18 @@ double sampled_lowest(const Shape& shape, const Pose& X, std::mt19937& random) {
   return lowest;
 }
 
+// Turns by our own sines are Eigen's turns by the C library's.
+TEST(Kinematics, RotationsAboutAnAxisAreThoseOfEigen) {
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> normal;
+  for (int i = 0; i < 1000; ++i) {
+    const Vec3 axis = Vec3(normal(random), normal(random), normal(random)).normalized();
+    const double angle = 10 * normal(random);
+    const Mat3 expected = Eigen::AngleAxisd(angle, axis).toRotationMatrix();
+    EXPECT_LT((rotation_about(axis, angle) - expected).cwiseAbs().maxCoeff(), 1e-15) << angle;
+  }
+}
+
 // The closed forms of the lowest point agree with points sampled on the surfaces (which lie a little higher).
 TEST(Kinematics, LowestPoint) {
   std::mt19937 random(6);
