@@ -12,9 +12,11 @@
 #include <string>
 #include <vector>
 
-#include "archive/build_facts.h"
-#include "archive/trace.h"
-#include "scenarios/scenario.h"
+#include "scenarios/judgement.h"
+#include "scenarios/source.h"
+#include "simulation/build_facts.h"
+#include "simulation/names.h"
+#include "simulation/trace.h"
 
 namespace graze {
 
@@ -22,12 +24,6 @@ class DirectoryLock;
 struct UnfinishedTrace;
 
 inline constexpr int kArchiveFormatVersion = 1;
-
-/// The machine failed, or the campaign is not complete. Exit code 3. what() is the whole message.
-class MachineError : public std::runtime_error {
- public:
-  using std::runtime_error::runtime_error;
-};
 
 /// A campaign that stops by itself: what it was asked (graze run --until). No questions: it has a fixed size.
 struct UntilInfo {
@@ -45,7 +41,7 @@ struct ParticleRange {
 };
 
 /// Facts of a campaign that do not depend on its traces.
-struct CampaignInfo {
+struct CampaignInfo : TraceNames {
   std::string scenario_name, scenario_text, scenario_sha256, command_line, start_time;  // ISO 8601, UTC
   std::string program_version, program_revision, physics, design;
   std::uint64_t seed = 0;
@@ -66,25 +62,15 @@ struct CampaignInfo {
   std::vector<RequirementRow> requirements;  // measures last
   std::size_t deciding() const;              // requirements that are no measures
   std::string objective;
-  std::vector<RequirementRow> leaves;                         // witnesses of the objective, without names
-  std::vector<std::string> policies;                          // in scenario order
-  std::vector<std::string> colliders;                         // part names, by index in events
-  std::vector<std::string> bodies;                            // for joint-limit events
-  std::vector<std::string> links;                             // frames, by index in culprits
-  std::vector<std::string> q_names, v_names, actuator_names;  // columns of states and telemetry: "base.qw", "LF_X_1"
-  bool store_values = true;                                   // /particles/values is kept
-  std::string results_version;                                // of the program; empty in archives that do not know it
-  BuildFacts build;                                           // of the program that began it
+  std::vector<RequirementRow> leaves;  // witnesses of the objective, without names
+  std::vector<std::string> policies;   // in scenario order
+  bool store_values = true;            // /particles/values is kept
+  std::string results_version;         // of the program; empty in archives that do not know it
+  BuildFacts build;                    // of the program that began it
   UntilInfo until;
   ParticleRange part;     // that this directory is about (graze run --part)
   ScenarioSource source;  // every file that the scenario was read from; empty in archives without
 };
-
-/// Names what this program computes: programs of the same results version give the same bits ("epoch 1";
-/// results_epoch.h).
-std::string results_version();
-
-CampaignInfo describe_campaign(const Scenario& scenario, std::uint64_t particles, const std::string& command_line);
 
 /// Writes one campaign. Methods may be called from any thread (HDF5 is entered by one at a time).
 class CampaignWriter {

@@ -7,6 +7,7 @@
 #include "archive/culprit.h"
 #include "archive/files.h"
 #include "archive/replay_file.h"
+#include "simulation/results_epoch.h"
 
 namespace graze {
 namespace {

@@ -8,6 +8,7 @@
 #include "archive/files.h"
 #include "archive/kept.h"
 #include "archive/schema.h"
+#include "simulation/results_epoch.h"
 
 namespace graze {
 namespace {

@@ -9,7 +9,8 @@
 #include <filesystem>
 
 #include "archive/archive.h"
-#include "jobs/block_run.h"
+#include "jobs/describe_campaign.h"
+#include "simulation/block_run.h"
 
 namespace graze {
 namespace {

@@ -12,7 +12,7 @@
 #include "engine/bullet/convex_pairs.h"
 #include "engine/lane_physics/lane_engine.h"
 #include "engine/lane_physics/lane_physics.h"
-#include "jobs/block_run.h"
+#include "simulation/block_run.h"
 
 namespace {
 

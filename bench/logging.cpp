@@ -12,6 +12,7 @@
 #include <filesystem>
 
 #include "jobs/campaign.h"
+#include "jobs/describe_campaign.h"
 
 namespace graze {
 namespace {

@@ -7,40 +7,16 @@
 #include <string_view>
 #include <vector>
 
+#include "engine/contact_record.h"
 #include "engine/lanes/block.h"
 #include "engine/lanes/contact_rows.h"
 #include "engine/model/fabrication.h"
 
 namespace graze {
 
-/// Which part of a shape touches. Boxes: face, edge, vertex; cylinders: cap, side, rim; everything else: surface.
-enum class Feature : std::uint8_t { surface, top, bottom, side, edge, vertex, cap, rim };
-std::string_view feature_name(Feature feature);  // "side"
 /// Feature of the point p_G (shape's frame) on the surface of `shape`. `top` and `bottom` are a box's faces along its
 /// own +z and -z, `side` the other four; a point within `tolerance` of two faces is on an edge, of three on a vertex.
 Feature feature_of(const Shape& shape, const Vec3& p_G, double tolerance = 1e-4);
-
-/// What a contact point does while it presses. `slip`: the impulse lies on the friction cone (and the bodies slide, as
-/// far as the back end can tell). `roll`: it sticks, but moves over a round surface of radius r faster than kRollSpeed.
-/// With w the relative angular velocity of the bodies at the end of the step that speed is r |w - n (n . w)| on a
-/// sphere, and r |w . axis| on a capsule and on the side of a cylinder. `stick`: everything else.
-enum class ContactMode : std::uint8_t { stick, slip, roll };
-
-/// One contact point (or near point: phi > 0 and no impulse) after a step.
-struct Contact {
-  int a = 0, b = 0;  // colliders, a < b
-  Feature feature_a = Feature::surface, feature_b = Feature::surface;
-  Vec3 p_W = Vec3::Zero();        // point, world
-  Vec3 n_W = Vec3::UnitZ();       // unit normal from b to a
-  double phi = 0;                 // signed gap, m; negative: penetration
-  Vec3 impulse_W = Vec3::Zero();  // on a over the last step, N s
-  ContactMode mode = ContactMode::stick;
-  double age = 0;  // s from the first touch within the step to its end, 0..h (h: it touched at the beginning)
-
-  double normal_impulse() const { return impulse_W.dot(n_W); }
-  /// Bodies touch: they press on each other, or overlap.
-  bool touching() const { return phi <= 0 || normal_impulse() > 0; }
-};
 
 /// One contact point of a block after a step, in the lanes where it is.
 struct ContactPoint {

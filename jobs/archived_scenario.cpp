@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "simulation/results_epoch.h"
+
 namespace graze {
 namespace {
 

@@ -7,10 +7,10 @@
 #include <mutex>
 #include <utility>
 
-#include "jobs/contained.h"
 #include "jobs/hand_out.h"
-#include "jobs/particles.h"
 #include "jobs/workers.h"
+#include "simulation/contained.h"
+#include "simulation/particles.h"
 
 namespace graze {
 namespace {

@@ -13,6 +13,7 @@
 #include "jobs/option_values.h"
 #include "jobs/reading_verb.h"
 #include "jobs/replay.h"
+#include "simulation/results_epoch.h"
 
 namespace graze {
 namespace {

@@ -13,6 +13,7 @@
 #include "engine/settings/paths.h"
 #include "jobs/archived_scenario.h"
 #include "jobs/commands.h"
+#include "jobs/describe_campaign.h"
 #include "jobs/option_values.h"
 #include "jobs/simulate.h"
 #include "jobs/size_estimate.h"

@@ -18,7 +18,7 @@
 #include "archive/utf8.h"
 #include "jobs/commands.h"
 #include "jobs/option_values.h"
-#include "jobs/particles.h"
+#include "simulation/particles.h"
 
 namespace graze {
 namespace {

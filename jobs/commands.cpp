@@ -12,6 +12,7 @@
 #include "archive/archive.h"
 #include "archive/utf8.h"
 #include "jobs/option_values.h"
+#include "jobs/shipped.h"
 
 namespace graze {
 namespace {
@@ -44,7 +45,8 @@ void warn(const std::vector<std::string>& sentences) {
 }
 
 void ScenarioArguments::add_to(CLI::App& verb) {
-  verb.add_option("scenario", file, "Scenario file (YAML); - for standard input")->required();
+  verb.add_option("scenario", file, "Scenario file (YAML), or the name of a shipped one; - for standard input")
+      ->required();
   verb.add_option("--set", set, "Override a value of the scenario: PATH=VALUE, e.g. time.end='2 s' (may be repeated)")
       ->type_name("PATH=VALUE")
       ->allow_extra_args(false);
@@ -74,7 +76,7 @@ Scenario ScenarioArguments::load() const {
   ScenarioOptions options;
   options.ignore_missing_meshes = ignore_missing_meshes;
   options.overrides = overrides();
-  Scenario scenario = load_scenario(file, options);
+  Scenario scenario = load_scenario(scenario_file(file), options);
   warn(scenario.warnings);
   return scenario;
 }

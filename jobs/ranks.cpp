@@ -13,10 +13,10 @@
 #include "archive/unfinished.h"
 #include "jobs/archived_scenario.h"
 #include "jobs/commands.h"
-#include "jobs/contained.h"
 #include "jobs/crash.h"
 #include "jobs/signals.h"
 #include "jobs/until.h"
+#include "simulation/contained.h"
 
 namespace graze {
 namespace {

@@ -12,9 +12,10 @@
 #include "archive/reading_child.h"
 #include "engine/control/policy.h"
 #include "engine/physics.h"
-#include "jobs/contained.h"
-#include "jobs/particles.h"
-#include "jobs/step_recorder.h"
+#include "jobs/describe_campaign.h"
+#include "simulation/contained.h"
+#include "simulation/particles.h"
+#include "simulation/step_recorder.h"
 
 namespace graze {
 namespace {
@@ -80,7 +81,7 @@ TraceRecord simulate(const Scenario& scenario, int policy, Particle particle, Tr
   WorkUnit unit;
   unit.policy = policy;
   unit.particles.push_back(std::move(particle));
-  run.run(unit, observer);
+  run.run(unit, {.observer = observer});
   if (unit.records.empty()) throw MachineError(fmt::format("the trace has no end: {}", unit.unfinished.at(0).reason));
   return std::move(unit.records.front());
 }

@@ -11,6 +11,7 @@
 #include "archive/kept.h"
 #include "archive/utf8.h"
 #include "jobs/replay.h"
+#include "simulation/results_epoch.h"
 
 namespace graze {
 namespace {

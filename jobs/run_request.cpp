@@ -9,6 +9,7 @@
 #include "archive/files.h"
 #include "archive/info.h"
 #include "engine/settings/inputs.h"
+#include "jobs/describe_campaign.h"
 #include "jobs/simulate.h"
 #include "jobs/size_estimate.h"
 #include "jobs/until.h"

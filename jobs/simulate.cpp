@@ -15,10 +15,10 @@
 #include "archive/finished.h"
 #include "archive/shell_word.h"
 #include "jobs/commands.h"
-#include "jobs/contained.h"
 #include "jobs/option_values.h"
 #include "jobs/progress.h"
 #include "jobs/signals.h"
+#include "simulation/contained.h"
 
 namespace graze {
 namespace {

@@ -8,9 +8,9 @@
 #include <chrono>
 
 #include "archive/archive.h"
-#include "jobs/block_run.h"
-#include "jobs/particles.h"
 #include "jobs/progress.h"
+#include "simulation/block_run.h"
+#include "simulation/particles.h"
 
 namespace graze {
 namespace {

@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-#include "jobs/watchdog.h"
+#include "simulation/watchdog.h"
 
 namespace graze {
 

@@ -113,7 +113,7 @@ Distribution Distribution::log_normal(double log_mean, double log_std) {
   Distribution d;
   d.kind_ = Kind::log_normal;
   d.a_ = log_mean, d.b_ = log_std;
-  const double most = 0.999 * (std::log(kLargest) - log_mean) / farthest_normal();
+  const double most = 0.999 * (pinned::log(kLargest) - log_mean) / farthest_normal();
   return with_finite_draws(d, fmt::format("give a log_std of at most {:.3g}", most));
 }
 

@@ -112,7 +112,9 @@ class FreePose {
       const double middle = 0.5 * (blocked + far);
       (free(middle * direction) ? far : blocked) = middle;
     }
-    const double digit = std::pow(10, std::floor(std::log10(far)) - 1);
+    double digit = 1;  // the second of `far`
+    while (digit > 0.1 * far) digit /= 10;
+    while (digit <= 0.01 * far) digit *= 10;
     for (const double about : {0.999 * far, far}) {  // the halving ends a little too far
       const double rounded = std::ceil(about / digit) * digit;
       if (free(rounded * direction)) return rounded;

@@ -9,9 +9,9 @@
 
 #include "engine/control/policy.h"
 #include "engine/model/fabrication.h"
-#include "engine/settings/inputs.h"
 #include "engine/settings/settings.h"
 #include "sampling/design.h"
+#include "scenarios/source.h"
 #include "scenarios/task.h"
 
 namespace graze {
@@ -42,19 +42,6 @@ struct Recording {
   int every = 10;     // physics steps between frames
   double last = 0.5;  // s, with Telemetry::last
   bool events = true;
-};
-
-struct ScenarioOptions {
-  std::vector<Override> overrides;
-  bool ignore_missing_meshes = false;
-};
-
-/// What a scenario was read from: enough to read it again on another machine.
-struct ScenarioSource {
-  std::string file;    // as given
-  std::string folder;  // that relative paths began in
-  ScenarioOptions options;
-  InputFiles inputs;  // every file that was read
 };
 
 struct Scenario {

@@ -11,6 +11,7 @@
 
 #include "engine/physics.h"
 #include "engine/settings/settings.h"
+#include "scenarios/judgement.h"
 
 namespace graze {
 
@@ -46,21 +47,6 @@ struct WitnessRange {
   bool never_holds() const { return high < 0; }
 };
 
-/// When traces are looked at: at 0, step, 2 step, … end. A step of 0 stands for any time at all.
-struct TraceTimes {
-  double step = 0;                                       // s
-  double end = std::numeric_limits<double>::infinity();  // s
-};
-
-/// What the parts of a witness are numbers of. none: the witness is about one part, which needs no telling.
-enum class PartKind : std::uint8_t {
-  none,
-  link,   // index into Model::frames
-  joint,  // index into Model::actuated
-  pair    // a * Model::colliders.size() + b, two colliders, a < b
-};
-inline constexpr int kNoPart = -1;
-
 class Witness {
  public:
   virtual ~Witness() = default;
@@ -77,15 +63,6 @@ class Witness {
   virtual std::unique_ptr<WitnessMemory> remember() const { return nullptr; }
   /// Called once after each step, before evaluate(): for witnesses whose memory sums up what has been.
   virtual void follow(const WitnessInput& /*input*/) const {}
-};
-
-/// When a witness counts.
-struct Window {
-  double from = 0;                                      // s
-  double to = std::numeric_limits<double>::infinity();  // s
-  bool contains(double t) const { return t >= from && t <= to; }
-  /// Whether it contains a time at which traces are looked at.
-  bool opens(const TraceTimes& times) const;
 };
 
 /// A witness that must stay >= 0; or, as a measure, one that is watched in the same way and decides nothing.
@@ -112,9 +89,6 @@ struct Objective {
   std::vector<Objective> parts;            // inner nodes
 };
 
-/// Bits of a mask (TraceOutcome::kept).
-inline constexpr std::size_t kMostMeasures = 64;
-
 struct Task {
   std::vector<Requirement> requirements;  // measures last
   Objective objective;
@@ -132,12 +106,6 @@ Task read_task(const Settings& settings, const Model& nominal, const TraceTimes&
 
 /// Names of all witnesses ("tilt", "height", "no_contact", …), for help and the schema.
 std::vector<std::string> witness_names();
-
-/// Who is to blame for a margin.
-struct Culprit {
-  int leaf = -1;  // of an objective: index into leaves(); -1: it has none
-  int part = kNoPart;
-};
 
 /// Judges the traces of one block.
 class TaskMonitor {

@@ -11,29 +11,6 @@
 
 namespace graze {
 
-enum class EventKind : std::uint8_t {
-  contact_begin,
-  contact_end,
-  stick_to_slip,
-  slip_to_stick,
-  limit_begin,
-  limit_end,
-  stick_to_roll,
-  roll_to_stick,
-  slip_to_roll,
-  roll_to_slip
-};
-std::string_view event_kind_name(EventKind kind);
-
-struct Event {
-  double time = 0;  // s: the end of the step; contact_begin: of the first touch within it
-  EventKind kind = EventKind::contact_begin;
-  int a = 0, b = 0;  // colliders, a < b; for a joint limit: a = body, b = -1 lower, +1 upper
-  Feature feature_a = Feature::surface, feature_b = Feature::surface;
-  double impulse = 0;  // normal impulse over the step in which it happened, N s
-  Vec3 p_W = Vec3::Zero();
-};
-
 /// Follows the traces of a block. A pair of colliders is in contact while any of its points touches; its mode is that
 /// of its most loaded point. Contact has no hysteresis: it begins in the step in which touching() turns true and ends
 /// in the one in which it turns false, so a bouncing foot gives as many events as it has bounces. A joint limit begins

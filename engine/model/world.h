@@ -2,19 +2,15 @@
 // What a user describes: robots, objects, contact, initial state, sensors. A World holds the nominal numbers p0 by
 // name; fabrication perturbs a copy of it, and compile() turns it into a Model for the dynamics.
 
-#include <Eigen/Geometry>
 #include <limits>
 #include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
-namespace graze {
+#include "engine/model/geometry.h"
 
-using Vec3 = Eigen::Vector3d;
-using Mat3 = Eigen::Matrix3d;
-using Quat = Eigen::Quaterniond;
-using Pose = Eigen::Isometry3d;  // X_AB: pose of frame B in frame A
+namespace graze {
 
 /// A convex hull or triangle mesh, shared between particles (scaled per particle by Shape::size).
 struct Mesh {

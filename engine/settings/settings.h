@@ -20,6 +20,12 @@ class InputError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// The machine failed, or the campaign is not complete. Exit code 3. what() is the whole message.
+class MachineError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
 /// What a number measures; decides which units may be written behind it. The value read is always SI (rad for angles).
 enum class Quantity {
   dimensionless,         // also "%"

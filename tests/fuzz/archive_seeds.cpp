@@ -11,6 +11,7 @@
 #include <string>
 
 #include "archive/archive.h"
+#include "jobs/describe_campaign.h"
 
 namespace {
 

@@ -1,7 +1,7 @@
 // Claim: a particle that throws, takes too long or hangs harms nobody but itself. Its neighbours in the block have the
 // bits that they have without it; the one that throws is `invalid` with the reason, the others are left unfinished and
 // tried again by resume.
-#include "jobs/contained.h"
+#include "simulation/contained.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -20,8 +20,9 @@
 #include "archive/unfinished.h"
 #include "engine/control/policy.h"
 #include "jobs/campaign.h"
+#include "jobs/describe_campaign.h"
 #include "jobs/simulate.h"
-#include "jobs/watchdog.h"
+#include "simulation/watchdog.h"
 #include "tests/jobs/ball_campaign.h"
 
 namespace graze {

@@ -1,5 +1,5 @@
 // The results of the shipped scenarios are the bits that golden_digests.txt has: whoever moves one must say so, by
-// raising the epoch of results (archive/results_epoch.h). Every compiler's build runs this, so that the compilers
+// raising the epoch of results (simulation/results_epoch.h). Every compiler's build runs this, so that the compilers
 // agree, too.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -11,13 +11,13 @@
 #include <map>
 #include <sstream>
 
-#include "archive/build_facts.h"
-#include "archive/results_epoch.h"
 #include "sampling/stream.h"
+#include "simulation/build_facts.h"
+#include "simulation/results_epoch.h"
 #include "tests/jobs/program.h"
-#include "tests/jobs/trace_bits.h"
 #include "tests/jobs/traces.h"
 #include "tests/sanitized.h"
+#include "tests/trace_bits.h"
 
 namespace graze {
 namespace {
@@ -91,12 +91,12 @@ void expect_golden(const std::string& name, const Scenario& scenario) {
       return table.set(name, "epoch " + epoch + " " + digest);
     }
     FAIL() << name << ": the digest moved from " << golden << " to " << digest << ", but kResultsEpoch is " << epoch
-           << " still; raise it first (archive/results_epoch.h)";
+           << " still; raise it first (simulation/results_epoch.h)";
   }
   const std::string got = "epoch " + epoch + " " + digest;
   EXPECT_EQ(got, golden) << "RESULTS MOVED: scenario " << name << " gives " << digest << " where " << kTable << " has "
                          << golden
-                         << ". If it was on purpose, raise kResultsEpoch (archive/results_epoch.h) and update "
+                         << ". If it was on purpose, raise kResultsEpoch (simulation/results_epoch.h) and update "
                          << kTable << " by\n  " << kCommand;
 }
 

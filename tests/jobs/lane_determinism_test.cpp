@@ -9,10 +9,10 @@
 
 #include "archive/archive.h"
 #include "engine/lanes/isa.h"
-#include "jobs/block_run.h"
+#include "simulation/block_run.h"
 #include "tests/jobs/program.h"
-#include "tests/jobs/trace_bits.h"
 #include "tests/jobs/traces.h"
+#include "tests/trace_bits.h"
 
 namespace graze {
 namespace {

@@ -12,38 +12,27 @@
 
 #include "archive/hdf5.h"
 #include "jobs/campaign.h"
+#include "jobs/describe_campaign.h"
+#include "simulation/results_epoch.h"
 #include "tests/jobs/program.h"
+#include "tests/jobs/replay_campaign.h"
 
 namespace graze {
 namespace {
 
 using ::testing::AllOf;
+using testing::Balls;
 using ::testing::ContainsRegex;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
+using testing::read_csv;
+using testing::request;
+using testing::row;
+using testing::table;
 using testing::TemporaryFolder;
+using testing::write_campaign;
 namespace fs = std::filesystem;
-
-/// Runs a campaign into an archive; `change` may alter what is written of the campaign and of its traces.
-void write_campaign(
-    const fs::path& directory, const Scenario& scenario, std::uint64_t particles,
-    const std::function<void(CampaignInfo&)>& change_info = [](CampaignInfo&) {},
-    const std::function<void(TraceRecord&)>& change_trace = [](TraceRecord&) {}) {
-  CampaignInfo info = describe_campaign(scenario, particles, "test");
-  change_info(info);
-  CampaignWriter writer(directory, info, false);
-  CampaignOptions options;
-  options.particles = particles;
-  options.seed = scenario.seed;
-  options.threads = 2;
-  const auto crew = make_local_crew();
-  run_campaign(scenario, options, *crew, [&](int policy, std::vector<TraceRecord> traces, std::vector<double> values) {
-    for (TraceRecord& trace : traces) change_trace(trace);
-    writer.append(policy, std::move(traces), std::move(values));
-  });
-  writer.finish();
-}
 
 /// The curb on a back end, cut short; traces end one by one, so that lanes are refilled in the middle of others'
 /// traces.
@@ -57,27 +46,6 @@ Scenario curb_on(const std::string& physics, const std::string& stop_at_violatio
                        {"task.requirements.level", "{height: {link: BODY0, above: 17.5 cm}}"}};
   if (physics == "bullet") options.overrides.push_back({"uncertain.contact.model", "{choice: [dantzig]}"});
   return load_scenario(testing::data("scenarios/quadruped_curb.yaml"), options);
-}
-
-ReplayRequest request(const fs::path& archive, std::uint32_t particle, const std::string& policy) {
-  ReplayRequest out;
-  out.archive = archive.string();
-  out.particle = particle;
-  out.policy = policy;
-  out.record = true;
-  return out;
-}
-
-const FrameTable& table(const StepLog& log, const std::string& name) {
-  for (const FrameTable& one : log.tables) {
-    if (one.name == name) return one;
-  }
-  throw std::runtime_error(name);
-}
-
-std::vector<double> row(const FrameTable& table, std::size_t frame) {
-  const auto begin = table.values.begin() + static_cast<std::ptrdiff_t>(frame * table.columns.size());
-  return {begin, begin + static_cast<std::ptrdiff_t>(table.columns.size())};
 }
 
 /// Replays all traces of some policies; each must be the archive's, and its frames those that the archive recorded.
@@ -180,19 +148,6 @@ TEST(Replay, ContactsAgreeWithEvents) {
   EXPECT_GT(begun, 4);
 }
 
-/// A campaign of dropped balls, by the program; its scenario's files are gone afterwards.
-struct Balls {
-  TemporaryFolder folder;
-  explicit Balls(const std::string& extra = "", const std::string& arguments = "-n 12") {
-    testing::write_ball(folder, extra);
-    const testing::Result run = graze("run ball.yaml --quiet -o a.graze " + arguments);
-    EXPECT_EQ(run.code, 0) << run.err;
-    fs::remove(folder / "ball.yaml");
-    fs::remove(folder / "ball.urdf");
-  }
-  testing::Result graze(const std::string& arguments) const { return testing::graze(folder.path(), arguments); }
-};
-
 TEST(Replay, TellsTheTraceInWords) {
   const Balls balls;
   const testing::Result got = balls.graze("replay a.graze --particle 7 --policy still");
@@ -273,76 +228,6 @@ TEST(Replay, MeasuresUniformSpreadsByTheirOwnDistribution) {
   }
   EXPECT_GT(farthest, 1.5);
   EXPECT_LE(farthest, std::sqrt(3.0));
-}
-
-/// The whole numbers of a CSV file: [row][column], head first.
-std::vector<std::vector<std::string>> read_csv(const fs::path& file) {
-  std::vector<std::vector<std::string>> out;
-  std::istringstream in(testing::read_file(file));
-  for (std::string line; std::getline(in, line);) {
-    out.emplace_back();
-    std::istringstream cells(line);
-    for (std::string cell; std::getline(cells, cell, ',');) out.back().push_back(cell);
-  }
-  return out;
-}
-
-// The last row of a CSV export, read as text, has the bits of the archive's final state.
-TEST(Replay, CsvEndsInTheFinalState) {
-  const Balls balls;
-  ASSERT_EQ(balls.graze("replay a.graze --particle 3 -o out.csv").code, 0);
-  const std::optional<TraceRecord> want = Archive(balls.folder / "a.graze").trace("still", 3);
-  const auto rows = read_csv(balls.folder / "out.csv");
-  ASSERT_EQ(rows.size(), 52u) << "a head, the start and 50 steps";
-  std::vector<double> q, v;
-  for (std::size_t i = 0; i < rows[0].size(); ++i) {
-    if (rows[0][i].starts_with("q.")) q.push_back(std::stod(rows.back()[i]));
-    if (rows[0][i].starts_with("v.")) v.push_back(std::stod(rows.back()[i]));
-  }
-  EXPECT_EQ(q, want->q);
-  EXPECT_EQ(v, want->v);
-  EXPECT_EQ(rows[0][0], "time [s]");
-  EXPECT_EQ(std::stod(rows.back()[0]), want->end_time);
-  EXPECT_THAT(testing::read_file(balls.folder / "out.trace.csv"), HasSubstr("verification,identical"));
-  EXPECT_THAT(testing::read_file(balls.folder / "out.parameters.csv"), HasSubstr("initial.base.z,m,0,"));
-  EXPECT_THAT(testing::read_file(balls.folder / "out.contacts.csv"), HasSubstr("frame,time [s],a,b"));
-  EXPECT_THAT(testing::read_file(balls.folder / "out.events.csv"), HasSubstr("time [s],kind,a,b"));
-}
-
-TEST(Replay, Hdf5EndsInTheFinalState) {
-  const Balls balls;
-  ASSERT_EQ(balls.graze("replay a.graze --particle 3 -o out.h5").code, 0);
-  const std::optional<TraceRecord> want = Archive(balls.folder / "a.graze").trace("still", 3);
-  const hdf5::Lock lock;
-  const hdf5::Handle file = hdf5::open_for_reading(balls.folder / "out.h5");
-  const auto read = [&](const std::string& group, const hdf5::Spec& spec) {
-    return hdf5::read_column<double>(file.id(), group, spec, fs::file_size(balls.folder / "out.h5"));
-  };
-  const auto time = read("telemetry", {"time"});
-  ASSERT_EQ(time.size(), 51u);
-  EXPECT_EQ(time.back(), want->end_time);
-  const auto q = read("telemetry", {"q", hdf5::Type::f64, true, 7});
-  const auto v = read("telemetry", {"v", hdf5::Type::f64, true, 6});
-  EXPECT_EQ(std::vector<double>(q.end() - 7, q.end()), want->q);
-  EXPECT_EQ(std::vector<double>(v.end() - 6, v.end()), want->v);
-  EXPECT_EQ(hdf5::read_strings(file.id(), "names/q").at(6), "base.z");
-  EXPECT_EQ(hdf5::read_strings(file.id(), "units/q").at(6), "m");
-  EXPECT_EQ(read("requirements", {"margin"}), want->margins);
-  EXPECT_EQ(hdf5::read_count(file.id(), "digest"), want->digest);
-  EXPECT_EQ(hdf5::read_text(file.id(), "verification"), "identical");
-}
-
-TEST(Replay, OverwritesOnlyWhenForced) {
-  const Balls balls;
-  testing::write_file(balls.folder / "out.events.csv", "mine");
-  const testing::Result refused = balls.graze("replay a.graze --particle 3 -o out.csv");
-  EXPECT_EQ(refused.code, 2);
-  EXPECT_THAT(refused.err, AllOf(HasSubstr("out.events.csv: exists already"), HasSubstr("--force")));
-  EXPECT_FALSE(fs::exists(balls.folder / "out.csv"));
-  EXPECT_EQ(testing::read_file(balls.folder / "out.events.csv"), "mine");
-  EXPECT_EQ(balls.graze("replay a.graze --particle 3 -o out.csv --force").code, 0);
-  EXPECT_EQ(balls.graze("replay a.graze --particle 3 -o out.txt").code, 2);
-  EXPECT_EQ(balls.graze("replay a.graze --particle 3 -o out.csv/out.h5").code, 3);
 }
 
 TEST(Replay, MisspeltThingsAreNamed) {
@@ -462,36 +347,6 @@ TEST(Replay, ATraceThatThrewThrowsAgain) {
     ++thrown;
   }
   EXPECT_GT(thrown, 0);
-}
-
-// An export that memory would not hold is refused with the --every that fits; that keeps every K-th frame as it is.
-TEST(Replay, ExportsAreBounded) {
-  const TemporaryFolder folder;
-  testing::write_file(folder / "ball.urdf", testing::kBallUrdf);
-  testing::write_file(folder / "ball.yaml", testing::ball_scenario());
-  write_campaign(folder / "a.graze", load_scenario((folder / "ball.yaml").string()), 1);
-  ReplayRequest asked = request(folder / "a.graze", 0, "still");
-  const StepLog all = replay(asked).file.log;
-  asked.most_bytes = 20'000;
-  std::string message;
-  try {
-    replay(asked);
-  } catch (const InputError& error) {
-    message = error.what();
-  }
-  EXPECT_THAT(message, HasSubstr("--output: " + std::to_string(all.time.size()) + " frames take "));
-  const std::size_t at = message.find("--every ");
-  ASSERT_NE(at, std::string::npos) << message;
-  asked.every = static_cast<std::uint32_t>(std::stoul(message.substr(at + 8)));
-  asked.most_bytes = kMaxReplayBytes;
-  const Replay thinned = replay(asked);
-  EXPECT_TRUE(thinned.verified());
-  const StepLog& some = thinned.file.log;
-  ASSERT_EQ(some.time.size(), (all.time.size() - 1) / asked.every + 1);
-  for (std::size_t k = 0; k < some.time.size(); ++k) {
-    EXPECT_EQ(some.time[k], all.time[k * asked.every]);
-    EXPECT_EQ(row(table(some, "q"), k), row(table(all, "q"), k * asked.every));
-  }
 }
 
 // Every failure that `score` lists is replayed by the command that it lists.

@@ -7,8 +7,8 @@
 #include <set>
 #include <sstream>
 
-#include "jobs/particles.h"
-#include "jobs/step_recorder.h"
+#include "simulation/particles.h"
+#include "simulation/step_recorder.h"
 #include "tests/jobs/program.h"
 
 namespace graze {
@@ -30,9 +30,9 @@ struct Watched {
     scenario = load_scenario(testing::data("scenarios/quadruped_curb.yaml"), options);
     const ParticleSource source(scenario, 1, 8);
     const std::vector<Particle> particles = {source.fabricate(3, source.draw(3))};
-    const CampaignInfo info = describe_campaign(scenario, 8, "");
+    const TraceNames info = trace_names(scenario.model);
     StepRecorder recorder(scenario, info);
-    BlockRun(scenario, scenario.policies[3], 1).run(particles, nullptr, &recorder);
+    BlockRun(scenario, scenario.policies[3], 1).run(particles, nullptr, {.observer = &recorder});
     log = recorder.take();
   }
 

@@ -7,6 +7,7 @@
 
 #include "archive/unfinished.h"
 #include "jobs/shard_rate.h"
+#include "simulation/results_epoch.h"
 #include "tests/jobs/ball_campaign.h"
 #include "tests/jobs/process.h"
 

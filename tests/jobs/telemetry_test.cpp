@@ -1,5 +1,5 @@
 // Which frames of a trace are kept.
-#include "jobs/telemetry.h"
+#include "simulation/telemetry.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

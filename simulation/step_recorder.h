@@ -4,22 +4,23 @@
 #include <cstdint>
 #include <limits>
 
-#include "archive/replay_file.h"
-#include "jobs/block_run.h"
+#include "simulation/block_run.h"
+#include "simulation/names.h"
+#include "simulation/step_log.h"
 
 namespace graze {
 
 /// Watches a run of one particle. About 3 to 4 kB per frame of a quadruped.
 class StepRecorder : public TraceObserver {
  public:
-  /// `info`: describe_campaign() of the scenario. Both outlive this. Keeps one of `every` steps, and nothing more once
-  /// that takes more than `most` bytes.
-  StepRecorder(const Scenario& scenario, const CampaignInfo& info, std::uint32_t every = 1,
+  /// `names`: trace_names() of the scenario's model. Both outlive this. Keeps one of `every` steps, and ends the trace
+  /// once that takes more than `most` bytes.
+  StepRecorder(const Scenario& scenario, const TraceNames& names, std::uint32_t every = 1,
                double most = std::numeric_limits<double>::infinity())
-      : scenario_(scenario), info_(info), every_(every), most_(most) {}
-  void see(const StepView& step) override;
+      : scenario_(scenario), names_(names), every_(every), most_(most) {}
+  bool see(const StepView& step) override;
   /// What one frame takes without its contacts, in bytes.
-  static double frame_bytes(const Scenario& scenario, const CampaignInfo& info, const Controller& controller);
+  static double frame_bytes(const Scenario& scenario, const TraceNames& names, const Controller& controller);
   /// Takes memory for so many frames at once, of which a growing list would take twice as much.
   void expect(std::size_t frames) { expected_ = frames; }
   bool full() const { return full_; }
@@ -37,7 +38,7 @@ class StepRecorder : public TraceObserver {
   void append_contacts(const StepView& step);
 
   const Scenario& scenario_;
-  const CampaignInfo& info_;
+  const TraceNames& names_;
   const std::uint32_t every_;
   const double most_;         // bytes
   std::size_t expected_ = 0;  // frames

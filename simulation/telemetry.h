@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "archive/trace.h"
 #include "engine/lanes/block.h"
 #include "scenarios/scenario.h"
+#include "simulation/trace.h"
 
 namespace graze {
 

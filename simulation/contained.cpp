@@ -1,12 +1,11 @@
-#include "jobs/contained.h"
+#include "simulation/contained.h"
 
 #include <iterator>
 #include <limits>
 #include <new>
 #include <optional>
 
-#include "archive/archive.h"
-#include "jobs/particles.h"
+#include "simulation/particles.h"
 
 namespace graze {
 namespace {
@@ -60,9 +59,9 @@ struct ContainedRun::Attempt {
 ContainedRun::ContainedRun(const Scenario& scenario, std::uint64_t seed, TraceWatch& watch)
     : scenario_(scenario), seed_(seed), watch_(watch) {}
 
-void ContainedRun::run(WorkUnit& unit, TraceObserver* observer) {
+void ContainedRun::run(WorkUnit& unit, const RunOptions& options) {
   if (unit.particles.size() > 1 && !unit.alone) {
-    Attempt together = attempt(unit.policy, unit.particles, unit.cost, observer);
+    Attempt together = attempt(unit, 0, unit.particles.size(), options);
     if (!together.fault) {
       std::move(together.records.begin(), together.records.end(), std::back_inserter(unit.records));
       for (; !unit.done(); ++unit.next) keep_values(unit, unit.next);
@@ -71,28 +70,30 @@ void ContainedRun::run(WorkUnit& unit, TraceObserver* observer) {
     unit.alone = true;
   }
   for (; !unit.done(); ++unit.next) {
-    close(unit, attempt(unit.policy, std::span(unit.particles).subspan(unit.next, 1), unit.cost, observer));
+    close(unit, attempt(unit, unit.next, 1, options));
   }
 }
 
-ContainedRun::Attempt ContainedRun::attempt(int policy, std::span<const Particle> particles, RunCost& cost,
-                                            TraceObserver* observer) {
-  auto run = runs_.find(policy);
+/// Simulates `count` particles of a unit from `begin` on.
+ContainedRun::Attempt ContainedRun::attempt(WorkUnit& unit, std::size_t begin, std::size_t count, RunOptions options) {
+  auto run = runs_.find(unit.policy);
   if (run == runs_.end()) {
-    run = runs_.emplace(policy, BlockRun(scenario_, scenario_.policies[policy], seed_)).first;
+    run = runs_.emplace(unit.policy, BlockRun(scenario_, scenario_.policies[unit.policy], seed_)).first;
     run->second.watch(&watch_);
   }
+  const auto particles = std::span(unit.particles).subspan(begin, count);
+  if (!options.beginnings.empty()) options.beginnings = options.beginnings.subspan(begin, count);
   Attempt out;
   RunCost mine;
   std::exception_ptr thrown;
   watch_.enter();
   try {
-    out.records = run->second.run(particles, &mine, observer);
+    out.records = run->second.run(particles, &mine, options);
   } catch (...) {
     thrown = std::current_exception();
   }
   watch_.leave();
-  cost.steps += mine.steps;
+  unit.cost.steps += mine.steps;
   if (!thrown) return out;
   runs_.erase(run);
   out.fault = fault_of(thrown);

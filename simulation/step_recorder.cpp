@@ -1,4 +1,4 @@
-#include "jobs/step_recorder.h"
+#include "simulation/step_recorder.h"
 
 #include <fmt/format.h>
 
@@ -18,7 +18,7 @@ Units units_of(const Body& body) {
   return body.type == JointType::prismatic ? Units{"m", "m/s", "N"} : Units{"rad", "rad/s", "N m"};
 }
 
-std::vector<NamedColumn> position_columns(const Model& model, const CampaignInfo& info) {
+std::vector<NamedColumn> position_columns(const Model& model, const TraceNames& names) {
   std::vector<std::string> units;
   for (const Body& body : model.bodies) {
     if (body.type == JointType::floating) {
@@ -28,11 +28,11 @@ std::vector<NamedColumn> position_columns(const Model& model, const CampaignInfo
     }
   }
   std::vector<NamedColumn> out;
-  for (std::size_t i = 0; i < units.size(); ++i) out.push_back({info.q_names.at(i), units[i]});
+  for (std::size_t i = 0; i < units.size(); ++i) out.push_back({names.q_names.at(i), units[i]});
   return out;
 }
 
-std::vector<NamedColumn> velocity_columns(const Model& model, const CampaignInfo& info) {
+std::vector<NamedColumn> velocity_columns(const Model& model, const TraceNames& names) {
   std::vector<std::string> units;
   for (const Body& body : model.bodies) {
     if (body.type == JointType::floating) {
@@ -42,16 +42,16 @@ std::vector<NamedColumn> velocity_columns(const Model& model, const CampaignInfo
     }
   }
   std::vector<NamedColumn> out;
-  for (std::size_t i = 0; i < units.size(); ++i) out.push_back({info.v_names.at(i), units[i]});
+  for (std::size_t i = 0; i < units.size(); ++i) out.push_back({names.v_names.at(i), units[i]});
   return out;
 }
 
 /// One column per actuator; `unit` gives it of the actuator's joint.
 template <class Unit>
-std::vector<NamedColumn> actuator_columns(const Model& model, const CampaignInfo& info, const Unit& unit) {
+std::vector<NamedColumn> actuator_columns(const Model& model, const TraceNames& names, const Unit& unit) {
   std::vector<NamedColumn> out;
   for (std::size_t k = 0; k < model.actuated.size(); ++k) {
-    out.push_back({info.actuator_names.at(k), unit(units_of(model.bodies[model.actuated[k]]))});
+    out.push_back({names.actuator_names.at(k), unit(units_of(model.bodies[model.actuated[k]]))});
   }
   return out;
 }
@@ -91,10 +91,10 @@ std::vector<NamedColumn> effector_columns(const Model& model, const std::vector<
 }
 
 /// The groups of an Observation, in the order in which append_observation() fills them.
-void add_observation(const std::string& prefix, const Scenario& scenario, const CampaignInfo& info,
+void add_observation(const std::string& prefix, const Scenario& scenario, const TraceNames& names,
                      std::vector<FrameTable>& out) {
   const Model& model = scenario.model;
-  const auto actuators = [&](const auto& unit) { return actuator_columns(model, info, unit); };
+  const auto actuators = [&](const auto& unit) { return actuator_columns(model, names, unit); };
   const std::vector<std::string> xyz = {"x", "y", "z"}, rpy = {"roll", "pitch", "yaw"};
   std::vector<NamedColumn> links;
   for (const Frame& frame : model.frames) {
@@ -114,10 +114,10 @@ void add_observation(const std::string& prefix, const Scenario& scenario, const 
 }
 
 /// Targets that the tracker follows, in the order of append_targets().
-void add_targets(const std::string& prefix, const Scenario& scenario, const CampaignInfo& info,
+void add_targets(const std::string& prefix, const Scenario& scenario, const TraceNames& names,
                  const Controller& controller, std::vector<FrameTable>& out) {
   const Model& model = scenario.model;
-  const auto actuators = [&](const auto& unit) { return actuator_columns(model, info, unit); };
+  const auto actuators = [&](const auto& unit) { return actuator_columns(model, names, unit); };
   out.push_back({prefix + "tau", actuators([](const Units& u) { return u.torque; })});
   if (controller.kind() == TargetKind::joint) {
     out.push_back({prefix + "q", actuators([](const Units& u) { return u.position; })});
@@ -130,12 +130,12 @@ void add_targets(const std::string& prefix, const Scenario& scenario, const Camp
 }
 
 /// In the order in which StepRecorder::see() fills them.
-std::vector<FrameTable> tables(const Scenario& scenario, const CampaignInfo& info, const Controller& controller) {
+std::vector<FrameTable> tables(const Scenario& scenario, const TraceNames& names, const Controller& controller) {
   const Model& model = scenario.model;
-  const auto actuators = [&](const auto& unit) { return actuator_columns(model, info, unit); };
+  const auto actuators = [&](const auto& unit) { return actuator_columns(model, names, unit); };
   std::vector<FrameTable> out = {
-      {"q", position_columns(model, info)},
-      {"v", velocity_columns(model, info)},
+      {"q", position_columns(model, names)},
+      {"v", velocity_columns(model, names)},
       {"tau", actuators([](const Units& u) { return u.torque; })},
       {"command/tau", actuators([](const Units& u) { return u.torque; })},
       {"command/q", actuators([](const Units& u) { return u.position; })},
@@ -150,36 +150,37 @@ std::vector<FrameTable> tables(const Scenario& scenario, const CampaignInfo& inf
   std::vector<NamedColumn> inside;
   for (const auto& [name, unit] : controller.policy().inside()) inside.push_back({name, unit});
   out.push_back({"policy", inside});
-  add_observation("sensed/", scenario, info, out);
-  add_observation("truth/", scenario, info, out);
-  add_targets("targets/", scenario, info, controller, out);
-  add_targets("targets_in_force/", scenario, info, controller, out);
+  add_observation("sensed/", scenario, names, out);
+  add_observation("truth/", scenario, names, out);
+  add_targets("targets/", scenario, names, controller, out);
+  add_targets("targets_in_force/", scenario, names, controller, out);
   out.push_back({"effectors/x", effector_columns(model, controller.policy().effectors(), "m")});
   return out;
 }
 
 }  // namespace
 
-double StepRecorder::frame_bytes(const Scenario& scenario, const CampaignInfo& info, const Controller& controller) {
+double StepRecorder::frame_bytes(const Scenario& scenario, const TraceNames& names, const Controller& controller) {
   std::size_t numbers = 1;  // the time
-  for (const FrameTable& table : tables(scenario, info, controller)) numbers += table.columns.size();
+  for (const FrameTable& table : tables(scenario, names, controller)) numbers += table.columns.size();
   return static_cast<double>(numbers * sizeof(double));
 }
 
 void StepRecorder::begin(const Controller& controller) {
-  log_.tables = tables(scenario_, info_, controller);
-  frame_bytes_ = frame_bytes(scenario_, info_, controller);
+  log_.tables = tables(scenario_, names_, controller);
+  frame_bytes_ = frame_bytes(scenario_, names_, controller);
   if (static_cast<double>(expected_) * frame_bytes_ > most_) return;
   log_.time.reserve(expected_);
   for (FrameTable& table : log_.tables) table.values.reserve(expected_ * table.columns.size());
 }
 
-void StepRecorder::see(const StepView& step) {
-  if (step.step % every_ != 0 || full_) return;
+bool StepRecorder::see(const StepView& step) {
+  if (full_) return false;
+  if (step.step % every_ != 0) return true;
   if (log_.tables.empty()) begin(step.controller);
   const double contacts = static_cast<double>(log_.contacts.size()) * (sizeof(Contact) + sizeof(std::uint32_t));
   full_ = static_cast<double>(log_.time.size() + 1) * frame_bytes_ + contacts > most_;
-  if (full_) return;
+  if (full_) return false;
   const ActuatorCommand& command = step.command;
   log_.time.push_back(step.time);
   table_ = 0;
@@ -188,12 +189,13 @@ void StepRecorder::see(const StepView& step) {
   append(step.tau, step.lane);
   for (const BlockArray* part :
        {&command.tau, &command.q, &command.v, &command.kp, &command.kd, &command.ki, &command.prescribed}) {
-    step.step == 0 ? append_same(part->rows(), 0) : append(*part, step.lane);
+    step.step == step.first ? append_same(part->rows(), 0) : append(*part, step.lane);
   }
   append(step.requirements, step.lane);
   append(step.objective, step.lane);
   append_control(step);
   append_contacts(step);
+  return true;
 }
 
 void StepRecorder::append(const BlockArray& array, int lane) {
@@ -214,7 +216,7 @@ void StepRecorder::append_same(int rows, double value) {
 /// What the controller saw and wanted at the last control step; NaN before there was one.
 void StepRecorder::append_control(const StepView& step) {
   const std::size_t last = log_.tables.size() - 1;  // the effectors, which are true at any time
-  if (step.step == 0) {
+  if (step.step == step.first) {
     while (table_ < last) {
       append_same(static_cast<int>(log_.tables[table_].columns.size()), std::numeric_limits<double>::quiet_NaN());
     }

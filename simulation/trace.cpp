@@ -1,4 +1,4 @@
-#include "archive/trace.h"
+#include "simulation/trace.h"
 
 namespace graze {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "archive/trace.h"
+#include "simulation/trace.h"
 
 namespace graze::testing {
 

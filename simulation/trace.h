@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
-#include "engine/contact/events.h"
-#include "scenarios/task.h"
+#include "engine/contact_record.h"
+#include "scenarios/judgement.h"
 
 namespace graze {
 
@@ -68,6 +68,7 @@ struct TraceRecord {
   std::uint64_t digest = 0;  // of q, v and torques of every step: equal digests, equal traces
   std::string sequence;      // contact sequence, by named parts
   std::string invalid_reason;
+  bool stopped = false;  // whoever watched it ended it here, where it was judged; never in campaigns
   SolverLog solver;
   std::vector<Event> events;
   FrameLog telemetry;

@@ -1,4 +1,4 @@
-#include "jobs/watchdog.h"
+#include "simulation/watchdog.h"
 
 #include <algorithm>
 #include <chrono>

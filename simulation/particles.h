@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "archive/trace.h"
 #include "engine/model/derived.h"
 #include "scenarios/scenario.h"
+#include "simulation/trace.h"
 
 namespace graze {
 

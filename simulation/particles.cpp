@@ -1,4 +1,4 @@
-#include "jobs/particles.h"
+#include "simulation/particles.h"
 
 #include <fmt/format.h>
 

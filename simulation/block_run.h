@@ -8,11 +8,11 @@
 #include <span>
 #include <vector>
 
-#include "archive/trace.h"
 #include "engine/control/policy.h"
 #include "engine/sensing/sensors.h"
-#include "jobs/phases.h"
 #include "scenarios/scenario.h"
+#include "simulation/phases.h"
+#include "simulation/trace.h"
 
 namespace graze {
 
@@ -27,7 +27,8 @@ struct RunCost {
 struct StepView {
   int lane;
   std::uint32_t particle;
-  std::uint32_t step;              // physics steps done; 0 at the start
+  std::uint32_t step;              // physics steps done since t = 0
+  std::uint32_t first;             // at which the trace began: 0, unless it was given another Beginning
   double time;                     // s
   const BlockPhysics& physics;     // state and contacts
   const BlockArray& tau;           // [na], of the step; 0 at the start
@@ -44,7 +45,24 @@ struct StepView {
 class TraceObserver {
  public:
   virtual ~TraceObserver() = default;
-  virtual void see(const StepView& step) = 0;
+  /// At the start of a trace and after each of its steps. False: it has seen enough, and the trace ends here.
+  virtual bool see(const StepView& step) = 0;
+};
+
+/// Where a trace begins, other than at the scenario's initial state and t = 0. What happened before is forgotten: no
+/// contact is under way, solvers and policies start afresh, and requirements are judged from here on.
+struct Beginning {
+  double time = 0;  // s, a whole number of control periods and before the scenario's end
+  State state;      // q [nq], v [nv], see Model
+};
+
+/// Throws InputError unless each of so many particles has a beginning that a trace can have, or none is given.
+void check_beginnings(const Scenario& scenario, std::size_t particles, std::span<const Beginning> beginnings);
+
+/// How some particles are simulated.
+struct RunOptions {
+  TraceObserver* observer = nullptr;           // sees every step of every trace; without one nothing is gathered for it
+  std::span<const Beginning> beginnings = {};  // one per particle; none: all begin as the scenario says
 };
 
 class TraceWatch;
@@ -60,10 +78,10 @@ class BlockRun {
 
   /// From now on traces are shown to `watch` (which outlives this), and run() throws Overtime if it says so.
   void watch(TraceWatch* watch);
-  /// One record per particle, in the same order. `observer` sees every step of every trace; without one nothing is
-  /// gathered for it. What it throws leaves the object unusable.
+  /// One record per particle, in the same order. Throws InputError if a beginning is none that a trace can have. What
+  /// the observer throws leaves the object unusable.
   std::vector<TraceRecord> run(std::span<const Particle> particles, RunCost* cost = nullptr,
-                               TraceObserver* observer = nullptr);
+                               const RunOptions& options = {});
 
  private:
   struct Impl;

@@ -1,11 +1,11 @@
-// describe_campaign(): what an archive says about its scenario and program.
+#include "jobs/describe_campaign.h"
+
 #include <ctime>
 
-#include "archive/archive.h"
 #include "archive/culprit.h"
-#include "archive/results_epoch.h"
 #include "graze_version.h"
 #include "sampling/design_name.h"
+#include "simulation/results_epoch.h"
 
 namespace graze {
 namespace {
@@ -17,22 +17,6 @@ std::string now_utc() {
   char text[32];
   std::strftime(text, sizeof text, "%Y-%m-%dT%H:%M:%SZ", &parts);
   return text;
-}
-
-/// Columns of q and v in the order of Model: a floating body's pose and velocity under its name ("base" for the
-/// robot's), one column per joint under the joint's.
-void name_states(const Model& model, CampaignInfo& info) {
-  for (std::size_t i = 0; i < model.bodies.size(); ++i) {
-    const Body& body = model.bodies[i];
-    if (body.type != JointType::floating) {
-      info.q_names.push_back(body.joint);
-      info.v_names.push_back(body.joint);
-      continue;
-    }
-    const std::string name = i == 0 && model.floating_base ? "base" : body.name;
-    for (const char* part : {".qw", ".qx", ".qy", ".qz", ".x", ".y", ".z"}) info.q_names.push_back(name + part);
-    for (const char* part : {".wx", ".wy", ".wz", ".vx", ".vy", ".vz"}) info.v_names.push_back(name + part);
-  }
 }
 
 CampaignInfo::ParameterRow row_of(const UncertainParameter& parameter) {
@@ -47,10 +31,9 @@ CampaignInfo::ParameterRow row_of(const UncertainParameter& parameter) {
 
 }  // namespace
 
-std::string results_version() { return "epoch " + std::to_string(kResultsEpoch); }
-
 CampaignInfo describe_campaign(const Scenario& scenario, std::uint64_t particles, const std::string& command_line) {
   CampaignInfo info;
+  static_cast<TraceNames&>(info) = trace_names(scenario.model);
   info.scenario_name = scenario.name;
   info.scenario_text = scenario.text;
   info.scenario_sha256 = scenario.sha256;
@@ -78,11 +61,6 @@ CampaignInfo describe_campaign(const Scenario& scenario, std::uint64_t particles
   }
   info.objective = scenario.task.objective.name;
   for (const PolicySpec& policy : scenario.policies) info.policies.push_back(policy.name);
-  for (const Collider& collider : scenario.model.colliders) info.colliders.push_back(collider.name);
-  for (const Body& body : scenario.model.bodies) info.bodies.push_back(body.name);
-  for (const Frame& frame : scenario.model.frames) info.links.push_back(frame.name);
-  name_states(scenario.model, info);
-  for (const int body : scenario.model.actuated) info.actuator_names.push_back(scenario.model.bodies[body].joint);
   return info;
 }
 

@@ -1,12 +1,14 @@
-#include "jobs/block_run.h"
+#include "simulation/block_run.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <bit>
 #include <cmath>
 
-#include "jobs/telemetry.h"
-#include "jobs/watchdog.h"
 #include "sampling/stream.h"
+#include "simulation/telemetry.h"
+#include "simulation/watchdog.h"
 
 namespace graze {
 namespace {
@@ -72,6 +74,18 @@ class WatchedSensors {
   Observation sensed_, truth_;
 };
 
+/// The step at which a trace begins.
+std::uint32_t first_step(const Timing& timing, const Beginning& beginning) {
+  return static_cast<std::uint32_t>(std::round(beginning.time / timing.control)) *
+         static_cast<std::uint32_t>(timing.steps_per_control());
+}
+
+std::vector<Particle> begun_elsewhere(std::span<const Particle> particles, std::span<const Beginning> beginnings) {
+  std::vector<Particle> out(particles.begin(), particles.end());
+  for (std::size_t i = 0; i < out.size(); ++i) out[i].initial = beginnings[i].state;
+  return out;
+}
+
 }  // namespace
 
 struct BlockRun::Impl {
@@ -79,7 +93,8 @@ struct BlockRun::Impl {
   struct Lane {
     const Particle* particle = nullptr;
     TraceRecord* record = nullptr;
-    std::uint32_t step = 0;  // physics steps done
+    std::uint32_t step = 0;   // physics steps done, counted from t = 0
+    std::uint32_t first = 0;  // at which it began
   };
 
   const Scenario& scenario;
@@ -135,8 +150,8 @@ struct BlockRun::Impl {
     return out;
   }
 
-  void start(int lane, const Particle& particle, TraceRecord& record) {
-    lanes[lane] = {&particle, &record, 0};
+  void start(int lane, const Particle& particle, std::uint32_t first, TraceRecord& record) {
+    lanes[lane] = {&particle, &record, first, first};
     if (watch) watch->begin(lane);
     digests[lane] = particle.id;
     events.start(lane, particle.model);
@@ -149,12 +164,11 @@ struct BlockRun::Impl {
     for (int k = 0; k < tau.rows(); ++k) tau(k, lane) = 0;
     active.set(lane);
     telemetry.start(lane);
-    if (telemetry.on()) telemetry.take(lane, 0, false, false, frame_source());
+    if (telemetry.on()) telemetry.take(lane, first, false, false, frame_source());
     LaneMask fresh;
     fresh.set(lane);
     const LaneMask ended = judge(fresh);
-    if (observer) show(fresh);
-    finish(ended);
+    finish(LaneMask(ended.bits() | show(fresh, ended).bits()));
   }
 
   FrameSource frame_source() const { return {physics->state().q, physics->state().v, tau}; }
@@ -175,14 +189,20 @@ struct BlockRun::Impl {
     return LaneMask(faulty.bits() | over.bits() | stopped);
   }
 
-  void show(LaneMask some) {
+  /// Shows some lanes to the observer; returns those that it wants to end here. `ended`: those that end anyhow.
+  LaneMask show(LaneMask some, LaneMask ended) {
+    LaneMask enough;
+    if (!observer) return enough;
     monitor.values(witness_input(some), requirement_values, objective_values);
     for (int lane = 0; lane < kLanes; ++lane) {
       if (!some[lane]) continue;
-      observer->see({lane, lanes[lane].particle->id, lanes[lane].step, time(lane), *physics, tau, command,
-                     requirement_values, objective_values, lanes[lane].particle->model, controller, watched->sensed(),
-                     watched->truth()});
+      const bool more = observer->see({lane, lanes[lane].particle->id, lanes[lane].step, lanes[lane].first, time(lane),
+                                       *physics, tau, command, requirement_values, objective_values,
+                                       lanes[lane].particle->model, controller, watched->sensed(), watched->truth()});
+      enough.set(lane, !more);
+      lanes[lane].record->stopped = !more && !ended[lane];
     }
+    return enough;
   }
 
   /// Ends the traces of some lanes.
@@ -251,7 +271,7 @@ struct BlockRun::Impl {
 
   static void log_effort(Lane& lane, const SolverEffort& effort) {
     SolverLog& log = lane.record->solver;
-    log.mean_sweeps += (effort.sweeps - log.mean_sweeps) / lane.step;
+    log.mean_sweeps += (effort.sweeps - log.mean_sweeps) / (lane.step - lane.first);
     log.most_sweeps = std::max(log.most_sweeps, effort.sweeps);
     log.largest_residual = std::max(log.largest_residual, effort.residual);
     log.capped_steps += effort.at_most ? 1 : 0;
@@ -272,9 +292,9 @@ struct BlockRun::Impl {
     clock.ended(Phase::digest);
     events.update(times(), physics->contact_points(), physics->state(), active);
     clock.ended(Phase::events);
-    const LaneMask ended = judge(active);
+    LaneMask ended = judge(active);
     clock.ended(Phase::witnesses);
-    if (observer) show(active);
+    ended = LaneMask(ended.bits() | show(active, ended).bits());
     if (telemetry.on()) add_frames(ended);
     finish(ended);
     clock.ended(Phase::records);
@@ -297,6 +317,34 @@ struct BlockRun::Impl {
   }
 };
 
+void check_beginnings(const Scenario& scenario, std::size_t particles, std::span<const Beginning> beginnings) {
+  if (beginnings.empty()) return;
+  if (beginnings.size() != particles) {
+    throw InputError(fmt::format("{} beginnings for {} particles; each needs its own", beginnings.size(), particles));
+  }
+  const Model& model = scenario.model;
+  const Timing& timing = scenario.timing;
+  for (const auto& [time, state] : beginnings) {
+    const double periods = std::round(time / timing.control);
+    if (!(time >= 0 && time < timing.end) || std::abs(time - periods * timing.control) > 1e-9 * timing.control) {
+      throw InputError(
+          fmt::format("a trace cannot begin at {} s: it begins at a control step (every {} s) before the end ({} s)",
+                      time, timing.control, timing.end));
+    }
+    if (state.q.size() != model.nq || state.v.size() != model.nv || !state.q.allFinite() || !state.v.allFinite()) {
+      throw InputError(
+          fmt::format("a trace cannot begin in a state of {} positions and {} velocities; it has {} and "
+                      "{}, all finite",
+                      state.q.size(), state.v.size(), model.nq, model.nv));
+    }
+    for (const Body& body : model.bodies) {
+      if (body.type != JointType::floating || std::abs(state.q.segment<4>(body.q).norm() - 1) < 1e-6) continue;
+      throw InputError(fmt::format("a trace cannot begin with {} turned by a quaternion of length {}; it has length 1",
+                                   body.name, state.q.segment<4>(body.q).norm()));
+    }
+  }
+}
+
 BlockRun::BlockRun(const Scenario& scenario, const PolicySpec& policy, std::uint64_t seed)
     : impl_(std::make_unique<Impl>(scenario, policy, seed)) {}
 BlockRun::~BlockRun() = default;
@@ -304,10 +352,18 @@ BlockRun::BlockRun(BlockRun&&) noexcept = default;
 
 void BlockRun::watch(TraceWatch* watch) { impl_->watch = watch; }
 
-std::vector<TraceRecord> BlockRun::run(std::span<const Particle> particles, RunCost* cost, TraceObserver* observer) {
+std::vector<TraceRecord> BlockRun::run(std::span<const Particle> particles, RunCost* cost, const RunOptions& options) {
   Impl& run = *impl_;
-  run.observer = observer;
-  if (observer && !run.watched) run.watched.emplace(run.scenario, run.seed);
+  std::vector<Particle> moved;  // particles that begin elsewhere
+  std::vector<std::uint32_t> first(particles.size(), 0);
+  if (!options.beginnings.empty()) {
+    check_beginnings(run.scenario, particles.size(), options.beginnings);
+    for (std::size_t i = 0; i < first.size(); ++i) first[i] = first_step(run.scenario.timing, options.beginnings[i]);
+    moved = begun_elsewhere(particles, options.beginnings);
+    particles = moved;
+  }
+  run.observer = options.observer;
+  if (run.observer && !run.watched) run.watched.emplace(run.scenario, run.seed);
   std::vector<TraceRecord> records(particles.size());
   for (std::size_t i = 0; i < particles.size(); ++i) records[i].particle = particles[i].id;
   run.steps_done = 0;
@@ -317,7 +373,7 @@ std::vector<TraceRecord> BlockRun::run(std::span<const Particle> particles, RunC
     if (next < particles.size() && run.at_control_step()) {
       for (int lane = 0; lane < kLanes; ++lane) {
         while (!run.active[lane] && next < particles.size()) {
-          run.start(lane, particles[next], records[next]);
+          run.start(lane, particles[next], first[next], records[next]);
           ++next;
         }
       }

@@ -1,4 +1,4 @@
-#include "archive/build_facts.h"
+#include "simulation/build_facts.h"
 
 #include <fmt/format.h>
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <map>
 
-#include "jobs/block_run.h"
-#include "jobs/particles.h"
+#include "simulation/block_run.h"
+#include "simulation/particles.h"
 #include "tests/jobs/program.h"
 
 namespace graze {
@@ -28,7 +28,7 @@ std::vector<double> column(const BlockArray& array, int lane) {
 
 class Watcher : public TraceObserver {
  public:
-  void see(const StepView& step) override {
+  bool see(const StepView& step) override {
     Seen& seen = traces[step.particle];
     seen.steps.push_back(step.step);
     seen.time = step.time;
@@ -38,6 +38,7 @@ class Watcher : public TraceObserver {
     const std::vector<double> now = column(step.requirements, step.lane);
     if (seen.least.empty()) seen.least = now;
     for (std::size_t i = 0; i < now.size(); ++i) seen.least[i] = std::min(seen.least[i], now[i]);
+    return true;
   }
   std::map<std::uint32_t, Seen> traces;
 };
@@ -61,7 +62,7 @@ void check(const std::string& physics) {
   BlockRun run(scenario, scenario.policies.back(), 3);
   const std::vector<TraceRecord> unwatched = run.run(particles);
   Watcher watcher;
-  const std::vector<TraceRecord> watched = run.run(particles, nullptr, &watcher);
+  const std::vector<TraceRecord> watched = run.run(particles, nullptr, {.observer = &watcher});
   ASSERT_EQ(watcher.traces.size(), particles.size());
   std::map<double, int> ends;
   for (std::size_t i = 0; i < watched.size(); ++i) {

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "jobs/block_run.h"
-#include "jobs/watchdog.h"
+#include "simulation/block_run.h"
+#include "simulation/watchdog.h"
 
 namespace graze {
 
@@ -47,12 +47,12 @@ class ContainedRun {
   /// Goes on with a unit until it is done. If the block throws or takes too long its state is suspect: it is made anew
   /// and the particles are simulated one at a time (alone in a lane a trace has the same bits), so that only the guilty
   /// one is `invalid` or unfinished. Throws InputError if the policy's settings are wrong, MachineError, and GivenUp.
-  /// `observer` sees every step, again if particles are simulated again.
-  void run(WorkUnit& unit, TraceObserver* observer = nullptr);
+  /// An observer sees every step, again if particles are simulated again; `options.beginnings` as the unit's particles.
+  void run(WorkUnit& unit, const RunOptions& options = {});
 
  private:
   struct Attempt;
-  Attempt attempt(int policy, std::span<const Particle> particles, RunCost& cost, TraceObserver* observer);
+  Attempt attempt(WorkUnit& unit, std::size_t begin, std::size_t count, RunOptions options);
   void close(WorkUnit& unit, Attempt attempt);
 
   const Scenario& scenario_;

@@ -1,4 +1,4 @@
-#include "jobs/telemetry.h"
+#include "simulation/telemetry.h"
 
 #include <algorithm>
 #include <utility>

@@ -1,0 +1,42 @@
+# What `cmake --install` puts where: the program, its data, one shared library with the headers of its public face, and a
+# CMake package (docs/library.md).
+include(GNUInstallDirs)
+include(CMakePackageConfigHelpers)
+
+# Everything below the command line in one library, so that who links it need not know what it is made of.
+set(rooms sampling settings model physics control scenarios simulation archive analysis)
+if(TARGET graze_physics_AVX2)
+  list(APPEND rooms physics_AVX2 physics_AVX512 control_AVX2 control_AVX512)
+endif()
+list(TRANSFORM rooms REPLACE "(.+)" "$<TARGET_OBJECTS:graze_\\1>" OUTPUT_VARIABLE objects)
+add_library(graze_shared SHARED ${objects})
+set_target_properties(graze_shared PROPERTIES OUTPUT_NAME graze EXPORT_NAME graze LINKER_LANGUAGE CXX
+  VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
+target_link_libraries(graze_shared
+  PUBLIC Eigen3::Eigen fmt::fmt
+  PRIVATE yaml-cpp PkgConfig::URDFDOM PkgConfig::TINYXML2 PkgConfig::BULLET assimp::assimp OpenSSL::Crypto hdf5::hdf5
+    nlohmann_json::nlohmann_json Threads::Threads ${CMAKE_DL_LIBS})
+target_compile_features(graze_shared PUBLIC cxx_std_20)
+target_include_directories(graze_shared INTERFACE $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/graze>)
+# Who links it may compile for a newer processor; records hold Eigen types, whose layout must stay what it is here.
+target_compile_definitions(graze_shared INTERFACE EIGEN_MAX_ALIGN_BYTES=16
+  $<$<TARGET_EXISTS:graze_physics_AVX2>:GRAZE_X86_KERNELS>)
+
+install(TARGETS graze RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+install(TARGETS graze_shared EXPORT graze LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
+if(TARGET graze_mpi)
+  install(TARGETS graze_mpi LIBRARY DESTINATION lib/graze)  # where jobs/crew.cpp looks for it
+endif()
+install(DIRECTORY data/ DESTINATION ${CMAKE_INSTALL_DATADIR}/graze)
+foreach(folder sampling scenarios simulation archive analysis engine)
+  install(DIRECTORY ${folder} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/graze FILES_MATCHING PATTERN "*.h"
+    PATTERN "lane_physics" EXCLUDE PATTERN "bullet" EXCLUDE)
+endforeach()
+
+set(package ${CMAKE_INSTALL_LIBDIR}/cmake/graze)
+install(EXPORT graze NAMESPACE graze:: FILE grazeTargets.cmake DESTINATION ${package})
+configure_package_config_file(cmake/grazeConfig.cmake.in ${CMAKE_BINARY_DIR}/generated/grazeConfig.cmake
+  INSTALL_DESTINATION ${package} PATH_VARS CMAKE_INSTALL_DATADIR)
+write_basic_package_version_file(${CMAKE_BINARY_DIR}/generated/grazeConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${CMAKE_BINARY_DIR}/generated/grazeConfig.cmake ${CMAKE_BINARY_DIR}/generated/grazeConfigVersion.cmake
+  DESTINATION ${package})

@@ -1,0 +1,21 @@
+#pragma once
+// Scenarios that come with the program can be called by their names alone, wherever it is installed.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace graze {
+
+/// The folder of robots and scenarios that belongs to this program: $GRAZE_DATA; share/graze beside the folder that it
+/// is installed in; data/ of the source tree that it was built in. Empty: there is none.
+std::filesystem::path data_folder();
+
+/// Names of its scenarios, without ".yaml", sorted.
+std::vector<std::string> shipped_scenarios();
+
+/// What is meant by a scenario's file as given: the file itself if it is there, is "-" or names a folder; else the
+/// shipped scenario of that name ("pendulum", "pendulum.yaml"), if there is one; else the file, which is missing.
+std::string scenario_file(const std::string& given);
+
+}  // namespace graze

@@ -1,0 +1,195 @@
+// Claim: the simulator can be called. Simulations know nothing of each other; a trace has the bits that a campaign
+// gives it; it can be watched, ended early and begun from any state at any control step, in any company.
+#include "simulation/simulation.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <thread>
+
+#include "tests/jobs/program.h"
+#include "tests/trace_bits.h"
+
+namespace graze {
+namespace {
+
+using testing::bits_of;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+
+Scenario curb(const std::string& end = "0.15 s") {
+  ScenarioOptions options;
+  options.overrides = {{"time.end", end}};
+  return load_scenario(testing::data("scenarios/quadruped_curb.yaml"), options);
+}
+
+Scenario pendulum() { return load_scenario(testing::data("scenarios/pendulum.yaml")); }
+
+std::vector<std::string> bits(const std::vector<TraceRecord>& traces) {
+  std::vector<std::string> out;
+  for (const TraceRecord& trace : traces) out.push_back(bits_of(trace));
+  return out;
+}
+
+std::string message_of(const std::function<void()>& what) {
+  try {
+    what();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "(no error)";
+}
+
+/// Keeps the state of every step by particle; ends the traces of one particle at a step.
+class Keeper : public TraceObserver {
+ public:
+  bool see(const StepView& step) override {
+    State& state = states[{step.particle, step.step}];
+    const BlockState& all = step.physics.state();
+    state.q.resize(all.q.rows());
+    state.v.resize(all.v.rows());
+    for (int i = 0; i < all.q.rows(); ++i) state.q[i] = all.q(i, step.lane);
+    for (int i = 0; i < all.v.rows(); ++i) state.v[i] = all.v(i, step.lane);
+    return step.particle != ended || step.step < at;
+  }
+  std::map<std::pair<std::uint32_t, std::uint32_t>, State> states;
+  std::uint32_t ended = 0xffffffff, at = 0;
+};
+
+TEST(Simulation, GivesTheSameBitsBesideAnother) {
+  const Simulation legs(curb());
+  const Simulation rod(pendulum());
+  const std::string policy = legs.scenario().policies.front().name;
+  const auto expected_legs = bits(Simulator(legs, policy).run(0, 11));
+  const auto expected_rod = bits(Simulator(rod, rod.scenario().policies.front().name).run(0, 50));
+  std::vector<std::string> a, b, c;
+  const Simulation again(curb());
+  std::thread one([&] { a = bits(Simulator(legs, policy).run(0, 11)); });
+  std::thread two([&] { b = bits(Simulator(again, policy).run(0, 11)); });
+  std::thread three([&] { c = bits(Simulator(rod, rod.scenario().policies.front().name).run(0, 50)); });
+  one.join();
+  two.join();
+  three.join();
+  EXPECT_EQ(a, expected_legs);
+  EXPECT_EQ(b, expected_legs);
+  EXPECT_EQ(c, expected_rod);
+}
+
+TEST(Simulation, NamesTheNearestPolicy) {
+  const Simulation simulation(curb());
+  EXPECT_THAT(message_of([&] { Simulator(simulation, "step/3c"); }),
+              HasSubstr("step/3c: no such policy; nearest: step/3cm"));
+}
+
+TEST(Simulation, EndsTracesThatHaveBeenSeenEnough) {
+  const Simulation simulation(curb());
+  Simulator simulator(simulation, simulation.scenario().policies.front().name);
+  const std::vector<TraceRecord> whole = simulator.run(0, 9);
+  Keeper keeper;
+  keeper.ended = 4;
+  keeper.at = 7;
+  const std::vector<TraceRecord> cut = simulator.run(0, 9, {.observer = &keeper});
+  for (std::size_t i = 0; i < whole.size(); ++i) {
+    EXPECT_EQ(cut[i].stopped, i == 4);
+    if (i != 4) EXPECT_EQ(bits_of(cut[i]), bits_of(whole[i])) << i;
+  }
+  EXPECT_DOUBLE_EQ(cut[4].end_time, 7 * simulation.scenario().timing.step);
+  EXPECT_FALSE(keeper.states.contains({4, 8}));
+  EXPECT_EQ(cut[4].q, std::vector<double>(keeper.states[{4, 7}].q.begin(), keeper.states[{4, 7}].q.end()));
+}
+
+/// A ball in flight has no memory but its state: from any moment on it flies on with the same bits.
+TEST(Simulation, BeginsFromAnyStateAtAnyControlStep) {
+  testing::TemporaryFolder folder;
+  testing::write_ball(folder);
+  const Simulation simulation(load_scenario(folder / "ball.yaml"));
+  const std::string policy = simulation.scenario().policies.front().name;
+  Simulator simulator(simulation, policy);
+  Keeper keeper;
+  const std::vector<TraceRecord> whole = simulator.run(0, 12, {.observer = &keeper});
+  std::vector<Beginning> beginnings;
+  for (std::uint32_t i = 0; i < 12; ++i) beginnings.push_back({i * 1e-3, keeper.states[{i, i}]});
+  const std::vector<TraceRecord> later = simulator.run(0, 12, {.beginnings = beginnings});
+  for (std::uint32_t i = 0; i < 12; ++i) {
+    EXPECT_EQ(later[i].q, whole[i].q) << i;
+    EXPECT_EQ(later[i].v, whole[i].v) << i;
+    EXPECT_EQ(later[i].end_time, whole[i].end_time);
+    EXPECT_EQ(later[i].outcome, whole[i].outcome);
+    const Particle particle = simulation.particle(i);
+    const auto alone = Simulator(simulation, policy).run({&particle, 1}, {.beginnings = {&beginnings[i], 1}});
+    EXPECT_EQ(bits_of(alone.front()), bits_of(later[i])) << "alone";
+  }
+}
+
+/// On a robot with a gait, contacts and noise: the same bits in any company.
+TEST(Simulation, BeginsARobotInMotionTheSameInAnyCompany) {
+  const Simulation simulation(curb());
+  const std::string policy = simulation.scenario().policies.front().name;
+  Simulator simulator(simulation, policy);
+  Keeper keeper;
+  simulator.run(0, 10, {.observer = &keeper});
+  const auto per_control = static_cast<std::uint32_t>(simulation.scenario().timing.steps_per_control());
+  std::vector<Beginning> beginnings;
+  for (std::uint32_t i = 0; i < 10; ++i) {
+    const std::uint32_t step = 3 * (i % 4) * per_control;
+    beginnings.push_back({step * simulation.scenario().timing.step, keeper.states[{i, step}]});
+  }
+  const std::vector<TraceRecord> together = simulator.run(0, 10, {.beginnings = beginnings});
+  for (std::uint32_t i = 0; i < 10; ++i) {
+    const auto alone = Simulator(simulation, policy).run(i, 1, {.beginnings = {&beginnings[i], 1}});
+    EXPECT_EQ(bits_of(alone.front()), bits_of(together[i])) << i;
+    EXPECT_DOUBLE_EQ(together[i].end_time, simulation.scenario().timing.end) << together[i].invalid_reason;
+  }
+}
+
+TEST(Simulation, RefusesBeginningsThatNoTraceCanHave) {
+  const Simulation simulation(curb());
+  Simulator simulator(simulation, simulation.scenario().policies.front().name);
+  const State state = simulation.particle(0).initial;
+  const auto refused = [&](const Beginning& beginning) {
+    return message_of([&] { simulator.run(0, 1, {.beginnings = {&beginning, 1}}); });
+  };
+  EXPECT_THAT(refused({0.0001, state}), HasSubstr("cannot begin at 0.0001 s"));
+  EXPECT_THAT(refused({-0.01, state}), HasSubstr("cannot begin at -0.01 s"));
+  EXPECT_THAT(refused({0.15, state}), HasSubstr("before the end (0.15 s)"));
+  EXPECT_THAT(refused({std::nan(""), state}), HasSubstr("cannot begin at nan s"));
+  State wrong = state;
+  wrong.q.conservativeResize(3);
+  EXPECT_THAT(refused({0, wrong}), HasSubstr("a state of 3 positions"));
+  wrong = state;
+  wrong.v[0] = std::nan("");
+  EXPECT_THAT(refused({0, wrong}), HasSubstr("all finite"));
+  wrong = state;
+  wrong.q[0] = 3;
+  EXPECT_THAT(refused({0, wrong}), HasSubstr("quaternion of length"));
+  EXPECT_THAT(message_of([&] {
+                const std::vector<Beginning> two(2, Beginning{0, state});
+                simulator.run(0, 3, {.beginnings = two});
+              }),
+              HasSubstr("2 beginnings for 3 particles"));
+  EXPECT_EQ(bits_of(simulator.run(0, 1, {.beginnings = {}}).front()), bits_of(simulator.run(0, 1).front()));
+}
+
+TEST(Simulation, SaysWhyAParticleCannotBe) {
+  testing::TemporaryFolder folder;
+  testing::write_ball(folder);
+  ScenarioOptions options;
+  options.overrides = {{"uncertain.robot.link.ball.density", "{uniform: [-900, 900]}"}};
+  const Simulation simulation(load_scenario(folder / "ball.yaml", options));
+  const std::vector<TraceRecord> traces = Simulator(simulation, "still").run(0, 20);
+  ASSERT_EQ(traces.size(), 20u);
+  int impossible = 0;
+  for (std::uint32_t i = 0; i < 20; ++i) {
+    EXPECT_EQ(traces[i].particle, i);
+    if (traces[i].outcome != Outcome::invalid) continue;
+    ++impossible;
+    EXPECT_THAT(traces[i].invalid_reason, HasSubstr("robot.link.ball.density"));
+  }
+  EXPECT_GT(impossible, 0);
+  EXPECT_LT(impossible, 20);
+}
+
+}  // namespace
+}  // namespace graze
