@@ -4,6 +4,7 @@
 #include <string>
 
 #include "archive/archive.h"
+#include "scenarios/scenario.h"
 
 namespace graze {
 

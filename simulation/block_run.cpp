@@ -6,6 +6,7 @@
 #include <bit>
 #include <cmath>
 
+#include "engine/contact/events.h"
 #include "sampling/stream.h"
 #include "simulation/telemetry.h"
 #include "simulation/watchdog.h"

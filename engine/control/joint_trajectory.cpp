@@ -4,7 +4,9 @@
 // Amplitude, frequency and phase are numbers or maps of joint globs; after `until` the motion is frozen. Joints that
 // nothing is said about hold their nominal initial position.
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "engine/control/joint_table.h"
 #include "engine/control/joint_values.h"
@@ -82,27 +84,60 @@ class Table : public Motion {
   std::vector<int> column_;  // of each joint; -1: none
 };
 
+/// The samples of all joints at the times of control steps, each computed once for all lanes and traces.
+class SampledMotion {
+ public:
+  SampledMotion(std::unique_ptr<Motion> motion, const ControlContext& context)
+      : motion_(std::move(motion)), joints_(context.nominal.na()), period_(context.period) {
+    constexpr double kMost = 1 << 16;  // samples that are kept, 1 MB for each policy of each thread
+    const double most = std::max(1.0, std::floor(kMost / std::max(joints_, 1)));
+    const double steps = std::min(std::ceil(context.end / period_) + 1, most);
+    times_.resize(static_cast<std::size_t>(steps), std::numeric_limits<double>::quiet_NaN());
+    samples_.resize(times_.size() * static_cast<std::size_t>(joints_));
+  }
+
+  /// [joint], valid until the next call.
+  const Motion::Sample* at(double t) {
+    const auto step = static_cast<std::uint64_t>(std::max(0.0, std::round(t / period_)));
+    const std::size_t slot = step % times_.size();
+    Motion::Sample* const row = samples_.data() + slot * static_cast<std::size_t>(joints_);
+    if (times_[slot] != t) {
+      for (int k = 0; k < joints_; ++k) row[k] = motion_->at(k, t);
+      times_[slot] = t;
+    }
+    return row;
+  }
+
+ private:
+  std::unique_ptr<Motion> motion_;
+  const int joints_;
+  const double period_;                  // s
+  std::vector<double> times_;            // s, that each slot holds
+  std::vector<Motion::Sample> samples_;  // [slot][joint]
+};
+
 class JointTrajectory : public Policy {
  public:
-  explicit JointTrajectory(std::unique_ptr<Motion> motion) : motion_(std::move(motion)) {}
+  JointTrajectory(std::unique_ptr<Motion> motion, const ControlContext& context)
+      : motion_(std::move(motion), context) {}
 
   void start(int) override {}
   unsigned reads() const override { return 0; }
 
   void act(const Observation& observation, LaneMask active, Targets& targets) override {
-    for (int k = 0; k < targets.q.rows(); ++k) {
-      for (int lane = 0; lane < kLanes; ++lane) {
-        if (!active[lane]) continue;
-        const Motion::Sample sample = motion_->at(k, observation.time[lane]);
-        targets.q(k, lane) = sample.q;
-        targets.v(k, lane) = sample.v;
+    for (int lane = 0; lane < kLanes; ++lane) {
+      if (!active[lane]) continue;
+      const Motion::Sample* const samples = motion_.at(observation.time[lane]);
+      for (int k = 0; k < targets.q.rows(); ++k) {
+        targets.q(k, lane) = samples[k].q;
+        targets.v(k, lane) = samples[k].v;
         targets.tau(k, lane) = 0;
       }
     }
   }
 
  private:
-  std::unique_ptr<Motion> motion_;
+  SampledMotion motion_;
 };
 
 std::unique_ptr<Policy> make(const ControlContext& context, const Settings& settings, TargetKind kind) {
@@ -113,9 +148,10 @@ std::unique_ptr<Policy> make(const ControlContext& context, const Settings& sett
   if (settings.has("sinusoid") == settings.has("table")) {
     settings.fail("either `sinusoid` or `table` must stand here, and not both");
   }
-  if (settings.has("table")) return std::make_unique<JointTrajectory>(std::make_unique<Table>(context, settings));
+  if (settings.has("table"))
+    return std::make_unique<JointTrajectory>(std::make_unique<Table>(context, settings), context);
   if (settings.has("interpolation")) settings.at("interpolation").fail_key("belongs to a table, not to a sinusoid");
-  return std::make_unique<JointTrajectory>(std::make_unique<Sinusoid>(context, settings.at("sinusoid")));
+  return std::make_unique<JointTrajectory>(std::make_unique<Sinusoid>(context, settings.at("sinusoid")), context);
 }
 
 const PolicyRegistration registration("joint_trajectory", make);

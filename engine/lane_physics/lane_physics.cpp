@@ -20,100 +20,196 @@ BlockState state_of(const Model& model) {
 
 double* rows_of(BlockArray& array) { return array.rows() > 0 ? array.row(0) : nullptr; }
 
-StateRows rows_of(BlockState& state) {
-  return {rows_of(state.q), rows_of(state.v), rows_of(state.a), rows_of(state.X)};
-}
-
-/// Fills the state first, because the engine keeps pointers into it.
-StateRows prepare(BlockState& state, const Model& model) {
-  state = state_of(model);
-  return rows_of(state);
-}
+/// An engine of more lanes than a register holds spills, and takes twice as long for each.
+int best_width() { return chosen_isa() == Isa::avx2 ? 4 : kLanes; }
 
 }  // namespace
 
-LanePhysics::LanePhysics(const Model& nominal)
-    : engine_(nominal, kernel_of(chosen_isa(), kLanes), prepare(state_, nominal),
-              std::make_unique<bullet::ConvexPairs>(nominal, kLanes)) {}
+/// Lanes first … first + width - 1 of the block. An engine that has not all of them has rows of its own, [row][width],
+/// which are copied from and to the block's.
+struct LanePhysics::Part {
+  static constexpr int kInputs = 8;  // of a Drive
+
+  const int first, width;
+  std::vector<double> memory;  // of `state` and `inputs`
+  StateRows state{};
+  double* inputs[kInputs] = {};
+  std::unique_ptr<LaneEngine> engine;
+  bool stepped = false;  // in the last step
+
+  Part(int first_lane, int lanes, const BlockState& like, int na) : first(first_lane), width(lanes) {
+    int rows = kInputs * na;
+    for (const BlockArray* array : {&like.q, &like.v, &like.a, &like.X}) rows += array->rows();
+    memory.resize(static_cast<std::size_t>(rows) * width);
+    double* next = memory.data();
+    const auto take = [&](int count) {
+      double* const out = next;
+      next += static_cast<std::ptrdiff_t>(count) * width;
+      return out;
+    };
+    state = {take(like.q.rows()), take(like.v.rows()), take(like.a.rows()), take(like.X.rows())};
+    for (double*& input : inputs) input = take(na);
+  }
+
+  unsigned lanes_of(LaneMask mask) const { return mask.bits() >> first & ((1u << width) - 1u); }
+
+  /// The part's columns of an input.
+  const double* gather(int input, const BlockArray& array) {
+    double* to = inputs[input];
+    for (int i = 0; i < array.rows(); ++i, to += width) std::copy_n(array.row(i) + first, width, to);
+    return inputs[input];
+  }
+  void scatter(const double* from, BlockArray& array) const {
+    for (int i = 0; i < array.rows(); ++i, from += width) std::copy_n(from, width, array.row(i) + first);
+  }
+};
+
+LanePhysics::LanePhysics(const Model& nominal, int width) : width_(width > 0 ? width : best_width()) {
+  state_ = state_of(nominal);
+  const LaneKernel& kernel = kernel_of(chosen_isa(), width_);
+  for (int first = 0; first < kLanes; first += width_) {
+    Part& part = *parts_.emplace_back(std::make_unique<Part>(first, width_, state_, nominal.na()));
+    const StateRows block{rows_of(state_.q), rows_of(state_.v), rows_of(state_.a), rows_of(state_.X)};
+    part.engine = std::make_unique<LaneEngine>(nominal, kernel, whole() ? block : part.state,
+                                               std::make_unique<bullet::ConvexPairs>(nominal, width_));
+    take_state(part);
+  }
+}
+
+LanePhysics::~LanePhysics() = default;
+
+const LaneEngine& LanePhysics::engine(int lane) const {
+  return *parts_[static_cast<std::size_t>(lane / width_)]->engine;
+}
+
+void LanePhysics::take_state(const Part& part) {
+  if (whole()) return;
+  part.scatter(part.state.q, state_.q);
+  part.scatter(part.state.v, state_.v);
+  part.scatter(part.state.a, state_.a);
+  part.scatter(part.state.X, state_.X);
+}
 
 void LanePhysics::start(int lane, const Particle& particle) {
-  engine_.start(lane, particle.model, particle.initial);
+  const Part& part = *parts_[static_cast<std::size_t>(lane / width_)];
+  part.engine->start(lane % width_, particle.model, particle.initial);
+  take_state(part);
   for (ContactPoint& point : points_) point.lanes.set(lane, false);
   fault_[lane].reset();
 }
 
-void LanePhysics::step(double h, LaneMask active, const BlockArray& tau) {
-  for (int lane = 0; lane < kLanes; ++lane) {
-    if (fault_[lane]) active.set(lane, false);  // what is no longer physical stands still
-  }
-  engine_.step(h, active.bits(), tau.rows() > 0 ? tau.row(0) : nullptr);
-  report_contacts();
-  find_faults();
-}
-
-void LanePhysics::drive(double h, LaneMask active, const Drive& drive, DriveResult& result) {
+LaneMask LanePhysics::physical(LaneMask active) const {
   for (int lane = 0; lane < kLanes; ++lane) {
     if (fault_[lane]) active.set(lane, false);
   }
-  const int na = drive.tau.rows();
-  assert(na == engine_.block().na && result.torque.rows() == na && result.asked.rows() == na);
-  if (na == 0) {
-    engine_.step(h, active.bits(), nullptr);
-  } else {
-    // Prescribed motion is rare, and costs nothing where there is none.
-    bool prescribed = false;
-    for (int k = 0; k < na; ++k) {
-      for (int lane = 0; lane < kLanes; ++lane) prescribed |= drive.prescribed(k, lane) != 0;
-    }
-    const DriveView view{
-        drive.tau.row(0), drive.q.row(0),     drive.v.row(0),     drive.kp.row(0),
-        drive.kd.row(0),  drive.lower.row(0), drive.upper.row(0), prescribed ? drive.prescribed.row(0) : nullptr};
-    engine_.drive(h, active.bits(), view);
-  }
-  for (int k = 0; k < na; ++k) {
-    for (int lane = 0; lane < kLanes; ++lane) {
-      if (!active[lane]) continue;
-      // A row's impulse is at its bound to rounding.
-      result.torque(k, lane) = std::min(std::max(engine_.torque(k)[lane], drive.lower(k, lane)), drive.upper(k, lane));
-      result.asked(k, lane) = engine_.asked(k)[lane];
-    }
+  return active;
+}
+
+template <class Run>
+void LanePhysics::step_parts(LaneMask active, const Run& run) {
+  for (const auto& part : parts_) {
+    const unsigned lanes = part->lanes_of(active);
+    part->stepped = whole() || lanes != 0;
+    if (!part->stepped) continue;
+    run(*part, lanes);
+    take_state(*part);
   }
   report_contacts();
   find_faults();
 }
 
+void LanePhysics::step(double h, LaneMask active, const BlockArray& tau) {
+  step_parts(physical(active), [&](Part& part, unsigned lanes) {
+    const double* const rows = tau.rows() == 0 ? nullptr : whole() ? tau.row(0) : part.gather(0, tau);
+    part.engine->step(h, lanes, rows);
+  });
+}
+
+void LanePhysics::drive(double h, LaneMask active, const Drive& drive, DriveResult& result) {
+  active = physical(active);
+  const int na = drive.tau.rows();
+  assert(na == parts_[0]->engine->block().na && result.torque.rows() == na && result.asked.rows() == na);
+  if (na == 0) return step(h, active, drive.tau);
+  // Prescribed motion is rare, and costs nothing where there is none.
+  bool prescribed = false;
+  for (int k = 0; k < na; ++k) {
+    for (int lane = 0; lane < kLanes; ++lane) prescribed |= drive.prescribed(k, lane) != 0;
+  }
+  step_parts(active, [&](Part& part, unsigned lanes) {
+    int input = 0;
+    const auto rows = [&](const BlockArray& array) { return whole() ? array.row(0) : part.gather(input++, array); };
+    const DriveView view{
+        rows(drive.tau), rows(drive.q),     rows(drive.v),     rows(drive.kp),
+        rows(drive.kd),  rows(drive.lower), rows(drive.upper), prescribed ? rows(drive.prescribed) : nullptr};
+    part.engine->drive(h, lanes, view);
+  });
+  for (int k = 0; k < na; ++k) {
+    for (int lane = 0; lane < kLanes; ++lane) {
+      if (!active[lane]) continue;
+      const double torque = engine(lane).torque(k)[lane % width_];
+      // A row's impulse is at its bound to rounding.
+      result.torque(k, lane) = std::min(std::max(torque, drive.lower(k, lane)), drive.upper(k, lane));
+      result.asked(k, lane) = engine(lane).asked(k)[lane % width_];
+    }
+  }
+}
+
 SolverEffort LanePhysics::effort(int lane) const {
-  const SolverSettings& settings = engine_.block().settings;
-  const double sweeps = engine_.sweeps(lane), residual = engine_.residual(lane);
-  return {sweeps, residual, sweeps >= settings.most_sweeps && residual > settings.tolerance};
+  const SolverSettings& settings = engine(lane).block().settings;
+  const double most = settings.most_sweeps;
+  return {sweeps(lane), residual(lane), sweeps(lane) >= most && residual(lane) > settings.tolerance};
 }
 
 void LanePhysics::find_faults() {
-  if (engine_.suspect() == 0) return;
-  for (int lane = 0; lane < kLanes; ++lane) {
-    if (engine_.suspect() >> lane & 1) fault_[lane] = why_not_physical(lane);
+  for (const auto& part : parts_) {
+    if (!part->stepped || part->engine->suspect() == 0) continue;
+    for (int i = 0; i < width_; ++i) {
+      if (part->engine->suspect() >> i & 1) fault_[part->first + i] = why_not_physical(part->first + i);
+    }
   }
 }
 
 void LanePhysics::report_contacts() {
-  const LaneBlock& block = engine_.block();
   points_.clear();
+  if (!whole()) return report_contacts_of_parts();
+  const LaneBlock& block = parts_[0]->engine->block();
   for (int i = 0; i < block.contact_count; ++i) {
     const PairView& pair = block.pairs[block.report_pair[i]];
     points_.push_back({pair.a, pair.b, LaneMask(block.report_lanes[i]), block.report + i * kContactRows * kLanes});
   }
 }
 
+/// Each part's points become points of the block, its rows columns of theirs.
+void LanePhysics::report_contacts_of_parts() {
+  int count = 0;
+  for (const auto& part : parts_) count += part->stepped ? part->engine->block().contact_count : 0;
+  if (report_.rows() < count * kContactRows) report_ = BlockArray(2 * count * kContactRows);
+  int row = 0;
+  for (const auto& part : parts_) {
+    if (!part->stepped) continue;
+    const LaneBlock& block = part->engine->block();
+    for (int i = 0; i < block.contact_count; ++i, row += kContactRows) {
+      const double* from = block.report + static_cast<std::ptrdiff_t>(i) * kContactRows * width_;
+      for (int k = 0; k < kContactRows; ++k, from += width_)
+        std::copy_n(from, width_, report_.row(row + k) + part->first);
+      const PairView& pair = block.pairs[block.report_pair[i]];
+      points_.push_back({pair.a, pair.b, LaneMask(block.report_lanes[i] << part->first), report_.row(row)});
+    }
+  }
+}
+
 std::string LanePhysics::why_not_physical(int lane) const {
-  if (!std::isfinite(engine_.energy(lane))) return "state is not finite";
-  const double spin = std::sqrt(engine_.ledger(kSpin2, lane));
-  const double created = engine_.ledger(kCreated, lane);
-  const double tolerated = engine_.ledger(kLift, lane) + kCreatedShare * engine_.ledger(kPeak, lane);
+  if (!std::isfinite(energy(lane))) return "state is not finite";
+  const LaneEngine& of = engine(lane);
+  const int at = lane % width_;
+  const double spin = std::sqrt(of.ledger(kSpin2, at));
+  const double created = of.ledger(kCreated, at);
+  const double tolerated = of.ledger(kLift, at) + kCreatedShare * of.ledger(kPeak, at);
   if (created <= tolerated) {
     return fmt::format("a body turns at {:.4g} rad/s, more than an eighth of a turn per step", spin);
   }
   return fmt::format("{:.4g} J came out of nothing (tolerated: {:.4g} J), {:.4g} J of it in this step", created,
-                     tolerated, engine_.ledger(kRise, lane));
+                     tolerated, of.ledger(kRise, at));
 }
 
 }  // namespace graze

@@ -8,12 +8,13 @@
 #include "archive/hdf5.h"
 #include "archive/shard.h"
 #include "tests/archive/compare.h"
+#include "tests/trace_bits.h"
 
 namespace graze {
 namespace {
 
 using namespace synthetic;
-using testing::ElementsAre;
+using ::testing::ElementsAre;
 
 /// Writes the campaign in shards of our choosing: shard s holds the blocks b with b % shards == s, from the last to the
 /// first.
@@ -156,7 +157,7 @@ TEST(RoundTrip, DuplicatesMustAgree) {
     if (agree) {
       expect_policy(archive, 0, 8);
     } else {
-      EXPECT_THAT(message_of<InputError>([&] { archive.traces("step/1cm"); }), testing::HasSubstr("particle 5 "));
+      EXPECT_THAT(message_of<InputError>([&] { archive.traces("step/1cm"); }), ::testing::HasSubstr("particle 5 "));
     }
   }
 }
@@ -233,6 +234,26 @@ TEST(RoundTrip, ValuesMayBeLeftOut) {
   write(folder / "a.graze", facts);
   const Archive archive(folder / "a.graze");
   EXPECT_TRUE(archive.particle_values(0).empty());
+  write(folder / "b.graze", info());
+  const Archive with(folder / "b.graze");
+  EXPECT_FALSE(with.particle_values(0).empty());
+  for (const std::string& policy : with.info().policies) {
+    const TraceTable a = archive.traces(policy), b = with.traces(policy);
+    EXPECT_EQ(a.particle, b.particle);
+    EXPECT_EQ(a.outcome, b.outcome);
+    EXPECT_EQ(a.violated, b.violated);
+    EXPECT_EQ(a.end_time, b.end_time);
+    EXPECT_EQ(a.digest, b.digest);
+    EXPECT_EQ(a.sequence, b.sequence);
+    EXPECT_EQ(a.invalid_reason, b.invalid_reason);
+    EXPECT_EQ(archive.events(policy).size(), b.size());
+    for (const std::uint32_t particle : b.particle) {
+      std::string bits, wanted;
+      graze::testing::add_frame_bits(archive.telemetry(policy, particle), bits);
+      graze::testing::add_frame_bits(with.telemetry(policy, particle), wanted);
+      EXPECT_EQ(bits, wanted) << policy << ", particle " << particle;
+    }
+  }
   EXPECT_EQ(archive.traces("hold").size(), 40u);
 }
 

@@ -1,9 +1,11 @@
 // Claim: two independent back ends, the lane engine and Bullet, tell the same of the curb campaign within what chance
 // allows (docs/results.md has it for more particles and all policies); and with the gains that the original code's
 // driver leaves of its own the published robots go where they go there.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 
 #include "analysis/proportions.h"
 #include "tests/jobs/program.h"
@@ -41,15 +43,22 @@ Interval difference(const Count& a, const Count& b, double confidence) {
   return {p - q - std::hypot(p - A.low, B.high - q), p - q + std::hypot(A.high - p, q - B.low)};
 }
 
+// False alarms: equal rates are told apart by one seed in a hundred, for each of the two policies. Power, at 96 and 32
+// traces: rates near 17 % (93 %) that differ by 20 points are found 4 (6) times in ten, by 30 points 8 (9) times; with
+// GRAZE_LONG, at 400 and 200 traces, by 15 points 9 (9.9) times in ten.
 TEST(BackEnds, AgreeOnWhoCrossesTheCurb) {
+  const bool many = std::getenv("GRAZE_LONG") != nullptr;
   for (const char* policy : {"step/3cm", "step/4cm"}) {
-    const Count lanes = crossings("lanes", "[complementarity, complementarity_free]", policy, 96);
-    const Count bullet = crossings("bullet", "[sequential_impulse, dantzig, projected_gauss_seidel]", policy, 32);
+    const Count lanes = crossings("lanes", "[complementarity, complementarity_free]", policy, many ? 400 : 96);
+    const Count bullet =
+        crossings("bullet", "[sequential_impulse, dantzig, projected_gauss_seidel]", policy, many ? 200 : 32);
     EXPECT_EQ(lanes.invalid, 0u);
-    EXPECT_LE(bullet.invalid, 1u);
+    EXPECT_LE(bullet.invalid, bullet.traces / 32);
     const Interval apart = difference(lanes, bullet, 0.99);
-    EXPECT_LE(apart.low, 0) << policy << ": " << lanes.met << "/96 on lanes, " << bullet.met << "/32 on Bullet";
-    EXPECT_GE(apart.high, 0) << policy << ": " << lanes.met << "/96 on lanes, " << bullet.met << "/32 on Bullet";
+    const std::string text =
+        fmt::format("{}: {}/{} on lanes, {}/{} on Bullet", policy, lanes.met, lanes.traces, bullet.met, bullet.traces);
+    EXPECT_LE(apart.low, 0) << text;
+    EXPECT_GE(apart.high, 0) << text;
   }
 }
 

@@ -171,7 +171,7 @@ TEST_F(CommandLine, AnArchiveThatIsNoneOrCutShortIsRefused) {
   const std::string whole = read_file(folder / "a.h5");
   write_file(folder / "short.h5", whole.substr(0, whole.size() / 2));
   expect_refused(run("score short.h5"), 2, {"short.h5"});
-  expect_refused(run("score ."), 2, {"."});
+  expect_refused(run("score ."), 2, {"graze: .: ", "campaign"});
 }
 
 TEST_F(CommandLine, AFullDiskLosesNothingThatWasWritten) {

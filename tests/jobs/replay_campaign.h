@@ -67,7 +67,7 @@ struct Balls {
     fs::remove(folder / "ball.yaml");
     fs::remove(folder / "ball.urdf");
   }
-  Result graze(const std::string& arguments) const { return graze(folder.path(), arguments); }
+  Result graze(const std::string& arguments) const { return testing::graze(folder.path(), arguments); }
 };
 
 /// The whole numbers of a CSV file: [row][column], head first.

@@ -106,7 +106,7 @@ TEST_F(Tasks, JointWitnessesAreDistancesToTheUrdfsLimits) {
 // A joint that its stop holds is beyond it by what the solver leaves, on either side.
 TEST_F(Tasks, AJointAtItsStopKeepsItsLimits) {
   const std::string limits = "{joint_limits: {joints: hip}}", spare = "{joint_limits: {joints: hip, margin: 0.5}}";
-  for (const double beyond : {4e-15, 4e-12, 2e-9, 0.9e-6}) {
+  for (const double beyond : {4e-15, 4e-12, 2e-9, 0.9e-7}) {
     q_[q_of("hip")] = -1 - beyond;  // within [-1, 2]
     EXPECT_EQ(margin(limits), 0);
     q_[q_of("hip")] = 2 + beyond;
@@ -114,8 +114,8 @@ TEST_F(Tasks, AJointAtItsStopKeepsItsLimits) {
     q_[q_of("hip")] = 1.5 + beyond;
     EXPECT_EQ(margin(spare), 0);
   }
-  q_[q_of("hip")] = 2 + 1e-5;
-  EXPECT_NEAR(margin(limits), -1e-5, 1e-15) << "all of it, and not what goes beyond the tolerance";
+  q_[q_of("hip")] = 2 + 1.1e-7;
+  EXPECT_NEAR(margin(limits), -1.1e-7, 1e-15) << "all of it, and not what goes beyond the tolerance";
   q_[q_of("hip")] = 2 - 1e-12;
   EXPECT_NEAR(margin(limits), 1e-12, 1e-15);
 }

@@ -270,6 +270,8 @@ TEST(PrescribedMotion, KeepsTorqueLimits) {
     EXPECT_NEAR(driven.bench.q(1), 0, 1e-14);
   }
   EXPECT_TRUE(behind);
+  EXPECT_NEAR(driven.bench.q(0), 0.3, 1e-12) << "the joint has caught up, and follows exactly again";
+  EXPECT_LT(std::abs(driven.torque(0)), 0.3);
   EXPECT_EQ(driven.bench.fault(), "");
 }
 
