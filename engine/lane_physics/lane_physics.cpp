@@ -31,7 +31,7 @@ struct LanePhysics::Part {
   static constexpr int kInputs = 8;  // of a Drive
 
   const int first, width;
-  std::vector<double> memory;  // of `state` and `inputs`
+  LaneMemory memory;  // of `state` and `inputs`
   StateRows state{};
   double* inputs[kInputs] = {};
   std::unique_ptr<LaneEngine> engine;
@@ -40,7 +40,7 @@ struct LanePhysics::Part {
   Part(int first_lane, int lanes, const BlockState& like, int na) : first(first_lane), width(lanes) {
     int rows = kInputs * na;
     for (const BlockArray* array : {&like.q, &like.v, &like.a, &like.X}) rows += array->rows();
-    memory.resize(static_cast<std::size_t>(rows) * width);
+    memory.grow(static_cast<std::size_t>(rows) * width);
     double* next = memory.data();
     const auto take = [&](int count) {
       double* const out = next;
