@@ -135,6 +135,9 @@ Simplex nearest_face(const Simplex& simplex) {
     }
     if (!weigh(face)) continue;
     const double distance = face.nearest().squaredNorm();
+    // Four points hold zero, or one of their faces is nearer; what else comes out is the rounding of a flat
+    // tetrahedron.
+    if (face.count == 4 && distance > kApart * kApart) continue;
     if (distance < least) {
       least = distance;
       best = face;

@@ -47,12 +47,12 @@ def main():
         scenario = prefix / "share/graze/scenarios/pendulum.yaml"
         counted = run(user / "build/count", scenario, PARTICLES, folder=user, env=environment)
         graze = prefix / "bin/graze"
-        run(graze, "run", "pendulum", "-n", PARTICLES, "-o", "p.graze", "-q", folder=user, env=environment)
+        run(graze, "run", "pendulum", "-n", PARTICLES, "-o", "p.graze", "--quiet", folder=user, env=environment)
         score = json.loads(run(graze, "score", "p.graze", "--json", folder=user, env=environment))
         for policy in score["policies"]:
             line = next(l for l in counted.splitlines() if l.split()[0] == policy["policy"])
             found = [int(n) for n in re.findall(r"(\d+) (?=success|known|unknown|invalid)", line)]
-            wanted = [policy[key] for key in ("successes", "known_failures", "unknown_failures", "invalid")]
+            wanted = [policy[key] for key in ("success", "known_failure", "unknown_failure", "invalid")]
             assert found == wanted and sum(found) == PARTICLES, f"counted {found}, the campaign has {wanted}"
         refused = subprocess.run([user / "build/count", "nowhere.yaml", "3"], capture_output=True, text=True)
         assert refused.returncode == 2 and "nowhere.yaml" in refused.stderr, refused
