@@ -119,9 +119,7 @@ bool make_directory(const std::filesystem::path& path) {
   return true;
 }
 
-namespace {
-
-/// Temporary files of `name` that nobody has locked. Only names with the random digits count: others are the user's.
+// Only names with the random digits count: others are the user's.
 void remove_abandoned(const Directory& folder, const std::string& name) {
   try {
     for (const std::string& one : folder.names()) {
@@ -133,8 +131,6 @@ void remove_abandoned(const Directory& folder, const std::string& name) {
     // A folder that may be written and not listed: leftovers stay.
   }
 }
-
-}  // namespace
 
 NewFile::NewFile(Directory folder, std::string name)
     : folder_(std::move(folder)), name_(std::move(name)), file_(folder_.create_temporary(name_, temporary_)) {}

@@ -30,6 +30,9 @@ void check_ending(const std::filesystem::path& output, const std::string& what, 
 /// Creates a directory, if it is not there; its parent must be. Returns whether it did. Throws MachineError.
 bool make_directory(const std::filesystem::path& path);
 
+/// Removes temporary files of `name` that nobody has locked: what processes that were killed have left.
+void remove_abandoned(const Directory& folder, const std::string& name);
+
 /// A new file under a temporary name of its own; removed again unless it is published.
 class NewFile {
  public:

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "archive/failure_scan.h"
 #include "archive/outcome_scan.h"
@@ -50,8 +51,9 @@ class PartCheck {
     const std::string group = schema::traces_group(policy);
     const std::uint64_t rows = check_ids(group);
     check_outcomes(group, rows);
+    check_times(group, schema::end_time(), rows);
     for (const hdf5::Spec& spec :
-         {schema::end_time(), schema::objective_margin(), schema::margins(widths_), schema::first_violations(widths_),
+         {schema::objective_margin(), schema::margins(widths_), schema::first_violations(widths_),
           schema::final_q(widths_), schema::final_v(widths_)}) {
       read<double>(group, spec, rows);
     }
@@ -63,10 +65,27 @@ class PartCheck {
     const std::string events = schema::events_group(policy), telemetry = schema::telemetry_group(policy);
     const std::uint64_t all_events = flat_rows(events, rows), frames = flat_rows(telemetry, rows);
     for_each_piece(all_events, [&](std::uint64_t first, std::uint64_t count) {
-      read_events(part_, events, {all_events, first, count}, info_);
+      for (const Event& event : read_events(part_, events, {all_events, first, count}, info_)) {
+        check_time(events, "time", event.time);
+      }
     });
     if (frames == 0) return;
-    for (const hdf5::Spec& spec : schema::telemetry(widths_)) read<double>(telemetry, spec, frames);
+    for (const hdf5::Spec& spec : schema::telemetry(widths_)) {
+      if (spec.name == "time") check_times(telemetry, spec, frames);
+      if (spec.name != "time") read<double>(telemetry, spec, frames);
+    }
+  }
+
+  /// Of a trace whose simulation threw nobody knows when it ended: NaN.
+  void check_times(const std::string& group, const hdf5::Spec& spec, std::uint64_t rows) {
+    each<double>(group, spec, rows, [&](double time) {
+      if (!std::isnan(time) || spec.name != schema::end_time().name) check_time(group, spec.name, time);
+    });
+  }
+
+  void check_time(const std::string& group, const std::string& name, double time) {
+    if (time >= 0 && time <= info_.end * (1 + 1e-9)) return;
+    part_.fail(fmt::format("'{}/{}': {} s does not lie in a trace, 0 to {} s", group, name, time, info_.end));
   }
 
   std::uint64_t flat_rows(const std::string& group, std::uint64_t traces) {

@@ -7,6 +7,7 @@
 #include <cstring>
 #include <span>
 
+#include "archive/files.h"
 #include "archive/seal.h"
 
 namespace graze {
@@ -16,6 +17,7 @@ constexpr std::size_t kPending = std::size_t{1} << 20;
 
 Descriptor open_nameless(const std::filesystem::path& path) {
   const Directory folder = Directory::of_new(path);
+  remove_abandoned(folder, path.filename().string());  // a process may be killed between the next two calls
   std::string temporary;
   Descriptor file = folder.create_temporary(path.filename().string(), temporary);
   folder.remove(temporary);

@@ -18,7 +18,7 @@ int run(const RunArguments& arguments, const std::string& command_line) {
   const RunRequest request = prepare_run(arguments, command_line);
   check_space(arguments, request, request.directory, request.packed.has_value());
   const ParentFolders folders(request.directory);
-  CampaignWriter writer(request.directory, request.info, arguments.force);
+  CampaignWriter writer(request.directory, request.info, arguments.force && !request.packed);
   const std::filesystem::path made = request.packed.value_or(request.directory);
   Printing printing{arguments.json, arguments.quiet, request.packed ? made.string() : ""};
   if (request.packed) {

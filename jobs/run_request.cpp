@@ -8,6 +8,7 @@
 #include "analysis/sequential.h"
 #include "archive/files.h"
 #include "archive/info.h"
+#include "archive/shell_word.h"
 #include "engine/settings/inputs.h"
 #include "jobs/describe_campaign.h"
 #include "jobs/simulate.h"
@@ -25,6 +26,18 @@ struct Destination {
   std::optional<fs::path> packed;
 };
 
+/// Refuses a file whose campaign would be made in a directory that is there: --force is about the file alone.
+void check_is_free(const fs::path& directory, const fs::path& file) {
+  std::error_code error;
+  if (!fs::exists(fs::symlink_status(directory, error)) || fs::is_empty(directory, error)) return;
+  const std::string there = shell_path(directory.string());
+  throw InputError(
+      fmt::format("--output {0}: is made in {1}, which is there already: a campaign of its own, or what a run that was "
+                  "stopped has left; --force does not replace it. Choose another --output, or go on with it: 'graze "
+                  "resume {2}' and 'graze pack {2} -o {3}'",
+                  file.string(), directory.string(), there, shell_path(file.string())));
+}
+
 Destination destination(const RunArguments& arguments, const Scenario& scenario) {
   if (arguments.output.empty()) {
     const bool piped = scenario.file == kStandardInput;
@@ -34,7 +47,9 @@ Destination destination(const RunArguments& arguments, const Scenario& scenario)
   check_ending(output, "a campaign is a directory, or one HDF5 file", {".graze", ".h5"});
   if (ending_of(output) != ".h5") return {output, std::nullopt};
   check_new_file(output, arguments.force, {});
-  return {fs::path(output).replace_extension(".graze"), output};
+  const fs::path directory = fs::path(output).replace_extension(".graze");
+  check_is_free(directory, output);
+  return {directory, output};
 }
 
 /// Checks the questions of --until against the scenario; gives what the archive keeps of them.

@@ -56,6 +56,12 @@ inline double checked_length(const Settings& where, double length) {
   return length;
 }
 
+/// The same of a joint's angle and kMaxAngle.
+inline double checked_angle(const Settings& where, double angle) {
+  if (const std::string problem = angle_problem(angle); !problem.empty()) where.fail(problem);
+  return angle;
+}
+
 /// Where the number `i` of a list stands: its own place, or that of the whole if it is written as a text.
 inline Settings item_place(const Settings& list, std::size_t i) {
   const std::vector<Settings> items = list.items();

@@ -146,7 +146,9 @@ class WorldReader {
       for (const int i : match_names(value, pattern, names, "joint")) {
         const Quantity quantity = moving[i]->type == JointType::revolute ? angular : linear;
         const double number = value.number(quantity);
-        out[names[i]] = quantity == Quantity::length ? checked_length(value, number) : number;
+        if (quantity == Quantity::length) checked_length(value, number);
+        if (quantity == Quantity::angle) checked_angle(value, number);
+        out[names[i]] = number;
         if (&out == &world().initial.joint_position) doubt_position(value, *moving[i], out[names[i]]);
       }
     }

@@ -7,7 +7,9 @@
 #include <cmath>
 
 #include "engine/contact/events.h"
+#include "engine/model/limits.h"
 #include "sampling/stream.h"
+#include "simulation/names.h"
 #include "simulation/telemetry.h"
 #include "simulation/watchdog.h"
 
@@ -117,6 +119,7 @@ struct BlockRun::Impl {
   std::array<Lane, kLanes> lanes;
   Digests digests{};
   LaneMask active;
+  std::array<double, kLanes> farthest{};  // m or rad
   std::uint64_t steps_done = 0;
   PhaseClock clock;
   TraceObserver* observer = nullptr;
@@ -178,11 +181,34 @@ struct BlockRun::Impl {
     return {physics->state(), physics->contact_points(), tau, actuators.headroom(), times(), of};
   }
 
+  /// Whether a body or joint is where neither gaps nor turns can be told any more (engine/model/limits.h).
+  bool is_astray(int lane) const { return farthest[lane] > std::min(kMaxLength, kMaxAngle); }
+
+  /// Largest of the coordinates of each lane, m or rad.
+  void find_farthest() {
+    const BlockArray& q = physics->state().q;
+    farthest.fill(0);
+    for (int i = 0; i < q.rows(); ++i) {
+      const double* row = q.row(i);
+      for (int lane = 0; lane < kLanes; ++lane) farthest[lane] = std::max(farthest[lane], std::abs(row[lane]));
+    }
+  }
+
+  std::string why_astray(int lane) const {
+    const TraceNames names = trace_names(scenario.model);
+    const BlockArray& q = physics->state().q;
+    int i = 0;
+    while (std::abs(q(i, lane)) < farthest[lane]) ++i;
+    return fmt::format("{} is {:.4g}, beyond {:g} m or rad, where rounding hides gaps and turns", names.q_names.at(i),
+                       q(i, lane), std::min(kMaxLength, kMaxAngle));
+  }
+
   /// Looks at some lanes after a step (or at their start); gives those whose traces end here.
   LaneMask judge(LaneMask of) {
+    find_farthest();
     LaneMask faulty, over;
     for (int lane = 0; lane < kLanes; ++lane) {
-      faulty.set(lane, of[lane] && physics->fault(lane));
+      faulty.set(lane, of[lane] && (physics->fault(lane) || is_astray(lane)));
       over.set(lane, of[lane] && static_cast<int>(lanes[lane].step) >= total_steps);
     }
     const LaneMask violated = monitor.update(witness_input(LaneMask(of.bits() & ~faulty.bits())));
@@ -230,9 +256,9 @@ struct BlockRun::Impl {
     record.events = events.take(lane);
     record.sequence = contact_sequence(scenario.model, record.events);
     record.objective_margin = monitor.objective_margin(lane);
-    if (physics->fault(lane)) {
+    if (physics->fault(lane) || is_astray(lane)) {
       record.outcome = Outcome::invalid;
-      record.invalid_reason = *physics->fault(lane);
+      record.invalid_reason = physics->fault(lane) ? *physics->fault(lane) : why_astray(lane);
       record.objective_margin = std::numeric_limits<double>::quiet_NaN();
       record.objective_culprit = {};
     } else if (monitor.violated(lane) >= 0) {

@@ -44,6 +44,9 @@ inline constexpr std::size_t kMaxHullWork = 1'000'000'000;
 /// Lengths of shapes, and coordinates of places, m. A double has 53 bits, so that near 1e6 m its neighbours are 1.2e-10
 /// m apart: gaps keep a tenth of a nanometre, and the smallest overlap that is told is 1e-9 m.
 inline constexpr double kMaxLength = 1e6;
+/// Angles of joints, rad: as lengths, near it an angle has ten decimals; farther out a joint may turn and its angle
+/// not.
+inline constexpr double kMaxAngle = 1e6;
 /// Smallest length of a movable object, m: parts whose gap is smaller count as touching when a trace begins.
 inline constexpr double kMinMovable = 1e-6;
 
@@ -51,6 +54,12 @@ inline constexpr double kMinMovable = 1e-6;
 inline std::string length_problem(double length) {
   if (std::abs(length) <= kMaxLength) return "";
   return fmt::format("{:g} m: at most {:g} m; beyond it rounding makes gaps wrong", length, kMaxLength);
+}
+
+/// The same of a joint's angle, rad.
+inline std::string angle_problem(double angle) {
+  if (std::abs(angle) <= kMaxAngle) return "";
+  return fmt::format("{:g} rad: at most {:g} rad; beyond it rounding keeps joints from turning", angle, kMaxAngle);
 }
 
 }  // namespace graze

@@ -25,6 +25,7 @@ struct Bounds {
 constexpr Bounds kAny{};
 constexpr Bounds kSize{0, kMaxLength, true};
 constexpr Bounds kPlace{-kMaxLength, kMaxLength, false};
+constexpr Bounds kTurn{-kMaxAngle, kMaxAngle, false};
 constexpr Bounds kPositive{0, kInfinity, true};
 constexpr Bounds kNonNegative{0, kInfinity, false};
 constexpr Bounds kUnit{0, 1, false};
@@ -259,7 +260,7 @@ class Lister {
     const auto position = world_.initial.joint_position.find(joint.name);
     const double start =
         position == world_.initial.joint_position.end() ? std::clamp(0.0, joint.lower, joint.upper) : position->second;
-    add(path + "position", 0, turns ? Quantity::angle : Quantity::length, turns ? kAny : kPlace,
+    add(path + "position", 0, turns ? Quantity::angle : Quantity::length, turns ? kTurn : kPlace,
         [name = joint.name, start](Draft& d, double x) { d.world.initial.joint_position[name] = start + x; });
     add(path + "velocity", 0, turns ? Quantity::angular_velocity : Quantity::velocity, kAny,
         [name = joint.name](Draft& d, double x) { d.world.initial.joint_velocity[name] += x; });

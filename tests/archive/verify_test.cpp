@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <sys/resource.h>
 
+#include <limits>
 #include <map>
 
 #include "archive/campaign_directory.h"
@@ -126,6 +127,36 @@ TEST_F(Verify, ContentIsReadBehindTheSeal) {
               HasSubstr("'soft' is no hard"));
   EXPECT_THAT(forged_ends([](hid_t f) { drop(f, "traces/hold/final_v"); }), HasSubstr("final_v"));
   EXPECT_THAT(forged_ends([](hid_t f) { drop(f, "telemetry/hold/tau"); }), HasSubstr("tau"));
+}
+
+TEST_F(Verify, TimesLieInTheirTraces) {
+  pack(campaign_, folder_ / "a.h5", false);
+  for (const double time : {-1.0, std::numeric_limits<double>::infinity(), 1e9}) {
+    const fs::path file = forged(folder_, folder_ / "a.h5", [&](hid_t f) {
+      replace(f, "traces/hold", schema::end_time(), std::vector<double>(16, time));
+    });
+    const Verification found = verify(file);
+    EXPECT_EQ(found.soundness, Soundness::damaged);
+    EXPECT_THAT(found.files.at(0).what, HasSubstr("'traces/hold/end_time'"));
+    EXPECT_THAT(found.files.at(0).what, HasSubstr("does not lie in a trace"));
+  }
+}
+
+// A new seal would make it look whole.
+TEST_F(Verify, WhatIsDamagedIsNotPacked) {
+  fs::remove_all(campaign_ / "manifest");
+  const fs::path shard = campaign_ / "shards" / "000001.h5";
+  fs::resize_file(shard, fs::file_size(shard) - 24);  // its seal
+  {
+    const hdf5::Lock lock;
+    const hdf5::Handle file(H5Fopen(shard.c_str(), H5F_ACC_RDWR, H5P_DEFAULT), H5Fclose, shard.string());
+    replace(file.id(), "traces/hold", schema::outcome(), std::vector<std::uint8_t>(8, 1));  // without a requirement
+  }
+  reseal(shard, false);
+  EXPECT_NE(verify(campaign_).soundness, Soundness::whole);
+  EXPECT_THAT(message_of<InputError>([&] { pack(campaign_, folder_ / "b.h5", false); }),
+              AllOf(HasSubstr("000001.h5"), HasSubstr("is not possible")));
+  EXPECT_FALSE(fs::exists(folder_ / "b.h5"));
 }
 
 /// Puts a dataset of so many zeros in the place of another, in chunks of a MiB that are written once and copied: a

@@ -15,6 +15,7 @@ namespace {
 
 using ::testing::AllOf;
 using testing::BallCampaign;
+using testing::digests;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -79,6 +80,32 @@ TEST(Outputs, NothingIsWrittenOverItsSource) {
   EXPECT_EQ(testing::read_file(campaign.folder / "ball.yaml"), scenario);
   EXPECT_EQ(campaign.graze("score a.h5").code, 0);
   EXPECT_EQ(campaign.graze("score a.graze").code, 0);
+}
+
+// A file is made in a directory of its name: one that is there already is somebody's campaign.
+TEST(Outputs, ForceForAFileReplacesNoCampaign) {
+  const BallCampaign campaign;
+  ASSERT_EQ(campaign.graze("run ball.yaml -n 20 --quiet -o a.graze").code, 0);
+  const auto before = digests(campaign.folder / "a.graze");
+  for (const char* force : {"", " --force"}) {
+    const testing::Result refused = campaign.graze(std::string("run ball.yaml -n 3 --quiet -o a.h5") + force);
+    EXPECT_EQ(refused.code, 2);
+    EXPECT_THAT(refused.err, AllOf(HasSubstr("a.graze, which is there already"), HasSubstr("graze resume a.graze")));
+  }
+  EXPECT_EQ(digests(campaign.folder / "a.graze"), before);
+  ASSERT_EQ(campaign.graze("pack a.graze").code, 0);
+  std::filesystem::remove_all(campaign.folder / "a.graze");
+  EXPECT_EQ(campaign.graze("run ball.yaml -n 3 --quiet --force -o a.h5").code, 0) << "the file itself is replaced";
+  EXPECT_EQ(digests(campaign.folder / "a.h5").at("still").size(), 3u);
+}
+
+TEST(Outputs, LeftoversOfAPackAreRemoved) {
+  const BallCampaign campaign;
+  ASSERT_EQ(campaign.graze("run ball.yaml -n 4 --quiet -o a.graze").code, 0);
+  const std::vector<std::string> left = {"z.h5.texts.0123456789abcdef.tmp", "z.h5.0123456789abcdef.tmp"};
+  for (const std::string& name : left) testing::write_file(campaign.folder / name, "");
+  ASSERT_EQ(campaign.graze("pack a.graze -o z.h5").code, 0);
+  for (const std::string& name : left) EXPECT_FALSE(std::filesystem::exists(campaign.folder / name)) << name;
 }
 
 TEST(Outputs, AFolderIsNoFileToPackInto) {

@@ -192,5 +192,22 @@ TEST(Simulation, SaysWhyAParticleCannotBe) {
   EXPECT_LT(impossible, 20);
 }
 
+// Beyond 1e6 m a double hides gaps: a robot that has gone there is not judged.
+TEST(Simulation, ATraceThatGoesAstrayIsInvalid) {
+  testing::TemporaryFolder folder;
+  testing::write_ball(folder);
+  const auto outcome = [&](const std::string& velocity) {
+    ScenarioOptions options;
+    options.overrides = {{"robot.initial.velocity", "[" + velocity + ", 0, 0]"}};
+    return Simulator(Simulation(load_scenario(folder / "ball.yaml", options)), "still").run(0, 1).front();
+  };
+  EXPECT_NE(outcome("1.9e7").outcome, Outcome::invalid) << "950 km in 50 ms";
+  const TraceRecord astray = outcome("1e8");
+  EXPECT_EQ(astray.outcome, Outcome::invalid);
+  EXPECT_THAT(astray.invalid_reason, HasSubstr("base.x is"));
+  EXPECT_THAT(astray.invalid_reason, HasSubstr("beyond 1e+06 m"));
+  EXPECT_NEAR(astray.end_time, 0.010, 0.0015);
+}
+
 }  // namespace
 }  // namespace graze
