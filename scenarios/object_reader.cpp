@@ -7,6 +7,7 @@
 #include "engine/model/kinematics.h"
 #include "engine/model/mesh_size.h"
 #include "engine/model/urdf.h"
+#include "engine/settings/units.h"
 #include "scenarios/csv.h"
 #include "scenarios/keys.h"
 #include "scenarios/limits.h"
@@ -49,6 +50,18 @@ void check_extent(const Settings& where, const Shape& shape) {
   if (!problem.empty()) where.fail(fmt::format("the mesh reaches as far as {}", problem));
 }
 
+/// Of a scale: `1 cm` is meant as the factor that makes metres of numbers in cm, and is not one.
+void refuse_length(const Settings& scale) {
+  for (const Settings& item : scale.items()) {
+    const std::string text = item.is_scalar() ? item.text() : "";
+    const auto written = split_number(text);  // looks into the text
+    const auto metres =
+        written && !written->unit.empty() ? to_si(Quantity::length, written->value, written->unit) : std::nullopt;
+    if (metres)
+      item.fail(fmt::format("{}: a scale is a factor and has no unit of length; did you mean {:g}?", text, *metres));
+  }
+}
+
 Shape read_mesh(const Settings& s) {
   Shape shape{ShapeKind::mesh, Vec3::Ones(), nullptr, nullptr};
   Settings file = s;
@@ -56,6 +69,7 @@ Shape read_mesh(const Settings& s) {
     s.allow(keys_of("mesh"));
     file = s.at("file");
     if (const auto scale = s.find("scale")) {
+      refuse_length(*scale);
       const std::vector<double> factors = scale->numbers(scale->is_list() ? 3 : 1);
       for (int i = 0; i < 3; ++i) shape.size[i] = factors[factors.size() == 3 ? i : 0];
       if (!(shape.size.minCoeff() > 0)) scale->fail("scale factors must be > 0");
@@ -110,6 +124,7 @@ Shape read_heightfield(const Settings& s) {
   s.allow(keys_of("heightfield"));
   const std::vector<double> size = positive_numbers(s.at("size"), 2);
   const auto scale = s.find("scale");
+  if (scale) refuse_length(*scale);
   const double factor = scale ? scale->positive() : 1.0;
   Shape shape{ShapeKind::heightfield, {size[0], size[1], factor}, nullptr, read_heights(s)};
   check_heights(s, *shape.grid, factor);
