@@ -1,9 +1,6 @@
 #include "analysis/text_table.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <regex>
 
 #include "archive/utf8.h"
 
@@ -38,18 +35,6 @@ std::string text_table(const std::vector<std::vector<std::string>>& cells, std::
     out.append(line).append("\n");
   }
   return out;
-}
-
-std::string rounded_numbers(const std::string& text) {
-  static const std::regex decimal("[0-9]+\\.[0-9]+(e[+-]?[0-9]+)?");
-  std::string out;
-  auto rest = text.begin();
-  for (std::sregex_iterator match(text.begin(), text.end(), decimal), end; match != end; ++match) {
-    out.append(rest, text.begin() + match->position());
-    out += fmt::format("{:.6g}", std::stod(match->str()));
-    rest = text.begin() + match->position() + match->length();
-  }
-  return out.append(rest, text.end());
 }
 
 }  // namespace graze

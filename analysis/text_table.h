@@ -10,7 +10,4 @@ namespace graze {
 /// UTF-8; each row has as many cells as the head.
 std::string text_table(const std::vector<std::vector<std::string>>& rows, std::size_t left);
 
-/// The text with its decimals rounded to six significant digits: "normal(mean=2700.0000036)" -> "normal(mean=2700)".
-std::string rounded_numbers(const std::string& text);
-
 }  // namespace graze

@@ -13,6 +13,7 @@
 #include "archive/parent_folders.h"
 #include "archive/utf8.h"
 #include "engine/model/measures.h"
+#include "engine/settings/units.h"
 #include "jobs/commands.h"
 #include "jobs/size_estimate.h"
 #include "sampling/design_name.h"

@@ -10,6 +10,7 @@
 #include "archive/culprit.h"
 #include "archive/kept.h"
 #include "archive/utf8.h"
+#include "engine/settings/units.h"
 #include "jobs/replay.h"
 #include "simulation/results_epoch.h"
 
@@ -48,7 +49,7 @@ std::string parameter_table(const Replay& replay, bool all) {
     const bool choice = !p.value_label.empty();
     rows.push_back({p.name, choice ? p.value_label : with_unit(p.value, p.unit),
                     choice ? p.nominal_label : with_unit(p.nominal, p.unit),
-                    choice ? "" : fmt::format("{:+.3g}", p.value - p.nominal),
+                    choice || std::isinf(p.nominal) ? "" : fmt::format("{:+.3g}", p.value - p.nominal),
                     std::isnan(p.deviations) ? "" : fmt::format("{:+.2f}", p.deviations),
                     rounded_numbers(p.distribution)});
   }

@@ -18,8 +18,9 @@ namespace {
 /// Reads the parts of one distribution of one parameter.
 class SpreadReader {
  public:
-  /// `center`: default mean: the nominal value, or 0 for jitter.
-  SpreadReader(const Parameter& parameter, double center) : parameter_(parameter), center_(center) {}
+  /// `center`: default mean: the nominal value, or 0 for jitter. `whole`: what "5 %" is of.
+  SpreadReader(const Parameter& parameter, double center, double whole, Standing standing)
+      : parameter_(parameter), center_(center), whole_(whole), standing_(standing) {}
 
   Distribution read(const std::string& name, const Settings& value) const {
     try {
@@ -42,22 +43,40 @@ class SpreadReader {
     return value ? number(*value) : fallback;
   }
 
-  /// A spread: absolute, or "5 %" of the nominal value.
-  double width(const Settings& value) const {
+  /// The number of `key`, or the center, which a limit that the URDF does not give has not.
+  double number_or_center(const Settings& map, const char* key) const {
+    const auto value = map.find(key);
+    if (value) return number(*value);
+    if (!std::isfinite(center_)) map.fail(fmt::format("{}; write '{}'", unlimited(), key));
+    return center_;
+  }
+
+  std::string unlimited() const {
+    return fmt::format("the nominal value of {} is unlimited: the URDF gives no limit", parameter_.path);
+  }
+
+  /// A spread: absolute, or "5 %" of `whole`. `own`: what gives a distribution that stands as_nominal a whole.
+  double width(const Settings& value, double whole, const char* own) const {
     const std::string text = value.text();
     if (text.find('%') == std::string::npos) return number(value);
-    if (parameter_.nominal == 0) {
-      value.fail(
-          fmt::format("{}: the nominal value of {} is 0, so a spread relative to it is nothing; write it with a "
-                      "unit ({})",
-                      text, parameter_.path, unit_of(parameter_.quantity)));
+    const std::string_view unit = unit_of(parameter_.quantity);
+    const std::string absolute = unit == "1" ? "without %" : fmt::format("with a unit ({})", unit);
+    if (!std::isfinite(whole)) value.fail(fmt::format("{}: {}; write it {}", text, unlimited(), absolute));
+    if (whole == 0) {
+      if (standing_ == Standing::as_nominal) {
+        value.fail(fmt::format("{}: of nothing: {} has no value yet; {}", text, parameter_.path, own));
+      }
+      value.fail(fmt::format("{}: the nominal value of {} is 0, so a spread relative to it is nothing; write it {}",
+                             text, parameter_.path, absolute));
     }
-    return value.number() * std::abs(parameter_.nominal);
+    return value.number() * std::abs(whole);
   }
 
   Distribution normal(const Settings& value) const {
     value.allow(keys_of("normal"));
-    const double mean = number_or(value, "mean", center_), std = width(value.at("std"));
+    const double mean = number_or_center(value, "mean");
+    const bool own = standing_ == Standing::as_nominal && value.has("mean");
+    const double std = width(value.at("std"), own ? mean : whole_, "give it a 'mean'");
     if (std < 0) value.at("std").fail(fmt::format("{}: a standard deviation must be >= 0", value.at("std").text()));
     if (!value.has("min") && !value.has("max")) return Distribution::normal(mean, std);
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -78,7 +97,8 @@ class SpreadReader {
     if (value.is_map()) value.allow(keys_of("uniform"));
     if (value.is_map() && value.has("spread")) {
       if (value.has("min") || value.has("max")) value.fail("either spread, or min and max");
-      const double spread = width(value.at("spread"));
+      if (!std::isfinite(center_)) value.at("spread").fail_key(fmt::format("{}; write [min, max]", unlimited()));
+      const double spread = width(value.at("spread"), whole_, "write [min, max]");
       if (spread < 0) value.at("spread").fail(fmt::format("{}: must be >= 0", value.at("spread").text()));
       return Distribution::uniform(center_ - spread, center_ + spread);
     }
@@ -88,7 +108,7 @@ class SpreadReader {
 
   Distribution log_normal(const Settings& value) const {
     value.allow(keys_of("log_normal"));
-    const double median = number_or(value, "median", center_);
+    const double median = number_or_center(value, "median");
     if (!(median > 0))
       value.fail(fmt::format("the median {:g}{} is not positive; a log-normal value is always > 0{}", median,
                              value.has("median") ? "" : " (the nominal value)",
@@ -108,8 +128,7 @@ class SpreadReader {
       return Distribution::triangular(at[0], at[1], at[2]);
     }
     value.allow(keys_of("triangular"));
-    return Distribution::triangular(number(value.at("min")), number_or(value, "mode", center_),
-                                    number(value.at("max")));
+    return Distribution::triangular(number(value.at("min")), number_or_center(value, "mode"), number(value.at("max")));
   }
 
   Distribution empirical(const Settings& value) const {
@@ -123,7 +142,8 @@ class SpreadReader {
   }
 
   const Parameter& parameter_;
-  double center_;
+  double center_, whole_;
+  Standing standing_;
 };
 
 /// Index of a named value of a parameter like contact.model.
@@ -193,7 +213,7 @@ Spread fixed(const Settings& value, const Parameter& parameter) {
   return out;
 }
 
-Spread persistent_part(const Settings& map, const Parameter& parameter) {
+Spread persistent_part(const Settings& map, const Parameter& parameter, Standing standing) {
   std::optional<std::pair<std::string, Settings>> chosen;
   for (auto& [key, value] : map.entries()) {
     if (key == "jitter") continue;
@@ -202,13 +222,16 @@ Spread persistent_part(const Settings& map, const Parameter& parameter) {
   }
   Spread out;
   out.labels = parameter.choices;
-  out.persistent = Distribution::constant(parameter.nominal);
-  if (!chosen) return out;
+  if (!chosen) {
+    out.persistent = Distribution::constant(parameter.nominal);
+    return out;
+  }
   if (chosen->first == "choice") return read_choice(chosen->second, parameter);
   if (!parameter.choices.empty()) {
     chosen->second.fail_key(fmt::format("{} takes named values, so 'choice' is its only distribution", parameter.path));
   }
-  out.persistent = SpreadReader(parameter, parameter.nominal).read(chosen->first, chosen->second);
+  out.persistent =
+      SpreadReader(parameter, parameter.nominal, parameter.nominal, standing).read(chosen->first, chosen->second);
   return out;
 }
 
@@ -224,7 +247,9 @@ void doubt(const Settings& value, const Parameter& parameter, const Distribution
     warn(value, friction_doubt(middle));
   }
   constexpr double kFar = 100;
-  if (!parameter.strict || !(nominal > 0) || (middle <= kFar * nominal && kFar * middle >= nominal)) return;
+  if (!parameter.strict || !(nominal > 0) || !std::isfinite(nominal) ||
+      (middle <= kFar * nominal && kFar * middle >= nominal))
+    return;
   const std::string_view unit = unit_of(parameter.quantity);
   warn(value, fmt::format("{:g} {} is {:.3g} times the nominal {:g} {} of {}; is the unit right?", middle, unit,
                           middle / nominal, nominal, unit, path));
@@ -245,6 +270,59 @@ void refuse_misplaced(const Settings& value) {
   }
 }
 
+/// "; did you mean 5 %?" for a bare width of a distribution about a value that 5 % of would leave within the bounds.
+std::string share_meant(const Settings& value, const Parameter& parameter, const Distribution& distribution) {
+  std::optional<Settings> width;
+  for (const auto& [name, key] : {std::pair{"normal", "std"}, std::pair{"uniform", "spread"}}) {
+    const auto found = value.is_map() ? value.find(name) : std::nullopt;
+    if (found && found->is_map() && found->has(key)) width = found->at(key);
+  }
+  const std::string meant = width ? percent_meant(width->text()) : "";
+  if (meant.empty()) return "";
+  const Distribution::Numbers at = distribution.numbers();
+  const bool uniform = distribution.kind() == Distribution::Kind::uniform;
+  const double middle = uniform ? (at.a + at.b) / 2 : at.a, share = std::abs(middle) * width->number() / 100;
+  const Distribution right =
+      uniform ? Distribution::uniform(middle - share, middle + share) : Distribution::normal(middle, share);
+  return share > 0 && right.lowest() > parameter.lower && right.highest() < parameter.upper ? meant : "";
+}
+
+/// What a distribution of this kind needs to stay within a bound, "cut it with min: …". `low`: it is the lower bound.
+std::string within_bound(const Settings& value, const Parameter& parameter, const Distribution& distribution,
+                         bool low) {
+  using Kind = Distribution::Kind;
+  const double bound = low ? parameter.lower : parameter.upper;
+  const std::string_view unit = unit_of(parameter.quantity);
+  const std::string shown = fmt::format("{:g}{}{}", bound, unit == "1" ? "" : " ", unit == "1" ? "" : unit);
+  // About a nominal value on the bound itself, half of a distribution is impossible: its middle was forgotten.
+  const bool centred = parameter.nominal == bound && distribution.median() == bound;
+  const std::string middle = fmt::format(": its middle is the nominal value {:g}; ", parameter.nominal);
+  switch (distribution.kind()) {
+    case Kind::normal:
+    case Kind::truncated_normal:
+      return fmt::format("{}cut it with {}: …{}", centred ? middle + "give it a 'mean', or " : ": ",
+                         low ? "min" : "max", share_meant(value, parameter, distribution));
+    case Kind::log_normal:
+      return ": give it a smaller median or log_std";
+    case Kind::choice:
+    case Kind::empirical:
+      return fmt::format(": take out what is {} {}",
+                         parameter.strict ? "not"
+                         : low            ? "below"
+                                          : "above",
+                         parameter.strict ? fmt::format("{} {}", low ? "above" : "below", shown) : shown);
+    default:
+      break;
+  }
+  const auto uniform = value.is_map() ? value.find("uniform") : std::nullopt;
+  if (uniform && uniform->is_map() && uniform->has("spread")) {
+    if (centred) return middle + "write [min, max]";
+    const std::string share = share_meant(value, parameter, distribution);
+    return share.empty() ? ": give it a smaller spread" : share;
+  }
+  return fmt::format(": {} it at {} or {}", low ? "begin" : "end", shown, low ? "above" : "below");
+}
+
 }  // namespace
 
 std::string friction_doubt(double friction) {
@@ -262,30 +340,24 @@ double read_cone(const Settings& value) {
 void check_bounds(const Settings& value, const Parameter& parameter, const Distribution& distribution) {
   const double low = distribution.lowest(), high = distribution.highest();
   const std::string_view unit = unit_of(parameter.quantity), shown = unit == "1" ? "" : unit;
-  const auto refuse = [&](const char* word, double extreme, const char* rule, double bound, const char* cut) {
+  const auto refuse = [&](const char* word, double extreme, const char* rule, double bound) {
     const bool spread = !distribution.is_constant();
-    // About a nominal value on the bound itself, half of a distribution is impossible: its middle was forgotten.
-    const bool centred = spread && parameter.nominal == bound && distribution.median() == bound;
-    const std::string right = centred ? fmt::format(
-                                            ": its middle is the nominal value {:g}; give it a 'mean', or cut it "
-                                            "with {}: …",
-                                            parameter.nominal, cut)
-                              : spread                          ? fmt::format(": cut it with {}: …", cut)
+    const std::string right = spread ? within_bound(value, parameter, distribution, bound == parameter.lower)
                               : value.is_scalar() && bound == 1 ? percent_meant(value.text())
                                                                 : "";
-    value.fail(fmt::format("{} {} {:g}{}{}; {} must be {} {:g}{}", distribution.describe(),
+    value.fail(fmt::format("{} {} {:g}{}{}; {} must be {} {:g}{}", rounded_numbers(distribution.describe()),
                            spread ? fmt::format("can be as {} as", word) : "is", extreme, shown.empty() ? "" : " ",
                            shown, parameter.path, rule, bound, right));
   };
   if (parameter.strict ? low <= parameter.lower : low < parameter.lower) {
-    refuse("low", low, parameter.strict ? ">" : ">=", parameter.lower, "min");
+    refuse("low", low, parameter.strict ? ">" : ">=", parameter.lower);
   }
   if (parameter.strict ? high >= parameter.upper : high > parameter.upper) {
-    refuse("high", high, parameter.strict ? "<" : "<=", parameter.upper, "max");
+    refuse("high", high, parameter.strict ? "<" : "<=", parameter.upper);
   }
 }
 
-Spread read_spread(const Settings& value, const Parameter& parameter) {
+Spread read_spread(const Settings& value, const Parameter& parameter, Standing standing) {
   if (value.is_null()) value.fail("nothing: must be a number or a distribution");
   if (!value.is_map()) {
     const Spread out = fixed(value, parameter);
@@ -296,16 +368,17 @@ Spread read_spread(const Settings& value, const Parameter& parameter) {
   refuse_misplaced(value);
   value.allow(keys_of("spread"));
   if (value.entries().empty()) value.fail("{}: must be a number or a distribution");
-  Spread out = persistent_part(value, parameter);
+  const auto jitter = value.find("jitter");
+  if (jitter && !parameter.transient) {
+    jitter->fail_key(
+        fmt::format("{} is drawn once per particle and cannot change while it runs; jitter is for "
+                    "control.lag, actuator.… and sensor.…, but for sensor.contact.…",
+                    parameter.path));
+  }
+  Spread out = persistent_part(value, parameter, standing);
   check_bounds(value, parameter, out.persistent);
   doubt(value, parameter, out.persistent);
-  if (const auto jitter = value.find("jitter")) {
-    if (!parameter.transient) {
-      jitter->fail_key(
-          fmt::format("{} is drawn once per particle and cannot change while it runs; jitter is for "
-                      "control.lag, actuator.… and sensor.…, but for sensor.contact.…",
-                      parameter.path));
-    }
+  if (jitter) {
     std::vector<std::string> names = distribution_names();
     std::erase(names, "choice");
     names.push_back("noise");
@@ -313,7 +386,8 @@ Spread read_spread(const Settings& value, const Parameter& parameter) {
     if (name == "noise") {
       out.noise_density = read_noise(settings, parameter);
     } else {
-      out.jitter = SpreadReader(parameter, 0.0).read(name, settings);
+      const double whole = standing == Standing::as_nominal ? out.persistent.mean() : parameter.nominal;
+      out.jitter = SpreadReader(parameter, 0.0, whole, Standing::beside_nominal).read(name, settings);
     }
   }
   return out;

@@ -21,9 +21,14 @@ struct Spread {
 /// True if `value` is written as a distribution rather than as a number.
 bool is_spread(const Settings& value);
 
-/// Reads a number or a distribution for `parameter`, whose nominal value is the default mean and what "5 %" is of.
-/// Refuses what the parameter cannot be. Throws InputError.
-Spread read_spread(const Settings& value, const Parameter& parameter);
+/// Where a distribution stands: under `uncertain`, beside a nominal value, or in the world in the place of one, which
+/// it then gives.
+enum class Standing { beside_nominal, as_nominal };
+
+/// Reads a number or a distribution for `parameter`, whose nominal value is the default mean and what "5 %" is of; of
+/// one that stands `as_nominal`, it is of the mean that is written. Refuses what the parameter cannot be. Throws
+/// InputError.
+Spread read_spread(const Settings& value, const Parameter& parameter, Standing standing = Standing::beside_nominal);
 
 /// Refuses a distribution that can leave the parameter's bounds, by the very smallest and largest value it can give.
 void check_bounds(const Settings& value, const Parameter& parameter, const Distribution& distribution);

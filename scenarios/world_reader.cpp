@@ -59,7 +59,7 @@ class WorldReader {
     const auto settings = map.find(key);
     if (!settings) return;
     parameter.nominal = value;
-    Spread spread = read_spread(*settings, parameter);
+    Spread spread = read_spread(*settings, parameter, Standing::as_nominal);
     value = spread.persistent.mean();
     if (is_spread(*settings)) out_.uncertain.push_back({parameter.path, *settings, std::move(spread)});
   }

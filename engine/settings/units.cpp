@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <numbers>
+#include <regex>
 #include <vector>
 
 namespace graze {
@@ -139,6 +140,29 @@ std::string unit_meant(const Settings& value, Quantity quantity, const std::func
     if (fits(number * unit.factor / unit.divisor)) return fmt::format("; did you mean {:.15g} {}?", number, unit.name);
   }
   return "";
+}
+
+std::string in_unit_of(const Settings& typed, Quantity quantity, double value) {
+  const std::string text = typed.is_scalar() ? typed.text() : "";
+  const auto written = split_number(text);  // looks into the text
+  const auto one = written && !written->unit.empty() ? to_si(quantity, 1, written->unit) : std::nullopt;
+  const std::string_view unit = one ? written->unit : unit_of(quantity);
+  return fmt::format("{:g}{}{}", value / one.value_or(1), unit == "1" ? "" : " ", unit == "1" ? "" : unit);
+}
+
+std::string rounded_numbers(const std::string& text) {
+  static const std::regex decimal("[0-9]+\\.[0-9]+(e[+-]?[0-9]+)?");
+  std::string out;
+  auto rest = text.begin();
+  for (std::sregex_iterator match(text.begin(), text.end(), decimal), end; match != end; ++match) {
+    out.append(rest, text.begin() + match->position());
+    double value = 0;
+    const char* const first = text.data() + match->position();
+    std::from_chars(first, first + match->length(), value);
+    out += fmt::format("{:.6g}", value);
+    rest = text.begin() + match->position() + match->length();
+  }
+  return out.append(rest, text.end());
 }
 
 std::optional<WrittenNumber> split_number(std::string_view text) {

@@ -40,4 +40,11 @@ std::string unit_meant(const Settings& value, Quantity quantity, const std::func
 /// "m, cm, mm, in", for messages.
 std::string units_of(Quantity quantity);
 
+/// An SI value as it was typed elsewhere: -2.967 in the unit of the text "200 deg" is "-170 deg"; without a unit there,
+/// or with one of another quantity, it is "-2.967 rad".
+std::string in_unit_of(const Settings& typed, Quantity quantity, double value);
+
+/// The text with its decimals rounded to six significant digits: "normal(mean=2700.0000036)" -> "normal(mean=2700)".
+std::string rounded_numbers(const std::string& text);
+
 }  // namespace graze

@@ -111,6 +111,34 @@ TEST(Scenario, TakesDistributionsInTheWorld) {
   EXPECT_NEAR(s.world->control_lag, 0.005, 1e-8);  // cut at 5 standard deviations below the mean
 }
 
+// Claim: in a distribution that stands where the world has a number, % is of the mean that is written there, which is
+// then the nominal value; under `uncertain`, and without a mean, it is of the nominal value.
+TEST(Scenario, TakesPercentOfItsOwnMean) {
+  ScenarioOptions options;
+  options.overrides = {
+      {"control.lag", "{normal: {mean: 5 ms, std: 2 %}, jitter: {normal: {std: 1 %}}}"},
+      {"contact.friction", "{normal: {mean: 0.5, std: 5 %}}"},
+      {"contact.restitution", "{normal: {mean: 0.5, std: 2 %, max: 1}}"},
+      {"environment.a", "{sphere: 1, position: [9, 0, 1], friction: {normal: {mean: 0.4, std: 5 %}}}"},
+      {"environment.b", "{sphere: 1, position: [9, 0, 4], movable: true, mass: {normal: {mean: 3, std: 10 %}}}"},
+      {"environment.c", "{sphere: 1, position: [9, 0, 8], movable: true, density: {normal: {mean: 3000, std: 10 %}}}"},
+      {"environment.d", "{sphere: 1, position: [9, 9, 8], friction: {uniform: {spread: 10 %}}}"},
+      {"environment.e", "{sphere: 1, position: [9, 5, 8], friction: {normal: {std: 10 %}}}"},
+      {"uncertain", "{environment.e.restitution: {normal: {mean: 0.6, std: 2 %}}}"}};
+  const Scenario s = parse_scenario(hopper(""), testing::kFolder + "a.yaml", options);
+  const auto std = [&](const char* name) { return parameter(s, name).persistent.std(); };
+  EXPECT_NEAR(std("control.lag"), 1e-4, 1e-12);
+  EXPECT_NEAR(parameter(s, "control.lag").jitter->std(), 5e-5, 1e-12);
+  EXPECT_NEAR(std("contact.friction"), 0.025, 1e-12);
+  EXPECT_NEAR(std("contact.restitution"), 0.01, 1e-12);
+  EXPECT_NEAR(std("environment.a.friction"), 0.02, 1e-12);
+  EXPECT_NEAR(std("environment.b.mass"), 0.3, 1e-12);
+  EXPECT_NEAR(std("environment.c.density"), 300, 1e-9);
+  EXPECT_NEAR(std("environment.d.friction"), 0.05 / std::sqrt(3.0), 1e-12);  // of contact.friction, 0.5, on either side
+  EXPECT_NEAR(std("environment.e.friction"), 0.05, 1e-12);
+  EXPECT_NEAR(std("environment.e.restitution"), 0.01, 1e-12);
+}
+
 // Claim: a lag that outlasts the trace is warned of, where it stands and with what was probably meant; no other is.
 TEST(Scenario, WarnsOfALagBeyondTheTrace) {
   const auto warnings = [](const std::string& more) { return ::testing::PrintToString(read(hopper(more)).warnings); };

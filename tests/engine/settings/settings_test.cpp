@@ -12,6 +12,7 @@
 #include <functional>
 #include <numbers>
 
+#include "engine/settings/units.h"
 #include "engine/settings/warnings.h"
 
 namespace graze {
@@ -444,6 +445,16 @@ TEST(Copies, WithAndWithout) {
   EXPECT_EQ(message_of([&] { s.with("gait.step.x", s.at("over")); }),
             "a.yaml:2:7: over: 'x' leads into a value that is not a map");
   EXPECT_TRUE(s.with("giat.step", s.at("over")).at("giat").has("step")) << "the reader of the map refuses its new key";
+}
+
+// Claim: decimals come down to six digits, and everything else of the text stays.
+TEST(RoundedNumbers, AreShort) {
+  EXPECT_EQ(rounded_numbers("normal(mean=2700.0000035993075, std=270.00000035993077)"), "normal(mean=2700, std=270)");
+  EXPECT_EQ(rounded_numbers("normal(mean=0, std=0.17453292519943295)"), "normal(mean=0, std=0.174533)");
+  EXPECT_EQ(rounded_numbers("uniform(min=-0.05, max=1.23456789e-12)"), "uniform(min=-0.05, max=1.23457e-12)");
+  EXPECT_EQ(rounded_numbers("empirical(n=1234567, min=-inf, max=inf)"), "empirical(n=1234567, min=-inf, max=inf)");
+  EXPECT_EQ(rounded_numbers("constant(4.9406564584124654e-324)"), "constant(4.94066e-324)");
+  EXPECT_EQ(rounded_numbers(""), "");
 }
 
 }  // namespace
