@@ -39,6 +39,17 @@ void add_sizes(const std::string& link, const Robot& robot, const LinkPlan& plan
   }
 }
 
+/// Named as the parameters of an object are; of meshes and heightfields all three, which hold factors too.
+void add_object_sizes(const std::string& name, const Shape& shape, List& list) {
+  const bool round = shape.kind == ShapeKind::cylinder || shape.kind == ShapeKind::capsule;
+  if (round || shape.kind == ShapeKind::sphere) {
+    list.add(name + ".radius", "m", shape.size.x());
+    if (round) list.add(name + ".length", "m", shape.size.y());
+  } else if (shape.kind != ShapeKind::plane) {
+    list.add(name + ".size", "m", shape.size);
+  }
+}
+
 /// Massless links have no centre of mass: their origin stands for it.
 Vec3 com_of(const MassMoments& moments) { return moments.mass > 0 ? moments.com() : Vec3::Zero(); }
 Mat3 inertia_of(const MassMoments& moments) {
@@ -87,7 +98,7 @@ std::vector<Derived> derived_numbers(const World& world) {
   for (const Object& object : world.objects) {
     const std::string name = "object." + object.name;
     list.add(name + ".position", "m", Vec3(object.X_WO.translation()));
-    if (object.shape.kind != ShapeKind::plane) list.add(name + ".size", "m", object.shape.size);
+    add_object_sizes(name, object.shape, list);
     if (object.movable) list.add(name + ".mass", "kg", object.inertia.mass);
   }
   return list.take();

@@ -20,7 +20,8 @@ struct Derived {
 ///   .length, .radius, .size.{x,y,z} (of its primary shape, what that has), .position.{x,y,z} (its origin at the start,
 ///   world)
 ///   joint.<joint>.origin.{x,y,z} (in the parent link's frame), .axis.{x,y,z} (joint frame), .zero, .damping, .friction
-///   object.<object>.position.{x,y,z} (at the start), .size.{x,y,z} (as in Shape), .mass (movable ones)
+///   object.<object>.position.{x,y,z} (at the start), .radius and .length (of what is round) or .size.{x,y,z} (as in
+///   Shape), .mass (movable ones)
 std::vector<Derived> derived_numbers(const World& world);
 
 }  // namespace graze

@@ -234,5 +234,47 @@ TEST(Sight, FailuresNameTheCulprit) {
   EXPECT_THAT(testing::read_file(folder / "a.derived.csv"), HasSubstr("link.LF_FOOT.mass,kg,"));
 }
 
+// An object is listed by the sizes that it has: of a sphere the radius, of a cylinder radius and length, of a box
+// edges.
+TEST(Sight, DerivedSizesOfObjectsAreThoseTheyHave) {
+  const TemporaryFolder folder;
+  const testing::Result got =
+      testing::graze(folder.path(), "sample " + testing::data("scenarios/pendulum.yaml") +
+                                        " -n 1 --derived --set 'environment.s={sphere: 5 cm, position: [9, 0, 9]}'"
+                                        " --set 'environment.c={cylinder: [1 cm, 7 cm], position: [9, 9, 9]}'"
+                                        " --set 'environment.b={box: [1, 2, 3], position: [9, 9, 0]}'");
+  ASSERT_EQ(got.code, 0) << got.err;
+  const auto rows = cells_of(got.out);
+  EXPECT_DOUBLE_EQ(cell(rows, "object.s.radius [m]", 1), 0.05);
+  EXPECT_DOUBLE_EQ(cell(rows, "object.c.radius [m]", 1), 0.01);
+  EXPECT_DOUBLE_EQ(cell(rows, "object.c.length [m]", 1), 0.07);
+  EXPECT_DOUBLE_EQ(cell(rows, "object.b.size.z [m]", 1), 3);
+  EXPECT_THAT(got.out, ::testing::Not(HasSubstr("object.s.size")));
+}
+
+// A joint that the URDF gives no limit has an infinite nominal one, which every verb copes with: JSON says null.
+TEST(Sight, NominalValuesMayBeInfinite) {
+  const TemporaryFolder folder;
+  testing::write_file(folder / "a.yaml",
+                      "include: " + testing::data("scenarios/drop_and_stand.yaml") +
+                          "\nrobot: {urdf: " + std::string(GRAZE_SOURCE_DIR) +
+                          "/tests/scenarios/robots/hopper.urdf}\ntime: {end: 20 ms}\nuncertain: !replace\n"
+                          "  'robot.joint.wheel.{effort,velocity}': {uniform: [4, 5]}\n");
+  const auto graze = [&](const std::string& arguments) {
+    const testing::Result got = testing::graze(folder.path(), arguments);
+    EXPECT_LT(got.code, 2) << arguments << got.err;
+    return got.out;
+  };
+  const auto checked = nlohmann::json::parse(graze("check a.yaml --json"));
+  EXPECT_EQ(checked["parameters"][0]["name"], "robot.joint.wheel.effort");
+  EXPECT_TRUE(checked["parameters"][0]["nominal"].is_null());
+  EXPECT_EQ(cells_of(graze("sample a.yaml -n 3")).size(), 4u);
+  graze("run a.yaml -n 2 -o a.h5 --quiet");
+  const auto replayed = nlohmann::json::parse(graze("replay a.h5 --particle 1 --json"));
+  EXPECT_TRUE(replayed["parameters"][0]["nominal"].is_null());
+  EXPECT_THAT(graze("replay a.h5 --particle 1 --all"),
+              AllOf(HasSubstr("robot.joint.wheel.effort"), ::testing::Not(HasSubstr("-inf"))));
+}
+
 }  // namespace
 }  // namespace graze
