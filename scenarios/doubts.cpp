@@ -5,8 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <numbers>
 
+#include "engine/model/measures.h"
+#include "engine/model/mesh_size.h"
 #include "engine/settings/units.h"
 #include "engine/settings/warnings.h"
 
@@ -93,6 +96,67 @@ bool is_bare_size(const Settings& shape) {
   return std::any_of(numbers.begin(), numbers.end(), is_bare) && (shape.is_map() || is_bare(numbers.back()));
 }
 
+/// A list of which every number is bare; a unit may stand last.
+bool is_bare_list(const Settings& list) {
+  const std::vector<Settings> items = list.items();
+  return list.is_list() && std::all_of(items.begin(), items.end(), is_bare);
+}
+
+/// The z of the highest point of a fixed object, or a little more; -inf for a wall.
+double top_of(const Object& object) {
+  const Shape& shape = object.shape;
+  const double z = object.X_WO.translation().z();
+  const Vec3 up = object.X_WO.linear().row(2).transpose();  // the world's z axis as the object sees it
+  switch (shape.kind) {
+    case ShapeKind::plane:
+      return up.z() > 0.5 ? z : -std::numeric_limits<double>::infinity();
+    case ShapeKind::box:
+      return z + 0.5 * up.cwiseAbs().dot(shape.size);
+    case ShapeKind::mesh:
+      return z + std::sqrt(3.0) * largest_coordinate(shape);
+    case ShapeKind::heightfield:
+      return z + shape.size.z() * *std::max_element(shape.grid->height.begin(), shape.grid->height.end());
+    default:
+      return z + shape.size.x() + 0.5 * shape.size.y();
+  }
+}
+
+/// About the largest extent of a movable object, m.
+double size_of(const Shape& shape) {
+  if (shape.kind == ShapeKind::mesh) return 2 * largest_coordinate(shape);
+  return shape.kind == ShapeKind::box ? shape.size.norm() : 2 * shape.size.x() + shape.size.y();
+}
+
+/// The z at which a robot's base was put by a bare number, if it was.
+std::optional<Settings> bare_height(const Settings& scenario) {
+  const auto initial = scenario.at("robot").find("initial");
+  if (!initial) return std::nullopt;
+  const auto height = initial->find("height"), position = initial->find("position");
+  if (height && is_bare(*height)) return height;
+  if (!height && position && is_bare_list(*position)) return position->items()[2];
+  return std::nullopt;
+}
+
+/// The largest bare number of a distribution, which its unit was forgotten of.
+std::optional<std::string> largest_bare(const Settings& value) {
+  if (is_bare(value)) return value.text();
+  if (value.is_scalar() || value.is_null()) return std::nullopt;
+  std::vector<Settings> parts;
+  if (value.is_map()) {
+    for (const auto& [key, part] : value.entries()) {
+      if (key != "jitter" && key != "weights" && key != "log_std") parts.push_back(part);
+    }
+  } else {
+    parts = value.items();
+  }
+  std::optional<std::string> most;
+  for (const Settings& part : parts) {
+    const auto one = largest_bare(part);
+    if (one && (!most || split_number(*one)->value > split_number(*most)->value)) most = one;
+  }
+  return most;
+}
+
 /// "; is its size meant in cm?": the first unit in which a volume `fits`, which is asked with m^3.
 std::string size_meant(double volume, const std::function<bool(double)>& fits) {
   for (const auto& [unit, factor] : {std::pair{"cm", 1e-2}, std::pair{"mm", 1e-3}}) {
@@ -115,6 +179,50 @@ void doubt_clearance(const Settings& scenario, const Vec3& extent) {
        fmt::format("{0:g} m: a fall from {1:.3g} times the robot's size of {2:.3g} m{3} (if not, write {0:g} "
                    "m)",
                    height, height / size, size, meant));
+}
+
+void doubt_places(const Settings& scenario, const World& world, const Model& model, const State& initial) {
+  const double size = robot_extent(model, initial).norm();
+  if (!(size > 0)) return;
+  const Vec3 base = world.initial.position;
+  constexpr double kHigh = 20, kFar = 40;  // sizes of a robot
+  double top = -std::numeric_limits<double>::infinity();
+  for (const Object& object : world.objects) {
+    if (!object.movable) top = std::max(top, top_of(object));
+  }
+  const auto height = bare_height(scenario);
+  if (height && std::isfinite(top) && base.z() - top > kHigh * size) {
+    const std::string meant = unit_meant(*height, Quantity::length, [&](double z) { return z - top <= kHigh * size; });
+    warn(*height,
+         fmt::format("{0:g} m: is {1:.3g} m above all that the robot could stand on, {2:.3g} times its size of "
+                     "{3:.3g} m{4} (if not, write {0:g} m)",
+                     base.z(), base.z() - top, (base.z() - top) / size, size, meant));
+  }
+  if (height && base.z() - top > kHigh * size) return;
+  for (const Object& object : world.objects) {
+    const Vec3 place = object.X_WO.translation();
+    const double far = (place - base).norm(), most = kFar * (size + size_of(object.shape));
+    if (!object.movable || far <= most) continue;
+    const auto position = scenario.at("environment").at(object.name).find("position");
+    if (!position || !is_bare_list(*position)) continue;
+    for (const auto& [unit, factor] : {std::pair{"cm", 1e-2}, std::pair{"mm", 1e-3}}) {
+      if ((factor * place - base).norm() > most) continue;
+      warn(*position,
+           fmt::format("is {:.3g} m from the robot, {:.3g} times its size of {:.3g} m; is it meant in {}? (if "
+                       "not, write m behind the numbers)",
+                       far, far / size, size, unit));
+      break;
+    }
+  }
+}
+
+void doubt_lag(const Settings& scenario, const std::optional<Settings>& written, double typical, double end) {
+  if (typical < end) return;
+  const auto bare = written ? largest_bare(*written) : std::nullopt;
+  const std::string meant = bare && typical / 1000 < end ? fmt::format("; did you mean {} ms?", *bare) : std::string();
+  const std::string text = fmt::format(
+      "{:g} s, and no trace is longer than {:g} s: no command of a policy ever arrives{}", typical, end, meant);
+  warn(written.value_or(scenario), written ? text : "control.lag: " + text);
 }
 
 void doubt_task(const Settings& scenario, const Task& task) {

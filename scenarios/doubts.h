@@ -13,11 +13,19 @@ namespace graze {
 /// `robot.initial.clearance`: a fall of more than twice the robot's largest extent. `extent`: robot_extent().
 void doubt_clearance(const Settings& scenario, const Vec3& extent);
 
+/// `robot.initial` and movable objects: bare numbers that put the robot many of its sizes above all that it could stand
+/// on, or an object as far from the robot. `initial`: the state of `model` that they give.
+void doubt_places(const Settings& scenario, const World& world, const Model& model, const State& initial);
+
 /// `task`: neither a requirement nor an objective, so that nothing can fail.
 void doubt_task(const Settings& scenario, const Task& task);
 
 /// `gravity`: a vector that points up.
 void doubt_gravity(const Settings& scenario);
+
+/// Whether `control.lag`, typically `typical` s, outlasts every trace, so that no command would ever arrive. `written`:
+/// the number or distribution, if one entry is known to be it.
+void doubt_lag(const Settings& scenario, const std::optional<Settings>& written, double typical, double end);
 
 /// `record.last`: more than twice the whole trace.
 void doubt_last(const Settings& scenario, const Timing& timing);

@@ -58,6 +58,24 @@ double multiple(const Settings& place, double whole, double step, const char* na
   return n;
 }
 
+/// Of a bare step of a second or so, of which the other times are no multiples, the step is what is wrong.
+void check_step(const Settings& time) {
+  const Settings step = time.at("step");
+  const double seconds = step.positive(Quantity::time);
+  if (seconds < 0.5 || !is_bare(step)) return;
+  const auto is_multiple = [](double whole, double part) {
+    const double n = std::round(whole / part);
+    return n >= 1 && std::abs(n * part - whole) <= 1e-9 * whole;
+  };
+  for (const char* key : {"control", "end"}) {
+    const auto other = time.find(key);
+    const double whole = other ? other->positive(Quantity::time) : seconds;
+    if (is_multiple(whole, seconds) || !is_multiple(whole, seconds / 1000)) continue;
+    step.fail(fmt::format("{0}: time.{1} ({2:g} s) is no whole multiple of a step of {0} s; did you mean {0} ms?",
+                          step.text(), key, whole));
+  }
+}
+
 double read_step(const Settings& settings) {
   const double step = settings.positive(Quantity::time);
   constexpr double kLong = 0.02;  // s; twenty times the usual
@@ -73,7 +91,10 @@ Timing read_time(const Settings& root) {
   const auto time = root.find("time");
   if (!time) return out;
   time->allow(keys_of("time"));
-  if (time->has("step")) out.step = read_step(time->at("step"));
+  if (time->has("step")) {
+    check_step(*time);
+    out.step = read_step(time->at("step"));
+  }
   out.control = out.step;
   if (const auto control = time->find("control")) {
     out.control = control->positive(Quantity::time);
@@ -191,7 +212,7 @@ void check_frames(const Settings& root, const Scenario& s) {
 void check_policies(Scenario& scenario) {
   const State initial = initial_state(*scenario.world, scenario.model);
   const ControlContext context{scenario.model, initial, scenario.timing.control,
-                               make_physics(scenario.physics, scenario.model)->solves_drives()};
+                               make_physics(scenario.physics, scenario.model)->solves_drives(), scenario.timing.end};
   for (PolicySpec& policy : scenario.policies) policy.reads = Controller(context, policy.settings).reads();
 }
 
@@ -206,22 +227,17 @@ void check_fabrication(const Settings& root, const Scenario& scenario) {
   }
 }
 
-/// Warns of a control lag that outlasts every trace: no command would ever arrive. Mostly a unit was forgotten.
-void check_lag(const Settings& root, Scenario& scenario) {
+/// Looks at the control lag where it stands last.
+void check_lag(const Settings& root, const Scenario& scenario) {
   constexpr const char* kLag = "control.lag";
   double typical = scenario.world->control_lag;
   for (const UncertainParameter& parameter : scenario.space.parameters) {
     if (parameter.name == kLag) typical = parameter.persistent.median();
   }
-  if (typical < scenario.timing.end) return;
   const auto control = root.find("control"), uncertain = root.find("uncertain");
-  auto where = control ? control->find("lag") : std::nullopt;
-  if (uncertain && uncertain->has(kLag)) where = uncertain->find(kLag);
-  const double milliseconds = typical / 1000;
-  scenario.warnings.push_back(
-      fmt::format("{}: {}: {:g} s, and no trace is longer than {:g} s: no command of a policy ever arrives{}",
-                  where ? where->place() : scenario.file, kLag, typical, scenario.timing.end,
-                  milliseconds < scenario.timing.end ? fmt::format("; did you mean {:g} ms?", typical) : ""));
+  auto written = control ? control->find("lag") : std::nullopt;
+  if (uncertain && uncertain->has(kLag)) written = uncertain->find(kLag);
+  doubt_lag(root, written, typical, scenario.timing.end);
 }
 
 /// A back end's own errors name no place; the robot's file is where the mistake is.
@@ -262,6 +278,7 @@ Scenario read_scenario(const Settings& root, const std::string& file, const Scen
   out.timing = read_time(root);
   const Vec3 extent = robot_extent(out.model, initial_state(*out.world, out.model));
   doubt_clearance(root, extent);
+  doubt_places(root, *out.world, out.model, initial_state(*out.world, out.model));
   out.space = read_uncertain(root, ParameterTable(*out.world), read.uncertain, out.timing.control, extent);
   check_lag(root, out);
   read_sampling(root, out);

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "engine/control/joint_values.h"
 #include "engine/model/kinematics.h"
 #include "engine/model/urdf.h"
 #include "engine/physics.h"
@@ -149,21 +149,11 @@ class WorldReader {
         if (quantity == Quantity::length) checked_length(value, number);
         if (quantity == Quantity::angle) checked_angle(value, number);
         out[names[i]] = number;
-        if (&out == &world().initial.joint_position) doubt_position(value, *moving[i], out[names[i]]);
+        if (&out != &world().initial.joint_position) continue;
+        const JointRoom room{names[i], moving[i]->lower, moving[i]->upper, quantity == Quantity::angle};
+        doubt_position(value, room, out[names[i]]);
       }
     }
-  }
-
-  /// A joint that begins beyond its limits by more than rounding makes.
-  static void doubt_position(const Settings& value, const Joint& joint, double q) {
-    const double range = joint.upper - joint.lower, slack = 1e-3 + (std::isfinite(range) ? 0.01 * range : 0.0);
-    const auto fits = [&](double x) { return x >= joint.lower - slack && x <= joint.upper + slack; };
-    if (fits(q)) return;
-    const bool turns = joint.type == JointType::revolute;
-    const double meant = turns ? q * std::numbers::pi / 180 : q / 1000;
-    warn(value, fmt::format("{:g} {}: the limits of joint {} are {:g} and {:g}{}", q, turns ? "rad" : "m", joint.name,
-                            joint.lower, joint.upper,
-                            fits(meant) ? fmt::format("; did you mean {:g} {}?", q, turns ? "deg" : "mm") : ""));
   }
 
   static void doubt_density(const Settings& value, double density) {

@@ -25,6 +25,8 @@ class JointTable {
   const std::vector<int>& columns() const { return columns_; }
   double first_time() const { return time_.front(); }
   double last_time() const { return time_.back(); }
+  /// Time of the second row, after which the joints can have got somewhere; of a table of one row the only one.
+  double second_time() const { return time_[std::min<std::size_t>(1, time_.size() - 1)]; }
 
   /// Value and rate of a column at t; held at the ends, where the rate is 0. Cubic: Catmull-Rom slopes on the table's
   /// own times (C1, exact for parabolas inside).

@@ -4,6 +4,8 @@
 // Amplitude, frequency and phase are numbers or maps of joint globs; after `until` the motion is frozen. Joints that
 // nothing is said about hold their nominal initial position.
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,6 +13,7 @@
 #include "engine/control/joint_table.h"
 #include "engine/control/joint_values.h"
 #include "engine/lanes/scalar.h"
+#include "engine/settings/warnings.h"
 
 namespace graze {
 
@@ -37,7 +40,9 @@ class Sinusoid : public Motion {
     if (settings.has("until")) until_ = settings.at("until").non_negative(Quantity::time);
     for (int k = 0; k < static_cast<int>(q0_.size()); ++k) {
       const double most = std::abs(amplitude_[k]);
-      if (most > 0) doubt_targets(context.nominal, k, q0_[k] - most, q0_[k] + most, settings.at("amplitude"));
+      if (most == 0) continue;
+      const Settings typed = joint_entry(context.nominal, settings.at("amplitude"), k);
+      doubt_targets(context.nominal, k, q0_[k] - most, q0_[k] + most, typed);
     }
   }
 
@@ -59,6 +64,7 @@ class Table : public Motion {
       : q0_(actuated_positions(context.nominal, context.initial)),
         table_(JointTable::load(settings.at("table"), actuated_names(context.nominal), interpolation_of(settings))),
         column_(q0_.size(), -1) {
+    doubt_times(settings.at("table"), context.end);
     for (std::size_t c = 0; c < table_.columns().size(); ++c) {
       column_[table_.columns()[c]] = static_cast<int>(c);
       const auto [low, high] = table_.extremes(c);
@@ -73,6 +79,14 @@ class Table : public Motion {
   }
 
  private:
+  /// Times in ms are a thousand times too long for the trace.
+  void doubt_times(const Settings& file, double end) const {
+    const double second = table_.second_time();
+    if (!(second >= 10 * end && second / 1000 <= end)) return;
+    warn(file, fmt::format("{}: its second row is at {:g} s, and no trace is longer than {:g} s; are its times in ms?",
+                           file.text(), second, end));
+  }
+
   static Interpolation interpolation_of(const Settings& settings) {
     if (!settings.has("interpolation")) return Interpolation::linear;
     return settings.at("interpolation").choice({"linear", "cubic"}) == "cubic" ? Interpolation::cubic

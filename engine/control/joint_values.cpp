@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/settings/units.h"
 #include "engine/settings/warnings.h"
 
 namespace graze {
@@ -61,17 +62,58 @@ std::vector<double> read_joint_values_or(const Model& model, const Settings& set
   return found ? read_joint_values(model, *found, quantity, fallback) : std::vector<double>(model.na(), fallback);
 }
 
-void doubt_targets(const Model& model, int k, double low, double high, const Settings& settings) {
+Settings joint_entry(const Model& model, const Settings& settings, int k) {
+  Settings out = settings;
+  if (!settings.is_map()) return out;
+  for (const auto& [pattern, value] : settings.entries()) {
+    if (matches(pattern, model.bodies[model.actuated[k]].joint)) out = value;
+  }
+  return out;
+}
+
+namespace {
+
+Quantity quantity_of(const JointRoom& room) { return room.turns ? Quantity::angle : Quantity::length; }
+
+/// How far [low, high] goes beyond the limits: 0 up to what rounding makes of them.
+double beyond(const JointRoom& room, double low, double high) {
+  const double range = room.upper - room.lower, slack = 1e-3 + (std::isfinite(range) ? 0.01 * range : 0.0);
+  const double far = std::max(high - room.upper, room.lower - low);
+  return far > slack ? far : 0;
+}
+
+/// Excess that a forgotten unit explains rather than a wrong number, rad or m.
+constexpr double kFar = 1;
+
+std::string limits_text(const Settings& typed, const JointRoom& room) {
+  return fmt::format("{} and {}", in_unit_of(typed, quantity_of(room), room.lower),
+                     in_unit_of(typed, quantity_of(room), room.upper));
+}
+
+}  // namespace
+
+void doubt_position(const Settings& typed, const JointRoom& room, double q) {
+  const double far = beyond(room, q, q);
+  if (far == 0) return;
+  const auto fits = [&](double x) { return beyond(room, x, x) == 0; };
+  warn(typed, fmt::format("{}: the limits of joint {} are {}{}", typed.text(), room.name, limits_text(typed, room),
+                          far > kFar ? unit_meant(typed, quantity_of(room), fits) : ""));
+}
+
+void doubt_targets(const Model& model, int k, double low, double high, const Settings& typed) {
   const Body& body = model.bodies[model.actuated[k]];
-  const double range = body.upper - body.lower, slack = 1e-3 + (std::isfinite(range) ? 0.1 * range : 0.0);
-  if (low >= body.lower - slack && high <= body.upper + slack) return;
-  const bool turns = body.type == JointType::revolute;
-  const double far = std::max(high - body.upper, body.lower - low);
-  warn(settings, fmt::format("targets of joint {} reach from {:g} to {:g}, and its limits are {:g} and {:g}{}",
-                             body.joint, low, high, body.lower, body.upper,
-                             far > (turns ? 2 * std::numbers::pi : 1.0)
-                                 ? fmt::format("; are they meant in {}?", turns ? "deg" : "mm")
-                                 : ""));
+  const JointRoom room{body.joint, body.lower, body.upper, body.type == JointType::revolute};
+  const double far = beyond(room, low, high), factor = room.turns ? std::numbers::pi / 180 : 1e-3;
+  if (far == 0) return;
+  // A number with a unit is believed; a table's numbers have none.
+  const bool bare = is_bare(typed) || !split_number(typed.text());
+  const double middle = is_bare(typed) ? (low + high) / 2 : 0;  // which a unit of the amplitude leaves where it is
+  const bool meant =
+      far > kFar && bare && beyond(room, middle + factor * (low - middle), middle + factor * (high - middle)) == 0;
+  const Quantity quantity = quantity_of(room);
+  warn(typed, fmt::format("targets of joint {} reach from {} to {}, and its limits are {}{}", room.name,
+                          in_unit_of(typed, quantity, low), in_unit_of(typed, quantity, high), limits_text(typed, room),
+                          meant ? fmt::format("; are they meant in {}?", room.turns ? "deg" : "mm") : ""));
 }
 
 std::vector<double> read_gains(const Model& model, const Settings& settings, std::string_view key, Quantity quantity) {

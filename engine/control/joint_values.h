@@ -20,8 +20,21 @@ std::vector<double> actuated_positions(const Model& model, const State& state);
 /// Gains of a servo: stiffness and damping must not be negative.
 std::vector<double> read_gains(const Model& model, const Settings& settings, std::string_view key, Quantity quantity);
 
-/// Warns at `settings` of targets [low, high] of actuated joint k that lie beyond its position limits by a tenth of
-/// their range or more, with the unit that may have been meant.
-void doubt_targets(const Model& model, int k, double low, double high, const Settings& settings);
+/// Of a map as read_joint_values() takes it: where the value of actuated joint k stands, the last entry that names it.
+/// Else: `settings`.
+Settings joint_entry(const Model& model, const Settings& settings, int k);
+
+/// A joint that is to begin or to go somewhere.
+struct JointRoom {
+  std::string name;
+  double lower, upper;  // position limits, rad or m
+  bool turns;
+};
+
+/// Warns at `typed` of a position q that lies beyond the joint's limits by more than a hundredth of their range (and
+/// 1e-3), with the unit that may have been meant if none was typed. All positions are doubted by this rule.
+void doubt_position(const Settings& typed, const JointRoom& room, double q);
+/// The same of targets [low, high] of actuated joint k. `typed`: the amplitude that they come from, or a table's name.
+void doubt_targets(const Model& model, int k, double low, double high, const Settings& typed);
 
 }  // namespace graze

@@ -146,7 +146,7 @@ TEST(Scenario, WarnsOfALagBeyondTheTrace) {
               AllOf(HasSubstr("test.yaml:6:16: control.lag: 5 s, and no trace is longer than 1 s"),
                     HasSubstr("did you mean 5 ms?")));
   EXPECT_THAT(warnings("uncertain: {control.lag: {uniform: [4, 6]}}\n"),
-              AllOf(HasSubstr("test.yaml:6:26: control.lag: 5 s"), HasSubstr("did you mean 5 ms?")));
+              AllOf(HasSubstr("test.yaml:6:26: uncertain.control.lag: 5 s"), HasSubstr("did you mean 6 ms?")));
   EXPECT_THAT(warnings("control: {lag: 1000}\n"), AllOf(HasSubstr("control.lag: 1000 s"), Not(HasSubstr("mean"))));
   EXPECT_THAT(warnings("control: {lag: 900 ms}\n"), Not(HasSubstr("control.lag")));
 }
