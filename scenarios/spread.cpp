@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <stdexcept>
 
 #include "engine/settings/units.h"
@@ -202,6 +203,8 @@ double read_noise(const Settings& value, const Parameter& parameter) {
   }
   if (!number) density.fail(fmt::format("{}: must be a number in {}", text, unit));
   if (!(*number >= 0) || !std::isfinite(*number)) density.fail(fmt::format("{}: a noise density must be >= 0", text));
+  constexpr double kMost = 1e100;  // whose draws are finite at any control step
+  if (*number > kMost) density.fail(fmt::format("{}: a noise density must be at most {:g} {}", text, kMost, unit));
   return *number;
 }
 
@@ -334,7 +337,12 @@ bool is_spread(const Settings& value) { return value.is_map(); }
 
 double read_cone(const Settings& value) {
   value.allow(keys_of("cone"));
-  return value.at("std").non_negative(Quantity::angle);
+  const double std = value.at("std").non_negative(Quantity::angle);
+  if (std > std::numbers::pi) {
+    value.at("std").fail(
+        fmt::format("{:g} rad: an axis is tilted by half a turn at most, {:.5g} rad", std, std::numbers::pi));
+  }
+  return std;
 }
 
 void check_bounds(const Settings& value, const Parameter& parameter, const Distribution& distribution) {
