@@ -24,6 +24,9 @@ Window read_window(const Settings& settings) {
   return {ends[0], ends[1]};
 }
 
+/// ", from 1 to 2 s" behind what is judged within it.
+std::string window_text(const Window& window) { return fmt::format(", from {:g} to {:g} s", window.from, window.to); }
+
 class TaskReader {
  public:
   TaskReader(const Model& nominal, const TraceTimes& times) : nominal_(nominal), times_(times) {}
@@ -39,7 +42,10 @@ class TaskReader {
     out.description = witness.description;
     out.unit = witness.unit;
     const auto window = settings.find("window");
-    if (window) out.window = read_window(*window);
+    if (window) {
+      out.window = read_window(*window);
+      out.description += window_text(out.window);
+    }
     const char* const then = measure ? "so nothing is measured" : "so the requirement is never violated";
     if (window && warn_of_window(*window, out.window, times_, then)) return out;
     if (measure) {
@@ -147,7 +153,10 @@ class TaskReader {
       settings.fail("is judged at one kind of time: 'at: end', 'always: true' or 'once: true'");
     }
     if (window && settings.has("at")) window->fail_key("a window goes with 'always' or 'once', not with 'at: end'");
-    if (window) out.window = read_window(*window);
+    if (window) {
+      out.window = read_window(*window);
+      out.description += window_text(out.window);
+    }
     // A window alone means throughout it.
     out.kind = once ? Objective::Kind::once : always || window ? Objective::Kind::always : Objective::Kind::at_end;
     const char* const then = once ? "so it never holds" : "so it always holds";

@@ -161,8 +161,9 @@ ReadWitness read_joint_limits(const Settings& settings, const Model& nominal) {
     range.why = fmt::format("joint {} has {:g} rad from limit to limit, and a margin of {:g} at both leaves nothing",
                             body.joint, body.upper - body.lower, spare);
   }
-  return {std::make_shared<JointLimits>(nominal, joints, spare), "position limits of " + joints_text(settings), "rad",
-          range};
+  std::string text = "position limits of " + joints_text(settings);
+  if (spare > 0) text += fmt::format(", less {:g} rad", spare);
+  return {std::make_shared<JointLimits>(nominal, joints, spare), text, "rad", range};
 }
 
 ReadWitness read_torque_limits(const Settings& settings, const Model& nominal) {
@@ -187,7 +188,8 @@ ReadWitness read_joint_speed(const Settings& settings, const Model& nominal) {
   const std::vector<int> joints =
       limit ? read_joints(settings, nominal)
             : only(settings, nominal, "a velocity limit", [](const Body& b) { return std::isfinite(b.velocity); });
-  return {std::make_shared<JointSpeed>(nominal, joints, below), "speed of " + joints_text(settings), "rad/s"};
+  const std::string bound = limit ? fmt::format(" below {:g} rad/s", below) : " below the URDF's limits";
+  return {std::make_shared<JointSpeed>(nominal, joints, below), "speed of " + joints_text(settings) + bound, "rad/s"};
 }
 
 }  // namespace graze

@@ -274,10 +274,15 @@ void read_range(const Settings& settings, double& above, double& below) {
   }
 }
 
-std::string range_text(const char* axis, double above, double below) {
-  std::string out;
-  if (std::isfinite(above)) out += fmt::format(" {} > {:g} m", axis, above);
-  if (std::isfinite(below)) out += fmt::format(" {} < {:g} m", axis, below);
+/// "x > 1 m, y > -0.5 m and y < 0.5 m"
+std::string region_text(const Vec3& above, const Vec3& below) {
+  std::vector<std::string> bounds;
+  for (int i = 0; i < 3; ++i) {
+    if (std::isfinite(above[i])) bounds.push_back(fmt::format("{} > {:g} m", "xyz"[i], above[i]));
+    if (std::isfinite(below[i])) bounds.push_back(fmt::format("{} < {:g} m", "xyz"[i], below[i]));
+  }
+  std::string out = bounds.empty() ? "anywhere" : bounds.front();
+  for (std::size_t i = 1; i < bounds.size(); ++i) out += (i + 1 < bounds.size() ? ", " : " and ") + bounds[i];
   return out;
 }
 
@@ -314,7 +319,7 @@ ReadWitness read_height(const Settings& settings, const Model& nominal) {
   Vec3 above = Vec3::Constant(-kOpen), below = Vec3::Constant(kOpen);
   read_range(settings, above.z(), below.z());
   return {std::make_shared<Region>(nominal, frames, above, below),
-          settings.at("link").text() + range_text("z", above.z(), below.z()), "m",
+          settings.at("link").text() + " " + region_text(above, below), "m",
           region_range(nominal, frames, above, below)};
 }
 
@@ -322,7 +327,6 @@ ReadWitness read_position(const Settings& settings, const Model& nominal) {
   settings.allow(keys_of("position"));
   const std::vector<int> frames = read_frames(settings, nominal);
   Vec3 above = Vec3::Constant(-kOpen), below = Vec3::Constant(kOpen);
-  std::string text = settings.at("link").text();
   constexpr const char* kAxes[] = {"x", "y", "z"};
   bool any = false;
   for (int i = 0; i < 3; ++i) {
@@ -330,11 +334,11 @@ ReadWitness read_position(const Settings& settings, const Model& nominal) {
     if (!range) continue;
     range->allow(keys_of("region"));
     read_range(*range, above[i], below[i]);
-    text += range_text(kAxes[i], above[i], below[i]);
     any = true;
   }
   if (!any) settings.fail("needs one of x, y, z, e.g. y: {below: -0.2 m}");
-  return {std::make_shared<Region>(nominal, frames, above, below), text, "m",
+  return {std::make_shared<Region>(nominal, frames, above, below),
+          settings.at("link").text() + " " + region_text(above, below), "m",
           region_range(nominal, frames, above, below)};
 }
 

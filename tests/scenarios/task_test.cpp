@@ -43,6 +43,26 @@ TEST_F(Tasks, PositionAndHeightAreDistancesToPlanes) {
   EXPECT_NEAR(margin("{height: {link: \"{base,foot}\", above: 2.5}}"), 0.1, 1e-14);
 }
 
+// Claim: a description tells every bound, and the window.
+TEST(TaskDescriptions, AreWhole) {
+  const Scenario scenario = testing::read(testing::hopper(R"(task:
+  requirements:
+    lane: {position: {link: base, x: {above: -1}, y: {above: -0.5, below: 0.5}}}
+    slow: {joint_speed: {joints: hip, below: 10}, window: [0.5 s, 1 s]}
+    rated: {joint_speed: {joints: hip}}
+    spare: {joint_limits: {joints: hip, margin: 0.5}}
+    free: {joint_limits: {joints: hip}}
+  objective: {height: {link: base, above: 0, below: 1}, once: true, window: [0.25 s, 0.5 s]}
+)"));
+  std::vector<std::string> texts;
+  for (const Requirement& one : scenario.task.requirements) texts.push_back(one.description);
+  EXPECT_EQ(texts, (std::vector<std::string>{"base x > -1 m, y > -0.5 m and y < 0.5 m",
+                                             "speed of hip below 10 rad/s, from 0.5 to 1 s",
+                                             "speed of hip below the URDF's limits",
+                                             "position limits of hip, less 0.5 rad", "position limits of hip"}));
+  EXPECT_EQ(scenario.task.objective.description, "base z > 0 m and z < 1 m, from 0.25 to 0.5 s");
+}
+
 TEST_F(Tasks, SpeedIsThatOfTheLinksOrigin) {
   v_[2] = 2;                    // base turns about z, rad/s
   v_.segment<3>(3) << 3, 0, 0;  // and moves
