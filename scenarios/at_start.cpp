@@ -231,43 +231,123 @@ std::string violation_text(const Model& model, const Requirement& one, double ma
   return pair.empty() ? by : fmt::format("{} ({})", by, pair);
 }
 
-/// "; did you mean 30 cm?" for the place that a requirement asks for, as length_meant() has it. Of several axes it is
-/// not known which one is missed.
-std::string place_meant(const Settings& requirement, double margin, double size) {
-  if (const auto height = requirement.find("height")) return length_meant(*height, margin, size);
-  const auto position = requirement.find("position");
-  std::string only;
-  for (const char* axis : {"x", "y", "z"}) {
-    if (!position || !position->has(axis)) continue;
-    if (!only.empty()) return "";
-    only = axis;
-  }
-  return only.empty() ? "" : length_meant(position->at(only), margin, size);
+/// How far, m, a robot of a size may have come along an axis (0 … 2) after some seconds: faster than animals run, ten
+/// lengths a second, and a length a second upward; it may fall.
+double reach_of(const Settings& range, int axis, double size, double seconds, const Model& model) {
+  const double sideways = 10 * size * seconds, upward = size * seconds;
+  const double fall = 0.5 * std::abs(model.gravity[axis]) * seconds * seconds;
+  return (axis < 2 ? sideways : upward) + (axis < 2 || range.has("below") ? fall : 0);
 }
 
-/// Requirements that are below 0 before the first step, which the judge of traces counts.
-void doubt_requirements(const Settings& root, const Scenario& scenario, const Particle& particle,
-                        const BlockState& state) {
-  const Model& model = particle.model;
-  BlockArray tau(model.na()), headroom(model.na());
-  for (int k = 0; k < model.na(); ++k) headroom(k, kLane) = model.bodies[model.actuated[k]].effort;
-  LaneMask lane;
-  lane.set(kLane);
-  TaskMonitor monitor(scenario.task);
-  monitor.start(kLane, model);
-  monitor.update({state, {}, tau, headroom, {}, lane});
-  const std::vector<double> margins = monitor.margins(kLane);
-  const std::vector<int> parts = monitor.margin_parts(kLane);
-  const double size = robot_extent(model, particle.initial).norm();
-  for (std::size_t i = 0; i < margins.size(); ++i) {
-    const Requirement& one = scenario.task.requirements[i];
-    if (one.measure || !(margins[i] < 0)) continue;
-    const Settings written = root.at("task").at("requirements").at(one.name);
-    warn(written, fmt::format("is violated at the start already{}{}{}",
-                              violation_text(model, one, margins[i], parts[i]), place_meant(written, margins[i], size),
-                              scenario.task.stop_at_violation ? "; a trace that begins so ends there" : ""));
+/// "; did you mean 30 cm?" for the place that a witness asks for, as length_meant() has it, `seconds` after the start.
+/// Of several axes it is not known which one is missed.
+std::string place_meant(const Settings& witness, double margin, double size, double seconds, const Model& model) {
+  const auto meant = [&](const Settings& range, int axis) {
+    return length_meant(range, margin, size, seconds > 0 ? reach_of(range, axis, size, seconds, model) : 0);
+  };
+  if (const auto height = witness.find("height")) return meant(*height, 2);
+  const auto position = witness.find("position");
+  int only = -1;
+  constexpr const char* kAxes[] = {"x", "y", "z"};
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!position || !position->has(kAxes[axis])) continue;
+    if (only >= 0) return "";
+    only = axis;
   }
+  return only < 0 ? "" : meant(position->at(kAxes[only]), only);
 }
+
+/// The predicates of an objective in the order of leaves().
+void collect_leaves(const Settings& predicate, std::vector<Settings>& leaves) {
+  for (const char* inner : {"all", "any", "not"}) {
+    if (!predicate.has(inner)) continue;
+    for (const Settings& part : predicate.at(inner).items()) collect_leaves(part, leaves);
+    return;
+  }
+  leaves.push_back(predicate);
+}
+
+std::vector<Settings> written_leaves(const Settings& objective) {
+  std::vector<std::string> keys = witness_names();
+  keys.insert(keys.end(), {"all", "any", "not"});
+  const auto entries = objective.entries();
+  const bool named =
+      entries.size() == 1 && std::find(keys.begin(), keys.end(), entries[0].first) == keys.end();  // gives it a name
+  std::vector<Settings> leaves;
+  collect_leaves(named ? entries[0].second : objective, leaves);
+  return leaves;
+}
+
+/// Looks at what is judged before the first step, as the judge of traces does.
+class TaskAtStart {
+ public:
+  TaskAtStart(const Settings& root, const Scenario& scenario, const Particle& particle)
+      : task_(root.find("task")), scenario_(scenario), model_(particle.model), monitor_(scenario.task) {
+    monitor_.start(kLane, model_);
+    size_ = robot_extent(model_, particle.initial).norm();
+  }
+
+  void look(const BlockState& state) {
+    if (!task_) return;
+    BlockArray tau(model_.na()), headroom(model_.na()), requirements, objective;
+    for (int k = 0; k < model_.na(); ++k) headroom(k, kLane) = model_.bodies[model_.actuated[k]].effort;
+    LaneMask lane;
+    lane.set(kLane);
+    const WitnessInput input{state, {}, tau, headroom, {}, lane};
+    monitor_.update(input);
+    monitor_.values(input, requirements, objective);
+    const std::vector<double> margins = monitor_.margins(kLane);
+    const std::vector<int> parts = monitor_.margin_parts(kLane);
+    for (std::size_t i = 0; i < margins.size(); ++i) {
+      const Requirement& one = scenario_.task.requirements[i];
+      const Settings written = task_->at(one.measure ? "measures" : "requirements").at(one.name);
+      if (margins[i] < 0) {
+        tell_violated(written, one, margins[i], parts[i]);
+      } else if (!one.window.contains(0)) {
+        doubt_place(written, requirements(static_cast<int>(i), kLane), one.description, one.window);
+      }
+    }
+    if (const auto place = task_->find("objective")) look_at_objective(*place, objective);
+  }
+
+ private:
+  void tell_violated(const Settings& written, const Requirement& one, double margin, int part) const {
+    const char* then = scenario_.task.stop_at_violation ? "; a trace that begins so ends there" : "";
+    if (one.measure) {
+      then = written.has("contact")
+                 ? "; a trace that begins so does not keep it: 'window: [FROM, TO]' looks later, and the measure "
+                   "'no_contact' tells which traces touch at all"
+                 : "; a trace that begins so does not keep it: 'window: [FROM, TO]' looks later";
+    }
+    warn(written, fmt::format("is violated at the start already{}{}{}", violation_text(model_, one, margin, part),
+                              place_meant(written, margin, size_, 0, model_), then));
+  }
+
+  void look_at_objective(const Settings& place, const BlockArray& values) const {
+    const std::vector<Settings> written = written_leaves(place);
+    const std::vector<const Objective*> read = leaves(scenario_.task.objective);
+    for (std::size_t i = 0; i < std::min(written.size(), read.size()); ++i) {
+      doubt_place(written[i], values(static_cast<int>(i), kLane), read[i]->description, read[i]->window);
+    }
+  }
+
+  /// A place that is asked for later, and that the robot can hardly come to.
+  void doubt_place(const Settings& written, double value, const std::string& description, const Window& window) const {
+    if (!(value < 0)) return;
+    const double seconds = std::min(window.to, scenario_.timing.end);
+    const std::string meant = place_meant(written, value, size_, seconds, model_);
+    if (meant.empty()) return;
+    warn(written,
+         fmt::format("is missed at the start by {:.3g} m, farther than a robot of {:.3g} m goes in {:g} s: {}{}",
+                     -value, size_, seconds, description, meant));
+  }
+
+  const std::optional<Settings> task_;
+  const Scenario& scenario_;
+  const Model& model_;
+  TaskMonitor monitor_;
+  double size_ = 0;  // m
+};
 
 }  // namespace
 
@@ -276,7 +356,7 @@ void doubt_start(const Settings& root, const Scenario& scenario) {
   if (!particle) return;
   const BlockState state = beginning(*particle);
   OverlapsAtStart(root, scenario).look(*particle, state);
-  doubt_requirements(root, scenario, *particle, state);
+  TaskAtStart(root, scenario, *particle).look(state);
 }
 
 }  // namespace graze

@@ -290,15 +290,15 @@ void doubt_weight(const Settings& shape, double density, double volume, double r
                           size_meant(volume, [&](double v) { return density * v <= kHeaviest * robot; })));
 }
 
-std::string length_meant(const Settings& range, double margin, double size) {
-  if (-margin <= 2 * size) return "";
+std::string length_meant(const Settings& range, double margin, double size, double reach) {
+  if (-margin <= 2 * size + reach) return "";
   for (const char* side : {"above", "below"}) {
     const auto bound = range.find(side);
     if (!bound || !is_bare(*bound)) continue;
     const double sign = side[0] == 'a' ? 1 : -1, place = bound->number(Quantity::length) + sign * margin;
     // The other bound may be the one that is missed: then no link is near this one's place.
     const std::string meant =
-        unit_meant(*bound, Quantity::length, [&](double x) { return std::abs(x - place) <= size; });
+        unit_meant(*bound, Quantity::length, [&](double x) { return std::abs(x - place) <= size + reach; });
     if (!meant.empty()) return meant;
   }
   return "";

@@ -52,7 +52,8 @@ void doubt_weight(const Settings& shape, double density, double volume, double r
 void doubt_impulse(const Settings& settings, const Model& nominal, double end);
 
 /// "; did you mean 30 cm?" for a bound of a place, `{above, below}` in `range`, that the robot misses at the start by
-/// many times its size `size`, by this (negative) margin. Empty: it is near enough, or no unit explains it.
-std::string length_meant(const Settings& range, double margin, double size);
+/// many times its size `size`, by this (negative) margin. `reach`: how far it may have come, m, when it is judged.
+/// Empty: it is near enough, or no unit explains it.
+std::string length_meant(const Settings& range, double margin, double size, double reach = 0);
 
 }  // namespace graze
