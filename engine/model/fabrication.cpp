@@ -111,11 +111,21 @@ std::vector<int> ParameterTable::match(const std::string& pattern) const {
 
 /// Follows the pattern from the left for as long as its segments fit some path, and replaces the first that does not by
 /// the nearest that would.
+/// Another shape's name for a size: boxes have `size`, round things `radius` and `length`.
+std::string other_size(const std::string& words) {
+  static const std::map<std::string, std::string> kOther = {{"size.x", "radius"}, {"size.y", "radius"},
+                                                            {"size.z", "length"}, {"length", "size.z"},
+                                                            {"height", "length"}, {"diameter", "radius"}};
+  const auto found = kOther.find(words);
+  return found == kOther.end() ? "" : found->second;
+}
+
 std::string ParameterTable::suggest(const std::string& pattern) const {
   std::vector<std::vector<std::string>> paths;
   for (const Parameter& parameter : parameters_) paths.push_back(segments(parameter.path));
   std::vector<std::string> words = segments(pattern);
-  for (std::size_t k = 0; k < words.size(); ++k) {
+  std::size_t k = 0;
+  for (; k < words.size(); ++k) {
     std::vector<std::string> here;
     std::vector<std::vector<std::string>> fitting;
     for (const auto& path : paths) {
@@ -134,6 +144,14 @@ std::string ParameterTable::suggest(const std::string& pattern) const {
     --k;                              // now it fits
   }
   if (!match(join(words)).empty()) return join(words);
+  constexpr std::size_t kNamed = 2;  // segments that name a thing: another thing's parameter is not meant
+  if (k >= kNamed && k < words.size()) {
+    const auto behind = words.begin() + static_cast<std::ptrdiff_t>(k);
+    const std::vector<std::string> head(words.begin(), behind);
+    const std::string other = join(head) + "." + other_size(join({behind, words.end()}));
+    if (!match(other).empty()) return other;
+    return "";
+  }
   std::vector<std::string> all;
   for (const Parameter& parameter : parameters_) all.push_back(parameter.path);
   return nearest(pattern, all);
