@@ -68,6 +68,47 @@ std::string trimmed(const std::string& text) {
   return first == std::string::npos ? "" : text.substr(first, last - first + 1);
 }
 
+/// The number of a question as it was typed, "0.9" or "90%", if it can be a rate; else empty.
+std::string rate_in(const std::string& body) {
+  const std::size_t first = body.find_first_of("0123456789");
+  if (first == std::string::npos || (first > 0 && body[first - 1] == '-')) return "";
+  const std::size_t begin = first > 0 && body[first - 1] == '.' ? first - 1 : first;
+  double value = 0;
+  const auto [end, error] = std::from_chars(body.data() + begin, body.data() + body.size(), value);
+  if (error != std::errc{}) return "";
+  const std::string number(body.data() + begin, end);
+  const std::size_t behind = body.find_first_not_of(" \t", begin + number.size());
+  const bool percent = behind != std::string::npos && body[behind] == '%';
+  const double rate = percent ? value / 100 : value;
+  if (rate > 0 && rate < 1) return number + (percent ? "%" : "");
+  return !percent && value > 1 && value < 100 ? number + "%" : "";
+}
+
+/// The right question that is nearest to a wrong one: its policy, kind, direction and number, as far as they can be
+/// told.
+std::string repaired(const std::string& text) {
+  const std::size_t colon = text.rfind(':');
+  std::string selector = trimmed(text.substr(0, colon == std::string::npos ? 0 : colon));
+  std::string body = trimmed(colon == std::string::npos ? text : text.substr(colon + 1));
+  // "soft p >= 0.9": the colon was forgotten.
+  const std::size_t relation = body.find_first_of("<>=!~");
+  const std::string left = trimmed(body.substr(0, relation));
+  const std::size_t blank = left.find_last_of(" \t");
+  const std::string last = blank == std::string::npos ? left : left.substr(blank + 1);
+  if (blank != std::string::npos && (last == "p" || last == "ci") && selector.empty()) {
+    selector = trimmed(left.substr(0, blank));
+    body = last + body.substr(relation == std::string::npos ? body.size() : relation);
+  }
+  const bool narrow = body.starts_with("ci");
+  const std::size_t sign_at = body.find_first_of("<>=!~");
+  const std::string number = rate_in(sign_at == std::string::npos ? body : body.substr(sign_at));
+  const std::string sign = narrow || body.find('<') != std::string::npos ? " < " : " >= ";
+  return (selector.empty() ? "" : selector + ": ") + (narrow ? "ci" : "p") + sign +
+         (!number.empty() ? number
+          : narrow        ? "0.02"
+                          : "0.95");
+}
+
 }  // namespace
 
 std::vector<Question> questions_of(const CampaignInfo& info) {
@@ -84,20 +125,19 @@ Question parse_question(const std::string& text, const std::string& option) {
   Question out;
   out.text = trimmed(text);
   const std::size_t colon = text.rfind(':');
-  const std::string before = colon == std::string::npos ? "" : text.substr(0, colon + 1) + " ";
+  const std::string right = repaired(text);
   Words words(text, option, colon == std::string::npos ? 0 : colon + 1);
   if (colon != std::string::npos) out.selector = trimmed(text.substr(0, colon));
   if (out.selector.empty()) {
     words.go_to(0);
-    words.fail("no policy before ':'", trimmed(text.substr(colon + 1)));
+    words.fail("no policy before ':'", right);
   }
   words.skip_blanks();
   const std::size_t start = words.at();
   const std::string what = words.letters();
   if (what != "p" && what != "ci") {
     words.go_to(start);
-    words.fail(fmt::format("'{}' is neither p (the success rate) nor ci (the width of its interval)", what),
-               before + "p >= 0.95");
+    words.fail(fmt::format("'{}' is neither p (the success rate) nor ci (the width of its interval)", what), right);
   }
   words.skip_blanks();
   const std::size_t place = words.at();
@@ -107,10 +147,10 @@ Question parse_question(const std::string& text, const std::string& option) {
     words.go_to(place);
     const std::string rule = what == "ci" ? "an interval can only be asked to be narrow: ci < WIDTH"
                                           : "a rate is asked to be at least (>=) or below (<) a bound";
-    words.fail(fmt::format("'{}': {}", relation, rule), before + (what == "ci" ? "ci < 0.02" : "p >= 0.95"));
+    words.fail(fmt::format("'{}': {}", relation, rule), right);
   }
   out.kind = what == "ci" ? Question::Kind::narrow : above ? Question::Kind::rate_above : Question::Kind::rate_below;
-  out.bound = words.fraction(before + what + " " + relation + (what == "ci" ? " 0.02" : " 0.95"));
+  out.bound = words.fraction(right);
   return out;
 }
 

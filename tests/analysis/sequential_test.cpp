@@ -179,17 +179,24 @@ TEST(Question, MistakesAreToldWithTheNearestRightAnswer) {
       EXPECT_NO_THROW(parse_question(right, "--until")) << right;
     }
   };
-  expect("rate >= 0.9", 1, "'rate' is neither p", "p >= 0.95");
+  expect("rate >= 0.9", 1, "'rate' is neither p", "p >= 0.9");
   expect("", 1, "'' is neither p", "p >= 0.95");
-  expect("p => 0.9", 3, "'=>': a rate is asked", "p >= 0.95");
-  expect("p 0.9", 3, "'': a rate is asked", "p >= 0.95");
+  expect("p => 0.9", 3, "'=>': a rate is asked", "p >= 0.9");
+  expect("p 0.9", 3, "'': a rate is asked", "p >= 0.9");
   expect("ci >= 0.02", 4, "'>=': an interval can only be asked to be narrow", "ci < 0.02");
   expect("p >= 95", 6, "95 is not between 0 and 1", "p >= 95%");
   expect("p >= 1", 6, "1 is not between", "p >= 0.95");
   expect("p < 120%", 5, "120 % is not between", "p < 0.95");
   expect("p >= high", 6, "a number is missing", "p >= 0.95");
   expect("ci < 0.02 m", 11, "'m' behind the number", "ci < 0.02");
-  expect("step/4cm: q >= 0.9", 11, "'q' is neither p", "step/4cm: p >= 0.95");
+  expect("step/4cm: q >= 0.9", 11, "'q' is neither p", "step/4cm: p >= 0.9");
+  expect("p = 0.9", 3, "'=': a rate is asked", "p >= 0.9");
+  expect("p =< 5 %", 3, "'=<': a rate is asked", "p < 5%");
+  expect("soft p >= 0.9", 1, "'soft' is neither p", "soft: p >= 0.9");
+  expect("soft ci > 2%", 1, "'soft' is neither p", "soft: ci < 2%");
+  expect("90%", 1, "'' is neither p", "p >= 90%");
+  expect("p >= -0.9", 6, "-0.9 is not between", "p >= 0.95");
+  expect("step/4cm >= 0.9", 1, "'step' is neither p", "p >= 0.9");
   expect(": p >= 0.9", 1, "no policy before ':'", "p >= 0.9");
 }
 
