@@ -182,15 +182,13 @@ CampaignFiles open_campaign(const fs::path& path, Seals seals) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   if (!fs::exists(status)) {
-    throw InputError(fmt::format("{}: is not there{}", path.string(), path_suggestion(path.string())));
+    throw InputError(
+        fmt::format("{}: is not there{}", path.string(), path_suggestion(path.string(), {".graze", ".h5"})));
   }
   return fs::is_directory(status) ? open_directory(path, seals) : open_file(path);
 }
 
-namespace {
-
-/// What makes two directories parts of different campaigns; empty: nothing.
-std::string difference(const CampaignInfo& a, const CampaignInfo& b) {
+std::string campaign_difference(const CampaignInfo& a, const CampaignInfo& b) {
   if (a.scenario_sha256 != b.scenario_sha256) return "scenarios";
   if (a.seed != b.seed) return fmt::format("seeds ({} and {})", a.seed, b.seed);
   if (a.particles != b.particles) return fmt::format("numbers of particles ({} and {})", a.particles, b.particles);
@@ -201,8 +199,6 @@ std::string difference(const CampaignInfo& a, const CampaignInfo& b) {
   return "";
 }
 
-}  // namespace
-
 CampaignFiles open_parts(const std::vector<fs::path>& directories) {
   CampaignFiles all = open_campaign(directories.front());
   all.warnings.clear();  // they come once more
@@ -212,7 +208,7 @@ CampaignFiles open_parts(const std::vector<fs::path>& directories) {
     if (one.stored.layout == Layout::packed) {
       throw InputError(fmt::format("{}: is one file already; give campaign directories", directory.string()));
     }
-    const std::string differ = difference(all.stored.info, one.stored.info);
+    const std::string differ = campaign_difference(all.stored.info, one.stored.info);
     if (!differ.empty()) {
       throw InputError(fmt::format("{} and {}: are not parts of one campaign: their {} differ",
                                    directories.front().string(), directory.string(), differ));

@@ -25,6 +25,9 @@ CampaignFiles open_campaign(const std::filesystem::path& path, Seals seals = Sea
 /// Directories that hold parts of one campaign, as if they were one. Throws InputError if they are not.
 CampaignFiles open_parts(const std::vector<std::filesystem::path>& directories);
 
+/// What makes two campaigns different ones ("seeds (1 and 2)"); empty: they are parts of one.
+std::string campaign_difference(const CampaignInfo& a, const CampaignInfo& b);
+
 /// The facts of a campaign directory alone, for who writes there; its shards need not be whole. Throws InputError.
 CampaignInfo read_description(const Directory& directory);
 

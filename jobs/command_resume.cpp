@@ -123,7 +123,7 @@ int resume(const Arguments& arguments) {
     throw InputError(fmt::format("{}: is no campaign directory{}", directory,
                                  std::filesystem::exists(directory)
                                      ? "; packed files cannot go on, the directories that they were made of can"
-                                     : path_suggestion(directory)));
+                                     : path_suggestion(directory, {".graze"})));
   }
   const auto lock = hold(std::filesystem::path(directory));
   const std::vector<DescriptionFile> descriptions = description_files(lock->directory());

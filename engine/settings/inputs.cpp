@@ -26,6 +26,11 @@ thread_local InputRecord* recording = nullptr;
 const InputReplay* replaying = nullptr;
 
 /// A file that is being read, for one message of each kind.
+/// A name without an ending is a scenario's.
+std::vector<std::string> kinds_meant(const std::string& path) {
+  return fs::path(path).has_extension() ? std::vector<std::string>() : std::vector<std::string>{".yaml", ".yml"};
+}
+
 class InputFile {
  public:
   InputFile(const std::string& path, const std::string& where, std::size_t most)
@@ -62,7 +67,7 @@ class InputFile {
   }
 
   [[noreturn]] void cannot_open(int error) const {
-    if (error == ENOENT || error == ENOTDIR) fail("there is no such file" + path_suggestion(path_));
+    if (error == ENOENT || error == ENOTDIR) fail("there is no such file" + path_suggestion(path_, kinds_meant(path_)));
     if (error == ELOOP) fail("symbolic links that lead in a circle; name the file itself");
     fail(fmt::format("cannot be opened: {}", std::strerror(error)));
   }

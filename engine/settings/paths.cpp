@@ -25,25 +25,44 @@ std::vector<std::string> names_in(const fs::path& folder) {
   return names;
 }
 
-/// What two names have in common because they are of one kind (".yaml") makes them no more alike.
-std::string nearest_name(const std::string& name, const std::vector<std::string>& names) {
-  const fs::path path(name);
-  std::vector<std::string> stems, others;
+/// The candidate whose name without its ending is nearest; what two names have in common because they are of one kind
+/// (".yaml") makes them no more alike.
+std::string nearest_stem(const std::string& stem, const std::vector<fs::path>& candidates) {
+  std::vector<std::string> stems;
+  for (const fs::path& one : candidates) stems.push_back(one.stem().string());
+  const std::string near = nearest(stem, stems);
+  if (near.empty()) return "";
+  return candidates[static_cast<std::size_t>(std::find(stems.begin(), stems.end(), near) - stems.begin())].string();
+}
+
+/// Of the names that end alike; else, or first if there is no ending, of those of the `kinds` that are meant; else of
+/// those whose ending is nearly the same (".grze"). A file of another kind is not meant.
+std::string nearest_name(const fs::path& name, const std::vector<std::string>& names,
+                         const std::vector<std::string>& kinds) {
+  const std::string ending = name.extension().string();
+  std::vector<fs::path> same, meant, alike;
   for (const std::string& one : names) {
     const fs::path candidate(one);
-    if (candidate.extension() == path.extension()) {
-      stems.push_back(candidate.stem().string());
-    } else {
-      others.push_back(one);
+    const std::string its = candidate.extension().string();
+    if (its == ending) {
+      same.push_back(candidate);
+    } else if (std::find(kinds.begin(), kinds.end(), its) != kinds.end()) {
+      meant.push_back(candidate);
+    } else if (!its.empty() && !nearest(ending, {its}).empty()) {
+      alike.push_back(candidate);
     }
   }
-  const std::string stem = nearest(path.stem().string(), stems);
-  return stem.empty() ? nearest(name, others) : stem + path.extension().string();
+  std::vector<std::vector<fs::path>*> order = {&same, &meant, &alike};
+  if (ending.empty()) std::swap(order[0], order[1]);
+  for (const auto* candidates : order) {
+    if (const std::string near = nearest_stem(name.stem().string(), *candidates); !near.empty()) return near;
+  }
+  return "";
 }
 
 }  // namespace
 
-std::string path_suggestion(const std::string& path) {
+std::string path_suggestion(const std::string& path, const std::vector<std::string>& kinds) {
   std::error_code error;
   const fs::path whole(path);
   fs::path there;
@@ -53,9 +72,9 @@ std::string path_suggestion(const std::string& path) {
       there = next;
       continue;
     }
-    const std::string near = nearest_name(part->string(), names_in(there));
+    const bool last = std::next(part) == whole.end() || std::next(part)->empty();
+    const std::string near = nearest_name(*part, names_in(there), last ? kinds : std::vector<std::string>());
     if (near.empty()) {
-      const bool last = std::next(part) == whole.end() || std::next(part)->empty();
       return last ? "" : fmt::format("; there is no folder '{}'", next.string());
     }
     fs::path right = there / near;

@@ -51,7 +51,22 @@ TEST(PathSuggestion, IsTheNearestEntry) {
   EXPECT_EQ(path_suggestion(root + "scnes/curb.graze"), "; did you mean '" + root + "scenes/curb.graze'?");
   EXPECT_EQ(path_suggestion(root + "elephant/x"), "; there is no folder '" + root + "elephant'");
   EXPECT_EQ(path_suggestion(root + "elephant"), "");
+  EXPECT_EQ(path_suggestion(root + "pendulm.yml"), "; did you mean '" + root + "pendulum.yaml'?");
   EXPECT_EQ(path_suggestion(root + "pendulum.yaml/x/y"), "; there is no folder '" + root + "pendulum.yaml/x'");
+}
+
+// Claim: a file of another kind is not suggested; what ends alike comes first, and then what the verb reads.
+TEST(PathSuggestion, IsOfTheSameKind) {
+  const testing::TemporaryFolder folder;
+  const std::string root = folder.path().string() + "/";
+  fs::create_directories(folder / "husky.graze");
+  EXPECT_EQ(path_suggestion(root + "husky.urdf"), "");
+  EXPECT_EQ(path_suggestion(root + "spirit", {".yaml", ".yml"}), "");
+  for (const char* name : {"spirit.h5", "spirit.yaml", "husky_a.urdf"}) testing::write_file(folder / name, "");
+  EXPECT_EQ(path_suggestion(root + "husky.urdf"), "; did you mean '" + root + "husky_a.urdf'?");
+  EXPECT_EQ(path_suggestion(root + "spirit", {".yaml", ".yml"}), "; did you mean '" + root + "spirit.yaml'?");
+  EXPECT_EQ(path_suggestion(root + "sprit", {".graze", ".h5"}), "; did you mean '" + root + "spirit.h5'?");
+  EXPECT_EQ(path_suggestion(root + "husky.h5", {".graze", ".h5"}), "; did you mean '" + root + "husky.graze'?");
 }
 
 class Paths : public ::testing::Test {
@@ -116,12 +131,20 @@ TEST_F(Paths, MissingInputsNameTheNearest) {
   }
 }
 
+// Claim: a scenario or an archive whose ending was forgotten is suggested with it.
+TEST_F(Paths, ForgottenEndingsAreSuggested) {
+  ASSERT_EQ(campaign.graze("run ball.yaml -n 2 --quiet -o ball.graze").code, 0);
+  EXPECT_THAT(campaign.graze("check ball").err, HasSubstr("did you mean 'ball.yaml'?"));
+  EXPECT_THAT(campaign.graze("score ball").err, HasSubstr("did you mean 'ball.graze'?"));
+}
+
 // Claim: check -o tells what run would find there.
 TEST_F(Paths, CheckLooksAtTheOutput) {
   EXPECT_EQ(campaign.graze("check ball.yaml -o new.graze").err, "");
   EXPECT_THAT(campaign.graze("check ball.yaml -o no/new.graze").err, HasSubstr("no: is not there yet"));
   EXPECT_THAT(campaign.graze("check ball.yaml -o ball.yaml/x").err, HasSubstr("ball.yaml is no folder"));
-  EXPECT_THAT(campaign.graze("check ball.yaml -o ball.urdf").err, HasSubstr("ball.urdf: exists already"));
+  testing::write_file(campaign.folder / "there", "");
+  EXPECT_THAT(campaign.graze("check ball.yaml -o there").err, HasSubstr("there: exists already"));
   EXPECT_FALSE(exists("no"));
 }
 
