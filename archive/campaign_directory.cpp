@@ -6,10 +6,12 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "archive/campaign_files.h"
 #include "archive/file_driver.h"
 #include "archive/files.h"
 #include "archive/info.h"
 #include "archive/set_aside.h"
+#include "archive/shell_word.h"
 #include "archive/unfinished.h"
 
 namespace graze {
@@ -39,11 +41,34 @@ void check_place(const fs::path& path) {
   }
 }
 
+/// What a part of a campaign finds in its place if that is a part of the same campaign, which nobody means to lose;
+/// empty: it is something else.
+std::string part_text(const Directory& directory, const CampaignInfo& info) {
+  const std::string path = directory.path().string();
+  if (info.part.end == 0) return "";
+  for (const DescriptionFile& file : description_files(directory)) {
+    if (!file.stored) continue;
+    const CampaignInfo& there = file.stored->info;
+    if (there.part.end == 0 || !campaign_difference(there, info).empty()) return "";
+    const bool same = there.part.begin == info.part.begin && there.part.end == info.part.end;
+    return same ? fmt::format(
+                      "{}: holds this part already; 'graze resume {}' goes on with it; to begin it anew choose "
+                      "another --output or give --force",
+                      path, shell_path(path))
+                : fmt::format(
+                      "{}: holds another part of the same campaign, particles {} to {}; choose another "
+                      "--output for particles {} to {}",
+                      path, there.part.begin, there.part.end - 1, info.part.begin, info.part.end - 1);
+  }
+  return "";
+}
+
 /// Whether a campaign may be made in a directory that is locked; true if something there has to be set aside first.
-bool must_replace(const Directory& directory, bool force) {
+bool must_replace(const Directory& directory, const CampaignInfo& info, bool force) {
   if (only_begun(directory)) return false;
   const std::string path = directory.path().string();
   if (!force) {
+    if (const std::string text = part_text(directory, info); !text.empty()) throw InputError(text);
     throw InputError(fmt::format("{}: exists and is not empty; choose another --output or give --force", path));
   }
   if (directory.has(kReplacedFolder)) {
@@ -143,9 +168,9 @@ CampaignDirectory::CampaignDirectory(const fs::path& path, const CampaignInfo& i
   bool ours = false;  // all that is there; an old campaign lies aside
   try {
     lock_ = std::make_shared<const DirectoryLock>(directory_);
-    if (!force) must_replace(directory_, force);  // who is refused changes nothing
+    if (!force) must_replace(directory_, info, force);  // who is refused changes nothing
     recover_set_aside(directory_);
-    const bool replaces = must_replace(directory_, force);
+    const bool replaces = must_replace(directory_, info, force);
     replaces ? set_aside(directory_) : directory_.remove_temporary();
     replaces_ = replaces;
     ours = true;

@@ -201,6 +201,13 @@ int submit(const Arguments& arguments, const std::vector<std::string>& line) {
   return kDone;
 }
 
+/// The scenario is read by run's own parser, so this one does not know that there is one.
+struct SubmitHelp : CLI::Formatter {
+  std::string make_usage(const CLI::App* /*app*/, std::string /*name*/) const override {
+    return "Usage: graze submit [OPTIONS] SCENARIO [OPTIONS OF graze run]\n";
+  }
+};
+
 /// One word that Slurm and the script take as it is.
 std::string word_problem(const std::string& text) {
   const bool fine = !text.empty() && text.find_first_of(" \t\n\"'$`\\") == std::string::npos;
@@ -222,6 +229,7 @@ void add_submit(CLI::App& app, Action& action) {
       "be\n"
       "queued again at any time. docs/cluster.md tells more.\n");
   verb->allow_extras();
+  verb->formatter(std::make_shared<SubmitHelp>());
   verb->add_option("--time", arguments->time, "Time limit as Slurm's: minutes, M:S, H:M:S, D-H, D-H:M:S")->required();
   add_whole(*verb, "--nodes", request.nodes, 1, 100000, "Nodes")->default_str("1");
   add_whole(*verb, "--ntasks-per-node", request.tasks_per_node, 1, 4096, "MPI ranks on each node")->default_str("1");

@@ -38,13 +38,19 @@ void check_is_free(const fs::path& directory, const fs::path& file) {
                   file.string(), directory.string(), there, shell_path(file.string())));
 }
 
-Destination destination(const RunArguments& arguments, const Scenario& scenario) {
-  if (arguments.output.empty()) {
-    const bool piped = scenario.file == kStandardInput;
-    return {(piped ? "scenario" : fs::path(scenario.file).stem().string()) + ".graze", std::nullopt};
+/// "curb.graze"; of --part 2/4, which has been read, "curb.2of4.graze", so that no part takes another's place.
+std::string default_directory(const std::string& part, const Scenario& scenario) {
+  std::string name = scenario.file == kStandardInput ? "scenario" : fs::path(scenario.file).stem().string();
+  if (const std::size_t slash = part.find('/'); slash != std::string::npos) {
+    name += fmt::format(".{}of{}", std::stoull(part), std::stoull(part.substr(slash + 1)));  // 01/4 is 1/4
   }
+  return name + ".graze";
+}
+
+Destination destination(const RunArguments& arguments, const Scenario& scenario) {
+  if (arguments.output.empty()) return {default_directory(arguments.part, scenario), std::nullopt};
   const fs::path output = arguments.output;
-  check_ending(output, "a campaign is a directory, or one HDF5 file", {".graze", ".h5"});
+  check_campaign_output(output);
   if (ending_of(output) != ".h5") return {output, std::nullopt};
   check_new_file(output, arguments.force, {});
   const fs::path directory = fs::path(output).replace_extension(".graze");
@@ -102,6 +108,10 @@ ParticleRange part_of(const RunArguments& arguments, std::uint64_t particles) {
 
 }  // namespace
 
+void check_campaign_output(const fs::path& output) {
+  check_ending(output, "a campaign is a directory, or one HDF5 file", {".graze", ".h5"});
+}
+
 void RunArguments::add_to(CLI::App& verb) {
   scenario.add_to(verb);
   draw.add_to(verb);
@@ -115,8 +125,10 @@ void RunArguments::add_to(CLI::App& verb) {
       ->type_name("QUESTION")
       ->allow_extra_args(false);
   verb.add_option("--confidence", confidence, "Of the answers to --until (default: 95%)")->type_name("FRACTION");
-  verb.add_option("--part", part,
-                  "Only one part of the particles, e.g. 2/4, into a directory of its own (graze pack joins parts)")
+  verb.add_option(
+          "--part", part,
+          "Only one part of the particles, e.g. 2/4, into a directory of its own (default: SCENARIO.2of4.graze; graze "
+          "pack joins parts)")
       ->type_name("NUMBER/PARTS");
   verb.add_option("-o,--output", output,
                   "Campaign directory, or a file ending in .h5 to be packed into (default: SCENARIO.graze)");

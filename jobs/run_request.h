@@ -43,6 +43,9 @@ struct RunRequest {
 /// cannot be run. Looks neither at the directory nor at the disk.
 RunRequest prepare_run(const RunArguments& arguments, const std::string& command_line);
 
+/// Throws InputError for a name of an output that campaigns do not have: `x.txt`.
+void check_campaign_output(const std::filesystem::path& output);
+
 /// Throws MachineError if the campaign (or the part of it that was asked for) cannot fit on the disk of `directory`,
 /// warns if it may not, unless it was told not to look. `packed`: it will be packed there, too.
 void check_space(const RunArguments& arguments, const RunRequest& request, const std::filesystem::path& directory,

@@ -352,5 +352,31 @@ TEST(Parts, AreFinishedByResumeAndKeptApartFromOthers) {
   EXPECT_THAT(campaign.graze("run ball.yaml --part half").err, HasSubstr("nearest right answer: 1/2"));
 }
 
+// Claim: parts that are given no directory do not take each other's place; one that is given another's is refused
+// without the advice to force it, because that would lose the other; the same part again is told how it goes on.
+TEST(Parts, HavePlacesOfTheirOwn) {
+  const testing::BallCampaign campaign;
+  for (const char* part : {"1/2", "2/2"}) {
+    const testing::Result run = campaign.graze(std::string("run ball.yaml -n 9 --quiet --part ") + part);
+    EXPECT_EQ(run.code, 0) << run.err;
+  }
+  EXPECT_EQ(campaign.graze("pack ball.1of2.graze ball.2of2.graze -o all.h5").code, 0);
+  EXPECT_EQ(testing::digests(campaign.folder / "all.h5").at("still").size(), 9u);
+  const testing::Result other = campaign.graze("run ball.yaml -n 9 --part 02/2 -o ball.1of2.graze");
+  EXPECT_EQ(other.code, 2);
+  EXPECT_THAT(other.err, AllOf(HasSubstr("holds another part of the same campaign, particles 0 to 4"),
+                               HasSubstr("another --output for particles 5 to 8"), Not(HasSubstr("--force"))));
+  const testing::Result same = campaign.graze("run ball.yaml -n 9 --part 02/2");
+  EXPECT_EQ(same.code, 2);
+  EXPECT_THAT(same.err, AllOf(HasSubstr("ball.2of2.graze: holds this part already"),
+                              HasSubstr("'graze resume ball.2of2.graze'")));
+  EXPECT_THAT(campaign.graze("run ball.yaml -n 9 --seed 7 --part 2/2").err, HasSubstr("or give --force"));
+}
+
+// Claim: the help says that there is a scenario.
+TEST(Submit, HelpNamesTheScenario) {
+  EXPECT_THAT(testing::BallCampaign().graze("submit --help").out, HasSubstr("graze submit [OPTIONS] SCENARIO"));
+}
+
 }  // namespace
 }  // namespace graze
