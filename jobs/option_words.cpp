@@ -4,8 +4,10 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <map>
 
+#include "archive/shell_word.h"
 #include "engine/settings/settings.h"
 
 namespace graze {
@@ -58,6 +60,7 @@ class WordCheck {
       if (option == nullptr) refuse(words[i], word);
       const bool flag = option->get_items_expected_max() == 0;
       if (word.assigned && word.value.empty()) fail_empty(word.name);
+      if (word.assigned && word.value[0] == '=' && !word.name.starts_with("--")) fail_equals(words[i], word);
       if (flag) continue;
       if (!word.assigned && ++i == words.size()) fail(fmt::format("{}: its value is missing", word.name));
       note(*option, word.name, word.assigned ? word.value : words[i]);
@@ -69,6 +72,13 @@ class WordCheck {
   [[noreturn]] void fail(const std::string& what) const { throw InputError(fmt::format("{}: {}", verb_, what)); }
   [[noreturn]] void fail_empty(const std::string& name) const {
     fail(fmt::format("{}: its value is empty; leave the option out, or write a value", name));
+  }
+
+  /// What stands behind the letter of an option is its value, a '=' too, which nobody means.
+  [[noreturn]] void fail_equals(const std::string& whole, const OptionWord& word) const {
+    const std::string value = word.value.substr(1);
+    fail(fmt::format("{}: '=' goes with long options; nearest right answer: {} {}", whole, word.name,
+                     value.empty() ? "VALUE" : shell_word(value)));
   }
 
   const CLI::Option* find(const std::string& name) const {
@@ -87,6 +97,10 @@ class WordCheck {
       }
     }
     const std::string written = word.name.starts_with("--") ? word.name : whole;
+    std::error_code error;
+    if (std::filesystem::exists(whole, error)) {
+      fail(fmt::format("{}: is not one of its options; the file of that name is {}", whole, shell_path(whole)));
+    }
     const std::string near = did_you_mean(written, names);
     fail(fmt::format("{}: is not one of its options{}", written,
                      near.empty() ? fmt::format("; 'graze {} --help' tells them", verb_) : near));
@@ -95,6 +109,8 @@ class WordCheck {
   /// Behind an option that stands alone.
   void check_value(const std::string& name, const std::string& value) const {
     if (value.empty()) fail_empty(name);
+    if (value == "--")
+      fail(fmt::format("{0}: its value is missing: -- ends the options (if it is meant: {0} ./--)", name));
     const OptionWord word(value);
     if (word.name.starts_with("--") && find(word.name) != nullptr) {
       fail(fmt::format("{}: its value is missing: {} is an option itself (if it is meant: {}={})", name, value, name,
@@ -153,7 +169,12 @@ std::string parse_error_text(const CLI::App& app, const CLI::ParseError& error) 
   const std::string more = fmt::format("'graze {} --help' tells more", verb.get_name());
   const std::vector<std::string> left = verb.remaining();
   if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError) && !left.empty()) {
-    return fmt::format("{}: '{}' is one word too many (a value with blanks needs quotes); {}", verb.get_name(), left[0],
+    if (left[0] == "--" && left.size() > 1 && left[1].starts_with("-")) {
+      return fmt::format("{}: '{}' stands behind '--', where nothing is an option; '--' and what follows it go last",
+                         verb.get_name(), left[1]);
+    }
+    const std::string& word = left[left[0] == "--" && left.size() > 1 ? 1 : 0];
+    return fmt::format("{}: '{}' is one word too many (a value with blanks needs quotes); {}", verb.get_name(), word,
                        more);
   }
   return fmt::format("{}: {}; {}", verb.get_name(), error.what(), more);

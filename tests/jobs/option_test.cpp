@@ -177,6 +177,21 @@ TEST_F(OptionGrammar, EmptyAndMissingValuesAreRefused) {
   EXPECT_FALSE(std::filesystem::exists(campaign.folder / "ball.graze"));
 }
 
+// Claim: dashes and '=' that stand where they do nothing are told, with what would do.
+TEST_F(OptionGrammar, DashesAreToldApart) {
+  refused("sample ball.yaml -o --", {"sample: -o: its value is missing: -- ends the options", "-o ./--"});
+  refused("run ball.yaml -o=eq.graze", {"run: -o=eq.graze: '=' goes with long", "nearest right answer: -o eq.graze"});
+  refused("run ball.yaml -n=8", {"run: -n=8: '='", "nearest right answer: -n 8"});
+  refused("submit ball.yaml --time 9 -o=x --dry-run", {"submit: -o=x: '='"});
+  testing::write_file(campaign.folder / "-my ball.yaml", testing::ball_scenario());
+  refused("check '-my ball.yaml'", {"the file of that name is './-my ball.yaml'"});
+  refused("run -- '-my ball.yaml' -n 8", {"run: '-n' stands behind '--'"});
+  refused("run ball.yaml -- other.yaml", {"run: ", "other.yaml"});
+  EXPECT_EQ(campaign.graze("check './-my ball.yaml'").code, 0);
+  EXPECT_EQ(campaign.graze("check -- '-my ball.yaml'").code, 0);
+  EXPECT_FALSE(std::filesystem::exists(campaign.folder / "--"));
+}
+
 // Claim: --set KEY= is refused; KEY=~ takes away what the scenario says there.
 TEST_F(OptionGrammar, SetNeedsAValue) {
   refused("check ball.yaml --set time.end=", {"--set time.end=: the value is empty; --set time.end=~"});
