@@ -78,7 +78,8 @@ std::string ending_of(const std::filesystem::path& output) {
   return ending;
 }
 
-void check_ending(const std::filesystem::path& output, const std::string& what, const std::vector<std::string>& right) {
+void check_ending(const std::filesystem::path& output, const std::string& what, const std::vector<std::string>& right,
+                  Endings endings) {
   static const std::vector<std::string> known = {
       ".graze", ".h5",   ".hdf5", ".hdf", ".csv", ".tsv", ".txt", ".json", ".jsonl",   ".yaml", ".yml",
       ".xml",   ".urdf", ".obj",  ".stl", ".dae", ".ply", ".log", ".npy",  ".npz",     ".mat",  ".nc",
@@ -90,6 +91,14 @@ void check_ending(const std::filesystem::path& output, const std::string& what, 
   const std::filesystem::path named = without_slashes(output);
   const bool slash = named != output, folders = std::find(right.begin(), right.end(), ".graze") != right.end();
   if (!within(known)) {
+    const bool foreign = endings == Endings::only && !slash && !within(right);
+    const bool folder = named.filename() == "." || named.filename() == "..";
+    if (!folder && (foreign || (endings != Endings::free && ending.empty() && !slash))) {
+      const std::string found = ending.empty() ? "has no ending" : "ends in " + ending;
+      // A name's last dot need not begin an ending: "p.1" is "p.1.h5".
+      throw InputError(fmt::format("--output {}: {}, but {}; nearest right answer: {}", output.string(), found, what,
+                                   with_endings(named.string() + ".", right)));
+    }
     if (!slash || folders) return;
     const std::string last = named.filename().string();
     throw InputError(fmt::format("--output {}: ends in a slash, but {}; nearest right answer: {}", output.string(),

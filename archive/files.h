@@ -24,8 +24,11 @@ std::string ending_of(const std::filesystem::path& output);
 
 /// Throws InputError if the name of an output ends as that of another kind of file: ".csv" where `right` (".h5", of
 /// what `what` says: "a packed campaign is one HDF5 file") belongs; if it is such an ending and nothing else; or if a
-/// slash behind it makes a directory of what is a file. Endings that no kind of file has are the user's business.
-void check_ending(const std::filesystem::path& output, const std::string& what, const std::vector<std::string>& right);
+/// slash behind it makes a directory of what is a file. Endings that no kind of file has are the user's business, and
+/// so is a name without any, unless one is needed; `only`: no other ending will do.
+enum class Endings { free, needed, only };
+void check_ending(const std::filesystem::path& output, const std::string& what, const std::vector<std::string>& right,
+                  Endings endings = Endings::free);
 
 /// Creates a directory, if it is not there; its parent must be. Returns whether it did. Throws MachineError.
 bool make_directory(const std::filesystem::path& path);

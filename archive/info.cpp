@@ -18,9 +18,18 @@ void write_format(const Handle& file, const char* format) {
   hdf5::write_attribute(file.id(), "format_version", std::uint64_t{kArchiveFormatVersion});
 }
 
-void check_format(const Handle& file, const std::string& wanted) {
+/// Root attribute; empty: the file is none of this program's.
+std::string format_of(const Handle& file) {
   const bool ours = hdf5::has_attribute(file.id(), "format") && hdf5::has_attribute(file.id(), "format_version");
-  const std::string found = ours ? hdf5::read_text(file.id(), "format") : "";
+  return ours ? hdf5::read_text(file.id(), "format") : "";
+}
+
+constexpr const char* kOnlyShard = "is one shard of a campaign; give the campaign's directory";
+constexpr const char* kOnlyReplay = "is what graze replay has exported, one trace and no archive";
+
+void check_format(const Handle& file, const std::string& wanted) {
+  const std::string found = format_of(file);
+  if (found == kReplayFormat) throw hdf5::Error(kOnlyReplay);
   if (found != kCampaignFormat && found != kShardFormat) throw hdf5::Error("is not a Graze archive");
   const std::uint64_t version = hdf5::read_count(file.id(), "format_version");
   if (version > kArchiveFormatVersion) {
@@ -30,8 +39,7 @@ void check_format(const Handle& file, const std::string& wanted) {
                     version, kArchiveFormatVersion));
   }
   if (found != wanted) {
-    throw hdf5::Error(found == kShardFormat ? "is one shard of a campaign; give the campaign's directory"
-                                            : "is a whole campaign where one of its shards is expected");
+    throw hdf5::Error(found == kShardFormat ? kOnlyShard : "is a whole campaign where one of its shards is expected");
   }
 }
 
@@ -369,6 +377,16 @@ StoredInfo read_info(const Handle& file) {
   info.requirements = read_requirements(file, bytes);
   read_culprits(file, info);
   return stored;
+}
+
+std::string why_no_campaign(const Handle& file) {
+  const std::string found = format_of(file);
+  if (found == kShardFormat) return kOnlyShard;
+  if (found == kReplayFormat) return kOnlyReplay;
+  if (found != kCampaignFormat) return "is not a Graze archive";
+  return hdf5::read_text(file.id(), "layout") == "packed"
+             ? ""
+             : "only describes a campaign; give the directory that it lies in";
 }
 
 void write_shard_identity(const Handle& file, const CampaignInfo& info) {

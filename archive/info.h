@@ -27,6 +27,10 @@ struct StoredInfo {
 /// Throws hdf5::Error.
 StoredInfo read_info(const hdf5::Handle& file);
 
+/// What an intact file is, if it is none that holds a whole campaign: "is one shard of a campaign; give the campaign's
+/// directory". Empty: it is one. Throws hdf5::Error.
+std::string why_no_campaign(const hdf5::Handle& file);
+
 /// What binds a shard to its campaign: root attributes of the shard.
 void write_shard_identity(const hdf5::Handle& file, const CampaignInfo& info);
 /// Throws hdf5::Error unless the shard belongs to the campaign.

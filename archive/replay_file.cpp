@@ -17,7 +17,6 @@ using hdf5::Spec;
 using hdf5::Type;
 
 constexpr int kDeflate = 4;
-constexpr const char* kReplayFormat = "graze-replay";
 constexpr std::uint64_t kReplayFormatVersion = 1;
 
 class Hdf5Writer {
@@ -222,12 +221,9 @@ std::string ReplayFile::kept(std::size_t i) const {
 }
 
 std::vector<std::filesystem::path> replay_files(const std::filesystem::path& output) {
-  const std::string ending = output.extension().string();
-  if (ending == ".h5" || ending == ".hdf5") return {output};
-  if (ending != ".csv") {
-    throw InputError(
-        fmt::format("--output {}: must end in .h5 (one HDF5 file) or .csv (several CSV files)", output.string()));
-  }
+  check_ending(output, "a replay is exported as one HDF5 file or as several CSV files", {".h5", ".hdf5", ".csv"},
+               Endings::only);
+  if (ending_of(output) != ".csv") return {output};
   std::vector<std::filesystem::path> files = {output};
   for (const char* what : {".contacts.csv", ".events.csv", ".parameters.csv", ".derived.csv", ".trace.csv"}) {
     files.push_back(std::filesystem::path(output).replace_extension(what));

@@ -13,6 +13,7 @@ namespace graze {
 /// Root attribute "format".
 inline constexpr const char* kCampaignFormat = "graze-campaign";
 inline constexpr const char* kShardFormat = "graze-shard";
+inline constexpr const char* kReplayFormat = "graze-replay";
 
 /// Widths of the columns that depend on the campaign.
 struct Widths {

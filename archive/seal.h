@@ -42,7 +42,7 @@ struct DamagedFile : InputError {
   using InputError::InputError;
 };
 
-/// A file that has neither an archive's beginning nor its end.
+/// A file that has neither an archive's beginning nor its end, or that is whole and no archive.
 struct ForeignFile : InputError {
   using InputError::InputError;
 };

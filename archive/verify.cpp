@@ -289,12 +289,31 @@ class DirectoryCheck {
   Verification out_;
 };
 
+/// Throws ForeignFile if a file with an intact seal is another one of this program's than a packed campaign: it is not
+/// damaged, and nothing of it can be counted.
+void check_kind(const fs::path& path, const Descriptor& file) {
+  const auto told = [&] {
+    const hdf5::Lock lock;
+    const ReadingNote note(path);
+    try {
+      return why_no_campaign(hdf5::open_for_reading(file.number()));
+    } catch (const hdf5::Error&) {
+      return std::string();  // what is wrong is told by who reads all of it
+    }
+  };
+  if (!unreadable(std::vector<fs::path>{path}, [&](const fs::path&) { told(); }).empty()) return;
+  if (const std::string why = told(); !why.empty()) {
+    throw ForeignFile(fmt::format("{}: has an intact seal, and {}", path.string(), why));
+  }
+}
+
 Verification check_packed(const fs::path& path) {
   Verification out;
   out.packed = true;
   const Descriptor file = open_archive_file(path);
   try {
     check_seal(file.number(), path);
+    check_kind(path, file);
     const auto bad = unreadable(std::vector<fs::path>{path}, [&](const fs::path&) {
       const StoredInfo stored = info_of(file, path);
       const hdf5::Lock lock;
@@ -335,7 +354,8 @@ Verification verify(const fs::path& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   if (!fs::exists(status)) {
-    throw InputError(fmt::format("{}: is not there{}", path.string(), path_suggestion(path.string())));
+    throw InputError(
+        fmt::format("{}: is not there{}", path.string(), path_suggestion(path.string(), {".graze", ".h5"})));
   }
   return fs::is_directory(status) ? DirectoryCheck(path).check() : check_packed(path);
 }

@@ -15,6 +15,7 @@
 #include "engine/model/measures.h"
 #include "engine/settings/units.h"
 #include "jobs/commands.h"
+#include "jobs/run_request.h"
 #include "jobs/size_estimate.h"
 #include "sampling/design_name.h"
 #include "scenarios/channel_readers.h"
@@ -230,6 +231,7 @@ void look_at(const std::filesystem::path& output) {
 }
 
 int check(const Arguments& arguments) {
+  if (!arguments.output.empty()) check_campaign_output(arguments.output);
   ScenarioArguments source = arguments.scenario;
   arguments.record.apply_to(source);
   Scenario scenario = source.load();

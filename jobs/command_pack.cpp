@@ -38,6 +38,10 @@ int pack_campaign(const Arguments& arguments) {
   namespace fs = std::filesystem;
   std::vector<fs::path> directories;
   for (const fs::path directory : arguments.directories) {
+    if (fs::is_regular_file(directory) && ending_of(directory) != ".h5" && ending_of(directory) != ".hdf5") {
+      throw InputError(
+          fmt::format("{}: is a file; pack takes campaign directories, which graze run writes", directory.string()));
+    }
     directories.push_back(directory.has_filename() ? directory : directory.parent_path());  // "curb.graze/"
   }
   if (directories.size() > 1 && arguments.output.empty()) {
@@ -45,7 +49,7 @@ int pack_campaign(const Arguments& arguments) {
   }
   const fs::path file =
       arguments.output.empty() ? fs::path(directories[0]).replace_extension(".h5") : fs::path(arguments.output);
-  check_ending(file, "a packed campaign is one HDF5 file", {".h5", ".hdf5"});
+  check_ending(file, "a packed campaign is one HDF5 file", {".h5", ".hdf5"}, Endings::needed);
   const ParentFolders folders(file);
   warn(directories.size() > 1 ? pack(directories, file, arguments.force) : pack(directories[0], file, arguments.force));
   warn_if_incomplete(file);

@@ -50,5 +50,21 @@ TEST_F(VerifyVerb, TellsWhatCannotBeMended) {
   EXPECT_THAT(graze("verify nothing.h5").err, HasSubstr("nothing.h5: is not there"));
 }
 
+// Claim: intact files of other kinds are not called damaged: it is said what they are.
+TEST_F(VerifyVerb, TellsOtherKindsOfFiles) {
+  ASSERT_EQ(graze("run ball.yaml -n 20 --quiet -o a.graze").code, 0);
+  ASSERT_EQ(graze("replay a.graze --particle 1 -o p.h5").code, 0);
+  for (const auto& [file, what] : {std::pair("a.graze/shards/000001.h5", "is one shard of a campaign"),
+                                   {"p.h5", "is what graze replay has exported"},
+                                   {"a.graze/campaign.h5", "give the directory that it lies in"}}) {
+    const testing::Result run = graze(std::string("verify ") + file);
+    EXPECT_EQ(run.code, 2) << file;
+    EXPECT_EQ(run.out, "") << file;
+    EXPECT_THAT(run.err, AllOf(HasSubstr("has an intact seal"), HasSubstr(what))) << file;
+  }
+  EXPECT_THAT(graze("score p.h5").err, HasSubstr("is what graze replay has exported"));
+  EXPECT_THAT(graze("pack ball.yaml").err, HasSubstr("ball.yaml: is a file; pack takes campaign directories"));
+}
+
 }  // namespace
 }  // namespace graze
