@@ -85,6 +85,19 @@ void doubt_distribution(const Settings& map, const Parameter& parameter, const V
   doubt_number(ends[1], half, widest.half, angle, extent.norm());
 }
 
+/// A mass, density or centre of mass of a link that is welded to the world.
+bool is_welded_mass(const std::string& path, const Model& nominal) {
+  constexpr std::string_view kLink = "robot.link.";
+  if (!path.starts_with(kLink)) return false;
+  for (const char* what : {".mass", ".density", ".com.x", ".com.y", ".com.z"}) {
+    if (!path.ends_with(what)) continue;
+    const int frame =
+        nominal.frame(path.substr(kLink.size(), path.size() - kLink.size() - std::string_view(what).size()));
+    return frame >= 0 && nominal.frames[frame].body < 0;
+  }
+  return false;
+}
+
 /// Whether a shape's size has no unit: `5`, `[1, 2, 3]` or `{radius: 1, length: 2}`; a unit may stand last in a list.
 bool is_bare_size(const Settings& shape) {
   if (shape.is_scalar()) return is_bare(shape);
@@ -288,6 +301,18 @@ void doubt_weight(const Settings& shape, double density, double volume, double r
   warn(shape, fmt::format("{:.3g} m^3 of {:g} kg/m^3 weigh {:.3g} kg, {:.3g} times the robot's {:g} kg{}", volume,
                           density, kilograms, kilograms / robot, robot,
                           size_meant(volume, [&](double v) { return density * v <= kHeaviest * robot; })));
+}
+
+void doubt_welded(const Settings& scenario, const ParameterTable& table, const Model& nominal) {
+  const auto uncertain = scenario.find("uncertain");
+  if (!uncertain) return;
+  for (const auto& [pattern, value] : uncertain->entries()) {
+    if (pattern == "correlated") continue;
+    const std::vector<int> found = table.match(pattern);
+    const auto idle = [&](int i) { return is_welded_mass(table.all()[i].path, nominal); };
+    if (found.empty() || !std::all_of(found.begin(), found.end(), idle)) continue;
+    warn(value, "a link that is welded to the world never moves, so how its mass is spread changes nothing");
+  }
 }
 
 std::string length_meant(const Settings& range, double margin, double size, double reach) {

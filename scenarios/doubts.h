@@ -51,6 +51,9 @@ void doubt_weight(const Settings& shape, double density, double volume, double r
 /// `contact_impulse: {below, during}` in traces of at most `end` s.
 void doubt_impulse(const Settings& settings, const Model& nominal, double end);
 
+/// Of entries of `uncertain` that name nothing but the masses of links that are welded to the world.
+void doubt_welded(const Settings& scenario, const ParameterTable& table, const Model& nominal);
+
 /// "; did you mean 30 cm?" for a bound of a place, `{above, below}` in `range`, that the robot misses at the start by
 /// many times its size `size`, by this (negative) margin. `reach`: how far it may have come, m, when it is judged.
 /// Empty: it is near enough, or no unit explains it.

@@ -7,6 +7,7 @@
 #include "engine/model/kinematics.h"
 #include "engine/model/mesh_size.h"
 #include "engine/model/urdf.h"
+#include "engine/settings/merged.h"
 #include "engine/settings/units.h"
 #include "scenarios/csv.h"
 #include "scenarios/keys.h"
@@ -144,15 +145,18 @@ Vec3 read_normal(const Settings& s) {
 
 /// The key of the one shape that an object has.
 std::string shape_key(const Settings& object) {
-  std::optional<std::string> kind;
-  for (const auto& [key, value] : object.entries()) {
+  std::optional<SettingsEntry> kind;
+  for (const SettingsEntry& entry : object.entries()) {
     const auto& shapes = shape_names();
-    if (std::find(shapes.begin(), shapes.end(), key) == shapes.end()) continue;
-    if (kind) value.fail_key(fmt::format("a second shape beside '{}'; an object has one", *kind));
-    kind = key;
+    if (std::find(shapes.begin(), shapes.end(), entry.first) == shapes.end()) continue;
+    if (kind) {
+      entry.second.fail_key(
+          fmt::format("a second shape beside '{}'; an object has one{}", kind->first, replace_hint(*kind, entry)));
+    }
+    kind.emplace(entry);
   }
   if (!kind) object.fail("names no shape; one of: plane, box, sphere, cylinder, capsule, mesh, heightfield");
-  return *kind;
+  return kind->first;
 }
 
 }  // namespace

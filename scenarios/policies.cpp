@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <set>
 
+#include "engine/control/policy.h"
 #include "scenarios/limits.h"
 
 namespace graze {
@@ -29,6 +30,35 @@ void check_name(const Settings& place, std::size_t size) {
   if (size > kMaxPolicyName) place.fail(fmt::format("a policy's name of {} bytes; at most {}", size, kMaxPolicyName));
 }
 
+/// Refuses a path of `over` that leads past the one policy, or the one tracker, that stands there: it would put a
+/// second one beside it.
+void check_way(const Settings& policy, const std::string& path, const Settings& values) {
+  const std::string first = path.substr(0, path.find('.'));
+  const bool of_control = first == "control";
+  if (!policy.is_map() || (of_control && (first == path || !policy.has(first) || !policy.at(first).is_map()))) return;
+  const Settings map = of_control ? policy.at(first) : policy;
+  const std::string rest = of_control ? path.substr(first.size() + 1) : path;
+  const std::string wanted = rest.substr(0, rest.find('.'));
+  std::vector<std::pair<std::string, Settings>> there;
+  for (const auto& entry : map.entries()) {
+    if (of_control || entry.first != "control") there.push_back(entry);
+  }
+  if (there.size() != 1 || there[0].first == wanted) return;
+  const std::vector<std::string> names = of_control ? tracker_names() : policy_names();
+  const auto known = [&](const std::string& name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  const std::string& stands = there[0].first;
+  // Any other key of a policy is an unknown one, which is refused with its nearest.
+  if (!of_control && !known(wanted) && nearest(wanted, {stands}).empty()) return;
+  const std::string hint =
+      known(wanted) == known(stands)
+          ? ""
+          : fmt::format("; a {} is called {}", of_control ? "tracker" : "policy", known(wanted) ? wanted : stands);
+  values.fail_key(
+      fmt::format("does not lead to what stands there, {} (at {}){}", stands, there[0].second.key_place(), hint));
+}
+
 std::vector<PolicySpec> expanded(const std::vector<PolicySpec>& policies, const std::string& path,
                                  const Settings& values) {
   const std::vector<Settings> items = values.items();
@@ -37,6 +67,7 @@ std::vector<PolicySpec> expanded(const std::vector<PolicySpec>& policies, const 
   std::vector<PolicySpec> out;
   for (const PolicySpec& policy : policies) {
     for (std::size_t i = 0; i < items.size(); ++i) {
+      if (i == 0) check_way(policy.settings, path, values);
       check_name(items[i], policy.name.size() + 1 + label(items[i], i).size());
       out.push_back({fmt::format("{}/{}", policy.name, label(items[i], i)), policy.settings.with(path, items[i]), 0});
     }

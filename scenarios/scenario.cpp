@@ -280,6 +280,7 @@ Scenario read_scenario(const Settings& root, const std::string& file, const Scen
   doubt_clearance(root, extent);
   doubt_places(root, *out.world, out.model, initial_state(*out.world, out.model));
   out.space = read_uncertain(root, ParameterTable(*out.world), read.uncertain, out.timing.control, extent);
+  doubt_welded(root, ParameterTable(*out.world), out.model);
   check_lag(root, out);
   read_sampling(root, out);
   if (const auto actuators = root.find("actuators")) {

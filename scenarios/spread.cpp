@@ -7,6 +7,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "engine/settings/merged.h"
 #include "engine/settings/units.h"
 #include "engine/settings/warnings.h"
 #include "sampling/elementary.h"
@@ -217,11 +218,14 @@ Spread fixed(const Settings& value, const Parameter& parameter) {
 }
 
 Spread persistent_part(const Settings& map, const Parameter& parameter, Standing standing) {
-  std::optional<std::pair<std::string, Settings>> chosen;
-  for (auto& [key, value] : map.entries()) {
-    if (key == "jitter") continue;
-    if (chosen) value.fail_key(fmt::format("a second distribution beside '{}'; a parameter has one", chosen->first));
-    chosen.emplace(key, value);
+  std::optional<SettingsEntry> chosen;
+  for (const SettingsEntry& entry : map.entries()) {
+    if (entry.first == "jitter") continue;
+    if (chosen) {
+      entry.second.fail_key(fmt::format("a second distribution beside '{}'; a parameter has one{}", chosen->first,
+                                        replace_hint(*chosen, entry)));
+    }
+    chosen.emplace(entry);
   }
   Spread out;
   out.labels = parameter.choices;

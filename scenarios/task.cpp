@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/settings/merged.h"
 #include "scenarios/doubts.h"
 #include "scenarios/keys.h"
 #include "scenarios/limits.h"
@@ -33,6 +34,9 @@ class TaskReader {
 
   /// As a measure it decides nothing: a bound that never holds is warned of, not refused.
   Requirement requirement(const std::string& name, const Settings& settings, bool measure = false) const {
+    if (is_witness(name) && !names_a_predicate(settings)) {
+      settings.fail_key(fmt::format("is a witness; what it is for has a name of its own: NAME: {{{}: …}}", name));
+    }
     settings.allow(with_names({"window"}));
     Requirement out;
     out.measure = measure;
@@ -64,6 +68,7 @@ class TaskReader {
     const auto entries = settings.entries();
     const bool named =
         entries.size() == 1 && !is_predicate_key(entries[0].first) && names_a_predicate(entries[0].second);
+    if (entries.size() == 1 && !named) refuse_empty_name(entries[0].first, entries[0].second);
     const Settings& meant = named ? entries[0].second : settings;
     Objective out = predicate(meant);
     out.name = named ? entries[0].first : "objective";
@@ -79,6 +84,28 @@ class TaskReader {
     const std::vector<std::string> names = witness_names();
     keys.insert(keys.begin(), names.begin(), names.end());
     return keys;
+  }
+
+  static bool is_witness(const std::string& key) {
+    const std::vector<std::string> names = witness_names();
+    return std::find(names.begin(), names.end(), key) != names.end();
+  }
+
+  /// `objective: {over: {}}`, which may be a name without a predicate; what is near a witness is left to allow().
+  static void refuse_empty_name(const std::string& key, const Settings& value) {
+    const std::vector<std::string> known = with_names({"all", "any", "not", "at", "always", "once", "window"});
+    if (!nearest(key, known).empty() || !(value.is_map() || value.is_null())) return;
+    value.allow(known);  // a name, and what stands under it is misspelt
+    value.fail_key(
+        fmt::format("is no witness, and as the objective's name it needs a predicate: {}: {{WITNESS: …}}; "
+                    "witnesses: {}",
+                    key, joined(witness_names())));
+  }
+
+  static std::string joined(const std::vector<std::string>& words) {
+    std::string out;
+    for (const std::string& word : words) out += (out.empty() ? "" : ", ") + word;
+    return out;
   }
 
   static bool is_predicate_key(const std::string& key) {
@@ -97,19 +124,27 @@ class TaskReader {
   /// The one witness among the keys of a map that may hold `others` too.
   ReadWitness the_witness(const Settings& settings, const std::vector<std::string>& others) const {
     const WitnessKind* kind = nullptr;
-    for (const auto& [key, value] : settings.entries()) {
-      if (std::find(others.begin(), others.end(), key) != others.end()) continue;
-      if (kind) value.fail_key(fmt::format("a second witness beside '{}'; give each its own name", kind->name));
-      for (const WitnessKind& one : witness_kinds()) {
-        if (one.name == key) kind = &one;
+    std::optional<SettingsEntry> first;
+    for (const SettingsEntry& entry : settings.entries()) {
+      if (std::find(others.begin(), others.end(), entry.first) != others.end()) continue;
+      if (kind) {
+        entry.second.fail_key(fmt::format("a second witness beside '{}'; give each its own name{}", kind->name,
+                                          replace_hint(*first, entry)));
       }
+      for (const WitnessKind& one : witness_kinds()) {
+        if (one.name == entry.first) kind = &one;
+      }
+      first.emplace(entry);
     }
     if (!kind) {
-      std::string list;
-      for (const std::string& name : witness_names()) list += (list.empty() ? "" : ", ") + name;
-      settings.fail("names no witness; one of " + list);
+      settings.fail("names no witness; one of " + joined(witness_names()));
     }
     const Settings written = settings.at(kind->name);
+    for (const std::string& other : others) {
+      if (!written.is_map() || !written.has(other)) continue;
+      written.at(other).fail_key(
+          fmt::format("stands beside the witness, not in it: {{{}: {{…}}, {}: …}}", kind->name, other));
+    }
     ReadWitness out = kind->read(written, nominal_);
     if (kind->name == "contact_impulse") doubt_impulse(written, nominal_, times_.end);
     return out;

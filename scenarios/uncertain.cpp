@@ -9,6 +9,7 @@
 
 #include "engine/model/parameters.h"
 #include "engine/settings/limits.h"
+#include "engine/settings/warnings.h"
 #include "scenarios/doubts.h"
 #include "scenarios/keys.h"
 #include "scenarios/limits.h"
@@ -82,6 +83,9 @@ class UncertainReader {
         }
       }
     }
+    if (out.members.size() == 1) {
+      warn(settings.at("parameters"), "one parameter alone has nothing to be correlated with; this does nothing");
+    }
     out.correlation = matrix(settings.at("correlation"), static_cast<int>(out.members.size()));
     return out;
   }
@@ -141,10 +145,27 @@ class UncertainReader {
     }
     std::vector<int> found = table_.match(pattern);
     if (!found.empty()) return found;
+    refuse_nested(pattern, value);
     const std::string near =
         nearest(pattern, {"correlated"}).empty() ? table_.suggest(pattern) : std::string("correlated");
     value.fail_key(fmt::format("{}: matches no parameter{}", pattern,
                                near.empty() ? "" : fmt::format("; did you mean '{}'?", near)));
+  }
+
+  /// `robot: {link: {foot: {mass: …}}}`: a name in parts, down the maps to the first distribution.
+  void refuse_nested(const std::string& pattern, const Settings& value) const {
+    const auto begins = [&](const Parameter& one) { return one.path.starts_with(pattern + "."); };
+    if (!value.is_map() || std::none_of(table_.all().begin(), table_.all().end(), begins)) return;
+    std::string path = pattern;
+    for (Settings at = value; at.is_map() && !at.entries().empty() && table_.match(path).empty();) {
+      const auto [key, inner] = at.entries().front();
+      path += "." + key;
+      at = inner;
+    }
+    const bool known = !table_.match(path).empty();
+    const auto example = std::find_if(table_.all().begin(), table_.all().end(), begins);
+    value.fail_key(fmt::format("{}: matches no parameter; names are whole paths with dots, as '{}: …'", pattern,
+                               known ? path : example->path));
   }
 
   /// The two scalars of a conical error (Figure 15): tilt ~ N(0, std), heading uniform on the circle.

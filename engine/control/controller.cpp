@@ -1,8 +1,14 @@
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
 
 #include "engine/control/chain.h"
 #include "engine/control/lag_buffer.h"
 #include "engine/control/registry.h"
+#include "engine/control/wrong_level.h"
+#include "engine/settings/merged.h"
+#include "engine/settings/warnings.h"
 
 namespace graze {
 
@@ -25,21 +31,61 @@ Targets initial_targets(const ControlContext& context, const std::vector<int>& e
 }
 
 /// The entry of a policy map that names the policy. Throws InputError.
-std::pair<std::string, Settings> policy_entry(const Settings& settings) {
+SettingsEntry policy_entry(const Settings& settings) {
   const std::vector<std::string> names = policy_names();
   std::vector<std::string> keys = names;
   keys.push_back("control");
+  refuse_wrong_level(settings, Component::policy);
   settings.allow(keys);
-  std::optional<std::pair<std::string, Settings>> chosen;
-  for (const auto& [key, value] : settings.entries()) {
-    if (key == "control") continue;
-    if (chosen) value.fail_key("a second policy beside " + chosen->first + "; a policy is one of them");
-    chosen.emplace(key, value);
+  std::optional<SettingsEntry> chosen;
+  for (const SettingsEntry& entry : settings.entries()) {
+    if (entry.first == "control") continue;
+    if (chosen) {
+      entry.second.fail_key("a second policy beside " + chosen->first + "; a policy is one of them" +
+                            replace_hint(*chosen, entry));
+    }
+    chosen.emplace(entry);
   }
   if (chosen) return *chosen;
   std::string list;
   for (const std::string& name : names) list += (list.empty() ? "" : ", ") + name;
   settings.fail("names no policy; one of " + list + " must stand here");
+}
+
+/// The one entry of `control`. Throws InputError.
+SettingsEntry tracker_entry(const Settings& control) {
+  const std::vector<std::string> names = tracker_names();
+  const std::vector<SettingsEntry> entries = control.is_map() ? control.entries() : std::vector<SettingsEntry>{};
+  refuse_wrong_level(control, Component::tracker);
+  if (entries.size() == 2) {
+    const std::string merged = replace_hint(entries[0], entries[1]);
+    if (!merged.empty()) entries[1].second.fail_key("a second tracker beside " + entries[0].first + merged);
+  }
+  return control.single(names);
+}
+
+/// Prescribed joints are at their targets after one physics step, wherever they stand before.
+void doubt_jump(const ControlContext& context, const Settings& settings, Policy& policy) {
+  if (policy.reads() != 0) return;  // what it wants depends on what it will sense
+  const Model& model = context.nominal;
+  Targets first(model.na(), 0);
+  policy.start(0);
+  policy.act(Observation{}, LaneMask(1u), first);
+  double most = 1;
+  std::string text;
+  for (int k = 0; k < model.na(); ++k) {
+    const Body& body = model.bodies[model.actuated[k]];
+    const bool turns = body.type == JointType::revolute;
+    const double from = context.initial.q[body.q], to = first.q(k, 0);
+    const double jump = std::abs(to - from) / (turns ? 0.1 : 0.01);  // rad, m: no step of a motion goes so far
+    if (!(jump > most)) continue;
+    most = jump;
+    text = fmt::format(
+        "begins with joint {} at {:.4g} {}, which stands at {:.4g}: prescribed motion takes it there in "
+        "one step; let it begin there, by robot.initial.joints",
+        body.joint, to, turns ? "rad" : "m", from);
+  }
+  if (!text.empty()) warn(settings, text);
 }
 
 }  // namespace
@@ -56,12 +102,15 @@ struct Controller::Impl {
 
 Controller::Controller(const ControlContext& context, const Settings& settings) : impl_(std::make_unique<Impl>()) {
   const auto [policy, policy_settings] = policy_entry(settings);
-  const auto [tracker, tracker_settings] = settings.at("control").single(tracker_names());
+  const auto [tracker, tracker_settings] = tracker_entry(settings.at("control"));
   const TrackerEntry& entry = tracker_registry().at(tracker);
   impl_->kind = entry.kind;
-  impl_->policy = policy_registry().at(policy)(context, policy_settings, entry.kind);
+  policy_settings.allow(policy_text(policy).keys);
+  impl_->policy = policy_registry().at(policy).make(context, policy_settings, entry.kind);
   const std::vector<int> effectors = impl_->policy->effectors();
+  tracker_settings.allow(entry.text.keys);
   impl_->tracker = entry.make(context, tracker_settings, effectors);
+  if (tracker == "prescribed") doubt_jump(context, policy_settings, *impl_->policy);
   impl_->targets = initial_targets(context, effectors);
   impl_->buffer.emplace(impl_->targets, context.period, context.end, entry.kind);
 }

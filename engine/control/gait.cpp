@@ -102,11 +102,11 @@ class Gait : public Policy {
   BlockArray command_, last_time_, feet_, guess_;
 };
 
-const PolicyRegistration registration("gait",
-                                      [](const ControlContext& context, const Settings& settings,
-                                         TargetKind kind) -> std::unique_ptr<Policy> {
-                                        return std::make_unique<Gait>(context, read_gait(context, settings), kind);
-                                      });
+const PolicyRegistration registration(
+    "gait", {"walks: every foot stands and swings by a common clock, after a velocity or along waypoints", gait_keys()},
+    [](const ControlContext& context, const Settings& settings, TargetKind kind) -> std::unique_ptr<Policy> {
+      return std::make_unique<Gait>(context, read_gait(context, settings), kind);
+    });
 
 }  // namespace
 

@@ -174,10 +174,13 @@ void read_stance(const Settings& settings, const std::vector<Leg>& legs, const M
 
 }  // namespace
 
+std::vector<std::string> gait_keys() {
+  return {"velocity",    "waypoints", "duration",       "duty",          "liftoff", "touchdown",
+          "step_height", "overshoot", "stance",         "orientation",   "settle",  "redirect",
+          "global_up",   "recovery",  "max_foot_speed", "contact_force", "feet"};
+}
+
 GaitSetup read_gait(const ControlContext& context, const Settings& settings) {
-  settings.allow({"velocity", "waypoints", "duration", "duty", "liftoff", "touchdown", "step_height", "overshoot",
-                  "stance", "orientation", "settle", "redirect", "global_up", "recovery", "max_foot_speed",
-                  "contact_force", "feet"});
   GaitSetup setup;
   for (const int frame : read_feet(context, settings)) {
     setup.legs.push_back(make_leg(context.nominal, frame, settings));

@@ -23,7 +23,10 @@ struct GaitSetup {
   std::unique_ptr<Steering> steering;
 };
 
-/// Throws InputError.
+/// Keys of a `gait:` map.
+std::vector<std::string> gait_keys();
+
+/// Throws InputError. Keys that are none of gait_keys() have been refused before.
 GaitSetup read_gait(const ControlContext& context, const Settings& settings);
 
 }  // namespace graze

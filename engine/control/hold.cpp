@@ -27,10 +27,9 @@ class Hold : public Policy {
   std::vector<double> q_;
 };
 
-const PolicyRegistration registration("hold",
+const PolicyRegistration registration("hold", {"keeps the joints where the nominal robot begins", {}},
                                       [](const ControlContext& context, const Settings& settings,
                                          TargetKind kind) -> std::unique_ptr<Policy> {
-                                        settings.allow({});
                                         if (kind != TargetKind::joint) {
                                           settings.fail_key("hold gives joint targets; use control: {joint_pd: …}");
                                         }

@@ -1,20 +1,42 @@
 // Tracker `joint_pd`: {kp: N m/rad, kd: N m s/rad, ki: N m/(rad s)}, each a number or a map of joint globs. The servo
 // itself runs in the actuators, at every physics step and on the encoder.
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "engine/control/joint_values.h"
 #include "engine/control/rows.h"
+#include "engine/settings/merged.h"
+#include "engine/settings/warnings.h"
 
 namespace graze {
 
 namespace {
 
+/// Warns of joints that a map of kp does not name: they have no spring, and a robot that leans on them falls.
+void doubt_unnamed(const Model& model, const Settings& kp) {
+  if (!kp.is_map()) return;
+  const std::vector<SettingsEntry> patterns = kp.entries();
+  std::string list;
+  int limp = 0;
+  for (const std::string& joint : actuated_names(model)) {
+    const auto names = [&](const SettingsEntry& entry) { return matches(entry.first, joint); };
+    if (std::any_of(patterns.begin(), patterns.end(), names)) continue;
+    constexpr int kShown = 6;
+    if (++limp <= kShown) list += (limp > 1 ? ", " : "") + joint;
+    if (limp == kShown + 1) list += ", …";
+  }
+  if (limp == 0) return;
+  warn(kp, fmt::format("names {} of {} joints; the others have kp 0 and are limp: {} (if that is meant: \"*\": 0 in "
+                       "front)",
+                       model.na() - limp, model.na(), list));
+}
+
 class JointPd : public Tracker {
  public:
   JointPd(const ControlContext& context, const Settings& settings) {
-    settings.allow({"kp", "kd", "ki"});
-    settings.at("kp");  // required
+    doubt_unnamed(context.nominal, settings.at("kp"));
     kp_ = read_gains(context.nominal, settings, "kp", Quantity::rotational_stiffness);
     kd_ = read_gains(context.nominal, settings, "kd", Quantity::rotational_damping);
     ki_ = read_gains(context.nominal, settings, "ki", Quantity::dimensionless);
@@ -43,11 +65,13 @@ class JointPd : public Tracker {
   std::vector<double> kp_, kd_, ki_;
 };
 
-const TrackerRegistration registration("joint_pd", TargetKind::joint,
-                                       [](const ControlContext& context, const Settings& settings,
-                                          const std::vector<int>&) -> std::unique_ptr<Tracker> {
-                                         return std::make_unique<JointPd>(context, settings);
-                                       });
+const TrackerRegistration registration(
+    "joint_pd",
+    {"a servo in each joint: spring kp, damper kd and integral ki towards the policy's positions", {"kp", "kd", "ki"}},
+    TargetKind::joint,
+    [](const ControlContext& context, const Settings& settings, const std::vector<int>&) -> std::unique_ptr<Tracker> {
+      return std::make_unique<JointPd>(context, settings);
+    });
 
 }  // namespace
 

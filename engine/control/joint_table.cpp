@@ -6,6 +6,8 @@
 #include <sstream>
 
 #include "engine/settings/inputs.h"
+#include "engine/settings/paths.h"
+#include "engine/settings/similar.h"
 
 namespace graze {
 
@@ -45,8 +47,7 @@ std::vector<int> read_header(const std::string& name, const std::vector<std::str
   for (std::size_t c = 1; c < header.size(); ++c) {
     const auto found = std::find(joints.begin(), joints.end(), header[c]);
     if (found == joints.end()) {
-      const std::string near = nearest(header[c], joints);
-      fail(name, 1, "'" + header[c] + "' is no actuated joint" + (near.empty() ? "" : "; did you mean " + near + "?"));
+      fail(name, 1, "'" + header[c] + "' is no actuated joint" + similar_names(header[c], joints, false));
     }
     const int joint = static_cast<int>(found - joints.begin());
     if (std::count(columns.begin(), columns.end(), joint) != 0) fail(name, 1, "'" + header[c] + "' stands twice");
@@ -59,8 +60,11 @@ std::vector<int> read_header(const std::string& name, const std::vector<std::str
 
 JointTable JointTable::load(const Settings& file, const std::vector<std::string>& joints, Interpolation interpolation) {
   const std::string path = file.resolve_file(file.text());
-  if (!input_exists(path)) file.fail("'" + path + "' cannot be read; a CSV file 'time,JOINT,…' must be there");
-  return parse(read_input(path), path, joints, interpolation);
+  if (!input_exists(path)) {
+    const std::string near = path_suggestion(path);
+    file.fail("'" + path + "' is not there" + (near.empty() ? "; a CSV file 'time,JOINT,…' must be" : near));
+  }
+  return parse(read_input(path), file.place() + ": " + file.path() + ": " + path, joints, interpolation);
 }
 
 JointTable JointTable::parse(const std::string& text, const std::string& name, const std::vector<std::string>& joints,

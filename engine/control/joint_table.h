@@ -15,7 +15,7 @@ enum class Interpolation { linear, cubic };
 class JointTable {
  public:
   /// Reads the file that `file` names (relative to the settings' own file). Columns must be among `joints`. Throws
-  /// InputError "table.csv:LINE: …".
+  /// InputError "PLACE: path: table.csv:LINE: …", the place and path being those of `file`.
   static JointTable load(const Settings& file, const std::vector<std::string>& joints, Interpolation interpolation);
   /// From text; `name` stands for the file in messages.
   static JointTable parse(const std::string& text, const std::string& name, const std::vector<std::string>& joints,

@@ -155,7 +155,6 @@ class JointTrajectory : public Policy {
 };
 
 std::unique_ptr<Policy> make(const ControlContext& context, const Settings& settings, TargetKind kind) {
-  settings.allow({"sinusoid", "table", "interpolation"});
   if (kind != TargetKind::joint) {
     settings.fail_key("joint_trajectory gives joint targets; use control: {joint_pd: …}");
   }
@@ -168,7 +167,10 @@ std::unique_ptr<Policy> make(const ControlContext& context, const Settings& sett
   return std::make_unique<JointTrajectory>(std::make_unique<Sinusoid>(context, settings.at("sinusoid")), context);
 }
 
-const PolicyRegistration registration("joint_trajectory", make);
+const PolicyRegistration registration("joint_trajectory",
+                                      {"moves the joints along sinusoids or a table over time",
+                                       {"sinusoid", "table", "interpolation"}},
+                                      make);
 
 }  // namespace
 

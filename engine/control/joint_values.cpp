@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/settings/similar.h"
 #include "engine/settings/units.h"
 #include "engine/settings/warnings.h"
 
@@ -37,9 +38,7 @@ void for_each_match(const Model& model, const Settings& settings, const Visit& v
       matched = true;
     }
     if (matched) continue;
-    const std::string near = nearest(pattern, names);
-    value.fail_key("'" + pattern + "' matches no actuated joint" +
-                   (near.empty() ? "" : "; did you mean " + near + "?"));
+    value.fail_key("'" + pattern + "' matches no actuated joint" + similar_names(pattern, names, true));
   }
 }
 

@@ -21,7 +21,6 @@ class OperationalPd : public Tracker {
  public:
   OperationalPd(const ControlContext& context, const Settings& settings, const std::vector<int>& effectors)
       : kernel_(GRAZE_KERNEL(chosen_isa(), find_control_kernel)) {
-    settings.allow({"kp", "kd", "implicit"});
     view_.kp = settings.at("kp").non_negative(Quantity::stiffness);
     view_.kd = settings.has("kd") ? settings.at("kd").non_negative(Quantity::damping) : 0.0;
     view_.period = settings.flag_or("implicit", true) ? context.period : 0.0;
@@ -49,11 +48,13 @@ class OperationalPd : public Tracker {
   OperationalPdView view_{};
 };
 
-const TrackerRegistration registration("operational_pd", TargetKind::effector,
-                                       [](const ControlContext& context, const Settings& settings,
-                                          const std::vector<int>& effectors) -> std::unique_ptr<Tracker> {
-                                         return std::make_unique<OperationalPd>(context, settings, effectors);
-                                       });
+const TrackerRegistration registration(
+    "operational_pd",
+    {"pulls each foot to its target by a spring and a damper in space; torques by the leg's transposed Jacobian",
+     {"kp", "kd", "implicit"}},
+    TargetKind::effector,
+    [](const ControlContext& context, const Settings& settings, const std::vector<int>& effectors)
+        -> std::unique_ptr<Tracker> { return std::make_unique<OperationalPd>(context, settings, effectors); });
 
 }  // namespace
 

@@ -11,7 +11,6 @@ namespace {
 class Prescribed : public Tracker {
  public:
   Prescribed(const ControlContext& context, const Settings& settings) {
-    settings.allow({"limited"});
     if (!context.solves_drives) {
       settings.fail(
           "prescribed motion is part of the contact solve of physics: lanes; other back ends know torques "
@@ -39,11 +38,13 @@ class Prescribed : public Tracker {
   double value_ = 1;  // see ActuatorCommand
 };
 
-const TrackerRegistration registration("prescribed", TargetKind::joint,
-                                       [](const ControlContext& context, const Settings& settings,
-                                          const std::vector<int>&) -> std::unique_ptr<Tracker> {
-                                         return std::make_unique<Prescribed>(context, settings);
-                                       });
+const TrackerRegistration registration(
+    "prescribed",
+    {"each joint is where the policy wants it, by whatever torque that takes (physics: lanes alone)", {"limited"}},
+    TargetKind::joint,
+    [](const ControlContext& context, const Settings& settings, const std::vector<int>&) -> std::unique_ptr<Tracker> {
+      return std::make_unique<Prescribed>(context, settings);
+    });
 
 }  // namespace
 

@@ -4,8 +4,8 @@
 
 namespace graze {
 
-std::map<std::string, PolicyFactory>& policy_registry() {
-  static std::map<std::string, PolicyFactory> registry;
+std::map<std::string, PolicyEntry>& policy_registry() {
+  static std::map<std::string, PolicyEntry> registry;
   return registry;
 }
 
@@ -14,19 +14,22 @@ std::map<std::string, TrackerEntry>& tracker_registry() {
   return registry;
 }
 
-PolicyRegistration::PolicyRegistration(const std::string& name, PolicyFactory make) {
-  [[maybe_unused]] const bool fresh = policy_registry().emplace(name, std::move(make)).second;
+PolicyRegistration::PolicyRegistration(const std::string& name, ComponentText text, PolicyFactory make) {
+  [[maybe_unused]] const bool fresh =
+      policy_registry().emplace(name, PolicyEntry{std::move(text), std::move(make)}).second;
   assert(fresh && "two policies of one name");
 }
 
-TrackerRegistration::TrackerRegistration(const std::string& name, TargetKind kind, TrackerFactory make) {
-  [[maybe_unused]] const bool fresh = tracker_registry().emplace(name, TrackerEntry{kind, std::move(make)}).second;
+TrackerRegistration::TrackerRegistration(const std::string& name, ComponentText text, TargetKind kind,
+                                         TrackerFactory make) {
+  [[maybe_unused]] const bool fresh =
+      tracker_registry().emplace(name, TrackerEntry{std::move(text), kind, std::move(make)}).second;
   assert(fresh && "two trackers of one name");
 }
 
 std::vector<std::string> policy_names() {
   std::vector<std::string> names;
-  for (const auto& [name, make] : policy_registry()) names.push_back(name);
+  for (const auto& [name, entry] : policy_registry()) names.push_back(name);
   return names;
 }
 
@@ -35,5 +38,9 @@ std::vector<std::string> tracker_names() {
   for (const auto& [name, entry] : tracker_registry()) names.push_back(name);
   return names;
 }
+
+const ComponentText& policy_text(const std::string& name) { return policy_registry().at(name).text; }
+
+const ComponentText& tracker_text(const std::string& name) { return tracker_registry().at(name).text; }
 
 }  // namespace graze

@@ -7,13 +7,19 @@
 
 namespace graze {
 
+struct PolicyEntry {
+  ComponentText text;
+  PolicyFactory make;
+};
+
 struct TrackerEntry {
+  ComponentText text;
   TargetKind kind;
   TrackerFactory make;
 };
 
 /// Sorted by name, so that lists in messages do not depend on link order. Filled before main, constant afterwards.
-std::map<std::string, PolicyFactory>& policy_registry();
+std::map<std::string, PolicyEntry>& policy_registry();
 std::map<std::string, TrackerEntry>& tracker_registry();
 
 }  // namespace graze

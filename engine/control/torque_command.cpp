@@ -14,7 +14,6 @@ class TorqueCommand : public Policy {
  public:
   TorqueCommand(const ControlContext& context, const Settings& settings)
       : q0_(actuated_positions(context.nominal, context.initial)), constant_(q0_.size(), 0.0) {
-    settings.allow({"constant", "table", "interpolation"});
     if (const auto constant = settings.find("constant")) {
       constant_ = read_joint_values(context.nominal, *constant, Quantity::torque, 0.0);
     }
@@ -50,14 +49,14 @@ class TorqueCommand : public Policy {
   std::optional<JointTable> table_;
 };
 
-const PolicyRegistration registration("torque",
-                                      [](const ControlContext& context, const Settings& settings,
-                                         TargetKind kind) -> std::unique_ptr<Policy> {
-                                        if (kind != TargetKind::joint) {
-                                          settings.fail_key("torque gives joint torques; use control: {torque: {}}");
-                                        }
-                                        return std::make_unique<TorqueCommand>(context, settings);
-                                      });
+const PolicyRegistration registration(
+    "torque", {"gives the joints torques, constant or by a table over time", {"constant", "table", "interpolation"}},
+    [](const ControlContext& context, const Settings& settings, TargetKind kind) -> std::unique_ptr<Policy> {
+      if (kind != TargetKind::joint) {
+        settings.fail_key("torque gives joint torques; use control: {torque: {}}");
+      }
+      return std::make_unique<TorqueCommand>(context, settings);
+    });
 
 }  // namespace
 

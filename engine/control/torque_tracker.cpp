@@ -22,12 +22,10 @@ class TorqueTracker : public Tracker {
   }
 };
 
-const TrackerRegistration registration("torque", TargetKind::joint,
-                                       [](const ControlContext&, const Settings& settings,
-                                          const std::vector<int>&) -> std::unique_ptr<Tracker> {
-                                         settings.allow({});
-                                         return std::make_unique<TorqueTracker>();
-                                       });
+const TrackerRegistration registration("torque", {"passes the policy's torques on; without any, the robot is limp", {}},
+                                       TargetKind::joint,
+                                       [](const ControlContext&, const Settings&, const std::vector<int>&)
+                                           -> std::unique_ptr<Tracker> { return std::make_unique<TorqueTracker>(); });
 
 }  // namespace
 

@@ -16,6 +16,7 @@
 #include "engine/model/mesh_size.h"
 #include "engine/model/urdf.h"
 #include "engine/settings/inputs.h"
+#include "engine/settings/paths.h"
 #include "engine/settings/settings.h"
 
 namespace graze {
@@ -97,7 +98,7 @@ class NoFiles : public Assimp::IOSystem {
 }  // namespace
 
 std::shared_ptr<const Mesh> load_mesh(const std::string& file) {
-  if (!input_exists(file)) throw InputError(fmt::format("{}: no such mesh file", file));
+  if (!input_exists(file)) throw InputError(fmt::format("{}: no such mesh file{}", file, path_suggestion(file)));
   if (!readable_kind(file)) {
     throw InputError(fmt::format("{}: meshes must be OBJ or STL files; convert it to one of them", file));
   }

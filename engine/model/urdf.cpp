@@ -17,6 +17,7 @@
 #include "engine/model/model.h"
 #include "engine/model/urdf_outline.h"
 #include "engine/settings/inputs.h"
+#include "engine/settings/paths.h"
 #include "engine/settings/settings.h"
 
 namespace graze {
@@ -176,8 +177,9 @@ class Builder {
 
   void missing_mesh(const std::string& filename, const UrdfOutline::ShapeEntry& entry, const Link& link) const {
     const std::vector<std::filesystem::path> places = meshes_.candidates(filename);
-    const std::string text = fmt::format("link '{}': collision mesh '{}' is not there (looked at {}{})", link.name,
-                                         filename, places.front().string(), places.size() > 1 ? " and above" : "");
+    const std::string text = fmt::format("link '{}': collision mesh '{}' is not there (looked at {}{}){}", link.name,
+                                         filename, places.front().string(), places.size() > 1 ? " and above" : "",
+                                         path_suggestion(places.front().string()));
     if (!options_.ignore_missing_meshes) {
       fail(entry.line, text +
                            "; put the file there, name the folder of its package, or go on without it by "

@@ -121,6 +121,11 @@ class Reader {
       fail(e.GetLineNum(), fmt::format("{}: <{}> {}: {}: {} bytes; at most {}", where, e.Name(), attribute,
                                        clipped(text, 40), size, kMaxAttributeBytes));
     }
+    if (std::strstr(text, "$(") || std::strstr(text, "${")) {
+      fail(e.GetLineNum(), fmt::format("{}: <{}> {}: '{}' is an expression of xacro; expand the file first: xacro "
+                                       "file.xacro > file.urdf",
+                                       where, e.Name(), attribute, clipped(text, 80)));
+    }
     return text;
   }
 

@@ -53,25 +53,6 @@ std::string key_text(const std::string& key) {
   return scalar(node);
 }
 
-std::string flow(const SettingsNode& node) {
-  std::string out;
-  switch (node.kind) {
-    case SettingsNode::Kind::null:
-      return "~";
-    case SettingsNode::Kind::scalar:
-      return scalar(node);
-    case SettingsNode::Kind::list:
-      for (const NodePtr& item : node.list) out += (out.empty() ? "" : ", ") + flow(*item);
-      return "[" + out + "]";
-    case SettingsNode::Kind::map:
-      for (const auto& entry : node.map) {
-        out += fmt::format("{}{}: {}", out.empty() ? "" : ", ", key_text(entry.key), flow(*entry.value));
-      }
-      return "{" + out + "}";
-  }
-  return out;
-}
-
 void block(const SettingsNode& node, int indent, std::string& out) {
   for (const auto& entry : node.map) {
     out += fmt::format("{:{}}{}:", "", indent, key_text(entry.key));
@@ -80,15 +61,34 @@ void block(const SettingsNode& node, int indent, std::string& out) {
       out += "\n";
       block(*entry.value, indent + 2, out);
     } else {
-      out += fmt::format(" {}\n", flow(*entry.value));
+      out += fmt::format(" {}\n", to_flow(*entry.value));
     }
   }
 }
 
 }  // namespace
 
+std::string to_flow(const SettingsNode& node) {
+  std::string out;
+  switch (node.kind) {
+    case SettingsNode::Kind::null:
+      return "~";
+    case SettingsNode::Kind::scalar:
+      return scalar(node);
+    case SettingsNode::Kind::list:
+      for (const NodePtr& item : node.list) out += (out.empty() ? "" : ", ") + to_flow(*item);
+      return "[" + out + "]";
+    case SettingsNode::Kind::map:
+      for (const auto& entry : node.map) {
+        out += fmt::format("{}{}: {}", out.empty() ? "" : ", ", key_text(entry.key), to_flow(*entry.value));
+      }
+      return "{" + out + "}";
+  }
+  return out;
+}
+
 std::string to_yaml(const SettingsNode& root) {
-  if (root.kind != SettingsNode::Kind::map || root.map.empty()) return flow(root) + "\n";
+  if (root.kind != SettingsNode::Kind::map || root.map.empty()) return to_flow(root) + "\n";
   std::string out;
   block(root, 0, out);
   return out;

@@ -152,11 +152,7 @@ void Settings::fail_key(const std::string& message) const {
 
 std::string Settings::shown() const {
   if (is_null()) return "nothing";
-  if (is_scalar()) return clipped(node_->text, kShown);
-  std::string text = to_yaml(*node_);
-  std::replace(text.begin(), text.end(), '\n', ' ');
-  while (!text.empty() && text.back() == ' ') text.pop_back();
-  return clipped(text, kShown);
+  return clipped(is_scalar() ? node_->text : to_flow(*node_), kShown);
 }
 
 }  // namespace graze

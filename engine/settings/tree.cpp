@@ -36,6 +36,9 @@ void SettingsNode::measure() {
 
 namespace {
 
+constexpr std::string_view kReplace = "!replace";
+constexpr std::size_t kShownTag = 40;  // bytes of a tag in a message
+
 /// The line of this number, from 0; empty if there is none.
 std::string line_of(const std::string& text, int number) {
   std::istringstream lines(text);
@@ -83,6 +86,7 @@ class TreeBuilder : public YAML::EventHandler {
 
   void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
                 const std::string& value) override {
+    check_tag(mark, tag);
     if (expects_key()) {
       take_key(mark, value);
       if (anchor != 0) fail(mark, "an anchor on a key");
@@ -94,16 +98,18 @@ class TreeBuilder : public YAML::EventHandler {
     finish(node, anchor);
   }
 
-  void OnSequenceStart(const YAML::Mark& mark, const std::string&, YAML::anchor_t anchor,
+  void OnSequenceStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
                        YAML::EmitterStyle::value) override {
+    check_tag(mark, tag);
     open(begin(SettingsNode::Kind::list, mark), anchor, mark);
   }
   void OnSequenceEnd() override { close(); }
 
   void OnMapStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
                   YAML::EmitterStyle::value) override {
+    check_tag(mark, tag);
     auto node = begin(SettingsNode::Kind::map, mark);
-    node->replace = tag == "!replace";
+    node->replace = tag == kReplace;
     open(node, anchor, mark);
   }
   void OnMapEnd() override { close(); }
@@ -129,6 +135,21 @@ class TreeBuilder : public YAML::EventHandler {
 
   [[noreturn]] void fail_hinting(const YAML::Mark& mark, const std::string& message) const {
     fail(mark, message + quoting_hint(line_of(text_, mark.line)));
+  }
+
+  /// A tag that nobody knows would say nothing, so that a misspelt !replace would merge.
+  void check_tag(const YAML::Mark& mark, const std::string& tag) const {
+    constexpr std::string_view kYaml = "tag:yaml.org,2002:";
+    static const std::vector<std::string> known = {"", "?", "!", std::string(kReplace)};
+    static const std::vector<std::string> types = {"str", "int", "float", "bool", "null", "map", "seq"};
+    if (std::find(known.begin(), known.end(), tag) != known.end()) return;
+    const bool of_yaml = tag.starts_with(kYaml);
+    const std::string name = of_yaml ? tag.substr(kYaml.size()) : tag;
+    if (of_yaml && std::find(types.begin(), types.end(), name) != types.end()) return;
+    const bool near = !nearest(of_yaml ? "!" + name : name, {std::string(kReplace)}).empty();
+    fail(mark, fmt::format("{}: an unknown tag; {}", clipped((of_yaml ? "!!" : "") + name, kShownTag),
+                           near ? "did you mean !replace?"
+                                : "the only one is !replace, by which a map takes the place of an included one"));
   }
 
   bool expects_key() const {

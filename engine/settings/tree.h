@@ -72,5 +72,7 @@ std::string layout_hint(const std::string& text, int line, const std::string& pr
 
 /// The tree as YAML text that parses to the same tree.
 std::string to_yaml(const SettingsNode& root);
+/// The same in one line, "{kp: 100, kd: 2}": for messages.
+std::string to_flow(const SettingsNode& node);
 
 }  // namespace graze

@@ -111,6 +111,7 @@ TEST(JointTable, Errors) {
   };
   EXPECT_EQ(error("t,LF_X_1\n"), "t.csv:1: the header must be 'time' and at least one joint, separated by commas");
   EXPECT_EQ(error("time,LF_X_2\n"), "t.csv:1: 'LF_X_2' is no actuated joint; did you mean LF_X_1?");
+  EXPECT_EQ(error("time,X_1\n"), "t.csv:1: 'X_1' is no actuated joint; did you mean LF_X_1?");
   EXPECT_EQ(error("time,LF_X_1,LF_X_1\n"), "t.csv:1: 'LF_X_1' stands twice");
   EXPECT_EQ(error("time,LF_X_1\n0,1\n0,2\n"), "t.csv:3: time 0 does not lie after the row before; times must grow");
   EXPECT_EQ(error("time,LF_X_1\n0,1\n1\n"), "t.csv:3: 1 values; the header has 2 columns");

@@ -120,6 +120,10 @@ TEST(Urdf, RefusesWhatIsWrong) {
       {"<link name=\"a\"><collision><geometry><spere radius=\"1\"/></geometry></collision></link>",
        {"r.urdf:2:", "unknown shape <spere>", "<sphere>"}},
       {"<xacro:macro/>", {"r.urdf:2:", "xacro"}},
+      {"<link name=\"a\"><inertial><mass value=\"$(optenv MASS 3)\"/></inertial></link>",
+       {"r.urdf:2:", "<mass> value: '$(optenv MASS 3)' is an expression of xacro", "xacro file.xacro > file.urdf"}},
+      {"<link name=\"a\"><collision><geometry><sphere radius=\"${r}\"/></geometry></collision></link>",
+       {"r.urdf:2:", "<sphere> radius: '${r}' is an expression of xacro"}},
   };
   for (const auto& [body, parts] : cases) {
     const std::string message = refusal(body);

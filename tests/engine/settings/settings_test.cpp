@@ -93,7 +93,7 @@ TEST(Maps, RefuseUnknownAndMissingKeys) {
             "a.yaml:3:3: time.stpe: unknown key; one of: end, control");
   EXPECT_EQ(message_of([&] { s.at("time").at("begin"); }), "a.yaml:2:3: time: the key 'begin' is missing");
   EXPECT_EQ(message_of([&] { s.at("time").single({"normal"}); }),
-            "a.yaml:2:3: time: end: 3 stpe: 1 ms: must be a map with exactly one key; one of: normal");
+            "a.yaml:2:3: time: {end: 3, stpe: 1 ms}: must be a map with exactly one key; one of: normal");
   EXPECT_EQ(message_of([&] { parse("a: 1").at("a").find("b"); }), "a.yaml:1:4: a: 1: must be a map (key: value)");
 }
 
