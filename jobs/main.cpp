@@ -13,6 +13,7 @@
 #include "graze_version.h"
 #include "jobs/commands.h"
 #include "jobs/crash.h"
+#include "jobs/help_topics.h"
 #include "jobs/option_words.h"
 #include "jobs/terminal.h"
 
@@ -25,13 +26,20 @@ std::string join(int argc, char** argv) {
   return line;
 }
 
+int flushed(int code) {
+  if (!std::cout.flush()) throw MachineError("standard output: cannot be written");
+  return code;
+}
+
 int parse_and_run(int argc, char** argv) {
   CLI::App app("Graze finds out in simulation how a robot fails before the robot does.", "graze");
   app.set_version_flag("--version", fmt::format("graze {} ({}), physics: {}\n{}", GRAZE_VERSION, GRAZE_REVISION,
                                                 fmt::join(physics_names(), ", "), isa_report()));
   app.require_subcommand(1);
   app.footer(
-      "\ngraze VERB --help (or graze help VERB) tells more, with examples. Documentation: docs/ beside the source.");
+      "\ngraze VERB --help (or graze help VERB) tells more, with examples; graze help scenarios, policies, trackers "
+      "and "
+      "witnesses list what there is. Documentation: docs/ beside the source.");
   Action action;
   add_check(app, action);
   add_sample(app, action);
@@ -43,7 +51,13 @@ int parse_and_run(int argc, char** argv) {
   add_replay(app, action);
   add_pack(app, action);
   add_submit(app, action);
-  const std::vector<std::string> words = as_help({argv + 1, argv + argc});
+  const std::vector<std::string> given(argv + 1, argv + argc), words = as_help(given);
+  const bool asks = given.size() == 2 && given[0] == "help";
+  if (const auto text = asks ? help_on(given[1]) : std::nullopt) {
+    std::cout << *text;
+    return flushed(kDone);
+  }
+  if (asks) check_topic(app, given[1], help_topics());
   check_words(app, words);
   try {
     app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
@@ -53,9 +67,7 @@ int parse_and_run(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     throw InputError(parse_error_text(app, error));
   }
-  const int code = action();
-  if (!std::cout.flush()) throw MachineError("standard output: cannot be written");
-  return code;
+  return flushed(action());
 }
 
 /// A stream that was closed would give its number to the next file that is opened, and what is printed would go there.

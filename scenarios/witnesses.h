@@ -29,6 +29,7 @@ using WitnessReader = std::function<ReadWitness(const Settings&, const Model& no
 
 struct WitnessKind {
   std::string name;
+  std::string help;  // what it asks for, in one line, for `graze help witnesses`
   WitnessReader read;
 };
 
