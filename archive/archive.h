@@ -206,7 +206,9 @@ class Archive {
 /// One file of a campaign directory. Written under a temporary name, synced, renamed. Throws InputError if `file`
 /// exists (unless force) or the directory is no campaign, MachineError on a failing disk. Deterministic: equal traces
 /// give byte-identical datasets, whatever the order in which shards were written. Gives what Archive::warnings() would.
-std::vector<std::string> pack(const std::filesystem::path& directory, const std::filesystem::path& file, bool force);
+/// Refuses content that verify() would call damaged, unless this program has just written it (`seals`).
+std::vector<std::string> pack(const std::filesystem::path& directory, const std::filesystem::path& file, bool force,
+                              Seals seals = Seals::checked);
 /// The same of several directories that hold parts of one campaign (equal scenario, seed, number of particles, policies
 /// and results version; else InputError, which names what differs). Complete if every trace is there.
 std::vector<std::string> pack(const std::vector<std::filesystem::path>& directories, const std::filesystem::path& file,

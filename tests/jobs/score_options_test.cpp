@@ -84,7 +84,7 @@ TEST_F(ScoreOptions, GatesAreQuestions) {
   EXPECT_THAT(score("--policy still --require 'p < 0.1'").out,
               AllOf(HasSubstr("p < 0.1: still: MISSED"), Not(HasSubstr("step-1"))));
   refused("--require 'q > 1'", {"--require 'q > 1':1: ", "nearest right answer: 'p >= 0.95'"});
-  refused("--require 'p => 0.9'", {"--require 'p => 0.9':3: ", "nearest right answer: 'p >= 0.95'"});
+  refused("--require 'p => 0.9'", {"--require 'p => 0.9':3: ", "nearest right answer: 'p >= 0.9'"});
   refused("--require 'p >= 90'", {"nearest right answer: 'p >= 90%'"});
 }
 
