@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "archive/culprit.h"
+#include "archive/schema/culprit.h"
 
 namespace graze {
 

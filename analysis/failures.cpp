@@ -9,9 +9,9 @@
 #include <ostream>
 
 #include "analysis/text_table.h"
-#include "archive/culprit.h"
-#include "archive/shell_word.h"
-#include "archive/utf8.h"
+#include "archive/files/shell_word.h"
+#include "archive/files/utf8.h"
+#include "archive/schema/culprit.h"
 
 namespace graze {
 namespace {

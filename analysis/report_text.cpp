@@ -8,7 +8,7 @@
 
 #include "analysis/score.h"
 #include "analysis/text_table.h"
-#include "archive/utf8.h"
+#include "archive/files/utf8.h"
 
 namespace graze {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "analysis/proportions.h"
 #include "analysis/sequential.h"
-#include "archive/shell_word.h"
+#include "archive/files/shell_word.h"
 
 namespace graze {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "archive/utf8.h"
+#include "archive/files/utf8.h"
 
 namespace graze {
 namespace {

@@ -6,13 +6,13 @@
 #include <cstring>
 
 #include "archive/archive.h"
-#include "archive/campaign_files.h"
-#include "archive/file_driver.h"
-#include "archive/files.h"
-#include "archive/part_check.h"
-#include "archive/reading_child.h"
-#include "archive/text_spool.h"
-#include "archive/window.h"
+#include "archive/directory/campaign_files.h"
+#include "archive/files/files.h"
+#include "archive/hdf5/file_driver.h"
+#include "archive/hdf5/reading_child.h"
+#include "archive/hdf5/text_spool.h"
+#include "archive/schema/part_check.h"
+#include "archive/schema/window.h"
 
 namespace graze {
 namespace {

@@ -5,10 +5,10 @@
 #include <map>
 
 #include "archive/archive.h"
-#include "archive/campaign_files.h"
-#include "archive/failure_scan.h"
-#include "archive/outcome_scan.h"
-#include "archive/part_rows.h"
+#include "archive/directory/campaign_files.h"
+#include "archive/schema/failure_scan.h"
+#include "archive/schema/outcome_scan.h"
+#include "archive/schema/part_rows.h"
 
 namespace graze {
 namespace {

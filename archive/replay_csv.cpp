@@ -3,10 +3,10 @@
 
 #include <cmath>
 
-#include "archive/csv.h"
-#include "archive/culprit.h"
-#include "archive/files.h"
+#include "archive/files/csv.h"
+#include "archive/files/files.h"
 #include "archive/replay_file.h"
+#include "archive/schema/culprit.h"
 #include "simulation/results_epoch.h"
 
 namespace graze {

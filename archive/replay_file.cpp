@@ -3,11 +3,11 @@
 
 #include <fmt/format.h>
 
-#include "archive/culprit.h"
-#include "archive/file_driver.h"
-#include "archive/files.h"
-#include "archive/kept.h"
-#include "archive/schema.h"
+#include "archive/files/files.h"
+#include "archive/hdf5/file_driver.h"
+#include "archive/schema/culprit.h"
+#include "archive/schema/kept.h"
+#include "archive/schema/schema.h"
 #include "simulation/results_epoch.h"
 
 namespace graze {

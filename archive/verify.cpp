@@ -5,19 +5,19 @@
 #include <algorithm>
 #include <map>
 
-#include "archive/campaign_directory.h"
-#include "archive/campaign_files.h"
-#include "archive/damaged.h"
-#include "archive/directory.h"
-#include "archive/file_driver.h"
-#include "archive/finished.h"
-#include "archive/info.h"
-#include "archive/outcome_scan.h"
-#include "archive/part_check.h"
-#include "archive/reading_child.h"
-#include "archive/seal.h"
-#include "archive/set_aside.h"
-#include "archive/shell_word.h"
+#include "archive/directory/campaign_directory.h"
+#include "archive/directory/campaign_files.h"
+#include "archive/directory/damaged.h"
+#include "archive/directory/finished.h"
+#include "archive/directory/set_aside.h"
+#include "archive/files/directory.h"
+#include "archive/files/seal.h"
+#include "archive/files/shell_word.h"
+#include "archive/hdf5/file_driver.h"
+#include "archive/hdf5/reading_child.h"
+#include "archive/schema/info.h"
+#include "archive/schema/outcome_scan.h"
+#include "archive/schema/part_check.h"
 #include "engine/settings/paths.h"
 
 namespace graze {

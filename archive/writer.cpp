@@ -7,9 +7,9 @@
 #include <utility>
 
 #include "archive/archive.h"
-#include "archive/campaign_directory.h"
-#include "archive/shard.h"
-#include "archive/shard_queue.h"
+#include "archive/directory/campaign_directory.h"
+#include "archive/directory/shard.h"
+#include "archive/directory/shard_queue.h"
 
 namespace graze {
 namespace {
@@ -26,9 +26,9 @@ constexpr std::size_t kShardBytes = std::size_t{32} << 20;
 struct CampaignWriter::Impl {
   Impl(std::filesystem::path path, const CampaignInfo& facts, bool force)
       : directory(std::move(path), facts, force), buffer(facts.policies.size()) {}
-  Impl(std::filesystem::path path, const CampaignInfo& facts, Existing existing)
+  Impl(std::filesystem::path path, const CampaignInfo& facts, ExistingCampaign existing)
       : directory(std::move(path), facts, std::move(existing)), buffer(facts.policies.size()) {}
-  Impl(std::filesystem::path path, const CampaignInfo& facts, Member member)
+  Impl(std::filesystem::path path, const CampaignInfo& facts, CampaignMember member)
       : directory(std::move(path), facts, member),
         buffer(facts.policies.size()),
         age(std::max<Clock::duration>(kShardAge, member.ranks * kShardAgePerRank)) {}
@@ -54,10 +54,10 @@ struct CampaignWriter::Impl {
 CampaignWriter::CampaignWriter(std::filesystem::path directory, const CampaignInfo& info, bool force)
     : impl_(std::make_unique<Impl>(std::move(directory), info, force)) {}
 
-CampaignWriter::CampaignWriter(std::filesystem::path directory, const CampaignInfo& info, Existing existing)
+CampaignWriter::CampaignWriter(std::filesystem::path directory, const CampaignInfo& info, ExistingCampaign existing)
     : impl_(std::make_unique<Impl>(std::move(directory), info, std::move(existing))) {}
 
-CampaignWriter::CampaignWriter(std::filesystem::path directory, const CampaignInfo& info, Member member)
+CampaignWriter::CampaignWriter(std::filesystem::path directory, const CampaignInfo& info, CampaignMember member)
     : impl_(std::make_unique<Impl>(std::move(directory), info, member)) {}
 
 CampaignWriter::~CampaignWriter() {

@@ -1,6 +1,6 @@
 // What a campaign costs and where its time goes: the whole curb campaign (policy, sensing, witnesses, events, archive)
 // on one thread, by phase, on both back ends; and how it scales to two threads.
-#include "jobs/campaign.h"
+#include "jobs/campaign/campaign.h"
 
 #include <benchmark/benchmark.h>
 #include <unistd.h>
@@ -9,7 +9,7 @@
 #include <filesystem>
 
 #include "archive/archive.h"
-#include "jobs/describe_campaign.h"
+#include "jobs/campaign/describe_campaign.h"
 #include "simulation/block_run.h"
 
 namespace graze {

@@ -2,7 +2,7 @@
 // rename and line of the manifest, and what reading a directory of many shards takes.
 // usage: bench_crew                     one process
 //        mpirun -np R bench_crew        R ranks at once on the counters; the rest by rank 0
-#include "jobs/crew.h"
+#include "jobs/campaign/crew.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -10,9 +10,9 @@
 #include <chrono>
 #include <filesystem>
 
-#include "archive/campaign_directory.h"
-#include "archive/manifest.h"
-#include "jobs/hand_out.h"
+#include "archive/directory/campaign_directory.h"
+#include "archive/directory/manifest.h"
+#include "jobs/campaign/hand_out.h"
 
 namespace {
 

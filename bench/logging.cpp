@@ -11,8 +11,8 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "jobs/campaign.h"
-#include "jobs/describe_campaign.h"
+#include "jobs/campaign/campaign.h"
+#include "jobs/campaign/describe_campaign.h"
 
 namespace graze {
 namespace {

@@ -13,7 +13,7 @@
 #include <mutex>
 #include <thread>
 
-#include "jobs/crew.h"
+#include "jobs/campaign/crew.h"
 
 namespace graze {
 namespace {

@@ -1,5 +1,5 @@
 // Work that ran ahead of the question that ended a campaign: it lies in shards and counts nowhere.
-#include "archive/finished.h"
+#include "archive/directory/finished.h"
 #include "tests/archive/compare.h"
 
 namespace graze {

@@ -8,10 +8,10 @@
 #include <functional>
 #include <string>
 
-#include "archive/file_driver.h"
-#include "archive/files.h"
-#include "archive/info.h"
-#include "archive/seal.h"
+#include "archive/files/files.h"
+#include "archive/files/seal.h"
+#include "archive/hdf5/file_driver.h"
+#include "archive/schema/info.h"
 #include "tests/archive/compare.h"
 
 namespace graze::synthetic {

@@ -7,11 +7,11 @@
 
 #include <functional>
 
-#include "archive/campaign_directory.h"
-#include "archive/campaign_files.h"
-#include "archive/files.h"
-#include "archive/finished.h"
-#include "archive/set_aside.h"
+#include "archive/directory/campaign_directory.h"
+#include "archive/directory/campaign_files.h"
+#include "archive/directory/finished.h"
+#include "archive/directory/set_aside.h"
+#include "archive/files/files.h"
 #include "tests/archive/compare.h"
 
 namespace graze {

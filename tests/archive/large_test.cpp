@@ -1,8 +1,8 @@
 // Campaigns larger than what is read at a time: shards are merged window by window, outcomes come piece by piece.
 #include <gmock/gmock.h>
 
-#include "archive/campaign_directory.h"
-#include "archive/shard.h"
+#include "archive/directory/campaign_directory.h"
+#include "archive/directory/shard.h"
 #include "tests/archive/compare.h"
 
 namespace graze {

@@ -1,14 +1,14 @@
 // The manifest: one line per shard, never ahead of the shards, and nothing is lost when it is torn or gone.
-#include "archive/manifest.h"
+#include "archive/directory/manifest.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <fstream>
 
-#include "archive/campaign_directory.h"
-#include "archive/finished.h"
-#include "archive/seal.h"
+#include "archive/directory/campaign_directory.h"
+#include "archive/directory/finished.h"
+#include "archive/files/seal.h"
 #include "tests/archive/synthetic.h"
 
 namespace graze {
@@ -22,7 +22,7 @@ CampaignInfo write_three_shards(const std::filesystem::path& path) {
   const CampaignInfo info = synthetic::info();
   for (std::uint32_t first = 0; first < 24; first += 8) {
     std::optional<CampaignWriter> writer;
-    first == 0 ? writer.emplace(path, info, false) : writer.emplace(path, info, CampaignWriter::Existing{});
+    first == 0 ? writer.emplace(path, info, false) : writer.emplace(path, info, ExistingCampaign{});
     synthetic::Block block = synthetic::block(info, 0, synthetic::range(first, first + 8));
     writer->append(0, std::move(block.traces), std::move(block.values));
     writer->finish(false);

@@ -8,9 +8,9 @@
 
 #include <csignal>
 
-#include "archive/campaign_directory.h"
-#include "archive/files.h"
-#include "archive/set_aside.h"
+#include "archive/directory/campaign_directory.h"
+#include "archive/directory/set_aside.h"
+#include "archive/files/files.h"
 #include "tests/archive/compare.h"
 
 namespace graze {
@@ -192,12 +192,11 @@ TEST(Output, ARankLeftBehindStillHoldsTheDirectory) {
     const MemberLock another(folder / "a.graze");
     EXPECT_THAT(message_of<MachineError>([&] { CampaignWriter(folder / "a.graze", info(), true); }),
                 HasSubstr("process 1 on nowhere is writing here"));
-    EXPECT_THAT(
-        message_of<MachineError>([&] { CampaignWriter(folder / "a.graze", info(), CampaignWriter::Existing{}); }),
-        HasSubstr("process 1 on nowhere is writing here"));
+    EXPECT_THAT(message_of<MachineError>([&] { CampaignWriter(folder / "a.graze", info(), ExistingCampaign{}); }),
+                HasSubstr("process 1 on nowhere is writing here"));
     expect_campaign(Archive(folder / "a.graze"));
   }
-  EXPECT_NO_THROW(CampaignWriter(folder / "a.graze", info(), CampaignWriter::Existing{}));
+  EXPECT_NO_THROW(CampaignWriter(folder / "a.graze", info(), ExistingCampaign{}));
 }
 
 // Claim: nothing is made of a file by writing over it, nor of a device.

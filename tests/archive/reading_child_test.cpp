@@ -1,6 +1,6 @@
 // Claim: whatever the HDF5 library does with a file that has a fitting seal, it does it in a child process, which ends,
 // and the user gets a message that names the file.
-#include "archive/reading_child.h"
+#include "archive/hdf5/reading_child.h"
 
 #include <gmock/gmock.h>
 #include <sys/resource.h>

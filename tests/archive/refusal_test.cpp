@@ -1,8 +1,8 @@
 // What is not a whole, sound archive is refused with one message that names the file, and never crashes the reader.
 #include <gmock/gmock.h>
 
-#include "archive/campaign_directory.h"
-#include "archive/schema.h"
+#include "archive/directory/campaign_directory.h"
+#include "archive/schema/schema.h"
 #include "tests/archive/forge.h"
 
 namespace graze {

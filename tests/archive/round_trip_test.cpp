@@ -4,9 +4,9 @@
 
 #include <thread>
 
-#include "archive/campaign_directory.h"
-#include "archive/hdf5.h"
-#include "archive/shard.h"
+#include "archive/directory/campaign_directory.h"
+#include "archive/directory/shard.h"
+#include "archive/hdf5/hdf5.h"
 #include "tests/archive/compare.h"
 #include "tests/trace_bits.h"
 

@@ -1,12 +1,12 @@
 // The checksum and the text filter that archives rely on.
-#include "archive/seal.h"
+#include "archive/files/seal.h"
 
 #include <gtest/gtest.h>
 
 #include <cstring>
 #include <string_view>
 
-#include "archive/utf8.h"
+#include "archive/files/utf8.h"
 
 namespace graze {
 namespace {

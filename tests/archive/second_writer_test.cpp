@@ -6,7 +6,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "archive/campaign_directory.h"
+#include "archive/directory/campaign_directory.h"
 #include "tests/archive/compare.h"
 
 namespace graze {
@@ -32,7 +32,7 @@ TEST(SecondWriter, TheFirstStopsWhenItsLockIsStolen) {
     CampaignWriter first(path, info(), false);
     write_shard(first, 0, 8);
     fs::remove(path / "lock");
-    CampaignWriter second(path, info(), CampaignWriter::Existing{});
+    CampaignWriter second(path, info(), ExistingCampaign{});
     write_shard(second, 8, 16);
     EXPECT_THAT(message_of<MachineError>([&] { write_shard(first, 16, 24); }),
                 AllOf(HasSubstr("a.graze/lock: was removed while this program held it"), HasSubstr("process "),
@@ -48,7 +48,7 @@ TEST(SecondWriter, ARankStopsWhenItsLeadersLockIsStolen) {
   const Folder folder;
   const fs::path path = folder / "a.graze";
   CampaignWriter leader(path, info(), false);
-  CampaignWriter rank(path, info(), CampaignWriter::Member{1, 0, 2});
+  CampaignWriter rank(path, info(), CampaignMember{1, 0, 2});
   write_shard(rank, 0, 8);
   fs::remove(path / "lock");
   EXPECT_THAT(message_of<MachineError>([&] { write_shard(rank, 8, 16); }),
@@ -105,7 +105,7 @@ TEST(SecondWriter, WhatTheSecondBeganIsNotTidiedAway) {
   const fs::path path = folder / "a.graze";
   auto first = std::make_unique<CampaignWriter>(path, info(), false);
   fs::remove(path / "lock");
-  CampaignWriter second(path, info(), CampaignWriter::Existing{});
+  CampaignWriter second(path, info(), ExistingCampaign{});
   first.reset();
   EXPECT_TRUE(fs::exists(path / "campaign.h5"));
   EXPECT_TRUE(fs::exists(path / "lock"));
@@ -127,7 +127,7 @@ TEST(SecondWriter, NamesOfShardsAreNeverUsedAgain) {
   EXPECT_EQ(content(path / "shards" / "000002.h5"), "another writer's");
   fs::remove(path / "shards" / "000002.h5");
   fs::remove(path / "shards" / "000003.h5");
-  CampaignWriter writer(path, info(), CampaignWriter::Existing{});
+  CampaignWriter writer(path, info(), ExistingCampaign{});
   write_shard(writer, 16, 24);
   EXPECT_THAT(shard_names(path), ElementsAre("000001.h5", "000004.h5"));
 }

@@ -1,9 +1,9 @@
 // Claim: a shell reads a word back as it was; plain words need no quotes.
-#include "archive/shell_word.h"
+#include "archive/files/shell_word.h"
 
 #include <gtest/gtest.h>
 
-#include "archive/utf8.h"
+#include "archive/files/utf8.h"
 #include "tests/jobs/program.h"
 
 namespace graze {

@@ -2,7 +2,7 @@
 // is refused with a message that names the dataset and the rule.
 #include <gmock/gmock.h>
 
-#include "archive/schema.h"
+#include "archive/schema/schema.h"
 #include "tests/archive/forge.h"
 
 namespace graze {

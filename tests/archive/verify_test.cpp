@@ -8,8 +8,8 @@
 #include <limits>
 #include <map>
 
-#include "archive/campaign_directory.h"
-#include "archive/schema.h"
+#include "archive/directory/campaign_directory.h"
+#include "archive/schema/schema.h"
 #include "tests/archive/forge.h"
 
 namespace graze {

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "archive/seal.h"
+#include "archive/files/seal.h"
 
 namespace graze::fuzz {
 namespace {

@@ -11,7 +11,7 @@
 #include <string>
 
 #include "archive/archive.h"
-#include "jobs/describe_campaign.h"
+#include "jobs/campaign/describe_campaign.h"
 
 namespace {
 

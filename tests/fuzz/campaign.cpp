@@ -5,7 +5,7 @@
 //
 // Where the files are sound HDF5, the verb runs in this process, whose coverage libFuzzer sees. Where bytes behind a
 // seal were changed, or a file cut, it runs in a child with limits, as the program reads files of strangers
-// (archive/reading_child.h): the HDF5 library may crash on them, anything else may not.
+// (archive/hdf5/reading_child.h): the HDF5 library may crash on them, anything else may not.
 
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -23,8 +23,8 @@
 #include <string>
 #include <vector>
 
-#include "archive/reading_child.h"
-#include "jobs/signals.h"
+#include "archive/hdf5/reading_child.h"
+#include "jobs/campaign/signals.h"
 #include "tests/fuzz/archive_edits.h"
 #include "tests/fuzz/mutate.h"
 #include "tests/fuzz/verbs.h"

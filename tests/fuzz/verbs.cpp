@@ -7,7 +7,7 @@
 #include <streambuf>
 
 #include "archive/archive.h"
-#include "jobs/commands.h"
+#include "jobs/cli/commands.h"
 
 // Assimp's importers forget what they had allocated when a mesh turns out to be broken.
 extern "C" const char* __lsan_default_suppressions() { return "leak:libassimp\n"; }

@@ -14,8 +14,13 @@ import sys
 import tempfile
 
 FOLDERS = ["jobs", "analysis", "archive", "simulation", "scenarios", "engine", "sampling"]  # from top to bottom
-ROOMS = ["control", "actuation", "sensing", "physics.cpp", "clearance", "lane_physics", "bullet", "contact", "physics.h", "contact_record.h", "dynamics", "model", "lanes",
-         "settings"]  # of engine/, from top to bottom; engine/physics.cpp is the factory of the back ends
+ROOMS = {  # from top to bottom; what stands in the folder itself stands above its rooms
+    "jobs": ["cli", "slurm", "mpi", "campaign"],
+    "archive": ["directory", "schema", "hdf5", "files"],
+    # engine/physics.cpp is the factory of the back ends
+    "engine": ["control", "actuation", "sensing", "physics.cpp", "clearance", "lane_physics", "bullet", "contact",
+               "physics.h", "contact_record.h", "dynamics", "model", "lanes", "settings"],
+}
 OUTSIDE = ["tests", "bench"]  # may include anything; nothing may include them
 GENERATED = {"graze_version.h", "graze_build.h"}
 # archive/ keeps records; of what makes them it knows these words only.
@@ -27,14 +32,16 @@ SOURCES = {".h", ".cpp", ".py", ".sh", ".cmake"}
 
 
 def place(path):
-    """(height of the folder, height of the room in engine/), larger is higher; None outside the order."""
+    """(height of the folder, height of the room in it), larger is higher; None outside the order."""
     parts = path.split("/")
     if parts[0] not in FOLDERS:
         return None
     folder = len(FOLDERS) - FOLDERS.index(parts[0])
-    if parts[0] != "engine":
-        return folder, 0
-    return (folder, len(ROOMS) - ROOMS.index(parts[1])) if parts[1] in ROOMS else None
+    rooms = ROOMS.get(parts[0], [])
+    if len(parts) > 1 and parts[1] in rooms:
+        return folder, len(rooms) - rooms.index(parts[1])
+    # a room that nobody has listed has no place, and neither has a file of engine/ that is not named above
+    return None if len(parts) > 2 or parts[0] == "engine" else (folder, len(rooms) + 1)
 
 
 def include_fault(root, path, bracket, target):
@@ -103,9 +110,14 @@ RIGHT = {
     "scenarios/task.h": '#include "engine/control/policy.h"\n',
     "simulation/trace.h": '#include "scenarios/task.h"\n',
     "archive/reader.h": '#include "simulation/trace.h"\n#include "engine/settings/settings.h"\n',
+    "archive/hdf5/column.h": '#include "archive/files/seal.h"\n',
+    "archive/files/seal.h": "",
+    "jobs/campaign/crew.h": "",
+    "jobs/cli/run.cpp": '#include "jobs/campaign/crew.h"\n',
     "jobs/main.cpp": '#include "graze_version.h"\n#include "scenarios/task.h"\n',
     "tests/jobs/main.cpp": '#include "jobs/run.h"\n',
     "jobs/run.h": "",
+    "jobs/cli/words.h": "",
 }
 WRONG = {
     "sampling/up.h": ('#include "engine/model/model.h"\n', "higher"),
@@ -114,6 +126,10 @@ WRONG = {
     "engine/bullet/up.h": ('#include "engine/control/gait.h"\n', "higher"),
     "archive/up.h": ('#include "jobs/run.h"\n', "higher"),
     "archive/engine.h": ('#include "engine/physics.h"\n', "records"),
+    "archive/files/up.h": ('#include "archive/hdf5/column.h"\n', "higher"),
+    "archive/files/top.h": ('#include "archive/reader.h"\n', "higher"),
+    "jobs/campaign/up.h": ('#include "jobs/cli/words.h"\n#include "jobs/campaign/crew.h"\n', "higher"),
+    "jobs/newroom/a.h": ('#include "sampling/stream.h"\n', "no folder"),
     "engine/newroom/a.h": ('#include "sampling/stream.h"\n', "no folder"),
     "jobs/angled.h": ("#include <scenarios/task.h>\n", "quotes"),
     "jobs/relative.cpp": ('#include "run.h"\n', "rooted"),

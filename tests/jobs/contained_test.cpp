@@ -16,12 +16,12 @@
 #include <mutex>
 #include <thread>
 
-#include "archive/finished.h"
-#include "archive/unfinished.h"
+#include "archive/directory/finished.h"
+#include "archive/directory/unfinished.h"
 #include "engine/control/policy.h"
-#include "jobs/campaign.h"
-#include "jobs/describe_campaign.h"
-#include "jobs/simulate.h"
+#include "jobs/campaign/campaign.h"
+#include "jobs/campaign/describe_campaign.h"
+#include "jobs/cli/simulate.h"
 #include "simulation/watchdog.h"
 #include "tests/jobs/ball_campaign.h"
 
@@ -266,7 +266,7 @@ void write_campaign(const Scenario& scenario, const std::filesystem::path& direc
     simulate_into(writer, scenario, options, info, {false, true}, start);
     return;
   }
-  CampaignWriter writer(directory, info, CampaignWriter::Existing{});
+  CampaignWriter writer(directory, info, ExistingCampaign{});
   const FinishedTraces finished = repair_and_list(directory, info);
   simulate_into(writer, scenario, options, info, {false, true}, start, finished);
 }

@@ -1,6 +1,6 @@
 // Claim: tickets stand for every unit of work exactly once, in rising order, for any numbers of units and workers; few
 // are needed, and towards the end they are small.
-#include "jobs/hand_out.h"
+#include "jobs/campaign/hand_out.h"
 
 #include <gtest/gtest.h>
 

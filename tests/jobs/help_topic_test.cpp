@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/control/policy.h"
-#include "jobs/shipped.h"
+#include "jobs/cli/shipped.h"
 #include "scenarios/witnesses.h"
 #include "tests/jobs/program.h"
 

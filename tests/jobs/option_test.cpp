@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/settings/settings.h"
-#include "jobs/option_values.h"
+#include "jobs/cli/option_values.h"
 #include "tests/jobs/ball_campaign.h"
 
 namespace graze {

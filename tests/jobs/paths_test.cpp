@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
-#include "archive/parent_folders.h"
+#include "archive/files/parent_folders.h"
 #include "tests/jobs/ball_campaign.h"
 
 namespace graze {

@@ -1,6 +1,6 @@
 // Claims: ranks under mpirun give the datasets that one process gives, whatever their number and that of their threads;
 // a rank that fails is named and costs nothing that was finished; a job that is killed can be resumed.
-#include "jobs/ranks.h"
+#include "jobs/campaign/ranks.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@
 #include <thread>
 
 #include "archive/archive.h"
-#include "archive/campaign_directory.h"
+#include "archive/directory/campaign_directory.h"
 #include "tests/jobs/ball_campaign.h"
 #include "tests/jobs/process.h"
 

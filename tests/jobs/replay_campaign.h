@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "jobs/campaign.h"
-#include "jobs/describe_campaign.h"
-#include "jobs/replay.h"
+#include "jobs/campaign/campaign.h"
+#include "jobs/campaign/describe_campaign.h"
+#include "jobs/campaign/replay.h"
 #include "tests/jobs/program.h"
 
 namespace graze::testing {

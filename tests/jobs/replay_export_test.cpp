@@ -2,7 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "archive/hdf5.h"
+#include "archive/hdf5/hdf5.h"
 #include "tests/jobs/replay_campaign.h"
 
 namespace graze {

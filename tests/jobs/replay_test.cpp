@@ -1,6 +1,6 @@
 // Claim: every trace of an archive can be had again, bit for bit, from the archive alone; what is not the archive's is
 // told; and what is exported is the trace.
-#include "jobs/replay.h"
+#include "jobs/campaign/replay.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,9 +10,9 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "archive/hdf5.h"
-#include "jobs/campaign.h"
-#include "jobs/describe_campaign.h"
+#include "archive/hdf5/hdf5.h"
+#include "jobs/campaign/campaign.h"
+#include "jobs/campaign/describe_campaign.h"
 #include "simulation/results_epoch.h"
 #include "tests/jobs/program.h"
 #include "tests/jobs/replay_campaign.h"

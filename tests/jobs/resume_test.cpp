@@ -7,7 +7,7 @@
 #include <random>
 
 #include "archive/archive.h"
-#include "archive/lock.h"
+#include "archive/files/lock.h"
 #include "tests/jobs/ball_campaign.h"
 #include "tests/jobs/process.h"
 

@@ -5,8 +5,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "archive/unfinished.h"
-#include "jobs/shard_rate.h"
+#include "archive/directory/unfinished.h"
+#include "jobs/campaign/shard_rate.h"
 #include "simulation/results_epoch.h"
 #include "tests/jobs/ball_campaign.h"
 #include "tests/jobs/process.h"

@@ -7,11 +7,11 @@
 #include <csignal>
 #include <nlohmann/json.hpp>
 
-#include "archive/files.h"
-#include "archive/reading_child.h"
-#include "archive/seal.h"
-#include "archive/utf8.h"
-#include "jobs/reading_verb.h"
+#include "archive/files/files.h"
+#include "archive/files/seal.h"
+#include "archive/files/utf8.h"
+#include "archive/hdf5/reading_child.h"
+#include "jobs/cli/reading_verb.h"
 #include "sampling/stream.h"
 #include "tests/jobs/ball_campaign.h"
 

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "archive/archive.h"
-#include "jobs/batch_script.h"
+#include "jobs/slurm/batch_script.h"
 #include "tests/jobs/ball_campaign.h"
 
 namespace graze {

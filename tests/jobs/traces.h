@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "jobs/campaign.h"
+#include "jobs/campaign/campaign.h"
 
 namespace graze::testing {
 

@@ -1,6 +1,6 @@
 // Claim: a campaign with --until ends with the same answer and the same particles whatever the threads, the order of
 // work or interruptions, and they are those that a plain reading of the outcomes in particle order gives.
-#include "jobs/until.h"
+#include "jobs/campaign/until.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

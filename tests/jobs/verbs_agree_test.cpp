@@ -13,7 +13,7 @@
 #include "archive/archive.h"
 #include "engine/control/policy.h"
 #include "engine/physics.h"
-#include "jobs/commands.h"
+#include "jobs/cli/commands.h"
 #include "scenarios/keys.h"
 #include "scenarios/task.h"
 #include "tests/jobs/program.h"

@@ -1,0 +1,140 @@
+#include "archive/directory/manifest.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <nlohmann/json.hpp>
+#include <span>
+
+#include "archive/directory/campaign_directory.h"
+#include "archive/files/files.h"
+#include "archive/files/text_lines.h"
+
+namespace graze {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr const char* kMerged = "all.jsonl";
+
+/// A line takes some 200 bytes; more than a million of them are no campaign's.
+constexpr std::uint64_t kMostBytes = std::uint64_t{256} << 20;
+
+/// Files of the manifest, sorted, so that it reads the same each time.
+std::vector<std::string> manifest_files(const Directory& folder) {
+  std::vector<std::string> files = folder.names();
+  std::erase_if(files, [](const std::string& name) { return !name.ends_with(".jsonl"); });
+  return files;
+}
+
+void write_text(int descriptor, const fs::path& path, const std::string& text) {
+  if (const int error = write_all(descriptor, std::as_bytes(std::span(text)))) fail_writing(path, error);
+}
+
+/// True if the last line of a file was torn: what is appended must begin a line of its own.
+bool torn(int descriptor) {
+  const off_t size = lseek(descriptor, 0, SEEK_END);
+  char last = '\n';
+  return size > 0 && pread(descriptor, &last, 1, size - 1) == 1 && last != '\n';
+}
+
+}  // namespace
+
+std::string manifest_line(const ShardEntry& entry) {
+  Json line = {{"shard", entry.shard},
+               {"bytes", entry.bytes},
+               {"xxh64", fmt::format("{:016x}", entry.digest)},
+               {"traces", Json::object()}};
+  for (const ShardEntry::Traces& traces : entry.traces) {
+    line["traces"][traces.policy] = {{"count", traces.count}, {"lowest", traces.lowest}, {"highest", traces.highest}};
+  }
+  return line.dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+std::optional<ShardEntry> parse_manifest_line(const std::string& text) {
+  try {
+    const Json line = Json::parse(text);
+    ShardEntry entry;
+    entry.shard = line.at("shard").get<std::string>();
+    entry.bytes = line.at("bytes").get<std::uint64_t>();
+    entry.digest = std::stoull(line.at("xxh64").get<std::string>(), nullptr, 16);
+    for (const auto& [policy, traces] : line.at("traces").items()) {
+      entry.traces.push_back({policy, traces.at("count").get<std::uint64_t>(), traces.at("lowest").get<std::uint32_t>(),
+                              traces.at("highest").get<std::uint32_t>()});
+    }
+    // A name, not a path: what a manifest names lies in the campaign's own folder.
+    if (entry.shard.empty() || entry.shard.find('/') != std::string::npos) return std::nullopt;
+    return entry;
+  } catch (const std::exception&) {
+    return std::nullopt;
+  }
+}
+
+Manifest read_manifest(const Directory& directory) {
+  Manifest manifest;
+  const auto folder = directory.find(kManifestFolder);
+  if (!folder) return manifest;
+  for (const std::string& name : manifest_files(*folder)) {
+    const auto file = folder->find_file(name);
+    if (!file) continue;  // the writer has just made one file of all
+    for_each_line(file->number(), kMostBytes, [&](const std::string& line) {
+      if (auto entry = parse_manifest_line(line)) manifest[entry->shard] = std::move(*entry);
+    });
+  }
+  return manifest;
+}
+
+void replace_manifest(const Directory& directory, const Manifest& manifest) {
+  std::string text;
+  for (const auto& [shard, entry] : manifest) text += manifest_line(entry) + "\n";
+  const Directory folder = directory.make(kManifestFolder);
+  const std::vector<std::string> old = manifest_files(folder);
+  NewFile file(folder, kMerged);
+  write_text(file.descriptor(), folder / kMerged, text);
+  file.publish();
+  for (const std::string& one : old) {
+    if (one != kMerged) folder.remove(one);  // what stays says the same once more
+  }
+}
+
+std::vector<ShardEntry> missing_shards(const Directory& directory, const Manifest& manifest) {
+  std::vector<ShardEntry> missing;
+  const std::vector<std::string> files = shard_names(directory);  // sorted
+  for (const auto& [shard, entry] : manifest) {
+    if (!std::binary_search(files.begin(), files.end(), shard)) missing.push_back(entry);
+  }
+  return missing;
+}
+
+std::string missing_text(const ShardEntry& entry) {
+  std::vector<std::string> held;
+  for (const ShardEntry::Traces& traces : entry.traces) {
+    held.push_back(fmt::format("{} traces of '{}' (particles {} to {})", traces.count, traces.policy, traces.lowest,
+                               traces.highest));
+  }
+  return fmt::format("{}/{} is gone; it held {}", kShardFolder, entry.shard, fmt::join(held, ", "));
+}
+
+ManifestWriter::ManifestWriter(Directory directory, const std::string& name)
+    : directory_(std::move(directory)), name_(name + ".jsonl") {}
+
+void ManifestWriter::append(const ShardEntry& entry) {
+  std::string line = manifest_line(entry) + "\n";
+  const fs::path path = directory_ / kManifestFolder / name_;
+  if (!file_) {
+    const Directory folder = directory_.make(kManifestFolder);
+    Descriptor file = folder.open_to_change(name_, O_RDWR | O_APPEND);
+    folder.sync();
+    if (torn(file.number())) line.insert(line.begin(), '\n');
+    file_ = std::move(file);
+  }
+  write_text(file_.number(), path, line);
+  if (fsync(file_.number()) != 0) fail_writing(path, errno);
+}
+
+}  // namespace graze

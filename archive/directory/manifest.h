@@ -1,0 +1,66 @@
+#pragma once
+// The manifest of a campaign directory: what each shard holds, one JSON line per shard, in manifest/NAME.jsonl. Each
+// writing process has a file of its own, so that any number of them never wait for each other. A line is appended after
+// its shard got its name: the manifest may lack a shard (whoever was killed in between), but it never names one that
+// was not there. So a shard that it names and that is gone has been lost, and readers say which. It can always be
+// rebuilt from the shards; `graze resume` does.
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "archive/files/directory.h"
+
+namespace graze {
+
+inline constexpr const char* kManifestFolder = "manifest";
+
+/// What a shard holds.
+struct ShardEntry {
+  std::string shard;                    // name below shards/: "000001.h5"
+  std::uint64_t bytes = 0, digest = 0;  // of the shard's seal: bytes before it and their XXH64
+  struct Traces {
+    std::string policy;
+    std::uint64_t count = 0;
+    std::uint32_t lowest = 0, highest = 0;  // particle ids
+  };
+  std::vector<Traces> traces;  // policies that it has traces of
+};
+
+/// One line, without its end.
+std::string manifest_line(const ShardEntry& entry);
+/// Nothing if the line is not whole or no entry.
+std::optional<ShardEntry> parse_manifest_line(const std::string& line);
+
+/// By name of the shard.
+using Manifest = std::map<std::string, ShardEntry>;
+
+/// All files of a directory's manifest. Lines that are torn count as lost. Throws InputError if something there is no
+/// regular file or may not be read.
+Manifest read_manifest(const Directory& directory);
+
+/// One file with these entries in place of all that were there. Throws MachineError.
+void replace_manifest(const Directory& directory, const Manifest& manifest);
+
+/// The entries whose shards are gone. Read the manifest before listing shards: a campaign may be running.
+std::vector<ShardEntry> missing_shards(const Directory& directory, const Manifest& manifest);
+/// "shards/000002.h5 is gone; it held 8 traces of 'step/1cm' (particles 8 to 15)"
+std::string missing_text(const ShardEntry& entry);
+
+/// Appends lines to one file, manifest/NAME.jsonl; made when it is first needed.
+class ManifestWriter {
+ public:
+  ManifestWriter(Directory directory, const std::string& name);
+  /// One write at the end of the file, then synced. Throws MachineError.
+  void append(const ShardEntry& entry);
+
+ private:
+  Directory directory_;
+  std::string name_;
+  Descriptor file_;
+};
+
+}  // namespace graze

@@ -1,0 +1,168 @@
+#include "archive/schema/part_check.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "archive/schema/failure_scan.h"
+#include "archive/schema/outcome_scan.h"
+#include "archive/schema/part_rows.h"
+
+namespace graze {
+namespace {
+
+constexpr std::uint64_t kPiece = std::uint64_t{1} << 14;  // rows
+
+/// Calls act(first, count) for all pieces of so many rows.
+template <class Act>
+void for_each_piece(std::uint64_t rows, const Act& act) {
+  for (std::uint64_t first = 0; first < rows; first += kPiece) act(first, std::min(kPiece, rows - first));
+}
+
+class PartCheck {
+ public:
+  PartCheck(const OpenPart& part, const CampaignInfo& info) : part_(part), info_(info), widths_(widths_of(info)) {}
+
+  void check() {
+    sequences_ = part_.texts(schema::kSequences).size();
+    reasons_ = part_.texts(schema::kReasons).size();
+    for (const std::string& policy : info_.policies) {
+      if (part_.has(schema::traces_group(policy))) check_policy(policy);
+    }
+    if (!part_.has(schema::kParticles)) return;
+    const std::uint64_t rows = check_ids(schema::kParticles);
+    read<double>(schema::kParticles, schema::values(widths_), rows);
+  }
+
+  /// The rows of a table, in order of particle id.
+  std::uint64_t check_ids(const std::string& group) {
+    const std::uint64_t rows = part_.column(group, schema::particle()).rows();
+    std::uint32_t last = 0;
+    each<std::uint32_t>(group, schema::particle(), rows, [&](std::uint32_t id) {
+      if (id < last) part_.fail(fmt::format("'{}' is not in order of particle id", group));
+      last = id;
+    });
+    return rows;
+  }
+
+ private:
+  void check_policy(const std::string& policy) {
+    const std::string group = schema::traces_group(policy);
+    const std::uint64_t rows = check_ids(group);
+    check_outcomes(group, rows);
+    check_times(group, schema::end_time(), rows);
+    for (const hdf5::Spec& spec :
+         {schema::objective_margin(), schema::margins(widths_), schema::first_violations(widths_),
+          schema::final_q(widths_), schema::final_v(widths_)}) {
+      read<double>(group, spec, rows);
+    }
+    if (part_.has(group + "/" + schema::solver().name)) read<double>(group, schema::solver(), rows);
+    if (part_.has(group + "/" + schema::margin_parts(widths_).name)) check_parts(policy, group, rows);
+    read<std::uint64_t>(group, schema::digest(), rows);
+    check_indices(group, schema::sequence(), rows, sequences_);
+    check_indices(group, schema::invalid_reason(), rows, reasons_);
+    const std::string events = schema::events_group(policy), telemetry = schema::telemetry_group(policy);
+    const std::uint64_t all_events = flat_rows(events, rows), frames = flat_rows(telemetry, rows);
+    for_each_piece(all_events, [&](std::uint64_t first, std::uint64_t count) {
+      for (const Event& event : read_events(part_, events, {all_events, first, count}, info_)) {
+        check_time(events, "time", event.time);
+      }
+    });
+    if (frames == 0) return;
+    for (const hdf5::Spec& spec : schema::telemetry(widths_)) {
+      if (spec.name == "time") check_times(telemetry, spec, frames);
+      if (spec.name != "time") read<double>(telemetry, spec, frames);
+    }
+  }
+
+  /// Of a trace whose simulation threw nobody knows when it ended: NaN.
+  void check_times(const std::string& group, const hdf5::Spec& spec, std::uint64_t rows) {
+    each<double>(group, spec, rows, [&](double time) {
+      if (!std::isnan(time) || spec.name != schema::end_time().name) check_time(group, spec.name, time);
+    });
+  }
+
+  void check_time(const std::string& group, const std::string& name, double time) {
+    if (time >= 0 && time <= info_.end * (1 + 1e-9)) return;
+    part_.fail(fmt::format("'{}/{}': {} s does not lie in a trace, 0 to {} s", group, name, time, info_.end));
+  }
+
+  std::uint64_t flat_rows(const std::string& group, std::uint64_t traces) {
+    const std::vector<std::uint64_t> offset = part_.offsets(group, traces);
+    return offset.empty() ? 0 : offset.back();
+  }
+
+  void check_outcomes(const std::string& group, std::uint64_t rows) {
+    for_each_piece(rows, [&](std::uint64_t first, std::uint64_t count) {
+      const auto outcome = part_.slice<std::uint8_t>(group, schema::outcome(), rows, first, count);
+      const auto violated = part_.slice<std::int32_t>(group, schema::violated(), rows, first, count);
+      for (std::size_t i = 0; i < count; ++i) {
+        if (possible_outcome(static_cast<Outcome>(outcome[i]), violated[i], info_.deciding())) continue;
+        part_.fail(fmt::format("'{}', row {}: outcome {} with violated requirement {} is not possible", group,
+                               first + i, outcome[i], violated[i]));
+      }
+    });
+  }
+
+  /// Columns that older archives lack; read_culprits() checks the culprits of failures.
+  void check_parts(const std::string& policy, const std::string& group, std::uint64_t rows) {
+    for (const hdf5::Spec& spec : {schema::margin_parts(widths_), schema::violation_parts(widths_)}) {
+      for_each_piece(rows, [&](std::uint64_t first, std::uint64_t count) {
+        const auto parts = part_.slice<std::int32_t>(group, spec, rows, first, count);
+        for (std::size_t i = 0; i < parts.size(); ++i) {
+          if (possible_part(info_.requirements[i % spec.width].parts, parts[i], info_)) continue;
+          part_.fail(fmt::format("'{}/{}': {} is no part of the campaign", group, spec.name, parts[i]));
+        }
+      });
+    }
+    for_each_piece(rows, [&](std::uint64_t first, std::uint64_t count) {
+      const std::vector<std::int32_t> none(count, -1);
+      read_culprits(part_, policy, {rows, first, count}, none, info_);
+    });
+  }
+
+  void check_indices(const std::string& group, const hdf5::Spec& spec, std::uint64_t rows, std::size_t texts) {
+    each<std::uint32_t>(group, spec, rows, [&](std::uint32_t index) {
+      if (index >= texts) part_.fail(fmt::format("'{}/{}': index out of range", group, spec.name));
+    });
+  }
+
+  template <class T>
+  void read(const std::string& group, const hdf5::Spec& spec, std::uint64_t rows) {
+    for_each_piece(rows,
+                   [&](std::uint64_t first, std::uint64_t count) { part_.slice<T>(group, spec, rows, first, count); });
+  }
+
+  template <class T, class Act>
+  void each(const std::string& group, const hdf5::Spec& spec, std::uint64_t rows, const Act& act) {
+    for_each_piece(rows, [&](std::uint64_t first, std::uint64_t count) {
+      for (const T value : part_.slice<T>(group, spec, rows, first, count)) act(value);
+    });
+  }
+
+  const OpenPart& part_;
+  const CampaignInfo& info_;
+  const Widths widths_;
+  std::size_t sequences_ = 0, reasons_ = 0;
+};
+
+}  // namespace
+
+void check_part(OpenPart& part, const CampaignInfo& info) {
+  part.keep_columns();
+  part.check_tree();
+  PartCheck(part, info).check();
+}
+
+void check_outcomes(Parts& part, const CampaignInfo& info) {
+  PartCheck check(part.open(0), info);
+  if (part.open(0).has(schema::kParticles)) check.check_ids(schema::kParticles);
+  for (const std::string& policy : info.policies) {
+    if (part.open(0).traces(policy) > 0) check.check_ids(schema::traces_group(policy));
+    scan_outcomes(part, policy, info, [](std::span<const TraceOutcome>) {});
+    scan_failures(part, policy, info, {});
+  }
+}
+
+}  // namespace graze

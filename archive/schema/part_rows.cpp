@@ -1,0 +1,146 @@
+// Rows of a part: see part_rows.h.
+#include "archive/schema/part_rows.h"
+
+#include <fmt/format.h>
+
+#include "archive/schema/culprit.h"
+
+namespace graze {
+namespace {
+
+bool possible(const Event& event, const CampaignInfo& info) {
+  const auto within = [](int index, const std::vector<std::string>& names) {
+    return index >= 0 && index < static_cast<int>(names.size());
+  };
+  if (event.kind > EventKind::roll_to_slip || event.feature_a > Feature::rim || event.feature_b > Feature::rim)
+    return false;
+  const bool limit = event.kind == EventKind::limit_begin || event.kind == EventKind::limit_end;
+  return limit ? within(event.a, info.bodies) && (event.b == -1 || event.b == 1)
+               : within(event.a, info.colliders) && within(event.b, info.colliders);
+}
+
+}  // namespace
+
+bool possible_outcome(Outcome outcome, int violated, std::size_t requirements) {
+  return outcome <= Outcome::invalid && violated >= -1 && violated < static_cast<int>(requirements) &&
+         (outcome != Outcome::known_failure || violated >= 0);
+}
+
+bool possible_part(const std::string& parts, int part, const CampaignInfo& info) {
+  return part == kNoPart || (part >= 0 && static_cast<std::uint64_t>(part) < part_count(parts, info));
+}
+
+std::vector<Culprit> read_culprits(const OpenPart& file, const std::string& policy, RowRange range,
+                                   const std::vector<std::int32_t>& violated, const CampaignInfo& info) {
+  std::vector<Culprit> out(range.count);
+  const std::string group = schema::traces_group(policy);
+  const hdf5::Spec parts = schema::violation_parts(widths_of(info)), objective = schema::objective_culprit();
+  if (!file.has(group + "/" + parts.name)) return out;
+  const auto part = file.slice<std::int32_t>(group, parts, range.rows, range.first, range.count);
+  const auto leaf = file.slice<std::int32_t>(group, objective, range.rows, range.first, range.count);
+  const int leaves = static_cast<int>(info.leaves.size()), requirements = static_cast<int>(info.requirements.size());
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    const bool known = violated[i] >= 0 && violated[i] < requirements;
+    out[i] = known ? Culprit{-1, part[i * parts.width + static_cast<std::size_t>(violated[i])]}
+                   : Culprit{leaf[2 * i], leaf[2 * i + 1]};
+    const bool has_leaf = out[i].leaf >= 0 && out[i].leaf < leaves;
+    const std::string& kind = known      ? info.requirements[static_cast<std::size_t>(violated[i])].parts
+                              : has_leaf ? info.leaves[static_cast<std::size_t>(out[i].leaf)].parts
+                                         : std::string();
+    if ((!has_leaf && out[i].leaf != -1) || !possible_part(kind, out[i].part, info)) {
+      file.fail(fmt::format("'{}': a culprit that the campaign does not have", group));
+    }
+  }
+  return out;
+}
+
+std::vector<Event> read_events(const OpenPart& file, const std::string& group, RowRange range,
+                               const CampaignInfo& info) {
+  std::vector<Event> events(range.count);
+  const auto fill = [&]<class T>(const hdf5::Spec& spec, auto&& set, T) {
+    const auto data = file.slice<T>(group, spec, range.rows, range.first, range.count);
+    for (std::uint64_t i = 0; i < range.count; ++i) set(events[i], data.data() + i * spec.width);
+  };
+  using Byte = std::uint8_t;
+  using Int = std::int32_t;
+  fill(
+      schema::time(), [](Event& e, const double* x) { e.time = *x; }, double{});
+  fill(
+      schema::kind(), [](Event& e, const Byte* x) { e.kind = static_cast<EventKind>(*x); }, Byte{});
+  fill(
+      schema::collider("a"), [](Event& e, const Int* x) { e.a = *x; }, Int{});
+  fill(
+      schema::collider("b"), [](Event& e, const Int* x) { e.b = *x; }, Int{});
+  fill(
+      schema::feature("feature_a"), [](Event& e, const Byte* x) { e.feature_a = static_cast<Feature>(*x); }, Byte{});
+  fill(
+      schema::feature("feature_b"), [](Event& e, const Byte* x) { e.feature_b = static_cast<Feature>(*x); }, Byte{});
+  fill(
+      schema::impulse(), [](Event& e, const double* x) { e.impulse = *x; }, double{});
+  fill(
+      schema::position(), [](Event& e, const double* x) { e.p_W = Vec3(x[0], x[1], x[2]); }, double{});
+  for (const Event& event : events) {
+    if (!possible(event, info)) file.fail(fmt::format("'{}': an event with an index out of range", group));
+  }
+  return events;
+}
+
+std::vector<TelemetryFrame> read_frames(const OpenPart& file, const std::string& group, RowRange range,
+                                        const Widths& widths) {
+  const auto [rows, first, count] = range;
+  const auto time = file.slice<double>(group, schema::time(), rows, first, count);
+  const auto q = file.slice<double>(group, schema::telemetry_q(widths), rows, first, count);
+  const auto v = file.slice<double>(group, schema::telemetry_v(widths), rows, first, count);
+  const auto tau = file.slice<double>(group, schema::telemetry_tau(widths), rows, first, count);
+  const auto row = [](const std::vector<double>& data, std::size_t width, std::uint64_t i) {
+    return std::vector<double>(data.begin() + static_cast<std::ptrdiff_t>(i * width),
+                               data.begin() + static_cast<std::ptrdiff_t>((i + 1) * width));
+  };
+  std::vector<TelemetryFrame> frames;
+  for (std::uint64_t i = 0; i < count; ++i) {
+    frames.push_back({time[i], row(q, widths.q, i), row(v, widths.v, i), row(tau, widths.actuators, i)});
+  }
+  return frames;
+}
+
+TraceRecord read_trace(const OpenPart& file, const std::string& policy, std::uint64_t row, const CampaignInfo& info) {
+  const std::string group = schema::traces_group(policy);
+  const std::uint64_t rows = file.traces(policy);
+  const Widths widths = widths_of(info);
+  const auto numbers = [&](const hdf5::Spec& spec) { return file.slice<double>(group, spec, rows, row, 1); };
+  const auto index = [&](const hdf5::Spec& spec) { return file.slice<std::uint32_t>(group, spec, rows, row, 1)[0]; };
+  TraceRecord trace;
+  trace.particle = index(schema::particle());
+  trace.outcome = static_cast<Outcome>(file.slice<std::uint8_t>(group, schema::outcome(), rows, row, 1)[0]);
+  trace.violated = file.slice<std::int32_t>(group, schema::violated(), rows, row, 1)[0];
+  if (!possible_outcome(trace.outcome, trace.violated, info.requirements.size())) {
+    file.fail(fmt::format("particle {}: outcome {} with violated requirement {} is not possible", trace.particle,
+                          static_cast<int>(trace.outcome), trace.violated));
+  }
+  trace.end_time = numbers(schema::end_time())[0];
+  trace.objective_margin = numbers(schema::objective_margin())[0];
+  trace.margins = numbers(schema::margins(widths));
+  trace.first_violations = numbers(schema::first_violations(widths));
+  if (file.has(group + "/" + schema::margin_parts(widths).name)) {
+    trace.margin_parts = file.slice<std::int32_t>(group, schema::margin_parts(widths), rows, row, 1);
+    trace.violation_parts = file.slice<std::int32_t>(group, schema::violation_parts(widths), rows, row, 1);
+    const auto culprit = file.slice<std::int32_t>(group, schema::objective_culprit(), rows, row, 1);
+    trace.objective_culprit = {culprit[0], culprit[1]};
+  }
+  trace.q = numbers(schema::final_q(widths));
+  trace.v = numbers(schema::final_v(widths));
+  trace.digest = file.slice<std::uint64_t>(group, schema::digest(), rows, row, 1)[0];
+  if (trace.outcome == Outcome::invalid) {
+    const std::vector<std::string> reasons = file.texts(schema::kReasons);
+    const std::uint32_t reason = index(schema::invalid_reason());
+    if (reason >= reasons.size()) file.fail(fmt::format("'{}/invalid_reason': index out of range", group));
+    trace.invalid_reason = reasons[reason];
+  }
+  const std::string events = schema::events_group(policy);
+  if (const auto offset = file.offsets(events, rows); !offset.empty()) {
+    trace.events = read_events(file, events, {offset.back(), offset[row], offset[row + 1] - offset[row]}, info);
+  }
+  return trace;
+}
+
+}  // namespace graze

@@ -1,0 +1,39 @@
+#pragma once
+// Rows of a part as what they stand for: events, telemetry frames, one whole trace. Throws InputError that names the
+// file; needs the library's lock.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "archive/schema/part.h"
+#include "simulation/trace.h"
+#include "archive/schema/tables.h"
+
+namespace graze {
+
+/// Whether a trace can say so: known failures name the requirement that was violated.
+bool possible_outcome(Outcome outcome, int violated, std::size_t requirements);
+
+/// Whether a witness that says `parts` of itself can name this part.
+bool possible_part(const std::string& parts, int part, const CampaignInfo& info);
+
+/// `count` rows from `first` on, of a table that has `rows`.
+struct RowRange {
+  std::uint64_t rows, first, count;
+};
+
+/// Culprits of traces, in file order: at the first violation if `violated`, of the same rows, names a requirement, else
+/// of the objective. All {} in older archives.
+std::vector<Culprit> read_culprits(const OpenPart& file, const std::string& policy, RowRange range,
+                                   const std::vector<std::int32_t>& violated, const CampaignInfo& info);
+
+/// Events in file order. Indices into the campaign's names are in range.
+std::vector<Event> read_events(const OpenPart& file, const std::string& group, RowRange range,
+                               const CampaignInfo& info);
+std::vector<TelemetryFrame> read_frames(const OpenPart& file, const std::string& group, RowRange range,
+                                        const Widths& widths);
+/// Row `row` of /traces/<policy> with its events, without telemetry and contact sequence.
+TraceRecord read_trace(const OpenPart& file, const std::string& policy, std::uint64_t row, const CampaignInfo& info);
+
+}  // namespace graze

@@ -1,0 +1,221 @@
+#include "jobs/campaign/campaign.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <exception>
+#include <mutex>
+#include <utility>
+
+#include "jobs/campaign/hand_out.h"
+#include "jobs/campaign/workers.h"
+#include "simulation/contained.h"
+#include "simulation/particles.h"
+
+namespace graze {
+namespace {
+
+/// Particles per unit of work: a block. Where lanes cost the same whether they are busy or not and traces may end
+/// early, several blocks, so that lanes that have ended can be refilled; but no less than 8 units for each worker.
+std::uint64_t group_size(const Scenario& scenario, std::uint64_t particles, std::uint64_t workers) {
+  constexpr std::uint64_t kMostBlocks = 8, kUnitsPerWorker = 8;
+  if (scenario.physics != "lanes" || !scenario.task.stop_at_violation) return kLanes;
+  const std::uint64_t blocks = particles * scenario.policies.size() / (kLanes * kUnitsPerWorker * workers);
+  return kLanes * std::clamp<std::uint64_t>(blocks, 1, kMostBlocks);
+}
+
+// Units per ticket at most: what a worker does between two looks at the shared counters, some tenths of a second.
+constexpr std::uint64_t kMostUnits = 16;
+// Added to the tickets, it ends the handing out everywhere.
+constexpr std::uint64_t kNoMoreTickets = std::uint64_t{1} << 48;
+
+/// What a worker has counted and not yet told the crew.
+class Tally {
+ public:
+  explicit Tally(Crew& crew) : crew_(&crew) {}
+
+  void count(const std::vector<TraceRecord>& records, const RunCost& cost) {
+    at(kTraces) += records.size();
+    at(kSteps) += cost.steps;
+    for (const TraceRecord& record : records) ++at(kSuccess + static_cast<std::size_t>(record.outcome));
+    if (Clock::now() - told_ > std::chrono::seconds(1)) tell();
+  }
+  void tell() {
+    crew_->add(kTraces, counts_);
+    counts_ = {};
+    told_ = Clock::now();
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  std::uint64_t& at(std::size_t counter) { return counts_[counter - kTraces]; }
+  Crew* crew_;
+  std::array<std::uint64_t, kSteps - kTraces + 1> counts_{};
+  Clock::time_point told_ = Clock::now();
+};
+
+class Campaign {
+ public:
+  Campaign(const Scenario& scenario, const CampaignOptions& options, Crew& crew, const TraceSink& sink)
+      : scenario_(scenario),
+        options_(options),
+        crew_(crew),
+        sink_(sink),
+        threads_(options.threads > 0 ? options.threads : default_threads()),
+        source_(scenario, options.seed, options.particles),
+        group_(group_size(scenario, options.part.count(options.particles), workers())),
+        hand_out_((options.part.count(options.particles) + group_ - 1) / group_ * scenario.policies.size(), workers(),
+                  options.looks ? 1 : kMostUnits) {}
+
+  CampaignEnd run() {
+    Workers workers(options_.watchdog);
+    for (int i = 0; i < threads_; ++i) {
+      try {
+        seat(std::make_shared<Desk>(crew_), workers);
+      } catch (const std::exception&) {  // no memory, or no more threads for this user
+        if (i == 0) throw;
+        break;  // those that there are do it, too
+      }
+    }
+    CampaignEnd end;
+    end.hanging = workers.wait();
+    end.stopped = stopped_ && !(options_.looks && options_.looks->answered_at() > 0);
+    end.unfinished = unfinished_;
+    end.error = error_;
+    return end;
+  }
+
+ private:
+  /// What lies before one thread. Another goes on with it if the thread hangs.
+  struct Desk {
+    explicit Desk(Crew& crew) : tally(crew) {}
+    TraceWatch watch;
+    HandOut::Range units{0, 0};      // of its ticket, not begun
+    std::shared_ptr<WorkUnit> unit;  // under way
+    Tally tally;
+  };
+
+  std::uint64_t workers() const { return options_.workers > 0 ? options_.workers : threads_; }
+
+  /// Puts a thread before a desk.
+  void seat(const std::shared_ptr<Desk>& desk, Workers& workers) {
+    const auto hand_on = [this, desk, &workers, taken = false]() mutable {
+      const auto next = std::make_shared<Desk>(crew_);
+      next->units = desk->units;
+      next->unit = desk->unit;
+      next->tally = desk->tally;
+      if (!taken) take_over(*next->unit);
+      taken = true;  // if there is no thread now, another look tries again
+      seat(next, workers);
+    };
+    workers.start(
+        {desk, &desk->watch}, [this, desk] { work(*desk); }, hand_on);
+  }
+
+  /// One thread's part: units of work until there are none left.
+  void work(Desk& desk) {
+    try {
+      ContainedRun run(scenario_, options_.seed, desk.watch);
+      do {
+        while (desk.unit || (!desk.units.empty() && !stop_asked())) {
+          if (!desk.unit) desk.unit = make_unit(desk.units.begin++);
+          run.run(*desk.unit);
+          finish(*std::exchange(desk.unit, nullptr), desk.tally);
+        }
+        desk.tally.tell();
+      } while (take(desk.units));
+    } catch (const GivenUp&) {
+      throw;
+    } catch (...) {
+      const std::lock_guard lock(error_mutex_);
+      if (!error_) error_ = std::current_exception();
+      stop();
+    }
+  }
+
+  /// Draws a ticket; false if there is nothing left to do.
+  bool take(HandOut::Range& units) {
+    if (stop_asked()) return false;
+    const std::uint64_t ticket = crew_.fetch_add(kTickets, 1);
+    if (ticket >= kNoMoreTickets) stopped_ = true;
+    units = hand_out_.range(ticket);
+    return !units.empty();
+  }
+
+  bool stop_asked() {
+    if (!stopped_ && options_.stop && options_.stop->load(std::memory_order_relaxed)) stop();
+    return stopped_;
+  }
+
+  /// No unit is begun any more, here or elsewhere.
+  void stop() {
+    if (!stopped_.exchange(true)) stop_all(crew_);
+  }
+
+  /// The particles of a unit that are not finished; those that cannot be fabricated are `invalid` at once.
+  std::shared_ptr<WorkUnit> make_unit(std::uint64_t index) {
+    auto unit = std::make_shared<WorkUnit>();
+    const std::uint64_t policies = scenario_.policies.size(), group = index / policies;
+    unit->policy = static_cast<int>(index % policies);
+    const std::string& policy = scenario_.policies[unit->policy].name;
+    const std::uint64_t begin = options_.part.begin + group * group_;
+    const std::uint64_t end = options_.part.begin + options_.part.count(options_.particles);
+    for (std::uint64_t i = begin; i < std::min(end, begin + group_); ++i) {
+      if (options_.is_finished && options_.is_finished(policy, i)) continue;
+      const auto id = static_cast<std::uint32_t>(i);
+      const std::vector<double> values = source_.draw(id);
+      std::vector<double>* to = &unit->values;
+      try {
+        unit->particles.push_back(source_.fabricate(id, values));
+      } catch (const InputError& error) {
+        unit->records.push_back(unfabricated(id, scenario_, error.what()));
+        to = &unit->record_values;
+      }
+      to->insert(to->end(), values.begin(), values.end());
+    }
+    return unit;
+  }
+
+  /// Hands over what came out.
+  void finish(WorkUnit& unit, Tally& tally) {
+    for (const UnfinishedParticle& particle : unit.unfinished) {
+      ++unfinished_;
+      crew_.fetch_add(kUnfinished, 1);
+      if (options_.unfinished) options_.unfinished(scenario_.policies[unit.policy].name, particle);
+    }
+    if (options_.looks && !unit.unfinished.empty()) stop();  // the looks wait for it in vain
+    if (unit.records.empty()) return;
+    tally.count(unit.records, unit.cost);
+    if (options_.looks && options_.looks->count(unit.policy, unit.records)) stop();
+    sink_(unit.policy, std::move(unit.records), std::move(unit.record_values));
+  }
+
+  const Scenario& scenario_;
+  const CampaignOptions& options_;
+  Crew& crew_;
+  const TraceSink& sink_;
+  const int threads_;
+  const ParticleSource source_;
+  const std::uint64_t group_;  // particles per unit of work
+  const HandOut hand_out_;
+  std::atomic<bool> stopped_{false};
+  std::atomic<std::uint64_t> unfinished_{0};
+  std::mutex error_mutex_;
+  std::exception_ptr error_;  // the first
+};
+
+}  // namespace
+
+CampaignProgress progress_of(Crew& crew) {
+  const auto counts = crew.read(kTraces, kSteps - kTraces + 1);
+  const auto of = [&](SharedCounter counter) { return counts[counter - kTraces]; };
+  return {of(kTraces), of(kSuccess), of(kKnownFailure), of(kUnknownFailure), of(kInvalid), of(kSteps)};
+}
+
+void stop_all(Crew& crew) { crew.fetch_add(kTickets, kNoMoreTickets); }
+
+CampaignEnd run_campaign(const Scenario& scenario, const CampaignOptions& options, Crew& crew, const TraceSink& sink) {
+  return Campaign(scenario, options, crew, sink).run();
+}
+
+}  // namespace graze

@@ -1,0 +1,91 @@
+// graze replay: one trace of an archive once more, with everything that was known at each step.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <spdlog/spdlog.h>
+
+#include <iostream>
+#include <memory>
+#include <optional>
+
+#include "archive/files/parent_folders.h"
+#include "archive/files/utf8.h"
+#include "jobs/campaign/replay.h"
+#include "jobs/cli/commands.h"
+#include "jobs/cli/option_values.h"
+#include "jobs/cli/reading_verb.h"
+#include "simulation/results_epoch.h"
+
+namespace graze {
+namespace {
+
+struct Arguments {
+  ReplayRequest request;
+  std::string output;
+  bool force = false, all = false, json = false;
+};
+
+int replay(const Arguments& arguments) {
+  if (!arguments.output.empty()) check_replay_output(arguments.output, arguments.force, arguments.request.archive);
+  std::optional<ParentFolders> folders;
+  if (!arguments.output.empty()) folders.emplace(arguments.output);
+  const Replay result = replay(arguments.request);
+  warn(result.warnings);
+  std::vector<std::string> exported;
+  if (!arguments.output.empty()) {
+    write_replay(result.file, arguments.output, arguments.force);
+    for (const auto& file : replay_files(arguments.output)) exported.push_back(file.string());
+  }
+  if (arguments.json) {
+    std::cout << replay_json(result, exported) << "\n";
+  } else {
+    std::cout << format_replay(result, arguments.all);
+    for (const std::string& file : exported) std::cout << (file == exported[0] ? "\nwritten: " : ", ") << file;
+    if (!exported.empty()) std::cout << "\n";
+  }
+  std::cout.flush();
+  if (result.differences.empty()) return kDone;
+  spdlog::error("{}: particle {} under policy '{}' went ANOTHER WAY than the archive says: {}",
+                arguments.request.archive, result.file.trace.particle, result.file.policy, result.differences.front());
+  if (result.archived_info.results_version == results_version()) {
+    const std::vector<std::string> built = build_differences(result.archived_info.build, build_facts());
+    spdlog::error("the same results version must give the same bits: {}a faulty machine, or a changed archive",
+                  built.empty()
+                      ? ""
+                      : fmt::format("another program ({}), ", printable(fmt::format("{}", fmt::join(built, "; ")))));
+  }
+  return kGateMissed;
+}
+
+}  // namespace
+
+void add_replay(CLI::App& app, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  ReplayRequest& request = arguments->request;
+  CLI::App* verb = add_verb(
+      app, "replay", "Simulate one trace of an archive again, bit for bit, with everything at each step",
+      "  graze replay quadruped_curb.graze --particle 17 --policy step/4cm\n"
+      "  graze replay curb.h5 --particle 17 --policy step/4cm -o p17.h5      # state, commands, contacts, witnesses\n"
+      "  graze replay curb.h5 --particle 17 --policy step/4cm -o p17.csv     # p17.csv, p17.contacts.csv, …\n\n"
+      "The scenario's files are taken from the archive. Exit code 1: the trace is not the archive's.\n"
+      "'graze score ARCHIVE --failures' lists failed particles with their replay commands.\n");
+  verb->add_option("archive", request.archive, "Campaign directory or packed file")->required();
+  add_whole(*verb, "--particle", request.particle, 0, kParticleLimit - 1, "Which particle (0 is the first)")
+      ->required();
+  verb->add_option("--policy", request.policy, "Which policy; may be left out if there is one only");
+  verb->add_option("-o,--output", arguments->output,
+                   "Export every step: a file ending in .h5, or in .csv (with .contacts.csv, .events.csv, "
+                   ".parameters.csv, .derived.csv and .trace.csv beside it)");
+  add_whole(*verb, "--every", request.every, 1, 1'000'000'000, "Export one of so many physics steps (default: 1)");
+  verb->add_flag("--force", arguments->force, "Replace existing files");
+  verb->add_flag("--all", arguments->all,
+                 "Print every parameter and event, and the particle's masses, inertias and lengths");
+  verb->add_flag("--any-version", request.any_version, "Also if the archive is of another results version");
+  verb->add_flag("--unverified", request.unverified, "Also a trace that the archive does not hold");
+  verb->add_flag("--json", arguments->json, "Print JSON");
+  verb->callback([arguments, &action] {
+    arguments->request.record = !arguments->output.empty();
+    action = [arguments] { return in_reading_child({arguments->request.archive}, [&] { return replay(*arguments); }); };
+  });
+}
+
+}  // namespace graze

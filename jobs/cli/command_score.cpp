@@ -1,0 +1,144 @@
+// graze score: how often each policy succeeds, how it fails, whether policies differ, and gates for CI.
+#include <fmt/format.h>
+
+#include <iostream>
+#include <memory>
+
+#include "analysis/score.h"
+#include "analysis/sequential.h"
+#include "jobs/cli/commands.h"
+#include "jobs/cli/reading_verb.h"
+
+namespace graze {
+namespace {
+
+struct Arguments {
+  std::vector<std::string> archives;
+  std::vector<std::string> require;
+  std::vector<std::string> policies;
+  bool failures = false, json = false;
+};
+
+/// A gate is a question about what is there: met if its answer holds, missed if it is refuted.
+ExitCode code_of(Verdict verdict) {
+  return verdict == Verdict::holds ? kDone : verdict == Verdict::refuted ? kGateMissed : kInconclusive;
+}
+
+/// A missed gate outweighs an inconclusive one.
+ExitCode worse(ExitCode a, ExitCode b) {
+  if (a == kGateMissed || b == kGateMissed) return kGateMissed;
+  return a == kDone ? b : a;
+}
+
+ExitCode judge_all(const std::vector<Question>& gates, const Score& score, std::ostream& out) {
+  ExitCode code = kDone;
+  for (const Question& gate : gates) {
+    for (const PolicyScore& policy : score.policies) {
+      if (!matches(gate.selector, policy.policy)) continue;
+      const ExitCode one = code_of(judge(gate, policy.interval));
+      const char* word = one == kDone ? "met" : one == kGateMissed ? "MISSED" : "inconclusive";
+      out << fmt::format("{}: {}: {} (95 % interval {:.4f} to {:.4f}, {} traces)\n", gate.text, policy.policy, word,
+                         policy.interval.low, policy.interval.high, policy.n);
+      code = worse(code, one);
+    }
+  }
+  return code;
+}
+
+std::vector<std::string> policies_of(const Score& score) {
+  std::vector<std::string> names;
+  for (const PolicyScore& policy : score.policies) names.push_back(policy.policy);
+  return names;
+}
+
+/// The score with every failure, streamed: there may be more of them than memory holds.
+void print_json(const Archive& archive, const Score& result, bool all_failures) {
+  std::string text = score_json(result, !all_failures);
+  if (!all_failures) {
+    std::cout << text;
+    return;
+  }
+  text.resize(text.rfind('}'));
+  while (text.back() == '\n') text.pop_back();
+  std::cout << text << ",\n  \"failures_listed\": \"all\",\n  \"failures\": [";
+  list_failures_json(archive, policies_of(result), result.archive, std::cout);
+  std::cout << "\n  ]\n}";
+}
+
+void print_text(const Archive& archive, const Score& result, bool all_failures) {
+  std::cout << format_score(result, !all_failures);
+  if (!all_failures) return;
+  std::cout << "\nFailures\n";
+  list_failures(archive, policies_of(result), result.archive, std::cout);
+}
+
+/// An archive, and the policies of it that are asked about.
+struct Asked {
+  std::unique_ptr<const Archive> archive;
+  std::vector<std::string> policies;
+};
+
+/// Opens all of them: what one of them must refuse is said before another one's table is printed.
+std::vector<Asked> open_all(const Arguments& arguments, const std::vector<Question>& gates) {
+  std::vector<Asked> out;
+  for (const std::string& file : arguments.archives) {
+    auto archive = std::make_unique<const Archive>(file);
+    warn(archive->warnings());
+    std::vector<std::string> policies = chosen_names(archive->info().policies, arguments.policies, file);
+    check_selectors(gates, policies, "--require");
+    out.push_back({std::move(archive), std::move(policies)});
+  }
+  return out;
+}
+
+int score_archives(const Arguments& arguments) {
+  std::vector<Question> gates;
+  for (const std::string& text : arguments.require) gates.push_back(parse_question(text, "--require"));
+  const std::vector<Asked> asked = open_all(arguments, gates);
+  ExitCode code = kDone;
+  const bool several = asked.size() > 1;
+  if (arguments.json && several) std::cout << "[\n";
+  for (std::size_t i = 0; i < asked.size(); ++i) {
+    const Archive& archive = *asked[i].archive;
+    const Score result = score(archive, "", asked[i].policies);
+    if (arguments.json) {
+      if (i > 0) std::cout << ",\n";
+      print_json(archive, result, arguments.failures);
+    } else {
+      if (several) std::cout << arguments.archives[i] << "\n";
+      print_text(archive, result, arguments.failures);
+      if (several) std::cout << "\n";
+    }
+    code = worse(code, judge_all(gates, result, arguments.json ? std::cerr : std::cout));
+    if (!result.complete && code == kDone) code = kMachineFailed;
+  }
+  if (arguments.json) std::cout << (several ? "\n]\n" : "\n");
+  return code;
+}
+
+}  // namespace
+
+void add_score(CLI::App& app, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* verb =
+      add_verb(app, "score", "Success rates with intervals, failures by requirement, paired comparison",
+               "  graze score quadruped_curb.graze\n"
+               "  graze score curb.h5 --json\n"
+               "  graze score curb.h5 --policy 'step/4cm' --require 'p >= 0.9'   # a gate for CI\n"
+               "  graze score curb.h5 --failures                                  # with replay commands\n");
+  verb->add_option("archives", arguments->archives, "Campaign directories or packed files")->required();
+  verb->add_option("--require", arguments->require,
+                   "Gate: '[POLICY:] p >= RATE', 'p < RATE' or 'ci < WIDTH'; exit 0 if it holds for the whole 95 % "
+                   "interval, 1 if it is refuted, 4 if the interval straddles it (may be repeated: all of them)")
+      ->type_name("QUESTION")
+      ->allow_extra_args(false);
+  verb->add_option("--policy", arguments->policies, "Only these policies (globs; may be repeated)")
+      ->allow_extra_args(false);
+  verb->add_flag("--failures", arguments->failures, "List every failed trace, each with its replay command");
+  verb->add_flag("--json", arguments->json, "Print JSON");
+  verb->callback([arguments, &action] {
+    action = [arguments] { return in_reading_child(arguments->archives, [&] { return score_archives(*arguments); }); };
+  });
+}
+
+}  // namespace graze

@@ -1,0 +1,73 @@
+#pragma once
+// The verbs of the command line. Each adds its own subcommand, with help and examples, and runs when it was given.
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "jobs/campaign/exit_code.h"
+#include "scenarios/scenario.h"
+
+namespace graze {
+
+/// A verb that has been given: does its work and returns the exit code.
+using Action = std::function<int()>;
+
+void add_check(CLI::App& app, Action& action);
+void add_sample(CLI::App& app, Action& action);
+void add_run(CLI::App& app, Action& action, const std::string& command_line);
+void add_resume(CLI::App& app, Action& action);
+void add_status(CLI::App& app, Action& action);
+void add_verify(CLI::App& app, Action& action);
+void add_replay(CLI::App& app, Action& action);
+void add_score(CLI::App& app, Action& action);
+void add_pack(CLI::App& app, Action& action);
+void add_submit(CLI::App& app, Action& action);
+
+/// Options that every verb that reads a scenario has.
+struct ScenarioArguments {
+  std::string file;
+  std::vector<std::string> set;  // path=value
+  bool ignore_missing_meshes = false;
+
+  void add_to(CLI::App& verb);
+  /// What --set says. Throws InputError.
+  std::vector<Override> overrides() const;
+  /// Reads the scenario; prints its warnings on stderr.
+  Scenario load() const;
+};
+
+/// What is recorded of a trace, in place of what the scenario says: short for --set record.….
+struct RecordArguments {
+  std::string telemetry, last;
+  std::uint64_t every = 0;  // 0: as the scenario says
+
+  void add_to(CLI::App& verb);
+  /// Adds its overrides; --last means --telemetry last.
+  void apply_to(ScenarioArguments& scenario) const;
+};
+
+/// Options of the verbs that draw particles.
+struct DrawArguments {
+  std::uint64_t particles = 0;  // 0: as many as the scenario says
+  std::optional<std::uint64_t> seed;
+
+  void add_to(CLI::App& verb);
+  /// Puts what was given in place of the scenario's own number and seed.
+  void apply_to(Scenario& scenario) const;
+};
+
+/// Adds --threads to a verb.
+void add_threads(CLI::App& verb, int& threads);
+
+/// The policies that the globs of --policy choose, in their own order; all if there are no globs. Throws InputError
+/// with the nearest name if one of them chooses none; `where` is what should have it.
+std::vector<std::string> chosen_names(const std::vector<std::string>& policies,
+                                      const std::vector<std::string>& patterns, const std::string& where);
+
+/// A verb with its description and, below its options, examples.
+CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& description, const std::string& examples);
+
+}  // namespace graze

@@ -1,0 +1,102 @@
+// graze VERB …: reads the command line, runs the verb, turns errors into one clear message and an exit code.
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <exception>
+#include <iostream>
+#include <string_view>
+
+#include "archive/archive.h"
+#include "archive/files/shell_word.h"
+#include "engine/lanes/isa.h"
+#include "graze_version.h"
+#include "jobs/campaign/crash.h"
+#include "jobs/cli/commands.h"
+#include "jobs/cli/help_topics.h"
+#include "jobs/cli/option_words.h"
+#include "jobs/cli/terminal.h"
+
+namespace graze {
+namespace {
+
+std::string join(int argc, char** argv) {
+  std::string line = "graze";
+  for (int i = 1; i < argc; ++i) line += " " + shell_word(argv[i]);
+  return line;
+}
+
+int flushed(int code) {
+  if (!std::cout.flush()) throw MachineError("standard output: cannot be written");
+  return code;
+}
+
+int parse_and_run(int argc, char** argv) {
+  CLI::App app("Graze finds out in simulation how a robot fails before the robot does.", "graze");
+  app.set_version_flag("--version", fmt::format("graze {} ({}), physics: {}\n{}", GRAZE_VERSION, GRAZE_REVISION,
+                                                fmt::join(physics_names(), ", "), isa_report()));
+  app.require_subcommand(1);
+  app.footer(
+      "\ngraze VERB --help (or graze help VERB) tells more, with examples; graze help scenarios, policies, trackers "
+      "and "
+      "witnesses list what there is. Documentation: docs/ beside the source.");
+  Action action;
+  add_check(app, action);
+  add_sample(app, action);
+  add_run(app, action, join(argc, argv));
+  add_resume(app, action);
+  add_status(app, action);
+  add_verify(app, action);
+  add_score(app, action);
+  add_replay(app, action);
+  add_pack(app, action);
+  add_submit(app, action);
+  const std::vector<std::string> given(argv + 1, argv + argc), words = as_help(given);
+  const bool asks = given.size() == 2 && given[0] == "help";
+  if (const auto text = asks ? help_on(given[1]) : std::nullopt) {
+    std::cout << *text;
+    return flushed(kDone);
+  }
+  if (asks) check_topic(app, given[1], help_topics());
+  check_words(app, words);
+  try {
+    app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
+  } catch (const CLI::Success& told) {
+    app.exit(told);
+    action = [] { return kDone; };
+  } catch (const CLI::ParseError& error) {
+    throw InputError(parse_error_text(app, error));
+  }
+  return flushed(action());
+}
+
+/// A stream that was closed would give its number to the next file that is opened, and what is printed would go there.
+/// Output that was closed is opened for reading alone, so that writing to it fails as it would have, with EBADF.
+void open_standard_streams() {
+  for (const int number : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    if (fcntl(number, F_GETFD) != -1) continue;
+    if (open("/dev/null", number == STDOUT_FILENO ? O_RDONLY : O_RDWR) != number) std::_Exit(kMachineFailed);
+  }
+}
+
+}  // namespace
+}  // namespace graze
+
+int main(int argc, char** argv) {
+  using namespace graze;
+  open_standard_streams();
+  contain_crashes();
+  try {
+    log_to_stderr();
+    const EscapedOutput out(std::cout), err(std::cerr);
+    try {
+      return parse_and_run(argc, argv);
+    } catch (...) {
+      return report_error(std::current_exception());
+    }
+  } catch (...) {  // there is not even memory for a message
+    constexpr std::string_view kText = "graze: out of memory\n";
+    [[maybe_unused]] const ssize_t told = write(STDERR_FILENO, kText.data(), kText.size());
+    return kMachineFailed;
+  }
+}

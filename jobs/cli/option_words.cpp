@@ -1,0 +1,191 @@
+#include "jobs/cli/option_words.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+
+#include "archive/files/shell_word.h"
+#include "engine/settings/settings.h"
+
+namespace graze {
+namespace {
+
+std::vector<std::string> verbs_of(const CLI::App& app) {
+  std::vector<std::string> verbs;
+  for (const CLI::App* verb : app.get_subcommands({})) verbs.push_back(verb->get_name());
+  return verbs;
+}
+
+/// "; did you mean '--policy'?", or empty.
+std::string did_you_mean(const std::string& word, const std::vector<std::string>& choices) {
+  const std::string near = nearest(word, choices);
+  return near.empty() ? "" : fmt::format(" (did you mean '{}'?)", near);
+}
+
+/// A word as the option parser splits it: `--name=value`, `--name`, `-nVALUE`, `-n`.
+struct OptionWord {
+  std::string name;       // with its dashes; empty: the word is no option
+  bool assigned = false;  // a value, which may be empty, is part of the word
+  std::string value;
+
+  explicit OptionWord(const std::string& word) {
+    if (word.starts_with("--") && word.size() > 2) {
+      const std::size_t equals = word.find('=');
+      name = word.substr(0, equals);
+      assigned = equals != std::string::npos;
+      if (assigned) value = word.substr(equals + 1);
+    } else if (word.size() > 1 && word[0] == '-' && word[1] != '-') {
+      name = word.substr(0, 2);
+      assigned = word.size() > 2;
+      value = word.substr(2);
+    }
+  }
+};
+
+/// Walks over the words behind a verb.
+class WordCheck {
+ public:
+  WordCheck(std::string verb, const std::vector<const CLI::App*>& apps) : verb_(std::move(verb)), apps_(apps) {}
+
+  void check(const std::vector<std::string>& words) {
+    for (std::size_t i = 0; i < words.size(); ++i) {
+      if (words[i] == "--") return;  // no options behind it
+      if (words[i].empty()) fail("one of the words is empty ('')");
+      const OptionWord word(words[i]);
+      if (word.name.empty()) continue;
+      const CLI::Option* option = find(word.name);
+      if (option == nullptr) refuse(words[i], word);
+      const bool flag = option->get_items_expected_max() == 0;
+      if (word.assigned && word.value.empty()) fail_empty(word.name);
+      if (word.assigned && word.value[0] == '=' && !word.name.starts_with("--")) fail_equals(words[i], word);
+      if (flag) continue;
+      if (!word.assigned && ++i == words.size()) fail(fmt::format("{}: its value is missing", word.name));
+      note(*option, word.name, word.assigned ? word.value : words[i]);
+      if (!word.assigned) check_value(word.name, words[i]);
+    }
+  }
+
+ private:
+  [[noreturn]] void fail(const std::string& what) const { throw InputError(fmt::format("{}: {}", verb_, what)); }
+  [[noreturn]] void fail_empty(const std::string& name) const {
+    fail(fmt::format("{}: its value is empty; leave the option out, or write a value", name));
+  }
+
+  /// What stands behind the letter of an option is its value, a '=' too, which nobody means.
+  [[noreturn]] void fail_equals(const std::string& whole, const OptionWord& word) const {
+    const std::string value = word.value.substr(1);
+    fail(fmt::format("{}: '=' goes with long options; nearest right answer: {} {}", whole, word.name,
+                     value.empty() ? "VALUE" : shell_word(value)));
+  }
+
+  const CLI::Option* find(const std::string& name) const {
+    for (const CLI::App* app : apps_) {
+      if (const CLI::Option* option = app->get_option_no_throw(name)) return option;
+    }
+    return nullptr;
+  }
+
+  [[noreturn]] void refuse(const std::string& whole, const OptionWord& word) const {
+    std::vector<std::string> names;
+    for (const CLI::App* app : apps_) {
+      for (const CLI::Option* option : app->get_options()) {
+        for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+        for (const std::string& name : option->get_snames()) names.push_back("-" + name);
+      }
+    }
+    const std::string written = word.name.starts_with("--") ? word.name : whole;
+    std::error_code error;
+    if (std::filesystem::exists(whole, error)) {
+      fail(fmt::format("{}: is not one of its options; the file of that name is {}", whole, shell_path(whole)));
+    }
+    const std::string near = did_you_mean(written, names);
+    fail(fmt::format("{}: is not one of its options{}", written,
+                     near.empty() ? fmt::format("; 'graze {} --help' tells them", verb_) : near));
+  }
+
+  /// Behind an option that stands alone.
+  void check_value(const std::string& name, const std::string& value) const {
+    if (value.empty()) fail_empty(name);
+    if (value == "--")
+      fail(fmt::format("{0}: its value is missing: -- ends the options (if it is meant: {0} ./--)", name));
+    const OptionWord word(value);
+    if (word.name.starts_with("--") && find(word.name) != nullptr) {
+      fail(fmt::format("{}: its value is missing: {} is an option itself (if it is meant: {}={})", name, value, name,
+                       value));
+    }
+  }
+
+  void note(const CLI::Option& option, const std::string& name, const std::string& value) {
+    const auto [before, first] = given_.try_emplace(&option, value);
+    if (first || option.get_items_expected_max() > 1) return;
+    fail(fmt::format("{}: is given twice, as {} and as {}; once is meant", name, before->second, value));
+  }
+
+  const std::string verb_;
+  const std::vector<const CLI::App*> apps_;
+  std::map<const CLI::Option*, std::string> given_;
+};
+
+bool asks_for_help(const std::string& word) { return word == "--help" || word == "-h"; }
+
+}  // namespace
+
+void check_words(const CLI::App& app, const std::vector<std::string>& words) {
+  const std::vector<std::string> verbs = verbs_of(app);
+  const std::string all = fmt::format("verbs: {}; 'graze --help' tells more", fmt::join(verbs, ", "));
+  if (words.empty()) throw InputError("what shall be done? " + all);
+  const std::string& first = words.front();
+  if (first.starts_with("-")) {
+    if (app.get_option_no_throw(first) != nullptr) return;
+    const std::string near = did_you_mean(first, {"--help", "--version"});
+    throw InputError(
+        fmt::format("{}: is no option of graze itself{}; options of a verb stand behind it; {}", first, near, all));
+  }
+  if (std::find(verbs.begin(), verbs.end(), first) == verbs.end()) {
+    throw InputError(fmt::format("'{}' is not a verb{}; {}", first, did_you_mean(first, verbs), all));
+  }
+  const CLI::App* verb = app.get_subcommand(first);
+  std::vector<const CLI::App*> apps = {verb};
+  if (verb->get_allow_extras()) apps.push_back(app.get_subcommand("run"));
+  WordCheck(first, apps).check({words.begin() + 1, words.end()});
+}
+
+void check_topic(const CLI::App& app, const std::string& word, const std::vector<std::string>& topics) {
+  std::vector<std::string> known = verbs_of(app);
+  if (word.starts_with("-") || std::find(known.begin(), known.end(), word) != known.end()) return;
+  known.insert(known.end(), topics.begin(), topics.end());
+  throw InputError(fmt::format("'{}' is not a verb, and no topic of help{}; topics: {}; verbs: {}", word,
+                               did_you_mean(word, known), fmt::join(topics, ", "), fmt::join(verbs_of(app), ", ")));
+}
+
+std::vector<std::string> as_help(const std::vector<std::string>& words) {
+  if (!words.empty() && words[0] == "help") {
+    return words.size() > 1 ? std::vector<std::string>{words[1], "--help"} : std::vector<std::string>{"--help"};
+  }
+  const auto end = std::find(words.begin(), words.end(), "--");
+  if (std::none_of(words.begin(), end, asks_for_help) || words[0].starts_with("-")) return words;
+  return {words[0], "--help"};
+}
+
+std::string parse_error_text(const CLI::App& app, const CLI::ParseError& error) {
+  const std::vector<CLI::App*> parsed = const_cast<CLI::App&>(app).get_subcommands();
+  if (parsed.empty()) return error.what();
+  const CLI::App& verb = *parsed.front();
+  const std::string more = fmt::format("'graze {} --help' tells more", verb.get_name());
+  const std::vector<std::string> left = verb.remaining();
+  if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError) && !left.empty()) {
+    if (left[0] == "--" && left.size() > 1 && left[1].starts_with("-")) {
+      return fmt::format("{}: '{}' stands behind '--', where nothing is an option; '--' and what follows it go last",
+                         verb.get_name(), left[1]);
+    }
+    const std::string& word = left[left[0] == "--" && left.size() > 1 ? 1 : 0];
+    return fmt::format("{}: '{}' is one word too many (a value with blanks needs quotes); {}", verb.get_name(), word,
+                       more);
+  }
+  return fmt::format("{}: {}; {}", verb.get_name(), error.what(), more);
+}
+
+}  // namespace graze
