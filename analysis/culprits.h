@@ -8,7 +8,7 @@
 #include <tuple>
 #include <vector>
 
-#include "archive/archive.h"
+#include "archive/outcomes.h"
 
 namespace graze {
 

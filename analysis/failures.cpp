@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
+#include "analysis/failure_table.h"
 #include "analysis/text_table.h"
 #include "archive/files/shell_word.h"
 #include "archive/files/utf8.h"
@@ -41,8 +42,8 @@ void for_each_failure(const Archive& archive, const std::vector<std::string>& po
   const CampaignInfo& info = archive.info();
   for (const std::string& policy : policies) {
     for (std::uint64_t first = 0; first < info.particles; first += kWindow) {
-      const FailureTable table = archive.failures(
-          policy, [=](std::uint32_t particle) { return particle >= first && particle - first < kWindow; });
+      const FailureTable table = failures_of(
+          archive, policy, [=](std::uint32_t particle) { return particle >= first && particle - first < kWindow; });
       for (const FailureTable::Row& row : table.rows) act(describe(table, row, policy, info));
     }
   }
@@ -102,7 +103,7 @@ std::vector<Failure> WaysToFail::firsts(const Archive& archive, const std::strin
   for (const auto& [kind, way] : ways_) traces[way.first] = way.traces;
   if (traces.empty()) return {};
   const FailureTable table =
-      archive.failures(policy, [&](std::uint32_t particle) { return traces.contains(particle); });
+      failures_of(archive, policy, [&](std::uint32_t particle) { return traces.contains(particle); });
   std::vector<Failure> out;
   for (const FailureTable::Row& row : table.rows) {
     out.push_back(describe(table, row, policy, archive.info()));

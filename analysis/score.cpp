@@ -7,6 +7,7 @@
 #include "analysis/proportions.h"
 #include "analysis/sequential.h"
 #include "archive/files/shell_word.h"
+#include "archive/outcomes.h"
 
 namespace graze {
 namespace {
@@ -63,7 +64,7 @@ PolicyScore score_policy(const Archive& archive, const std::string& policy, Ends
   const CampaignInfo& info = archive.info();
   out.by_requirement.assign(info.deciding(), 0);
   out.kept.resize(std::min(info.requirements.size() - info.deciding(), kMostMeasures));
-  archive.visit_outcomes(policy, [&](std::span<const TraceOutcome> traces) {
+  visit_outcomes(archive, policy, [&](std::span<const TraceOutcome> traces) {
     for (const TraceOutcome& trace : traces) {
       count(trace, out);
       ways.add(trace);

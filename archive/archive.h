@@ -15,7 +15,7 @@
 #include "archive/directory/roles.h"
 #include "archive/files/seal.h"
 #include "archive/schema/campaign_info.h"
-#include "archive/schema/tables.h"
+#include "archive/schema/trace_rows.h"
 #include "simulation/trace.h"
 
 namespace graze {
@@ -71,21 +71,20 @@ class Archive {
   bool complete() const;
   /// What whoever reads it should know: its description was damaged and a copy was read, …; a sentence each.
   const std::vector<std::string>& warnings() const;
-  /// By policy name; empty table if it has no traces yet.
-  TraceTable traces(const std::string& policy) const;
   /// One trace with its events, without telemetry and contact sequence; none if it is not there. Reads that trace
   /// alone.
   std::optional<TraceRecord> trace(const std::string& policy, std::uint32_t particle) const;
-  OutcomeTable outcomes(const std::string& policy) const;
-  /// The failed traces of a policy by particle, of all particles or of those `wanted`. Memory: a row for each of them.
-  FailureTable failures(const std::string& policy, const std::function<bool(std::uint32_t)>& wanted = {}) const;
-  /// What counts of all traces of a policy, some at a time, each particle once, in no particular order. For campaigns
-  /// of any size: takes a bit of memory per particle.
-  void visit_outcomes(const std::string& policy, const std::function<void(std::span<const TraceOutcome>)>& take) const;
+  /// Gives the traces of a policy to `take`, some at a time, each particle once, in no particular order: of each its
+  /// outcome and the chosen `columns` (TraceColumn); only those `wanted`, if that is given. For campaigns of any size:
+  /// takes some MiB, and a bit per particle. An unknown policy has no traces. Throws InputError: the archive is
+  /// damaged; what `take` throws goes through. `take` may read the archive.
+  void scan(const std::string& policy, unsigned columns, const std::function<void(const TraceRows&)>& take,
+            const TraceFilter& wanted = {}) const;
+  /// Gives the persistent values of each particle, in the order of info().parameters, each particle once, in no
+  /// particular order; nothing when they are not stored. As scan().
+  void scan_values(const std::function<void(std::uint32_t, std::span<const double>)>& take) const;
   /// Persistent values of one particle, in the order of info().parameters; empty when they are not stored.
   std::vector<double> particle_values(std::uint32_t particle) const;
-  /// Events of all traces of a policy: one vector per row of traces(policy).
-  std::vector<std::vector<Event>> events(const std::string& policy) const;
   /// Telemetry of one trace; empty if none was recorded.
   std::vector<TelemetryFrame> telemetry(const std::string& policy, std::uint32_t particle) const;
 

@@ -16,8 +16,8 @@
 #include "archive/hdf5/file_driver.h"
 #include "archive/hdf5/reading_child.h"
 #include "archive/schema/info.h"
-#include "archive/schema/outcome_scan.h"
 #include "archive/schema/part_check.h"
+#include "archive/schema/trace_scan.h"
 #include "engine/settings/paths.h"
 
 namespace graze {
@@ -57,7 +57,7 @@ void count_traces(Parts parts, const CampaignInfo& info, Verification& out) {
   out.total = info.part.count(info.particles) * info.policies.size();
   try {
     for (const std::string& policy : info.policies) {
-      scan_outcomes(parts, policy, info, [&](std::span<const TraceOutcome> some) { out.traces += some.size(); });
+      scan_traces(parts, policy, info, 0, [&](const TraceRows& some) { out.traces += some.size(); });
     }
   } catch (const InputError& error) {
     out.faults.push_back(error.what());

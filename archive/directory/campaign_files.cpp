@@ -13,7 +13,7 @@
 #include "archive/files/shell_word.h"
 #include "archive/hdf5/file_driver.h"
 #include "archive/hdf5/reading_child.h"
-#include "archive/schema/outcome_scan.h"
+#include "archive/schema/trace_scan.h"
 #include "engine/settings/paths.h"
 
 namespace graze {
@@ -222,7 +222,7 @@ CampaignFiles open_parts(const std::vector<fs::path>& directories) {
   all.parts = Parts(std::move(shards), info.particles, kInShards);
   all.stored.complete = std::all_of(info.policies.begin(), info.policies.end(), [&](const std::string& policy) {
     std::uint64_t traces = 0;
-    scan_outcomes(all.parts, policy, info, [&](std::span<const TraceOutcome> some) { traces += some.size(); });
+    scan_traces(all.parts, policy, info, 0, [&](const TraceRows& some) { traces += some.size(); });
     return traces == info.particles;
   });
   return all;

@@ -97,16 +97,16 @@ void fail_two_ways(const OpenPart& file, std::uint32_t particle, const std::stri
                   particle, policy, other));
 }
 
-OpenPart& Parts::open(std::size_t part) {
+std::shared_ptr<OpenPart> Parts::hold(std::size_t part) {
   if (!open_[part]) {
     if (opened_ == kOpenParts) {
       for (auto& one : open_) one.reset();
       opened_ = 0;
     }
-    open_[part].emplace(files_[part], open_archive_file(files_[part], inner_));
+    open_[part] = std::make_shared<OpenPart>(files_[part], open_archive_file(files_[part], inner_));
     ++opened_;
   }
-  return *open_[part];
+  return open_[part];
 }
 
 std::vector<RowRef> Parts::traces(const std::string& policy) {

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -85,7 +86,10 @@ class Parts {
   Parts(std::vector<std::filesystem::path> files, std::uint64_t particles, int inner)
       : files_(std::move(files)), open_(files_.size()), particles_(particles), inner_(inner) {}
   std::size_t size() const { return files_.size(); }
-  OpenPart& open(std::size_t part);
+  /// Open until one that is not open yet is asked for.
+  OpenPart& open(std::size_t part) { return *hold(part); }
+  /// The same, open as long as it is held.
+  std::shared_ptr<OpenPart> hold(std::size_t part);
   const std::filesystem::path& path(std::size_t part) const { return files_[part]; }
   std::uint64_t particles_that_count() const { return particles_; }
 
@@ -97,7 +101,7 @@ class Parts {
 
  private:
   std::vector<std::filesystem::path> files_;
-  std::vector<std::optional<OpenPart>> open_;
+  std::vector<std::shared_ptr<OpenPart>> open_;
   std::size_t opened_ = 0;
   std::uint64_t particles_;
   int inner_;

@@ -5,9 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "archive/schema/failure_scan.h"
-#include "archive/schema/outcome_scan.h"
 #include "archive/schema/part_rows.h"
+#include "archive/schema/trace_scan.h"
 
 namespace graze {
 namespace {
@@ -160,8 +159,9 @@ void check_outcomes(Parts& part, const CampaignInfo& info) {
   if (part.open(0).has(schema::kParticles)) check.check_ids(schema::kParticles);
   for (const std::string& policy : info.policies) {
     if (part.open(0).traces(policy) > 0) check.check_ids(schema::traces_group(policy));
-    scan_outcomes(part, policy, info, [](std::span<const TraceOutcome>) {});
-    scan_failures(part, policy, info, {});
+    const unsigned columns =
+        kEndTime | kObjectiveMargin | kMargins | kFirstViolations | kCulprits | kInvalidReason;  // what scores ask for
+    scan_traces(part, policy, info, columns, [](const TraceRows&) {});
   }
 }
 

@@ -8,7 +8,6 @@
 
 #include "archive/schema/part.h"
 #include "simulation/trace.h"
-#include "archive/schema/tables.h"
 
 namespace graze {
 

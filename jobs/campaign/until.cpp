@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "archive/archive.h"
+
 namespace graze {
 namespace {
 
@@ -67,8 +69,8 @@ bool Looks::count(int policy, std::span<const TraceRecord> records) {
 void Looks::count_finished(const Archive& archive) {
   for (std::size_t policy = 0; policy < policies_.size(); ++policy) {
     ByStretch counts;
-    archive.visit_outcomes(policies_[policy], [&](std::span<const TraceOutcome> traces) {
-      for (const TraceOutcome& trace : traces) note(counts, trace.particle, trace.outcome);
+    archive.scan(policies_[policy], 0, [&](const TraceRows& traces) {
+      for (std::size_t i = 0; i < traces.size(); ++i) note(counts, traces.particle(i), traces.outcome(i));
     });
     add(static_cast<int>(policy), counts);
   }

@@ -9,6 +9,7 @@
 #include "archive/archive.h"
 #include "archive/files/files.h"
 #include "archive/files/parent_folders.h"
+#include "archive/outcomes.h"
 #include "jobs/cli/commands.h"
 #include "jobs/cli/reading_verb.h"
 
@@ -27,9 +28,7 @@ void warn_if_incomplete(const std::filesystem::path& file) {
   if (archive.complete()) return;
   const CampaignInfo& info = archive.info();
   std::uint64_t traces = 0;
-  for (const std::string& policy : info.policies) {
-    archive.visit_outcomes(policy, [&](std::span<const TraceOutcome> some) { traces += some.size(); });
-  }
+  for (const std::string& policy : info.policies) traces += count_traces(archive, policy);
   spdlog::warn("{}: holds {} of {} traces: the campaign is not complete", file.string(), traces,
                info.particles * info.policies.size());
 }

@@ -63,11 +63,11 @@ struct Status {
 Counts counts_of(const Archive& archive, const std::string& policy, Status& status) {
   Counts counts;
   counts.policy = policy;
-  archive.visit_outcomes(policy, [&](std::span<const TraceOutcome> traces) {
+  archive.scan(policy, 0, [&](const TraceRows& traces) {
     counts.done += traces.size();
-    for (const TraceOutcome& trace : traces) {
-      ++counts.by_outcome[static_cast<std::size_t>(trace.outcome)];
-      if (trace.violated >= 0) ++status.violated[static_cast<std::size_t>(trace.violated)];
+    for (std::size_t i = 0; i < traces.size(); ++i) {
+      ++counts.by_outcome[static_cast<std::size_t>(traces.outcome(i))];
+      if (traces.violated(i) >= 0) ++status.violated[static_cast<std::size_t>(traces.violated(i))];
     }
   });
   for (const UnfinishedTrace& trace : status.unfinished) counts.unfinished += trace.policy == policy;

@@ -11,6 +11,7 @@
 #include <new>
 
 #include "analysis/score.h"
+#include "archive/archive.h"
 #include "archive/directory/campaign_directory.h"
 #include "archive/directory/finished.h"
 #include "archive/files/shell_word.h"
@@ -43,9 +44,9 @@ bool holds_all(const Archive& archive, std::uint64_t answered_at) {
   const std::uint64_t wanted = answered_at > 0 ? answered_at : info.part.count(info.particles);
   return std::all_of(info.policies.begin(), info.policies.end(), [&](const std::string& policy) {
     std::uint64_t found = 0;
-    archive.visit_outcomes(policy, [&](std::span<const TraceOutcome> traces) {
-      for (const TraceOutcome& trace : traces) found += answered_at == 0 || trace.particle < answered_at;
-    });
+    archive.scan(
+        policy, 0, [&](const TraceRows& traces) { found += traces.size(); },
+        [&](std::uint32_t particle, Outcome) { return answered_at == 0 || particle < answered_at; });
     return found == wanted;
   });
 }

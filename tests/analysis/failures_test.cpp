@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "analysis/failure_table.h"
 #include "analysis/score.h"
 #include "tests/archive/compare.h"
 
@@ -33,7 +34,7 @@ TEST(Failures, AreThoseOfTheRecords) {
   for (const char* name : {"a.graze", "a.h5"}) {
     const Archive archive(folder / name);
     for (int policy = 0; policy < 3; ++policy) {
-      const FailureTable table = archive.failures(want.policies[static_cast<std::size_t>(policy)]);
+      const FailureTable table = failures_of(archive, want.policies[static_cast<std::size_t>(policy)]);
       std::size_t row = 0;
       for (std::uint32_t i = 0; i < want.particles; ++i) {
         const TraceRecord record = trace(want, policy, i);
@@ -57,7 +58,7 @@ TEST(Failures, AreThoseOfTheRecords) {
       EXPECT_EQ(row, table.rows.size());
       EXPECT_GT(row, 50u);
     }
-    EXPECT_TRUE(archive.failures("nobody").rows.empty());
+    EXPECT_TRUE(failures_of(archive, "nobody").rows.empty());
   }
 }
 
@@ -69,8 +70,8 @@ TEST(Failures, CanBeOfSomeParticles) {
   const auto wanted = [](std::uint32_t particle) { return particle % 7 == 3; };
   std::size_t found = 0;
   for (const std::string& policy : archive.info().policies) {
-    FailureTable all = archive.failures(policy);
-    const FailureTable some = archive.failures(policy, wanted);
+    FailureTable all = failures_of(archive, policy);
+    const FailureTable some = failures_of(archive, policy, wanted);
     std::erase_if(all.rows, [&](const FailureTable::Row& row) { return !wanted(row.particle); });
     ASSERT_EQ(some.rows.size(), all.rows.size());
     for (std::size_t i = 0; i < all.rows.size(); ++i) {
@@ -82,7 +83,7 @@ TEST(Failures, CanBeOfSomeParticles) {
     found += some.rows.size();
   }
   EXPECT_GT(found, 20u);
-  EXPECT_TRUE(archive.failures(archive.info().policies[0], [](std::uint32_t) { return false; }).rows.empty());
+  EXPECT_TRUE(failures_of(archive, archive.info().policies[0], [](std::uint32_t) { return false; }).rows.empty());
 }
 
 // Claim: an objective's margin has the unit of the witness that gave it, in the table, the list and JSON.

@@ -1,6 +1,7 @@
 // Work that ran ahead of the question that ended a campaign: it lies in shards and counts nowhere.
 #include "archive/directory/finished.h"
 #include "tests/archive/compare.h"
+#include "tests/archive/tables.h"
 
 namespace graze {
 namespace {
@@ -38,11 +39,11 @@ TEST(RanAhead, IsPassedOverByReadersAndPack) {
   EXPECT_EQ(archive.info().until.confidence, 0.99);
   EXPECT_EQ(archive.info().until.questions, facts.until.questions);
   for (int policy = 0; policy < 3; ++policy) {
-    const TraceTable table = archive.traces(facts.policies[static_cast<std::size_t>(policy)]);
+    const TraceTable table = table_of(archive, facts.policies[static_cast<std::size_t>(policy)]);
     ASSERT_EQ(table.size(), 24u);
     for (std::uint32_t i = 0; i < 24; ++i) expect_row(table, i, trace(facts, policy, i));
-    EXPECT_EQ(archive.events(table.policy).size(), 24u);
-    EXPECT_EQ(archive.outcomes(table.policy).outcome, table.outcome);
+    EXPECT_EQ(events_of(archive, table.policy).size(), 24u);
+    EXPECT_EQ(table_of(archive, table.policy).outcome, table.outcome);
     EXPECT_TRUE(archive.telemetry(table.policy, 30).empty());
   }
   EXPECT_FALSE(archive.particle_values(23).empty());

@@ -8,6 +8,7 @@
 #include <iterator>
 
 #include "tests/archive/synthetic.h"
+#include "tests/archive/tables.h"
 
 namespace graze::synthetic {
 
@@ -78,8 +79,8 @@ inline void expect_trace(const Archive& archive, const std::string& policy, cons
 inline void expect_policy(const Archive& archive, int policy, std::uint32_t count) {
   const CampaignInfo& info = archive.info();
   const std::string& name = info.policies[policy];
-  const TraceTable table = archive.traces(name);
-  const auto events = archive.events(name);
+  const TraceTable table = table_of(archive, name);
+  const auto events = events_of(archive, name);
   ASSERT_EQ(table.size(), count);
   ASSERT_EQ(events.size(), count);
   for (std::uint32_t i = 0; i < count; ++i) {

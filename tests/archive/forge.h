@@ -13,6 +13,7 @@
 #include "archive/hdf5/file_driver.h"
 #include "archive/schema/info.h"
 #include "tests/archive/compare.h"
+#include "tests/archive/tables.h"
 
 namespace graze::synthetic {
 
@@ -20,11 +21,11 @@ namespace graze::synthetic {
 inline void read_all(const std::filesystem::path& path) {
   const Archive archive(path);
   for (const std::string& policy : archive.info().policies) {
-    for (const std::uint32_t particle : archive.traces(policy).particle) {
+    for (const std::uint32_t particle : table_of(archive, policy).particle) {
       archive.telemetry(policy, particle);
       archive.particle_values(particle);
     }
-    archive.events(policy);
+    events_of(archive, policy);
   }
 }
 

@@ -13,6 +13,7 @@
 #include "archive/directory/set_aside.h"
 #include "archive/files/files.h"
 #include "tests/archive/compare.h"
+#include "tests/archive/tables.h"
 
 namespace graze {
 namespace {
@@ -88,7 +89,7 @@ struct Prepared {
     const fs::path path = folder / "a.graze";
     const std::vector<std::function<void()>> verbs = {
         [&] { read_unfinished(path); },
-        [&] { Archive(path).traces("step/1cm"); },
+        [&] { table_of(Archive(path), "step/1cm"); },
         [&] { pack(path, folder / "o.h5", true); },
         [&] { take_up(path); },
         [&] { replace(path); },
@@ -243,7 +244,7 @@ TEST(Replacing, WhatCannotBeSetAsideIsLeft) {
     const Folder folder;
     write(folder / "a.graze", small());
     const Archive held(folder / "a.graze");  // the shard under the mount
-    const auto wanted = held.traces("step/1cm").digest;
+    const auto wanted = table_of(held, "step/1cm").digest;
     const std::string description = content(folder / "a.graze/campaign.h5");
     {
       const Mounted mounted(folder / "a.graze" / fixed);
@@ -254,7 +255,7 @@ TEST(Replacing, WhatCannotBeSetAsideIsLeft) {
     EXPECT_TRUE(content(folder / "a.graze/campaign.h5") == description);
     EXPECT_FALSE(fs::exists(folder / "a.graze" / kReplacingFolder));
     EXPECT_FALSE(fs::exists(folder / "a.graze" / kReplacedFolder));
-    EXPECT_EQ(Archive(folder / "a.graze").traces("step/1cm").digest, wanted);
+    EXPECT_EQ(table_of(Archive(folder / "a.graze"), "step/1cm").digest, wanted);
     EXPECT_NO_THROW(replace(folder / "a.graze"));
   }
 }
@@ -296,7 +297,7 @@ TEST(Copy, StandsInForTheDescription) {
       put(path / name, whole.substr(0, length));
       const Archive archive(path);
       EXPECT_TRUE(archive.complete());
-      EXPECT_EQ(archive.traces("step/1cm").size(), 8u);
+      EXPECT_EQ(table_of(archive, "step/1cm").size(), 8u);
       EXPECT_EQ(archive.warnings().size(), name == kDescriptionFile ? 1u : 0u);
       take_up(path);
       EXPECT_TRUE(content(path / kDescriptionFile) == whole);

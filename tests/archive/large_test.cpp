@@ -3,7 +3,9 @@
 
 #include "archive/directory/campaign_directory.h"
 #include "archive/directory/shard.h"
+#include "archive/outcomes.h"
 #include "tests/archive/compare.h"
+#include "tests/archive/tables.h"
 
 namespace graze {
 namespace {
@@ -41,8 +43,8 @@ void write_shards(const std::filesystem::path& path, const CampaignInfo& info) {
 /// What score() is made of.
 std::vector<TraceOutcome> outcomes(const Archive& archive, const std::string& policy) {
   std::vector<TraceOutcome> out;
-  archive.visit_outcomes(policy,
-                         [&](std::span<const TraceOutcome> some) { out.insert(out.end(), some.begin(), some.end()); });
+  visit_outcomes(archive, policy,
+                 [&](std::span<const TraceOutcome> some) { out.insert(out.end(), some.begin(), some.end()); });
   std::sort(out.begin(), out.end(),
             [](const TraceOutcome& a, const TraceOutcome& b) { return a.particle < b.particle; });
   return out;
@@ -77,8 +79,8 @@ TEST(Large, PacksInOrderOfParticle) {
   const Archive packed(folder / "a.h5");
   expect_outcomes(packed, info);
   for (int policy = 0; policy < 2; ++policy) {
-    const TraceTable table = packed.traces(info.policies[policy]);
-    const auto events = packed.events(info.policies[policy]);
+    const TraceTable table = table_of(packed, info.policies[policy]);
+    const auto events = events_of(packed, info.policies[policy]);
     ASSERT_EQ(table.size(), outcomes(packed, info.policies[policy]).size());
     for (std::size_t i = 0; i < table.size(); i += i % 1000 == 0 ? 1 : 7) {
       const TraceRecord want = trace(info, policy, table.particle[i]);
@@ -114,7 +116,7 @@ TEST(Large, TwoWaysAreRefused) {
     directory.complete();
   }
   const Archive archive(folder / "a.graze");
-  EXPECT_THROW(archive.visit_outcomes("step/1cm", [](std::span<const TraceOutcome>) {}), InputError);
+  EXPECT_THROW(visit_outcomes(archive, "step/1cm", [](std::span<const TraceOutcome>) {}), InputError);
   EXPECT_THROW(pack(folder / "a.graze", folder / "a.h5", false), InputError);
   EXPECT_FALSE(std::filesystem::exists(folder / "a.h5"));
 }

@@ -12,6 +12,7 @@
 #include "archive/directory/set_aside.h"
 #include "archive/files/files.h"
 #include "tests/archive/compare.h"
+#include "tests/archive/tables.h"
 
 namespace graze {
 namespace {
@@ -380,7 +381,7 @@ TEST(Output, KilledWriterLeavesAReadableCampaign) {
     waitpid(child, nullptr, 0);
     const Archive archive(path);
     EXPECT_FALSE(archive.complete());
-    expect_policy(archive, 0, static_cast<std::uint32_t>(archive.traces("step/1cm").size()));
+    expect_policy(archive, 0, static_cast<std::uint32_t>(table_of(archive, "step/1cm").size()));
   }
 }
 

@@ -8,6 +8,7 @@
 #include "archive/directory/shard.h"
 #include "archive/hdf5/hdf5.h"
 #include "tests/archive/compare.h"
+#include "tests/archive/tables.h"
 #include "tests/trace_bits.h"
 
 namespace graze {
@@ -157,7 +158,7 @@ TEST(RoundTrip, DuplicatesMustAgree) {
     if (agree) {
       expect_policy(archive, 0, 8);
     } else {
-      EXPECT_THAT(message_of<InputError>([&] { archive.traces("step/1cm"); }), ::testing::HasSubstr("particle 5 "));
+      EXPECT_THAT(message_of<InputError>([&] { table_of(archive, "step/1cm"); }), ::testing::HasSubstr("particle 5 "));
     }
   }
 }
@@ -181,13 +182,13 @@ TEST(RoundTrip, BareCampaign) {
   pack(folder / "a.graze", folder / "a.h5", false);
   for (const char* name : {"a.graze", "a.h5"}) {
     const Archive archive(folder / name);
-    EXPECT_EQ(archive.traces("step/1cm").size(), 0u);
-    EXPECT_EQ(archive.traces("no such policy").size(), 0u);
-    const TraceTable table = archive.traces("hold");
+    EXPECT_EQ(table_of(archive, "step/1cm").size(), 0u);
+    EXPECT_EQ(table_of(archive, "no such policy").size(), 0u);
+    const TraceTable table = table_of(archive, "hold");
     ASSERT_EQ(table.size(), 1u);
     EXPECT_EQ(table.particle[0], 3u);
     EXPECT_EQ(table.outcome[0], Outcome::success);
-    EXPECT_TRUE(archive.events("hold")[0].empty());
+    EXPECT_TRUE(events_of(archive, "hold")[0].empty());
     EXPECT_TRUE(archive.telemetry("hold", 3).empty());
     EXPECT_TRUE(archive.telemetry("hold", 4).empty());
     EXPECT_TRUE(archive.particle_values(3).empty());
@@ -198,10 +199,10 @@ TEST(RoundTrip, BareCampaign) {
 TEST(RoundTrip, ArchivesOfOlderProgramsAreRead) {
   const Archive archive(GRAZE_SOURCE_DIR "/tests/archive/six_event_kinds.h5");
   const std::string policy = archive.info().policies.at(0);
-  ASSERT_EQ(archive.traces(policy).size(), 3u);
-  EXPECT_EQ(archive.traces(policy).digest[2], 1002u);
-  EXPECT_TRUE(archive.traces(policy).solver.empty());
-  EXPECT_EQ(archive.events(policy).at(2).size(), 2u);
+  ASSERT_EQ(table_of(archive, policy).size(), 3u);
+  EXPECT_EQ(table_of(archive, policy).digest[2], 1002u);
+  EXPECT_TRUE(table_of(archive, policy).solver.empty());
+  EXPECT_EQ(events_of(archive, policy).at(2).size(), 2u);
   EXPECT_EQ(archive.telemetry(policy, 2).size(), 2u);
   EXPECT_FALSE(archive.particle_values(2).empty());
 }
@@ -238,7 +239,7 @@ TEST(RoundTrip, ValuesMayBeLeftOut) {
   const Archive with(folder / "b.graze");
   EXPECT_FALSE(with.particle_values(0).empty());
   for (const std::string& policy : with.info().policies) {
-    const TraceTable a = archive.traces(policy), b = with.traces(policy);
+    const TraceTable a = table_of(archive, policy), b = table_of(with, policy);
     EXPECT_EQ(a.particle, b.particle);
     EXPECT_EQ(a.outcome, b.outcome);
     EXPECT_EQ(a.violated, b.violated);
@@ -246,7 +247,7 @@ TEST(RoundTrip, ValuesMayBeLeftOut) {
     EXPECT_EQ(a.digest, b.digest);
     EXPECT_EQ(a.sequence, b.sequence);
     EXPECT_EQ(a.invalid_reason, b.invalid_reason);
-    EXPECT_EQ(archive.events(policy).size(), b.size());
+    EXPECT_EQ(events_of(archive, policy).size(), b.size());
     for (const std::uint32_t particle : b.particle) {
       std::string bits, wanted;
       graze::testing::add_frame_bits(archive.telemetry(policy, particle), bits);
@@ -254,7 +255,7 @@ TEST(RoundTrip, ValuesMayBeLeftOut) {
       EXPECT_EQ(bits, wanted) << policy << ", particle " << particle;
     }
   }
-  EXPECT_EQ(archive.traces("hold").size(), 40u);
+  EXPECT_EQ(table_of(archive, "hold").size(), 40u);
 }
 
 // Claim: text that is not UTF-8 (a command line may be anything) is stored as valid UTF-8.

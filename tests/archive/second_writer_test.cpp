@@ -8,6 +8,7 @@
 
 #include "archive/directory/campaign_directory.h"
 #include "tests/archive/compare.h"
+#include "tests/archive/tables.h"
 
 namespace graze {
 namespace {
@@ -40,7 +41,7 @@ TEST(SecondWriter, TheFirstStopsWhenItsLockIsStolen) {
     write_shard(second, 16, 24);
   }
   EXPECT_THAT(shard_names(path), ElementsAre("000001.h5", "000002.h5", "000003.h5"));
-  EXPECT_EQ(Archive(path).traces(info().policies[0]).size(), 24u);
+  EXPECT_EQ(table_of(Archive(path), info().policies[0]).size(), 24u);
 }
 
 // Claim: a rank notices as the leader does, and writes nothing beside a second writer.

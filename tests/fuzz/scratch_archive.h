@@ -10,6 +10,7 @@
 #include <string>
 
 #include "archive/archive.h"
+#include "tests/archive/tables.h"
 
 namespace graze::fuzz {
 
@@ -32,8 +33,8 @@ inline bool read_scratch() {
     const Archive archive(scratch_file());
     archive.complete();
     for (const std::string& policy : archive.info().policies) {
-      const TraceTable traces = archive.traces(policy);
-      archive.events(policy);
+      const TraceTable traces = table_of(archive, policy);
+      events_of(archive, policy);
       for (std::size_t i = 0; i < traces.size() && i < 8; ++i) {
         archive.telemetry(policy, traces.particle[i]);
         archive.particle_values(traces.particle[i]);

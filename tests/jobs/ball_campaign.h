@@ -6,6 +6,7 @@
 #include <string>
 
 #include "archive/archive.h"
+#include "tests/archive/tables.h"
 #include "tests/jobs/program.h"
 
 namespace graze::testing {
@@ -26,7 +27,7 @@ inline Digests digests(const fs::path& path) {
   const Archive archive(path);
   Digests out;
   for (const std::string& policy : archive.info().policies) {
-    const TraceTable table = archive.traces(policy);
+    const TraceTable table = table_of(archive, policy);
     for (std::size_t i = 0; i < table.size(); ++i) out[policy][table.particle[i]] = table.digest[i];
   }
   return out;

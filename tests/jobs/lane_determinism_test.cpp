@@ -10,6 +10,7 @@
 #include "archive/archive.h"
 #include "engine/lanes/isa.h"
 #include "simulation/block_run.h"
+#include "tests/archive/tables.h"
 #include "tests/jobs/program.h"
 #include "tests/jobs/traces.h"
 #include "tests/trace_bits.h"
@@ -118,8 +119,8 @@ std::string archive_under(const std::string& isa, const testing::TemporaryFolder
                                         name);
   EXPECT_EQ(run.code, 0) << run.err;
   const Archive archive((folder / name).string());
-  const TraceTable table = archive.traces("step/4cm");
-  const std::vector<std::vector<Event>> events = archive.events("step/4cm");
+  const TraceTable table = table_of(archive, "step/4cm");
+  const std::vector<std::vector<Event>> events = events_of(archive, "step/4cm");
   std::string out;
   for (std::size_t i = 0; i < table.size(); ++i) {
     out += fmt::format("{} {:x} ", table.particle[i], table.digest[i]);

@@ -10,10 +10,12 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "analysis/failure_table.h"
 #include "archive/hdf5/hdf5.h"
 #include "jobs/campaign/campaign.h"
 #include "jobs/campaign/describe_campaign.h"
 #include "simulation/results_epoch.h"
+#include "tests/archive/tables.h"
 #include "tests/jobs/program.h"
 #include "tests/jobs/replay_campaign.h"
 
@@ -76,7 +78,7 @@ TEST(Replay, GivesTheBitsOfALaneCampaign) {
   const Scenario scenario = curb_on("lanes", "true");
   write_campaign(folder / "a.graze", scenario, 21);
   std::set<double> ends;
-  for (const double end : Archive(folder / "a.graze").traces("step/4cm").end_time) ends.insert(end);
+  for (const double end : table_of(Archive(folder / "a.graze"), "step/4cm").end_time) ends.insert(end);
   EXPECT_GT(ends.size(), 3u) << "the traces are meant to end at different times";
   expect_replays(scenario, folder / "a.graze", {"step/1cm", "step/4cm"}, 21);
 }
@@ -314,7 +316,7 @@ TEST(Replay, ExplainsAParticleThatCouldNotBeFabricated) {
   testing::write_file(folder / "ball.urdf", testing::kBallUrdf);
   testing::write_file(folder / "ball.yaml", text);
   ASSERT_EQ(testing::graze(folder.path(), "run ball.yaml --quiet -n 20 -o a.graze").code, 0);
-  const TraceTable traces = Archive(folder / "a.graze").traces("still");
+  const TraceTable traces = table_of(Archive(folder / "a.graze"), "still");
   const auto found = std::find(traces.outcome.begin(), traces.outcome.end(), Outcome::invalid);
   ASSERT_NE(found, traces.outcome.end()) << "some balls are meant to have no mass";
   const auto particle = traces.particle[static_cast<std::size_t>(found - traces.outcome.begin())];
@@ -336,7 +338,7 @@ TEST(Replay, ATraceThatThrewThrowsAgain) {
   testing::write_file(folder / "ball.urdf", testing::kBallUrdf);
   testing::write_file(folder / "ball.yaml", text);
   write_campaign(folder / "a.graze", load_scenario((folder / "ball.yaml").string()), 16);
-  const FailureTable failures = Archive(folder / "a.graze").failures("still");
+  const FailureTable failures = failures_of(Archive(folder / "a.graze"), "still");
   int thrown = 0;
   for (const FailureTable::Row& row : failures.rows) {
     if (row.outcome != Outcome::invalid) continue;

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "archive/archive.h"
+#include "tests/archive/tables.h"
 #include "tests/jobs/ball_campaign.h"
 #include "tests/jobs/process.h"
 
@@ -52,7 +53,7 @@ TEST_F(Signals, EachOfThemLeavesACampaignThatGoesOn) {
     EXPECT_THAT(testing::graze(own.path(), "status a.graze").out,
                 HasSubstr("stopped; 'graze resume a.graze' does the rest"));
     const Archive archive(own / "a.graze");
-    const TraceTable traces = archive.traces("still");
+    const TraceTable traces = table_of(archive, "still");
     EXPECT_FALSE(archive.complete());
     EXPECT_GT(traces.size(), 0u);
     for (std::size_t k = 0; k < traces.size() && traces.particle[k] < wanted.size(); ++k) {

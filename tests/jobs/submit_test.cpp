@@ -4,6 +4,7 @@
 
 #include "archive/archive.h"
 #include "jobs/slurm/batch_script.h"
+#include "tests/archive/tables.h"
 #include "tests/jobs/ball_campaign.h"
 
 namespace graze {
@@ -107,8 +108,8 @@ TEST(Submit, SignalledScriptQueuesItselfAgain) {
   EXPECT_EQ(again.code, 0) << again.err;
   EXPECT_THAT(again.err, Not(HasSubstr(" 0 of 100000")));
   ASSERT_EQ(campaign.graze("run ball.yaml -n 100000 --quiet -o plain.graze").code, 0);
-  EXPECT_EQ(Archive(campaign.folder / "ball.graze").traces("still").digest,
-            Archive(campaign.folder / "plain.graze").traces("still").digest);
+  EXPECT_EQ(table_of(Archive(campaign.folder / "ball.graze"), "still").digest,
+            table_of(Archive(campaign.folder / "plain.graze"), "still").digest);
 }
 
 /// The ball campaign beside a stand-in for sbatch, which notes its arguments in `queued` and numbers jobs from 1.
@@ -273,7 +274,7 @@ TEST(Submit, JoinStopsIfPackFails) {
     EXPECT_EQ(testing::shell(slurm.folder.path(), job).code, 0);
   }
   EXPECT_EQ(testing::shell(slurm.folder.path(), "bash exp.join.sbatch").code, 0);
-  EXPECT_EQ(Archive(slurm.folder / "exp.h5").traces("still").size(), 20u);
+  EXPECT_EQ(table_of(Archive(slurm.folder / "exp.h5"), "still").size(), 20u);
 }
 
 // Claim: the scripts of an array are told apart in a dry run; a single one can be redirected into a file as it is.
@@ -324,7 +325,7 @@ TEST(Parts, TogetherAreTheCampaign) {
   ASSERT_EQ(campaign.graze("pack whole.graze").code, 0);
   const Archive joined(campaign.folder / "joined.h5"), whole(campaign.folder / "whole.h5");
   EXPECT_TRUE(joined.complete());
-  const TraceTable a = joined.traces("still"), b = whole.traces("still");
+  const TraceTable a = table_of(joined, "still"), b = table_of(whole, "still");
   EXPECT_EQ(a.particle, b.particle);
   EXPECT_EQ(a.digest, b.digest);
   // Under one name, which the table's replay commands have in them.
@@ -340,7 +341,7 @@ TEST(Parts, AreFinishedByResumeAndKeptApartFromOthers) {
   std::filesystem::create_directory(campaign.folder / "part" / "shards");
   const testing::Result again = campaign.graze("resume part");
   EXPECT_THAT(again.err, HasSubstr("0 of 30 traces are there"));
-  const TraceTable table = Archive(campaign.folder / "part").traces("still");
+  const TraceTable table = table_of(Archive(campaign.folder / "part"), "still");
   ASSERT_EQ(table.size(), 30u);
   EXPECT_EQ(table.particle.front(), 30u);
   EXPECT_EQ(campaign.graze("resume part -n 100").code, 2);

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "archive/archive.h"
+#include "tests/archive/tables.h"
 #include "tests/jobs/program.h"
 
 namespace graze {
@@ -75,9 +76,9 @@ TEST(Telemetry, IsChosenOnTheCommandLine) {
   run(" --telemetry all --every 10", "all.h5");
   run(" --last '5 ms' --every 1", "last.h5");
   const Archive none(folder / "none.h5"), all(folder / "all.h5"), last(folder / "last.h5");
-  const TraceTable table = none.traces("still");
-  EXPECT_EQ(table.digest, all.traces("still").digest);
-  EXPECT_EQ(table.digest, last.traces("still").digest);
+  const TraceTable table = table_of(none, "still");
+  EXPECT_EQ(table.digest, table_of(all, "still").digest);
+  EXPECT_EQ(table.digest, table_of(last, "still").digest);
   int failures = 0, successes = 0;
   for (std::size_t i = 0; i < table.size(); ++i) {
     const bool failed = table.outcome[i] != Outcome::success;

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "sampling/stream.h"
+#include "tests/archive/tables.h"
 #include "tests/jobs/ball_campaign.h"
 
 namespace graze {
@@ -160,7 +161,7 @@ TEST(Until, SameParticlesForAnyThreadsAsAPlainReadingOfTheOutcomes) {
   const Campaign campaign;
   ASSERT_EQ(campaign.graze("run ball.yaml -n 4000 --quiet -o plain.graze").code, 0);
   const Archive plain(campaign.folder / "plain.graze");
-  const std::uint64_t wanted = plain_answer({plain.outcomes("still").outcome}, 0.07, 0.95);
+  const std::uint64_t wanted = plain_answer({table_of(plain, "still").outcome}, 0.07, 0.95);
   ASSERT_GT(wanted, 1500u);
   auto first = digests(campaign.folder / "plain.graze").at("still");
   first.erase(first.lower_bound(static_cast<std::uint32_t>(wanted)), first.end());

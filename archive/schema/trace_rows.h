@@ -1,0 +1,73 @@
+#pragma once
+// Some traces of one policy, as a scan (trace_scan.h) gives them.
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "simulation/trace.h"
+
+namespace graze {
+
+/// What a scan reads of each trace besides particle, outcome and violated requirement; a set of these.
+enum TraceColumn : unsigned {
+  kEndTime = 1u << 0,
+  kObjectiveMargin = 1u << 1,
+  kMargins = 1u << 2,
+  kFirstViolations = 1u << 3,
+  kCulprits = 1u << 4,
+  kSolver = 1u << 5,
+  kFinalState = 1u << 6,
+  kDigest = 1u << 7,
+  kSequence = 1u << 8,
+  kInvalidReason = 1u << 9,
+  kEvents = 1u << 10,
+  kAllColumns = (1u << 11) - 1,
+};
+
+/// Some traces of one policy. What was not asked for must not be looked at. Valid during the call that gets it.
+class TraceRows {
+ public:
+  std::size_t size() const { return rows_.size(); }
+  std::uint32_t particle(std::size_t i) const { return particle_[rows_[i]]; }
+  Outcome outcome(std::size_t i) const { return static_cast<Outcome>(outcome_[rows_[i]]); }
+  int violated(std::size_t i) const { return violated_[rows_[i]]; }                     // requirement; -1: none
+  double end_time(std::size_t i) const { return end_time_[rows_[i]]; }                  // s
+  double objective_margin(std::size_t i) const { return objective_margin_[rows_[i]]; }  // unit of the objective
+  std::span<const double> margins(std::size_t i) const { return row(margins_, i); }     // [requirement]
+  std::span<const double> first_violations(std::size_t i) const { return row(violations_, i); }  // [requirement], s
+  Culprit culprit(std::size_t i) const { return culprits_[rows_[i]]; }  // at the first violation, else of the objective
+  bool has_solver() const { return !solver_.empty(); }                  // older archives do not
+  SolverLog solver(std::size_t i) const;
+  std::span<const double> final_q(std::size_t i) const { return row(final_q_, i); }
+  std::span<const double> final_v(std::size_t i) const { return row(final_v_, i); }
+  std::uint64_t digest(std::size_t i) const { return digest_[rows_[i]]; }
+  const std::string& sequence(std::size_t i) const { return (*sequences_)[sequence_[rows_[i]]]; }
+  const std::string& invalid_reason(std::size_t i) const { return (*reasons_)[reason_[rows_[i]]]; }
+  std::span<const Event> events(std::size_t i) const;
+
+ private:
+  friend class TraceScan;
+  template <class T>
+  std::span<const T> row(const std::vector<T>& data, std::size_t i) const {
+    const std::size_t width = data.size() / particle_.size();
+    return std::span(data).subspan(rows_[i] * width, width);
+  }
+
+  std::vector<std::size_t> rows_;  // of the piece, that count
+  std::vector<std::uint32_t> particle_, sequence_, reason_;
+  std::vector<std::uint8_t> outcome_;
+  std::vector<std::int32_t> violated_;
+  std::vector<double> end_time_, objective_margin_, margins_, violations_, solver_, final_q_, final_v_;
+  std::vector<Culprit> culprits_;
+  std::vector<std::uint64_t> digest_, offset_;  // offset_: of the piece's events, one more than traces
+  std::vector<Event> events_;
+  const std::vector<std::string>*sequences_ = nullptr, *reasons_ = nullptr;  // of the part
+};
+
+/// Whether a trace is wanted.
+using TraceFilter = std::function<bool(std::uint32_t particle, Outcome outcome)>;
+
+}  // namespace graze

@@ -1,0 +1,224 @@
+#include "archive/schema/trace_scan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+
+#include "archive/schema/part_rows.h"
+
+namespace graze {
+namespace {
+
+constexpr std::uint64_t kPiece = std::uint64_t{1} << 16;       // rows
+constexpr std::uint64_t kEventPiece = std::uint64_t{1} << 18;  // events, unless one trace has more
+
+/// Particles that have been met. Ids that do not count are none of it.
+class Once {
+ public:
+  bool first(std::uint32_t id) {
+    if (id >= seen_.size()) seen_.resize(std::max<std::size_t>(std::size_t{id} + 1, 2 * seen_.size()));
+    if (seen_[id]) return false;
+    return seen_[id] = true;
+  }
+
+ private:
+  std::vector<bool> seen_;
+};
+
+/// Particles that stand in two parts must have gone the same way in both.
+void check_again(Parts& parts, const std::string& policy, const std::vector<std::uint32_t>& twice) {
+  struct First {
+    bool found = false;
+    std::uint64_t digest = 0;
+    std::string file;
+  };
+  std::map<std::uint32_t, First> firsts;
+  for (const std::uint32_t particle : twice) firsts[particle];
+  const std::string group = schema::traces_group(policy);
+  for (std::size_t part = 0; part < parts.size(); ++part) {
+    const OpenPart& file = parts.open(part);
+    const std::uint64_t rows = file.traces(policy);
+    for (std::uint64_t first = 0; first < rows; first += kPiece) {
+      const std::uint64_t count = std::min(kPiece, rows - first);
+      const auto particle = file.slice<std::uint32_t>(group, schema::particle(), rows, first, count);
+      const auto digest = file.slice<std::uint64_t>(group, schema::digest(), rows, first, count);
+      for (std::size_t i = 0; i < count; ++i) {
+        const auto at = firsts.find(particle[i]);
+        if (at == firsts.end()) continue;
+        First& one = at->second;
+        if (!one.found) one = {true, digest[i], file.path().string()};
+        if (one.digest != digest[i]) fail_two_ways(file, particle[i], policy, one.file);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+SolverLog TraceRows::solver(std::size_t i) const {
+  const std::span<const double> log = row(solver_, i);
+  return {log[0], log[1], log[2], log[3]};
+}
+
+std::span<const Event> TraceRows::events(std::size_t i) const {
+  if (offset_.empty()) return {};
+  const std::uint64_t begin = offset_[rows_[i]], end = offset_[rows_[i] + 1];
+  return std::span(events_).subspan(begin - offset_[0], end - begin);
+}
+
+class TraceScan {
+ public:
+  TraceScan(const std::string& policy, const CampaignInfo& info, std::uint64_t particles, unsigned columns,
+            const TraceFilter& wanted)
+      : policy_(policy),
+        group_(schema::traces_group(policy)),
+        events_(schema::events_group(policy)),
+        info_(info),
+        particles_(particles),
+        widths_(widths_of(info)),
+        columns_(columns),
+        wanted_(wanted) {}
+
+  void scan(const OpenPart& file, const std::function<void(const TraceRows&)>& take) {
+    const std::uint64_t rows = file.traces(policy_);
+    if (rows == 0) return;
+    open(file, rows);
+    for (std::uint64_t first = 0; first < rows;) {
+      const std::uint64_t count = piece_from(first, rows);
+      choose(file, {rows, first, count});
+      if (!rows_.rows_.empty()) {
+        read(file, {rows, first, count});
+        take(rows_);
+      }
+      first += count;
+    }
+  }
+
+  const std::vector<std::uint32_t>& twice() const { return twice_; }
+
+ private:
+  /// What pieces of one part share.
+  void open(const OpenPart& file, std::uint64_t rows) {
+    if (columns_ & kSequence) sequences_ = file.texts(schema::kSequences);
+    if (columns_ & kInvalidReason) reasons_ = file.texts(schema::kReasons);
+    if (columns_ & kEvents) offsets_ = file.offsets(events_, rows);
+    rows_.sequences_ = &sequences_;
+    rows_.reasons_ = &reasons_;
+  }
+
+  /// Rows of the piece that begins at `first`.
+  std::uint64_t piece_from(std::uint64_t first, std::uint64_t rows) const {
+    const std::uint64_t most = std::min(kPiece, rows - first);
+    if (!(columns_ & kEvents) || offsets_.empty()) return most;
+    const auto begin = offsets_.begin() + static_cast<std::ptrdiff_t>(first);
+    const auto end = std::upper_bound(begin + 1, begin + static_cast<std::ptrdiff_t>(most) + 1, *begin + kEventPiece);
+    return std::max<std::uint64_t>(1, static_cast<std::uint64_t>(end - begin) - 1);
+  }
+
+  /// Which rows of a piece count.
+  void choose(const OpenPart& file, const RowRange& range) {
+    const auto [rows, first, count] = range;
+    rows_.particle_ = file.slice<std::uint32_t>(group_, schema::particle(), rows, first, count);
+    rows_.outcome_ = file.slice<std::uint8_t>(group_, schema::outcome(), rows, first, count);
+    rows_.violated_ = file.slice<std::int32_t>(group_, schema::violated(), rows, first, count);
+    rows_.rows_.clear();
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::uint32_t id = rows_.particle_[i];
+      if (id >= particles_) continue;
+      const auto outcome = static_cast<Outcome>(rows_.outcome_[i]);
+      if (!possible_outcome(outcome, rows_.violated_[i], info_.deciding())) {
+        file.fail(fmt::format("policy '{}', particle {}: outcome {} with violated requirement {} is not possible",
+                              policy_, id, rows_.outcome_[i], rows_.violated_[i]));
+      }
+      if (wanted_ && !wanted_(id, outcome)) continue;
+      if (once_.first(id)) {
+        rows_.rows_.push_back(i);
+      } else {
+        twice_.push_back(id);
+      }
+    }
+  }
+
+  void read(const OpenPart& file, const RowRange& range) {
+    const auto [rows, first, count] = range;
+    const auto numbers = [&, rows = rows, first = first, count = count](TraceColumn column, const hdf5::Spec& spec,
+                                                                        std::vector<double>& out) {
+      if (columns_ & column) out = file.slice<double>(group_, spec, rows, first, count);
+    };
+    numbers(kEndTime, schema::end_time(), rows_.end_time_);
+    numbers(kObjectiveMargin, schema::objective_margin(), rows_.objective_margin_);
+    numbers(kMargins, schema::margins(widths_), rows_.margins_);
+    numbers(kFirstViolations, schema::first_violations(widths_), rows_.violations_);
+    numbers(kFinalState, schema::final_q(widths_), rows_.final_q_);
+    numbers(kFinalState, schema::final_v(widths_), rows_.final_v_);
+    rows_.solver_.clear();
+    if (file.has(group_ + "/" + schema::solver().name)) numbers(kSolver, schema::solver(), rows_.solver_);
+    if (columns_ & kCulprits) rows_.culprits_ = read_culprits(file, policy_, range, rows_.violated_, info_);
+    if (columns_ & kDigest) rows_.digest_ = file.slice<std::uint64_t>(group_, schema::digest(), rows, first, count);
+    if (columns_ & kSequence) words(file, schema::sequence(), range, sequences_.size(), rows_.sequence_);
+    if (columns_ & kInvalidReason) words(file, schema::invalid_reason(), range, reasons_.size(), rows_.reason_);
+    if (columns_ & kEvents) read_events_of(file, range);
+  }
+
+  /// Indices into one of the part's dictionaries.
+  void words(const OpenPart& file, const hdf5::Spec& spec, const RowRange& range, std::size_t texts,
+             std::vector<std::uint32_t>& out) const {
+    out = file.slice<std::uint32_t>(group_, spec, range.rows, range.first, range.count);
+    for (const std::size_t i : rows_.rows_) {
+      if (out[i] >= texts) file.fail(fmt::format("'{}/{}': index out of range", group_, spec.name));
+    }
+  }
+
+  void read_events_of(const OpenPart& file, const RowRange& range) {
+    rows_.offset_.clear();
+    rows_.events_.clear();
+    if (offsets_.empty()) return;
+    const auto begin = offsets_.begin() + static_cast<std::ptrdiff_t>(range.first);
+    rows_.offset_.assign(begin, begin + static_cast<std::ptrdiff_t>(range.count) + 1);
+    const std::uint64_t first = rows_.offset_.front(), count = rows_.offset_.back() - first;
+    rows_.events_ = read_events(file, events_, {offsets_.back(), first, count}, info_);
+  }
+
+  const std::string policy_, group_, events_;
+  const CampaignInfo& info_;
+  const std::uint64_t particles_;  // that count
+  const Widths widths_;
+  const unsigned columns_;
+  const TraceFilter& wanted_;
+  TraceRows rows_;
+  Once once_;
+  std::vector<std::uint32_t> twice_;
+  std::vector<std::string> sequences_, reasons_;  // of the part
+  std::vector<std::uint64_t> offsets_;            // of its events
+};
+
+void scan_traces(Parts& parts, const std::string& policy, const CampaignInfo& info, unsigned columns,
+                 const std::function<void(const TraceRows&)>& take, const TraceFilter& wanted) {
+  TraceScan scan(policy, info, parts.particles_that_count(), columns, wanted);
+  for (std::size_t part = 0; part < parts.size(); ++part) scan.scan(*parts.hold(part), take);
+  if (!scan.twice().empty()) check_again(parts, policy, scan.twice());
+}
+
+void scan_values(Parts& parts, const CampaignInfo& info,
+                 const std::function<void(std::uint32_t, std::span<const double>)>& take) {
+  const hdf5::Spec spec = schema::values(widths_of(info));
+  Once once;
+  for (std::size_t part = 0; part < parts.size(); ++part) {
+    const std::shared_ptr<const OpenPart> held = parts.hold(part);  // `take` may ask for other parts
+    const OpenPart& file = *held;
+    if (!file.has(schema::kParticles)) continue;
+    const std::uint64_t rows = file.column(schema::kParticles, schema::particle()).rows();
+    for (std::uint64_t first = 0; first < rows; first += kPiece) {
+      const std::uint64_t count = std::min(kPiece, rows - first);
+      const auto id = file.slice<std::uint32_t>(schema::kParticles, schema::particle(), rows, first, count);
+      const auto values = file.slice<double>(schema::kParticles, spec, rows, first, count);
+      for (std::size_t i = 0; i < count; ++i) {
+        if (id[i] >= parts.particles_that_count() || !once.first(id[i])) continue;
+        take(id[i], std::span(values).subspan(i * spec.width, spec.width));
+      }
+    }
+  }
+}
+
+}  // namespace graze
