@@ -121,9 +121,9 @@ void threads(benchmark::State& state, const std::string& physics) {
   options.threads = static_cast<int>(state.range(0));
   std::uint64_t steps = 0;
   for (auto _ : state) {
-    const std::unique_ptr<Crew> crew = make_local_crew();
-    run_campaign(scenario, options, *crew, [](int, std::vector<TraceRecord>, std::vector<double>) {});
-    steps += progress_of(*crew).steps;
+    const std::unique_ptr<Communicator> comm = make_local_communicator();
+    run_campaign(scenario, options, *comm, [](int, std::vector<TraceRecord>, std::vector<double>) {});
+    steps += progress_of(*comm).steps;
   }
   state.counters["particle-steps/s"] = benchmark::Counter(static_cast<double>(steps), benchmark::Counter::kIsRate);
 }

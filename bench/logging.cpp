@@ -49,22 +49,22 @@ void run_once(const Scenario& scenario, std::uint64_t particles, int threads, co
   options.particles = particles;
   options.seed = scenario.seed;
   options.threads = threads;
-  const auto crew = make_local_crew();
+  const auto comm = make_local_communicator();
   const auto begin = std::chrono::steady_clock::now();
   const double processor = processor_seconds();
   if (archive) {
     CampaignWriter writer(folder, describe_campaign(scenario, particles, "bench"), true);
-    run_campaign(scenario, options, *crew,
+    run_campaign(scenario, options, *comm,
                  [&](int policy, std::vector<TraceRecord> traces, std::vector<double> values) {
                    writer.append(policy, std::move(traces), std::move(values));
                  });
     writer.finish();
   } else {
-    run_campaign(scenario, options, *crew, [](int, std::vector<TraceRecord>, std::vector<double>) {});
+    run_campaign(scenario, options, *comm, [](int, std::vector<TraceRecord>, std::vector<double>) {});
   }
   cost.processor = std::min(cost.processor, processor_seconds() - processor);
   cost.clock = std::min(cost.clock, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
-  const CampaignProgress progress = progress_of(*crew);
+  const CampaignProgress progress = progress_of(*comm);
   cost.steps = progress.steps;
   cost.traces = progress.traces;
   cost.simulated = static_cast<double>(progress.steps) * scenario.timing.step;

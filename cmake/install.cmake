@@ -25,7 +25,7 @@ target_compile_definitions(graze_shared INTERFACE EIGEN_MAX_ALIGN_BYTES=16
 install(TARGETS graze RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(TARGETS graze_shared EXPORT graze LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 if(TARGET graze_mpi)
-  install(TARGETS graze_mpi LIBRARY DESTINATION lib/graze)  # where jobs/campaign/crew.cpp looks for it
+  install(TARGETS graze_mpi LIBRARY DESTINATION lib/graze)  # where jobs/campaign/communicator.cpp looks for it
 endif()
 install(DIRECTORY data/ DESTINATION ${CMAKE_INSTALL_DATADIR}/graze)
 foreach(folder sampling scenarios simulation archive analysis engine)

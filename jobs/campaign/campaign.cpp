@@ -24,15 +24,15 @@ std::uint64_t group_size(const Scenario& scenario, std::uint64_t particles, std:
   return kLanes * std::clamp<std::uint64_t>(blocks, 1, kMostBlocks);
 }
 
-// Units per ticket at most: what a worker does between two looks at the shared counters, some tenths of a second.
+// Units per ticket at most: what a worker does between two reads of the shared counters, some tenths of a second.
 constexpr std::uint64_t kMostUnits = 16;
 // Added to the tickets, it ends the handing out everywhere.
 constexpr std::uint64_t kNoMoreTickets = std::uint64_t{1} << 48;
 
-/// What a worker has counted and not yet told the crew.
+/// What a worker has counted and not yet told the communicator.
 class Tally {
  public:
-  explicit Tally(Crew& crew) : crew_(&crew) {}
+  explicit Tally(Communicator& comm) : comm_(&comm) {}
 
   void count(const std::vector<TraceRecord>& records, const RunCost& cost) {
     at(kTraces) += records.size();
@@ -41,7 +41,7 @@ class Tally {
     if (Clock::now() - told_ > std::chrono::seconds(1)) tell();
   }
   void tell() {
-    crew_->add(kTraces, counts_);
+    comm_->add(kTraces, counts_);
     counts_ = {};
     told_ = Clock::now();
   }
@@ -49,29 +49,29 @@ class Tally {
  private:
   using Clock = std::chrono::steady_clock;
   std::uint64_t& at(std::size_t counter) { return counts_[counter - kTraces]; }
-  Crew* crew_;
+  Communicator* comm_;
   std::array<std::uint64_t, kSteps - kTraces + 1> counts_{};
   Clock::time_point told_ = Clock::now();
 };
 
 class Campaign {
  public:
-  Campaign(const Scenario& scenario, const CampaignOptions& options, Crew& crew, const TraceSink& sink)
+  Campaign(const Scenario& scenario, const CampaignOptions& options, Communicator& comm, const TraceSink& sink)
       : scenario_(scenario),
         options_(options),
-        crew_(crew),
+        comm_(comm),
         sink_(sink),
         threads_(options.threads > 0 ? options.threads : default_threads()),
         source_(scenario, options.seed, options.particles),
         group_(group_size(scenario, options.part.count(options.particles), workers())),
         hand_out_((options.part.count(options.particles) + group_ - 1) / group_ * scenario.policies.size(), workers(),
-                  options.looks ? 1 : kMostUnits) {}
+                  options.stopping_rule ? 1 : kMostUnits) {}
 
   CampaignEnd run() {
     Workers workers(options_.watchdog);
     for (int i = 0; i < threads_; ++i) {
       try {
-        seat(std::make_shared<Desk>(crew_), workers);
+        start_worker(std::make_shared<WorkerState>(comm_), workers);
       } catch (const std::exception&) {  // no memory, or no more threads for this user
         if (i == 0) throw;
         break;  // those that there are do it, too
@@ -79,16 +79,16 @@ class Campaign {
     }
     CampaignEnd end;
     end.hanging = workers.wait();
-    end.stopped = stopped_ && !(options_.looks && options_.looks->answered_at() > 0);
+    end.stopped = stopped_ && !(options_.stopping_rule && options_.stopping_rule->answered_at() > 0);
     end.unfinished = unfinished_;
     end.error = error_;
     return end;
   }
 
  private:
-  /// What lies before one thread. Another goes on with it if the thread hangs.
-  struct Desk {
-    explicit Desk(Crew& crew) : tally(crew) {}
+  /// What one thread works on. Another goes on with it if the thread hangs.
+  struct WorkerState {
+    explicit WorkerState(Communicator& comm) : tally(comm) {}
     TraceWatch watch;
     HandOut::Range units{0, 0};      // of its ticket, not begun
     std::shared_ptr<WorkUnit> unit;  // under way
@@ -97,33 +97,33 @@ class Campaign {
 
   std::uint64_t workers() const { return options_.workers > 0 ? options_.workers : threads_; }
 
-  /// Puts a thread before a desk.
-  void seat(const std::shared_ptr<Desk>& desk, Workers& workers) {
-    const auto hand_on = [this, desk, &workers, taken = false]() mutable {
-      const auto next = std::make_shared<Desk>(crew_);
-      next->units = desk->units;
-      next->unit = desk->unit;
-      next->tally = desk->tally;
+  /// Starts a thread that goes on from `state`.
+  void start_worker(const std::shared_ptr<WorkerState>& state, Workers& workers) {
+    const auto replace_worker = [this, state, &workers, taken = false]() mutable {
+      const auto next = std::make_shared<WorkerState>(comm_);
+      next->units = state->units;
+      next->unit = state->unit;
+      next->tally = state->tally;
       if (!taken) take_over(*next->unit);
-      taken = true;  // if there is no thread now, another look tries again
-      seat(next, workers);
+      taken = true;  // if there is no thread now, the next check of the watchdog tries again
+      start_worker(next, workers);
     };
     workers.start(
-        {desk, &desk->watch}, [this, desk] { work(*desk); }, hand_on);
+        {state, &state->watch}, [this, state] { work(*state); }, replace_worker);
   }
 
   /// One thread's part: units of work until there are none left.
-  void work(Desk& desk) {
+  void work(WorkerState& state) {
     try {
-      ContainedRun run(scenario_, options_.seed, desk.watch);
+      ContainedRun run(scenario_, options_.seed, state.watch);
       do {
-        while (desk.unit || (!desk.units.empty() && !stop_asked())) {
-          if (!desk.unit) desk.unit = make_unit(desk.units.begin++);
-          run.run(*desk.unit);
-          finish(*std::exchange(desk.unit, nullptr), desk.tally);
+        while (state.unit || (!state.units.empty() && !stop_asked())) {
+          if (!state.unit) state.unit = make_unit(state.units.begin++);
+          run.run(*state.unit);
+          finish(*std::exchange(state.unit, nullptr), state.tally);
         }
-        desk.tally.tell();
-      } while (take(desk.units));
+        state.tally.tell();
+      } while (take(state.units));
     } catch (const GivenUp&) {
       throw;
     } catch (...) {
@@ -136,7 +136,7 @@ class Campaign {
   /// Draws a ticket; false if there is nothing left to do.
   bool take(HandOut::Range& units) {
     if (stop_asked()) return false;
-    const std::uint64_t ticket = crew_.fetch_add(kTickets, 1);
+    const std::uint64_t ticket = comm_.fetch_add(kTickets, 1);
     if (ticket >= kNoMoreTickets) stopped_ = true;
     units = hand_out_.range(ticket);
     return !units.empty();
@@ -149,7 +149,7 @@ class Campaign {
 
   /// No unit is begun any more, here or elsewhere.
   void stop() {
-    if (!stopped_.exchange(true)) stop_all(crew_);
+    if (!stopped_.exchange(true)) stop_all(comm_);
   }
 
   /// The particles of a unit that are not finished; those that cannot be fabricated are `invalid` at once.
@@ -180,19 +180,19 @@ class Campaign {
   void finish(WorkUnit& unit, Tally& tally) {
     for (const UnfinishedParticle& particle : unit.unfinished) {
       ++unfinished_;
-      crew_.fetch_add(kUnfinished, 1);
+      comm_.fetch_add(kUnfinished, 1);
       if (options_.unfinished) options_.unfinished(scenario_.policies[unit.policy].name, particle);
     }
-    if (options_.looks && !unit.unfinished.empty()) stop();  // the looks wait for it in vain
+    if (options_.stopping_rule && !unit.unfinished.empty()) stop();  // the next look would wait for it in vain
     if (unit.records.empty()) return;
     tally.count(unit.records, unit.cost);
-    if (options_.looks && options_.looks->count(unit.policy, unit.records)) stop();
+    if (options_.stopping_rule && options_.stopping_rule->count(unit.policy, unit.records)) stop();
     sink_(unit.policy, std::move(unit.records), std::move(unit.record_values));
   }
 
   const Scenario& scenario_;
   const CampaignOptions& options_;
-  Crew& crew_;
+  Communicator& comm_;
   const TraceSink& sink_;
   const int threads_;
   const ParticleSource source_;
@@ -206,16 +206,17 @@ class Campaign {
 
 }  // namespace
 
-CampaignProgress progress_of(Crew& crew) {
-  const auto counts = crew.read(kTraces, kSteps - kTraces + 1);
+CampaignProgress progress_of(Communicator& comm) {
+  const auto counts = comm.read(kTraces, kSteps - kTraces + 1);
   const auto of = [&](SharedCounter counter) { return counts[counter - kTraces]; };
   return {of(kTraces), of(kSuccess), of(kKnownFailure), of(kUnknownFailure), of(kInvalid), of(kSteps)};
 }
 
-void stop_all(Crew& crew) { crew.fetch_add(kTickets, kNoMoreTickets); }
+void stop_all(Communicator& comm) { comm.fetch_add(kTickets, kNoMoreTickets); }
 
-CampaignEnd run_campaign(const Scenario& scenario, const CampaignOptions& options, Crew& crew, const TraceSink& sink) {
-  return Campaign(scenario, options, crew, sink).run();
+CampaignEnd run_campaign(const Scenario& scenario, const CampaignOptions& options, Communicator& comm,
+                         const TraceSink& sink) {
+  return Campaign(scenario, options, comm, sink).run();
 }
 
 }  // namespace graze

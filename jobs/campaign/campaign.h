@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "archive/archive.h"
-#include "jobs/campaign/crew.h"
-#include "jobs/campaign/until.h"
+#include "jobs/campaign/communicator.h"
+#include "jobs/campaign/stopping_rule.h"
 #include "scenarios/scenario.h"
 
 namespace graze {
@@ -27,20 +27,20 @@ struct CampaignOptions {
   const std::atomic<bool>* stop = nullptr;  // set from outside: finish the blocks under way, start no more
   std::uint64_t finished = 0;               // traces that are there already
   std::function<bool(const std::string& policy, std::uint64_t particle)> is_finished;  // which; none: null
-  Looks* looks = nullptr;  // ends the campaign when its questions are answered; none: null
-  double watchdog = 0;     // s, longest time for one trace on this machine; 0: any
+  StoppingRule* stopping_rule = nullptr;  // ends the campaign when its questions are answered; none: null
+  double watchdog = 0;                    // s, longest time for one trace on this machine; 0: any
   /// Called from any thread for a particle that is left without a trace by the fault of the machine; null: nobody asks.
   std::function<void(const std::string& policy, const UnfinishedParticle&)> unfinished;
 };
 
-/// How far the whole crew is.
+/// How far the whole communicator is.
 struct CampaignProgress {
   std::uint64_t traces = 0, success = 0, known = 0, unknown = 0, invalid = 0, steps = 0;
 };
-CampaignProgress progress_of(Crew& crew);
+CampaignProgress progress_of(Communicator& comm);
 
 /// No rank begins anything any more.
-void stop_all(Crew& crew);
+void stop_all(Communicator& comm);
 
 /// Where finished traces go: policy index, records, and the particles' values [trace][parameter]. Called from any
 /// thread, one block at a time per thread.
@@ -55,8 +55,9 @@ struct CampaignEnd {
   bool complete() const { return !stopped && unfinished == 0 && !error; }
 };
 
-/// Runs this process's share of everything; all ranks of the crew call it. Faults of particles are contained
+/// Runs this process's share of everything; all ranks of the communicator call it. Faults of particles are contained
 /// (jobs/contained.h).
-CampaignEnd run_campaign(const Scenario& scenario, const CampaignOptions& options, Crew& crew, const TraceSink& sink);
+CampaignEnd run_campaign(const Scenario& scenario, const CampaignOptions& options, Communicator& comm,
+                         const TraceSink& sink);
 
 }  // namespace graze

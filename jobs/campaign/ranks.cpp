@@ -15,7 +15,7 @@
 #include "jobs/campaign/crash.h"
 #include "jobs/campaign/exit_code.h"
 #include "jobs/campaign/signals.h"
-#include "jobs/campaign/until.h"
+#include "jobs/campaign/stopping_rule.h"
 #include "simulation/contained.h"
 
 namespace graze {
@@ -47,12 +47,12 @@ Scenario with_policies_of(const CampaignInfo& info, Scenario scenario) {
 /// All that a rank other than 0 works with.
 class Part {
  public:
-  Part(Crew& crew, const Briefing& briefing, int threads)
-      : crew_(crew),
+  Part(Communicator& comm, const Briefing& briefing, int threads)
+      : comm_(comm),
         info_(read_description(std::filesystem::path(briefing.directory))),
         archived_(briefing.directory, info_, "other ranks cannot read it"),
         scenario_(with_policies_of(info_, archived_.scenario())),
-        writer_(briefing.directory, info_, CampaignMember{crew.rank(), briefing.shards, crew.size()}) {
+        writer_(briefing.directory, info_, CampaignMember{comm.rank(), briefing.shards, comm.size()}) {
     finished_.done = briefing.finished;
     set_out(options_, writer_, finished_);
     options_.particles = briefing.particles;
@@ -61,28 +61,28 @@ class Part {
     options_.threads = threads;
     options_.workers = briefing.workers;
     options_.watchdog = briefing.watchdog;
-    if (!info_.until.questions.empty()) options_.looks = &looks_.emplace(crew, info_);
+    if (!info_.until.questions.empty()) options_.stopping_rule = &stopping_rule_.emplace(comm, info_);
   }
-  CampaignEnd run() { return run_share(scenario_, options_, crew_, writer_); }
+  CampaignEnd run() { return run_share(scenario_, options_, comm_, writer_); }
 
  private:
-  Crew& crew_;
+  Communicator& comm_;
   const CampaignInfo info_;
   const ArchivedScenario archived_;
   const Scenario scenario_;
   FinishedTraces finished_;
   CampaignOptions options_;
-  std::optional<Looks> looks_;
+  std::optional<StoppingRule> stopping_rule_;
   CampaignWriter writer_;
 };
 
 /// Says what this rank failed at.
-ExitCode tell(const Crew& crew, const CampaignEnd& end) {
+ExitCode tell(const Communicator& comm, const CampaignEnd& end) {
   if (!end.error) return kDone;  // what is unfinished is told by rank 0
   try {
     std::rethrow_exception(end.error);
   } catch (const std::exception& error) {
-    std::cerr << fmt::format("graze: {}: {}\n", rank_name(crew), error.what()) << std::flush;
+    std::cerr << fmt::format("graze: {}: {}\n", rank_name(comm), error.what()) << std::flush;
   }
   return kMachineFailed;
 }
@@ -110,12 +110,12 @@ Briefing Briefing::from_text(const std::string& text) {
 }
 
 Start::~Start() {
-  if (!given_ && crew_.size() > 1) crew_.broadcast("");
+  if (!given_ && comm_.size() > 1) comm_.broadcast("");
 }
 
 void Start::give(const Briefing& briefing) {
   given_ = true;
-  if (crew_.size() > 1) crew_.broadcast(briefing.to_text());
+  if (comm_.size() > 1) comm_.broadcast(briefing.to_text());
 }
 
 void set_out(CampaignOptions& options, CampaignWriter& writer, const FinishedTraces& finished) {
@@ -130,8 +130,9 @@ void set_out(CampaignOptions& options, CampaignWriter& writer, const FinishedTra
   };
 }
 
-CampaignEnd run_share(const Scenario& scenario, const CampaignOptions& options, Crew& crew, CampaignWriter& writer) {
-  CampaignEnd end = run_campaign(scenario, options, crew,
+CampaignEnd run_share(const Scenario& scenario, const CampaignOptions& options, Communicator& comm,
+                      CampaignWriter& writer) {
+  CampaignEnd end = run_campaign(scenario, options, comm,
                                  [&](int policy, std::vector<TraceRecord> traces, std::vector<double> values) {
                                    writer.append(policy, std::move(traces), std::move(values));
                                  });
@@ -143,35 +144,35 @@ CampaignEnd run_share(const Scenario& scenario, const CampaignOptions& options, 
   return end;
 }
 
-CampaignEnd together(Crew& crew, const std::function<CampaignEnd()>& share) {
+CampaignEnd together(Communicator& comm, const std::function<CampaignEnd()>& share) {
   CampaignEnd end;
   try {
     end = share();
   } catch (...) {
     end.error = std::current_exception();
-    stop_all(crew);
+    stop_all(comm);
   }
-  if (end.error) crew.fetch_add(kFailedRanks, 1);
-  crew.barrier();
+  if (end.error) comm.fetch_add(kFailedRanks, 1);
+  comm.barrier();
   return end;
 }
 
-int assist(Crew& crew, int threads) {
-  const std::string text = crew.broadcast("");
+int assist(Communicator& comm, int threads) {
+  const std::string text = comm.broadcast("");
   if (text.empty()) return kDone;  // rank 0 tells why
   std::unique_ptr<Part> part;
-  const CampaignEnd end = together(crew, [&] {
-    part = std::make_unique<Part>(crew, Briefing::from_text(text), threads);
+  const CampaignEnd end = together(comm, [&] {
+    part = std::make_unique<Part>(comm, Briefing::from_text(text), threads);
     return part->run();
   });
-  const ExitCode code = tell(crew, end);
-  if (!end.hanging.empty()) leave_hanging(crew, code);
+  const ExitCode code = tell(comm, end);
+  if (!end.hanging.empty()) leave_hanging(comm, code);
   return code;
 }
 
-void leave_hanging(Crew& crew, int exit_code) {
+void leave_hanging(Communicator& comm, int exit_code) {
   std::fflush(nullptr);
-  crew.leave();
+  comm.leave();
   std::_Exit(exit_code);
 }
 

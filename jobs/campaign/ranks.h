@@ -28,34 +28,35 @@ struct Briefing {
 /// Rank 0's side: the others wait for a word. If this is destroyed before it was given, they are sent home.
 class Start {
  public:
-  explicit Start(Crew& crew) : crew_(crew) {}
+  explicit Start(Communicator& comm) : comm_(comm) {}
   ~Start();
   Start(const Start&) = delete;
   Start& operator=(const Start&) = delete;
   void give(const Briefing& briefing);
-  Crew& crew() const { return crew_; }
+  Communicator& comm() const { return comm_; }
 
  private:
-  Crew& crew_;
+  Communicator& comm_;
   bool given_ = false;
 };
 
 /// All other ranks' side: waits for the briefing, simulates until there is nothing left, waits for the others. Gives
 /// the exit code. `threads` as in CampaignOptions.
-int assist(Crew& crew, int threads);
+int assist(Communicator& comm, int threads);
 
 /// What all ranks set in the options: the traces that are there already, signals, where unfinished ones are noted.
 /// `writer` and `finished` outlive the options.
 void set_out(CampaignOptions& options, CampaignWriter& writer, const FinishedTraces& finished);
 
 /// Runs this rank's share into its writer and writes all of it.
-CampaignEnd run_share(const Scenario& scenario, const CampaignOptions& options, Crew& crew, CampaignWriter& writer);
+CampaignEnd run_share(const Scenario& scenario, const CampaignOptions& options, Communicator& comm,
+                      CampaignWriter& writer);
 
 /// Does a share that may fail without leaving the other ranks waiting: an exception becomes the end's error and stops
 /// them. Returns when all ranks are through.
-CampaignEnd together(Crew& crew, const std::function<CampaignEnd()>& share);
+CampaignEnd together(Communicator& comm, const std::function<CampaignEnd()>& share);
 
 /// Takes leave of the other ranks and of the process, whose hanging threads use what would be taken down otherwise.
-[[noreturn]] void leave_hanging(Crew& crew, int exit_code);
+[[noreturn]] void leave_hanging(Communicator& comm, int exit_code);
 
 }  // namespace graze

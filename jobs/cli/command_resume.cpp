@@ -115,9 +115,9 @@ std::shared_ptr<const DirectoryLock> hold(const Directory& directory) {
 }
 
 int resume(const Arguments& arguments) {
-  const std::unique_ptr<Crew> crew = make_crew();
-  if (crew->rank() > 0) return assist(*crew, arguments.threads);
-  Start start(*crew);
+  const std::unique_ptr<Communicator> comm = make_communicator();
+  if (comm->rank() > 0) return assist(*comm, arguments.threads);
+  Start start(*comm);
   const std::string& directory = arguments.directory;
   if (!std::filesystem::is_directory(directory)) {
     throw InputError(fmt::format("{}: is no campaign directory{}", directory,
@@ -145,7 +145,7 @@ int resume(const Arguments& arguments) {
   info.program_revision = before.program_revision;
   info.build = before.build;
   if (!arguments.ignore_space) check_growth(scenario, before, info, directory);
-  if (!info.until.questions.empty()) check_looks(info);
+  if (!info.until.questions.empty()) check_stopping_rule(info);
   warn(clear_places(lock->directory(), descriptions));
   CampaignWriter writer(directory, info, {lock});
   const FinishedTraces finished = repair_and_list(lock->directory(), info);

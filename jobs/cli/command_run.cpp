@@ -12,9 +12,9 @@ namespace graze {
 namespace {
 
 int run(const RunArguments& arguments, const std::string& command_line) {
-  const std::unique_ptr<Crew> crew = make_crew();
-  if (crew->rank() > 0) return assist(*crew, arguments.threads);
-  Start start(*crew);
+  const std::unique_ptr<Communicator> comm = make_communicator();
+  if (comm->rank() > 0) return assist(*comm, arguments.threads);
+  Start start(*comm);
   const RunRequest request = prepare_run(arguments, command_line);
   check_space(arguments, request, request.directory, request.packed.has_value());
   const ParentFolders folders(request.directory);

@@ -11,7 +11,7 @@
 #include "archive/files/parent_folders.h"
 #include "archive/files/shell_word.h"
 #include "engine/settings/inputs.h"
-#include "jobs/campaign/crew.h"
+#include "jobs/campaign/communicator.h"
 #include "jobs/cli/commands.h"
 #include "jobs/cli/option_values.h"
 #include "jobs/cli/run_request.h"

@@ -18,8 +18,8 @@ std::string duration_text(double seconds) {
   return fmt::format("{} h {:02} min", s / 3600, s / 60 % 60);
 }
 
-ProgressReport::ProgressReport(Crew& crew, std::uint64_t total_traces, bool quiet, Looks* looks)
-    : crew_(crew), total_(total_traces), looks_(looks), terminal_(isatty(STDERR_FILENO) != 0) {
+ProgressReport::ProgressReport(Communicator& comm, std::uint64_t total_traces, bool quiet, StoppingRule* rule)
+    : comm_(comm), total_(total_traces), rule_(rule), terminal_(isatty(STDERR_FILENO) != 0) {
   if (!quiet) thread_ = std::thread([this] { loop(); });
 }
 
@@ -40,15 +40,15 @@ double ProgressReport::seconds() const {
 
 std::string ProgressReport::line() const {
   const double elapsed = seconds();
-  const CampaignProgress progress = progress_of(crew_);
+  const CampaignProgress progress = progress_of(comm_);
   const std::uint64_t done = progress.traces;
   if (total_ == 0) return "all traces are there already";
   const double rate = static_cast<double>(done) / elapsed;
   std::string text =
-      fmt::format("{}{}{} traces, {:.3g} traces/s, {:.3g} particle-steps/s, ", done, looks_ ? " of at most " : "/",
+      fmt::format("{}{}{} traces, {:.3g} traces/s, {:.3g} particle-steps/s, ", done, rule_ ? " of at most " : "/",
                   total_, rate, static_cast<double>(progress.steps) / elapsed);
-  if (looks_) {
-    const std::string state = looks_->state();
+  if (rule_) {
+    const std::string state = rule_->state();
     text += state.empty() ? "no look yet" : state;
   } else {
     text += done == total_ ? fmt::format("done in {}", duration_text(elapsed))

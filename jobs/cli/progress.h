@@ -18,7 +18,7 @@ std::string duration_text(double seconds);
 /// Reports from a thread of its own until it is destroyed.
 class ProgressReport {
  public:
-  ProgressReport(Crew& crew, std::uint64_t total_traces, bool quiet, Looks* looks = nullptr);
+  ProgressReport(Communicator& comm, std::uint64_t total_traces, bool quiet, StoppingRule* rule = nullptr);
   ~ProgressReport();
 
   /// One line: done, rate, time left, outcomes so far.
@@ -27,9 +27,9 @@ class ProgressReport {
 
  private:
   void loop();
-  Crew& crew_;
+  Communicator& comm_;
   const std::uint64_t total_;
-  Looks* const looks_;  // of a campaign that ends by its answers: `total_` is the most then
+  StoppingRule* const rule_;  // of a campaign that ends by its answers: `total_` is the most then
   const bool terminal_;
   const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
   std::mutex mutex_;

@@ -11,7 +11,7 @@
 #include "archive/schema/info.h"
 #include "engine/settings/inputs.h"
 #include "jobs/campaign/describe_campaign.h"
-#include "jobs/campaign/until.h"
+#include "jobs/campaign/stopping_rule.h"
 #include "jobs/cli/simulate.h"
 #include "jobs/cli/size_estimate.h"
 
@@ -158,7 +158,7 @@ RunRequest prepare_run(const RunArguments& arguments, const std::string& command
   out.info.until = until;
   out.info.part = out.options.part;
   check_policy_names(out.info.policies);
-  if (!until.questions.empty()) check_looks(out.info);
+  if (!until.questions.empty()) check_stopping_rule(out.info);
   return out;
 }
 

@@ -75,12 +75,12 @@ std::string incomplete(const std::string& directory, const CampaignEnd& end, std
 
 /// What there is to say about a campaign that is not complete, as an exception.
 std::exception_ptr why_incomplete(const CampaignWriter& writer, const CampaignInfo& info, const CampaignEnd& end,
-                                  std::uint64_t failed_ranks, const Crew& crew) {
+                                  std::uint64_t failed_ranks, const Communicator& comm) {
   if (!end.error) {
     return std::make_exception_ptr(MachineError(incomplete(writer.directory().string(), end, failed_ranks)));
   }
   const auto told = [&](const MachineError& error) {
-    const std::string who = crew.size() > 1 ? rank_name(crew) + ": " : "";
+    const std::string who = comm.size() > 1 ? rank_name(comm) + ": " : "";
     return std::make_exception_ptr(MachineError(who + failed(writer, info, error)));
   };
   try {
@@ -168,29 +168,29 @@ void add_watchdog(CLI::App& verb, double& seconds) {
 ExitCode simulate_into(CampaignWriter& writer, const Scenario& scenario, CampaignOptions options,
                        const CampaignInfo& info, const Printing& printing, Start& start,
                        const FinishedTraces& finished) {
-  Crew& crew = start.crew();
+  Communicator& comm = start.comm();
   const std::string directory = writer.directory().string();
   set_out(options, writer, finished);
   if (options.threads == 0) options.threads = default_threads();
-  options.workers = static_cast<std::uint64_t>(options.threads) * static_cast<std::uint64_t>(crew.size());
-  std::optional<Looks> looks;
+  options.workers = static_cast<std::uint64_t>(options.threads) * static_cast<std::uint64_t>(comm.size());
+  std::optional<StoppingRule> rule;
   if (!info.until.questions.empty()) {
-    looks.emplace(crew, info);
-    if (options.finished > 0) looks->count_finished(Archive(writer.directory()));
-    if (looks->answered_at() > 0) stop_all(crew);  // by what is there already
-    options.looks = &*looks;
+    rule.emplace(comm, info);
+    if (options.finished > 0) rule->count_finished(Archive(writer.directory()));
+    if (rule->answered_at() > 0) stop_all(comm);  // by what is there already
+    options.stopping_rule = &*rule;
   }
   const std::uint64_t total = options.part.count(options.particles) * scenario.policies.size() - options.finished;
   start.give({std::filesystem::absolute(directory), options.particles, options.workers, options.watchdog,
               writer.shards(), finished.done});
   CampaignEnd end;
   {
-    const ProgressReport report(crew, total, printing.quiet, options.looks);
-    end = together(crew, [&] { return run_share(scenario, options, crew, writer); });
+    const ProgressReport report(comm, total, printing.quiet, options.stopping_rule);
+    end = together(comm, [&] { return run_share(scenario, options, comm, writer); });
   }
-  const std::uint64_t answered_at = looks ? looks->answered_at() : 0;
-  const std::uint64_t failed_ranks = crew.read(kFailedRanks, 1).front();
-  const bool complete = failed_ranks == 0 && (answered_at > 0 || progress_of(crew).traces == total);
+  const std::uint64_t answered_at = rule ? rule->answered_at() : 0;
+  const std::uint64_t failed_ranks = comm.read(kFailedRanks, 1).front();
+  const bool complete = failed_ranks == 0 && (answered_at > 0 || progress_of(comm).traces == total);
   ExitCode code = kMachineFailed;
   try {
     if (!end.error) code = close(writer, complete, answered_at, printing);
@@ -198,9 +198,9 @@ ExitCode simulate_into(CampaignWriter& writer, const Scenario& scenario, Campaig
     end.error = std::current_exception();
   }
   if (complete && !end.error && end.hanging.empty()) return code;
-  if (end.hanging.empty()) std::rethrow_exception(why_incomplete(writer, info, end, failed_ranks, crew));
-  if (!complete || end.error) code = report_error(why_incomplete(writer, info, end, failed_ranks, crew));
-  leave_hanging(crew, code);
+  if (end.hanging.empty()) std::rethrow_exception(why_incomplete(writer, info, end, failed_ranks, comm));
+  if (!complete || end.error) code = report_error(why_incomplete(writer, info, end, failed_ranks, comm));
+  leave_hanging(comm, code);
 }
 
 }  // namespace graze

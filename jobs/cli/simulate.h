@@ -29,7 +29,7 @@ std::string unfinished_text(const std::vector<UnfinishedTrace>& traces, const st
 /// Adds --watchdog, with its default, to a verb.
 void add_watchdog(CLI::App& verb, double& seconds);
 
-/// Simulates what is not finished yet and writes it, together with all ranks of the crew. Signals
+/// Simulates what is not finished yet and writes it, together with all ranks of the communicator. Signals
 /// (jobs/campaign/signals.h) end it after the blocks under way. Prints the table of all that the archive holds, unless
 /// a signal ended it. Gives what the questions of --until came to: kDone, kGateMissed (one of them is refuted) or
 /// kInconclusive. Throws MachineError if it was stopped, if traces are unfinished or if the disk fails; it says what is

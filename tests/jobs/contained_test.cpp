@@ -89,8 +89,8 @@ Outcomes simulate(const Scenario& scenario, double watchdog = 0) {
     const std::lock_guard lock(mutex);
     out.unfinished[particle.particle] = particle.reason;
   };
-  const std::unique_ptr<Crew> crew = make_local_crew();
-  out.end = run_campaign(scenario, options, *crew,
+  const std::unique_ptr<Communicator> comm = make_local_communicator();
+  out.end = run_campaign(scenario, options, *comm,
                          [&](int, std::vector<TraceRecord> traces, const std::vector<double>& values) {
                            const std::lock_guard lock(mutex);
                            const std::size_t width = values.size() / traces.size();
@@ -259,8 +259,8 @@ void write_campaign(const Scenario& scenario, const std::filesystem::path& direc
   options.threads = 2;
   options.watchdog = watchdog;
   const CampaignInfo info = describe_campaign(scenario, scenario.particles, "test");
-  const std::unique_ptr<Crew> crew = make_local_crew();
-  Start start(*crew);
+  const std::unique_ptr<Communicator> comm = make_local_communicator();
+  Start start(*comm);
   if (!std::filesystem::exists(directory)) {
     CampaignWriter writer(directory, info, false);
     simulate_into(writer, scenario, options, info, {false, true}, start);

@@ -221,16 +221,16 @@ TEST(Ranks, KeepTheDirectoryWithoutTheirLeader) {
 
 // ---- without MPI: ranks that are threads of this process
 
-/// What the ranks of a fake crew share.
+/// What the ranks of a fake communicator share.
 struct Meeting {
   explicit Meeting(int size) : size(size), barrier(size) {}
   int size;
-  std::unique_ptr<Crew> counters = make_local_crew();
+  std::unique_ptr<Communicator> counters = make_local_communicator();
   std::barrier<> barrier;
   std::string text;
 };
 
-class FakeRank final : public Crew {
+class FakeRank final : public Communicator {
  public:
   FakeRank(Meeting& meeting, int rank) : meeting_(meeting), rank_(rank) {}
   int rank() const override { return rank_; }

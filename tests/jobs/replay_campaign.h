@@ -28,8 +28,8 @@ inline void write_campaign(
   options.particles = particles;
   options.seed = scenario.seed;
   options.threads = 2;
-  const auto crew = make_local_crew();
-  run_campaign(scenario, options, *crew, [&](int policy, std::vector<TraceRecord> traces, std::vector<double> values) {
+  const auto comm = make_local_communicator();
+  run_campaign(scenario, options, *comm, [&](int policy, std::vector<TraceRecord> traces, std::vector<double> values) {
     for (TraceRecord& trace : traces) change_trace(trace);
     writer.append(policy, std::move(traces), std::move(values));
   });

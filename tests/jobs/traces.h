@@ -20,11 +20,11 @@ inline Traces simulate(const Scenario& scenario, std::uint64_t particles, std::u
   options.particles = particles;
   options.seed = seed;
   options.threads = threads;
-  const std::unique_ptr<Crew> crew = make_local_crew();
+  const std::unique_ptr<Communicator> comm = make_local_communicator();
   Traces out;
   std::mutex mutex;
   const CampaignEnd end =
-      run_campaign(scenario, options, *crew, [&](int policy, std::vector<TraceRecord> traces, std::vector<double>) {
+      run_campaign(scenario, options, *comm, [&](int policy, std::vector<TraceRecord> traces, std::vector<double>) {
         const std::lock_guard lock(mutex);
         for (TraceRecord& trace : traces) {
           out.try_emplace({scenario.policies[policy].name, trace.particle}, std::move(trace));

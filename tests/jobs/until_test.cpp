@@ -1,7 +1,5 @@
 // Claim: a campaign with --until ends with the same answer and the same particles whatever the threads, the order of
 // work or interruptions, and they are those that a plain reading of the outcomes in particle order gives.
-#include "jobs/campaign/until.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -9,6 +7,7 @@
 #include <random>
 #include <thread>
 
+#include "jobs/campaign/stopping_rule.h"
 #include "sampling/stream.h"
 #include "tests/archive/tables.h"
 #include "tests/jobs/ball_campaign.h"
@@ -83,7 +82,7 @@ CampaignInfo asked(const std::string& question, std::uint64_t most) {
 
 // Claim: blocks of odd sizes, counted in random order by several threads, give the plain answer; and it is known as
 // soon as the last trace before that look is counted, not later. Invalid traces are waited for and count in no rate.
-TEST(Looks, AnswerDoesNotDependOnTheOrderOfWork) {
+TEST(StoppingRule, AnswerDoesNotDependOnTheOrderOfWork) {
   constexpr std::uint32_t kMost = 5000;
   std::vector<std::vector<Outcome>> outcomes(2);
   for (int policy = 0; policy < 2; ++policy) {
@@ -110,42 +109,42 @@ TEST(Looks, AnswerDoesNotDependOnTheOrderOfWork) {
       }
     }
     std::shuffle(pieces.begin(), pieces.end(), random);
-    const auto crew = make_local_crew();
-    Looks looks(*crew, asked("ci < 0.08", kMost));
+    const auto comm = make_local_communicator();
+    StoppingRule rule(*comm, asked("ci < 0.08", kMost));
     std::atomic<std::size_t> next{0};
     std::atomic<int> told{0};
     const auto work = [&] {
       for (std::size_t i = next++; i < pieces.size(); i = next++)
-        told += looks.count(pieces[i].policy, pieces[i].records);
+        told += rule.count(pieces[i].policy, pieces[i].records);
     };
     std::vector<std::thread> threads;
     for (int i = 0; i < 1 + round % 4; ++i) threads.emplace_back(work);
     for (std::thread& thread : threads) thread.join();
-    EXPECT_EQ(looks.answered_at(), wanted);
+    EXPECT_EQ(rule.answered_at(), wanted);
     EXPECT_GE(told, 1);
-    Looks elsewhere(*crew, asked("ci < 0.08", kMost));  // as another rank of the crew sees it
+    StoppingRule elsewhere(*comm, asked("ci < 0.08", kMost));  // as another rank of the communicator sees it
     EXPECT_EQ(elsewhere.answered_at(), wanted);
   }
 }
 
 // Claim: one trace that is missing before the look keeps the question open, however many there are behind it.
-TEST(Looks, WaitForEveryTraceBeforeThem) {
-  const auto crew = make_local_crew();
-  Looks looks(*crew, asked("ci < 0.5", 1000));
+TEST(StoppingRule, WaitForEveryTraceBeforeThem) {
+  const auto comm = make_local_communicator();
+  StoppingRule rule(*comm, asked("ci < 0.5", 1000));
   const auto count = [&](int policy, std::uint32_t first, std::uint32_t last) {
     std::vector<TraceRecord> records(last - first);
     for (std::uint32_t i = first; i < last; ++i) {
       records[i - first].particle = i;
       records[i - first].outcome = Outcome::success;
     }
-    return looks.count(policy, records);
+    return rule.count(policy, records);
   };
   EXPECT_FALSE(count(0, 0, 1000));
   EXPECT_FALSE(count(1, 0, 17));
   EXPECT_FALSE(count(1, 18, 1000));
-  EXPECT_EQ(looks.answered_at(), 0u);
+  EXPECT_EQ(rule.answered_at(), 0u);
   EXPECT_TRUE(count(1, 17, 18));
-  EXPECT_EQ(looks.answered_at(), 64u);
+  EXPECT_EQ(rule.answered_at(), 64u);
 }
 
 /// The ball campaign in a folder.

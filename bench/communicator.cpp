@@ -1,8 +1,8 @@
 // What ranks cost each other, for docs/scaling.md: tickets, sums and reads of the shared counters, a shard with its
 // rename and line of the manifest, and what reading a directory of many shards takes.
-// usage: bench_crew                     one process
-//        mpirun -np R bench_crew        R ranks at once on the counters; the rest by rank 0
-#include "jobs/campaign/crew.h"
+// usage: bench_communicator                     one process
+//        mpirun -np R bench_communicator        R ranks at once on the counters; the rest by rank 0
+#include "jobs/campaign/communicator.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -28,20 +28,20 @@ double cost(int calls, const F& call) {
   return std::chrono::duration<double, std::micro>(Clock::now() - begin).count() / calls;
 }
 
-void counters(Crew& crew) {
+void counters(Communicator& comm) {
   constexpr int kCalls = 200'000;
   const std::vector<std::uint64_t> six(6, 1);
-  crew.barrier();
-  const double ticket = cost(kCalls, [&](int) { crew.fetch_add(kFirstFreeCounter, 1); });
-  crew.barrier();
-  const double sum = cost(kCalls, [&](int) { crew.add(kFirstFreeCounter + 1, six); });
-  crew.barrier();
-  const double read = cost(kCalls, [&](int) { crew.read(kFirstFreeCounter + 1, 6); });
-  crew.barrier();
-  if (crew.rank() > 0) return;
+  comm.barrier();
+  const double ticket = cost(kCalls, [&](int) { comm.fetch_add(kFirstFreeCounter, 1); });
+  comm.barrier();
+  const double sum = cost(kCalls, [&](int) { comm.add(kFirstFreeCounter + 1, six); });
+  comm.barrier();
+  const double read = cost(kCalls, [&](int) { comm.read(kFirstFreeCounter + 1, 6); });
+  comm.barrier();
+  if (comm.rank() > 0) return;
   fmt::print("counters, {} ranks at once, us per call of each: ticket {:.2f}, sum of 6 {:.2f}, read of 6 {:.2f}\n",
-             crew.size(), ticket, sum, read);
-  fmt::print("tickets per second of all: {:.3g}\n", 1e6 * crew.size() / ticket);
+             comm.size(), ticket, sum, read);
+  fmt::print("tickets per second of all: {:.3g}\n", 1e6 * comm.size() / ticket);
 }
 
 void tickets() {
@@ -101,9 +101,9 @@ void directory() {
 }  // namespace
 
 int main() {
-  const std::unique_ptr<Crew> crew = make_crew();
-  counters(*crew);
-  if (crew->rank() > 0) return 0;
+  const std::unique_ptr<Communicator> comm = make_communicator();
+  counters(*comm);
+  if (comm->rank() > 0) return 0;
   tickets();
   directory();
   return 0;

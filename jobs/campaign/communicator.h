@@ -27,9 +27,9 @@ enum SharedCounter : std::size_t {
 };
 
 /// All methods may be called from any thread.
-class Crew {
+class Communicator {
  public:
-  virtual ~Crew() = default;
+  virtual ~Communicator() = default;
   virtual int rank() const = 0;
   virtual int size() const = 0;
 
@@ -48,11 +48,11 @@ class Crew {
 };
 
 /// This process alone.
-std::unique_ptr<Crew> make_local_crew();
+std::unique_ptr<Communicator> make_local_communicator();
 
 /// All ranks if this process was started as one of several, else this process alone. Throws MachineError if it was, but
 /// MPI cannot be had (the program was built without it, or its library is not on this machine).
-std::unique_ptr<Crew> make_crew();
+std::unique_ptr<Communicator> make_communicator();
 
 /// Whether there is a module for MPI, so that this program can run as one of several ranks.
 bool built_with_mpi();
@@ -62,6 +62,6 @@ bool built_with_mpi();
 int default_threads();
 
 /// "rank 3 of 8 on node7"; empty for a process alone.
-std::string rank_name(const Crew& crew);
+std::string rank_name(const Communicator& comm);
 
 }  // namespace graze

@@ -1,4 +1,4 @@
-#include "jobs/campaign/until.h"
+#include "jobs/campaign/stopping_rule.h"
 
 #include <fmt/format.h>
 
@@ -24,7 +24,7 @@ std::uint64_t traces_of(std::uint64_t packed) { return rate_of(packed).valid + (
 
 }  // namespace
 
-void check_looks(const CampaignInfo& info) {
+void check_stopping_rule(const CampaignInfo& info) {
   const std::size_t looks = look_boundaries(info.particles).size();
   if (kFirstFreeCounter + looks * info.policies.size() <= kSharedCounters) return;
   throw InputError(fmt::format(
@@ -33,40 +33,41 @@ void check_looks(const CampaignInfo& info) {
       info.policies.size(), looks, info.particles));
 }
 
-Looks::Looks(Crew& crew, const CampaignInfo& info)
-    : crew_(crew),
+StoppingRule::StoppingRule(Communicator& comm, const CampaignInfo& info)
+    : comm_(comm),
       policies_(info.policies),
       confidence_(info.until.confidence),
       least_(info.until.least),
       questions_(questions_of(info)),
       looks_(look_boundaries(info.particles)),
       counts_(info.policies.size()) {
-  check_looks(info);
+  check_stopping_rule(info);
 }
 
-void Looks::note(ByStretch& counts, std::uint64_t particle, Outcome outcome) const {
+void StoppingRule::note(ByStretch& counts, std::uint64_t particle, Outcome outcome) const {
   const auto look = std::upper_bound(looks_.begin(), looks_.end(), particle);
   if (look != looks_.end()) counts[static_cast<std::size_t>(look - looks_.begin())] += packed(outcome);
 }
 
 /// True if a stretch has ended by it, for this policy.
-bool Looks::add(int policy, const ByStretch& counts) {
+bool StoppingRule::add(int policy, const ByStretch& counts) {
   bool ended = false;
   for (const auto& [stretch, delta] : counts) {
-    const std::uint64_t before = crew_.fetch_add(counter(stretch) + static_cast<std::size_t>(policy), delta);
+    const std::uint64_t before = comm_.fetch_add(counter(stretch) + static_cast<std::size_t>(policy), delta);
     ended = ended || traces_of(before + delta) == width(stretch);
   }
   return ended;
 }
 
-bool Looks::count(int policy, std::span<const TraceRecord> records) {
+bool StoppingRule::count(int policy, std::span<const TraceRecord> records) {
   ByStretch counts;
   for (const TraceRecord& record : records) note(counts, record.particle, record.outcome);
-  // Whoever ends a stretch looks. Of two who end neighbouring ones at once, the later finds both ended.
+  // The worker that ends a stretch takes the look. Of two that end neighbouring ones at once, the later finds both
+  // ended.
   return add(policy, counts) && answered_at() > 0;
 }
 
-void Looks::count_finished(const Archive& archive) {
+void StoppingRule::count_finished(const Archive& archive) {
   for (std::size_t policy = 0; policy < policies_.size(); ++policy) {
     ByStretch counts;
     archive.scan(policies_[policy], 0, [&](const TraceRows& traces) {
@@ -76,14 +77,14 @@ void Looks::count_finished(const Archive& archive) {
   }
 }
 
-std::uint64_t Looks::answered_at() {
+std::uint64_t StoppingRule::answered_at() {
   const std::lock_guard lock(mutex_);
   while (answered_at_ == 0 && next_ < looks_.size() && look()) ++next_;
   return answered_at_;
 }
 
-std::string Looks::state() {
-  const std::uint64_t end = answered_at();  // looks, on ranks that have not ended a stretch themselves
+std::string StoppingRule::state() {
+  const std::uint64_t end = answered_at();  // takes due looks, on ranks that have not ended a stretch themselves
   const std::lock_guard lock(mutex_);
   if (end == 0 && next_ == 0) return "";
   return fmt::format("{} of {} answers after {} particles", answers_.answered, answers_.all,
@@ -91,8 +92,8 @@ std::string Looks::state() {
 }
 
 /// The next look; false if particles before it have not all ended.
-bool Looks::look() {
-  const std::vector<std::uint64_t> stretch = crew_.read(counter(next_), policies_.size());
+bool StoppingRule::look() {
+  const std::vector<std::uint64_t> stretch = comm_.read(counter(next_), policies_.size());
   const auto ended = [&](std::uint64_t packed) { return traces_of(packed) == width(next_); };
   if (!std::all_of(stretch.begin(), stretch.end(), ended)) return false;
   for (std::size_t policy = 0; policy < policies_.size(); ++policy) {

@@ -1,7 +1,8 @@
 #pragma once
-// Campaigns that stop once their questions are answered (--until). Outcomes are counted in the crew's shared counters,
-// by policy and by the stretch of particles between two looks; a look takes place when all particles before it have
-// ended, so that the answer and the number of particles depend on no thread, rank or order of work.
+// Campaigns that stop once their questions are answered (--until). Outcomes are counted in the communicator's shared
+// counters, by policy and by the stretch of particles between two looks (interim analyses); one takes place when all
+// particles before it have ended, so that the answer and the number of particles depend on no thread, rank or order of
+// work.
 
 #include <cstdint>
 #include <map>
@@ -12,23 +13,23 @@
 
 #include "analysis/sequential.h"
 #include "archive/archive.h"
-#include "jobs/campaign/crew.h"
+#include "jobs/campaign/communicator.h"
 
 namespace graze {
 
 /// The most particles of a campaign with --until if -n does not say.
 inline constexpr std::uint64_t kMostParticles = 1'000'000;
 
-/// Throws InputError if a crew has too few counters for so many policies and looks at up to info.particles.
-void check_looks(const CampaignInfo& info);
+/// Throws InputError if a communicator has too few counters for so many policies and looks at up to info.particles.
+void check_stopping_rule(const CampaignInfo& info);
 
 /// Methods may be called from any thread.
-class Looks {
+class StoppingRule {
  public:
-  /// info.until: the questions; info.particles: the most particles. Throws as check_looks().
-  Looks(Crew& crew, const CampaignInfo& info);
+  /// info.until: the questions; info.particles: the most particles. Throws as check_stopping_rule().
+  StoppingRule(Communicator& comm, const CampaignInfo& info);
 
-  /// Counts finished traces of a policy, each once in the whole crew. True if the campaign is answered now.
+  /// Counts finished traces of a policy, each once in the whole communicator. True if the campaign is answered now.
   bool count(int policy, std::span<const TraceRecord> records);
   /// Counts what an archive holds already; one rank does it, and all wait for it.
   void count_finished(const Archive& archive);
@@ -45,7 +46,7 @@ class Looks {
   std::uint64_t width(std::size_t stretch) const { return looks_[stretch] - (stretch > 0 ? looks_[stretch - 1] : 0); }
   std::size_t counter(std::size_t stretch) const { return kFirstFreeCounter + stretch * policies_.size(); }
 
-  Crew& crew_;
+  Communicator& comm_;
   const std::vector<std::string> policies_;
   const double confidence_;
   const std::uint64_t least_;

@@ -1,4 +1,4 @@
-#include "jobs/campaign/crew.h"
+#include "jobs/campaign/communicator.h"
 
 #include <dlfcn.h>
 #include <fmt/format.h>
@@ -15,7 +15,7 @@
 namespace graze {
 namespace {
 
-class LocalCrew final : public Crew {
+class LocalCommunicator final : public Communicator {
  public:
   int rank() const override { return 0; }
   int size() const override { return 1; }
@@ -59,7 +59,7 @@ std::filesystem::path plugin_path() {
   return std::filesystem::exists(installed) ? installed : folder / kPlugin;
 }
 
-std::unique_ptr<Crew> load_mpi_crew(int ranks) {
+std::unique_ptr<Communicator> load_mpi_communicator(int ranks) {
   const std::filesystem::path path = plugin_path();
   const auto fail = [&](const std::string& reason) {
     return MachineError(
@@ -71,19 +71,19 @@ std::unique_ptr<Crew> load_mpi_crew(int ranks) {
   // Global, because MPI's own plugins look for its symbols.
   void* module = dlopen(path.c_str(), RTLD_NOW | RTLD_GLOBAL);
   if (!module) throw fail(dlerror());
-  using Maker = Crew* (*)();
-  const auto make = reinterpret_cast<Maker>(dlsym(module, "graze_make_mpi_crew"));
+  using Maker = Communicator* (*)();
+  const auto make = reinterpret_cast<Maker>(dlsym(module, "graze_make_mpi_communicator"));
   if (!make) throw fail(dlerror());
-  return std::unique_ptr<Crew>(make());
+  return std::unique_ptr<Communicator>(make());
 }
 
 }  // namespace
 
-std::unique_ptr<Crew> make_local_crew() { return std::make_unique<LocalCrew>(); }
+std::unique_ptr<Communicator> make_local_communicator() { return std::make_unique<LocalCommunicator>(); }
 
-std::unique_ptr<Crew> make_crew() {
+std::unique_ptr<Communicator> make_communicator() {
   const int ranks = ranks_started();
-  return ranks > 1 ? load_mpi_crew(ranks) : make_local_crew();
+  return ranks > 1 ? load_mpi_communicator(ranks) : make_local_communicator();
 }
 
 bool built_with_mpi() { return std::filesystem::exists(plugin_path()); }
@@ -100,11 +100,11 @@ int default_threads() {
   return std::max(1, processors / std::max(1, std::atoi(neighbours)));
 }
 
-std::string rank_name(const Crew& crew) {
-  if (crew.size() == 1) return {};
+std::string rank_name(const Communicator& comm) {
+  if (comm.size() == 1) return {};
   char host[256] = {};
   gethostname(host, sizeof host - 1);
-  return fmt::format("rank {} of {} on {}", crew.rank(), crew.size(), host);
+  return fmt::format("rank {} of {} on {}", comm.rank(), comm.size(), host);
 }
 
 }  // namespace graze

@@ -1,4 +1,5 @@
-// The module libgraze_mpi.so: a Crew of MPI ranks. A module of its own, so that the program runs where there is no MPI.
+// The module libgraze_mpi.so: a Communicator of MPI ranks. A module of its own, so that the program runs where there is
+// no MPI.
 //
 // The shared counters are one window of memory at rank 0, which all ranks change by atomic one-sided operations:
 // between ranks of one machine they are processor atomics, over a network with remote atomics the adapter does them.
@@ -13,16 +14,16 @@
 #include <mutex>
 #include <thread>
 
-#include "jobs/campaign/crew.h"
+#include "jobs/campaign/communicator.h"
 
 namespace graze {
 namespace {
 
 using namespace std::chrono_literals;
 
-class MpiCrew final : public Crew {
+class MpiCommunicator final : public Communicator {
  public:
-  MpiCrew() {
+  MpiCommunicator() {
     int given = 0;
     MPI_Init_thread(nullptr, nullptr, MPI_THREAD_SERIALIZED, &given);
     if (given < MPI_THREAD_SERIALIZED) {
@@ -41,7 +42,7 @@ class MpiCrew final : public Crew {
     if (rank_ == 0) progress_ = std::thread([this] { answer(); });
   }
 
-  ~MpiCrew() override { leave(); }
+  ~MpiCommunicator() override { leave(); }
 
   void leave() override {
     if (window_ == MPI_WIN_NULL) return;
@@ -150,4 +151,4 @@ class MpiCrew final : public Crew {
 }  // namespace
 }  // namespace graze
 
-extern "C" graze::Crew* graze_make_mpi_crew() { return new graze::MpiCrew; }
+extern "C" graze::Communicator* graze_make_mpi_communicator() { return new graze::MpiCommunicator; }
