@@ -35,7 +35,7 @@ class CampaignWriter {
   ~CampaignWriter();
 
   /// Adds the finished traces of one block under one policy. `values`: [trace][parameter], row-major, same order as
-  /// traces. Buffered; a shard is written, by a thread of its own, when enough has gathered. Throws MachineError (disk
+  /// traces. Buffered; a shard is written, by its own thread, when enough has gathered. Throws MachineError (disk
   /// full, …), once, for this shard or one before it: what is on disk stays.
   void append(int policy, std::vector<TraceRecord> traces, std::vector<double> values);
   /// Notes a particle that the machine has failed. Throws as append().
@@ -58,7 +58,7 @@ class CampaignWriter {
 };
 
 /// Reads a campaign directory or a packed file. Traces of particles beyond info().particles (work that ran ahead of
-/// --until) are not among what it gives.
+/// --until) are left out.
 class Archive {
  public:
   /// Throws InputError: not there, not HDF5, cut short, not a Graze archive, made by a newer format (both versions
@@ -69,18 +69,18 @@ class Archive {
   const std::filesystem::path& path() const;  // as given
   const CampaignInfo& info() const;
   bool complete() const;
-  /// What whoever reads it should know: its description was damaged and a copy was read, …; a sentence each.
+  /// What its readers should know: its description was damaged and a copy was read, …; a sentence each.
   const std::vector<std::string>& warnings() const;
   /// One trace with its events, without telemetry and contact sequence; none if it is not there. Reads that trace
   /// alone.
   std::optional<TraceRecord> trace(const std::string& policy, std::uint32_t particle) const;
-  /// Gives the traces of a policy to `take`, some at a time, each particle once, in no particular order: of each its
+  /// Passes the traces of a policy to `take`, some at a time, each particle once, in no particular order: of each its
   /// outcome and the chosen `columns` (TraceColumn); only those `wanted`, if that is given. For campaigns of any size:
   /// takes some MiB, and a bit per particle. An unknown policy has no traces. Throws InputError: the archive is
   /// damaged; what `take` throws goes through. `take` may read the archive.
   void scan(const std::string& policy, unsigned columns, const std::function<void(const TraceRows&)>& take,
             const TraceFilter& wanted = {}) const;
-  /// Gives the persistent values of each particle, in the order of info().parameters, each particle once, in no
+  /// Passes the persistent values of each particle, in the order of info().parameters, each particle once, in no
   /// particular order; nothing when they are not stored. As scan().
   void scan_values(const std::function<void(std::uint32_t, std::span<const double>)>& take) const;
   /// Persistent values of one particle, in the order of info().parameters; empty when they are not stored.
@@ -95,8 +95,8 @@ class Archive {
 
 /// One file of a campaign directory. Written under a temporary name, synced, renamed. Throws InputError if `file`
 /// exists (unless force) or the directory is no campaign, MachineError on a failing disk. Deterministic: equal traces
-/// give byte-identical datasets, whatever the order in which shards were written. Gives what Archive::warnings() would.
-/// Refuses content that verify() would call damaged, unless this program has just written it (`seals`).
+/// give byte-identical datasets, whatever the order in which shards were written. Returns what Archive::warnings()
+/// would. Refuses content that verify() would call damaged, unless this program has just written it (`seals`).
 std::vector<std::string> pack(const std::filesystem::path& directory, const std::filesystem::path& file, bool force,
                               Seals seals = Seals::checked);
 /// The same of several directories that hold parts of one campaign (equal scenario, seed, number of particles, policies

@@ -1,5 +1,5 @@
 #pragma once
-// What counts of each trace, for those who score and count.
+// What scores and counts take into account of each trace.
 
 #include <cstdint>
 #include <functional>
@@ -10,7 +10,7 @@
 
 namespace graze {
 
-/// What counts of one trace.
+/// What is taken into account of one trace.
 struct TraceOutcome {
   std::uint32_t particle;
   Outcome outcome;

@@ -298,7 +298,7 @@ void check_kind(const fs::path& path, const Descriptor& file) {
     try {
       return why_no_campaign(hdf5::open_for_reading(file.number()));
     } catch (const hdf5::Error&) {
-      return std::string();  // what is wrong is told by who reads all of it
+      return std::string();  // the reader of all of it says what is wrong
     }
   };
   if (!unreadable(std::vector<fs::path>{path}, [&](const fs::path&) { told(); }).empty()) return;

@@ -65,7 +65,7 @@ CampaignWriter::~CampaignWriter() {
     if (auto rest = impl_->take(true)) impl_->queue.push(std::move(*rest));
     impl_->queue.drain();
   } catch (const std::exception&) {
-    // Whoever destroys an unfinished writer is handling an error already; the campaign stays incomplete.
+    // An unfinished writer is destroyed while an error is handled already; the campaign stays incomplete.
   }
 }
 

@@ -27,7 +27,7 @@ class Distribution {
     choice,
     empirical
   };
-  /// Numbers for those who compute quantiles themselves.
+  /// Numbers for code that computes quantiles itself (the sensors' kernels).
   struct Numbers {
     double a, b, c, d;  // parameters in the order of the factory's arguments
     // Truncated normal, unless `far`: probability below min, above max, and between.

@@ -203,7 +203,7 @@ struct BlockRun::Impl {
                        q(i, lane), std::min(kMaxLength, kMaxAngle));
   }
 
-  /// Looks at some lanes after a step (or at their start); gives those whose traces end here.
+  /// Looks at some lanes after a step (or at their start); returns those whose traces end here.
   LaneMask judge(LaneMask of) {
     find_farthest();
     LaneMask faulty, over;

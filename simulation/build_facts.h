@@ -1,6 +1,7 @@
 #pragma once
 // What a program was built with and runs on, as far as bits of results could depend on it. Recorded in archives, so
-// that results which differ between machines can be explained; docs/determinism.md tells which of it should not matter.
+// that results which differ between machines can be explained; docs/determinism.md says which of them should not
+// matter.
 
 #include <string>
 #include <vector>

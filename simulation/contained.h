@@ -34,7 +34,7 @@ struct WorkUnit {
   bool done() const { return next == particles.size(); }
 };
 
-/// For who takes over a unit from a thread that hangs: a particle that was alone is left unfinished; of several each is
+/// When a unit is taken over from a thread that hangs: a particle that was alone is left unfinished; of several each is
 /// tried alone.
 void take_over(WorkUnit& unit);
 

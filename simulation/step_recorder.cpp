@@ -46,7 +46,7 @@ std::vector<NamedColumn> velocity_columns(const Model& model, const TraceNames& 
   return out;
 }
 
-/// One column per actuator; `unit` gives it of the actuator's joint.
+/// One column per actuator; `unit` returns the unit for the actuator's joint.
 template <class Unit>
 std::vector<NamedColumn> actuator_columns(const Model& model, const TraceNames& names, const Unit& unit) {
   std::vector<NamedColumn> out;

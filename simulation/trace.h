@@ -68,7 +68,7 @@ struct TraceRecord {
   std::uint64_t digest = 0;  // of q, v and torques of every step: equal digests, equal traces
   std::string sequence;      // contact sequence, by named parts
   std::string invalid_reason;
-  bool stopped = false;  // whoever watched it ended it here, where it was judged; never in campaigns
+  bool stopped = false;  // an observer ended it here, where it was judged; never in campaigns
   SolverLog solver;
   std::vector<Event> events;
   FrameLog telemetry;

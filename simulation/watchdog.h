@@ -44,7 +44,7 @@ class TraceWatch {
   /// The tick that it is now, for traces that begin before the first look.
   void set_tick(std::uint32_t now) { now_.store(now, std::memory_order_relaxed); }
   enum class Finding { well, cut, stuck };
-  /// At tick `now`: cuts off what began `limit` ticks ago or earlier; gives the thread up (once) if it has not heeded
+  /// At tick `now`: cuts off what began `limit` ticks ago or earlier; abandons the thread (once) if it has not heeded
   /// that for `grace` ticks.
   Finding look(std::uint32_t now, std::uint32_t limit, std::uint32_t grace);
 

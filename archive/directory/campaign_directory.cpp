@@ -141,7 +141,7 @@ bool only_begun(const Directory& directory) {
 
 namespace {
 
-/// Makes the directory of a new campaign, or finds it; `made` tells which.
+/// Makes the directory of a new campaign, or finds it; `made` says which.
 Directory make_place(const fs::path& path, const CampaignInfo& info, bool& made) {
   check_policy_names(info.policies);
   check_place(path);
@@ -168,7 +168,7 @@ CampaignDirectory::CampaignDirectory(const fs::path& path, const CampaignInfo& i
   bool ours = false;  // all that is there; an old campaign lies aside
   try {
     lock_ = std::make_shared<const DirectoryLock>(directory_);
-    if (!force) must_replace(directory_, info, force);  // who is refused changes nothing
+    if (!force) must_replace(directory_, info, force);  // a refused writer changes nothing
     recover_set_aside(directory_);
     const bool replaces = must_replace(directory_, info, force);
     replaces ? set_aside(directory_) : directory_.remove_temporary();
@@ -222,7 +222,7 @@ void CampaignDirectory::restore() noexcept {
     remove_begun(directory_);
     if (replaces_) put_back(directory_);
   } catch (const std::exception&) {
-    // What is left over is put back by whoever writes here next.
+    // The next writer puts back what is left over.
   }
   leave();
 }

@@ -59,7 +59,7 @@ class CampaignDirectory {
  private:
   void keep();              // from now on the new campaign counts: the old one is removed
   void restore() noexcept;  // the new campaign never was
-  void leave() noexcept;    // gives the lock back, and removes the directory if it was made here and is empty
+  void leave() noexcept;    // releases the lock, and removes the directory if it was made here and is empty
 
   CampaignInfo info_;
   bool made_ = false;      // the directory

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "archive/files/seal.h"
 #include "archive/schema/info.h"
 #include "archive/schema/part.h"
-#include "archive/files/seal.h"
 
 namespace graze {
 
@@ -29,10 +29,10 @@ CampaignFiles open_parts(const std::vector<std::filesystem::path>& directories);
 /// What makes two campaigns different ones ("seeds (1 and 2)"); empty: they are parts of one.
 std::string campaign_difference(const CampaignInfo& a, const CampaignInfo& b);
 
-/// The facts of a campaign directory alone, for who writes there; its shards need not be whole. Throws InputError.
+/// The facts of a campaign directory alone, for writers; its shards need not be whole. Throws InputError.
 CampaignInfo read_description(const Directory& directory);
 
-/// One of the two files that describe a campaign directory, as whoever mends finds it: `graze resume`, and `graze
+/// One of the two files that describe a campaign directory, as a repair finds it: `graze resume`, and `graze
 /// verify`, which foretells what that does.
 struct DescriptionFile {
   std::string name;

@@ -1,5 +1,5 @@
 #pragma once
-// The folder damaged/ of a campaign directory: whoever mends puts there what has the name of a campaign's file and is
+// The folder damaged/ of a campaign directory: a repair moves there what has the name of a campaign's file and is
 // none, or not a whole one. So nothing is lost of which it is not known what it is.
 
 #include <string>

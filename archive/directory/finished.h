@@ -31,7 +31,7 @@ void check_as_resume(const std::filesystem::path& shard, const CampaignInfo& inf
 
 /// Reads all shards, a child process first, and writes the manifest anew. A shard that the manifest names and that is
 /// gone is noted. A shard whose seal, structure or campaign does not fit, or that is no file (a link, a pipe), is moved
-/// to `damaged/`; leftovers (*.tmp) are removed. To be called by whoever holds the directory's lock. Throws InputError
+/// to `damaged/`; leftovers (*.tmp) are removed. The caller holds the directory's lock. Throws InputError
 /// if the description cannot be read, MachineError if a damaged shard cannot be moved.
 FinishedTraces repair_and_list(const Directory& directory, const CampaignInfo& info);
 

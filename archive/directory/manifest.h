@@ -1,7 +1,7 @@
 #pragma once
 // The manifest of a campaign directory: what each shard holds, one JSON line per shard, in manifest/NAME.jsonl. Each
 // writing process has a file of its own, so that any number of them never wait for each other. A line is appended after
-// its shard got its name: the manifest may lack a shard (whoever was killed in between), but it never names one that
+// its shard got its name: the manifest may lack a shard (its writer was killed in between), but it never names one that
 // was not there. So a shard that it names and that is gone has been lost, and readers say which. It can always be
 // rebuilt from the shards; `graze resume` does.
 

@@ -73,7 +73,7 @@ void set_aside(const Directory& directory) {
     try {
       put_back(directory);
     } catch (const std::exception&) {
-      // Whoever writes here next tries again.
+      // The next writer tries again.
     }
     throw;
   }

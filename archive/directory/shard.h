@@ -22,7 +22,7 @@ class ShardBuffer {
   bool empty() const { return count_ == 0; }
   /// About how much memory is held.
   std::size_t bytes() const { return bytes_; }
-  /// Writes it as a file that appears whole. Sorted by particle: the order of adding leaves no mark. Gives
+  /// Writes it as a file that appears whole. Sorted by particle: the order of adding leaves no mark. Returns
   /// what the manifest says of it. Throws MachineError.
   ShardEntry publish(const Directory& folder, const std::string& name, const CampaignInfo& info);
 

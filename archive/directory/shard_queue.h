@@ -1,6 +1,6 @@
 #pragma once
-// Writes shards from a thread of its own, so that nobody who simulates waits for a disk. One shard may wait while
-// another is written; who brings a third waits, so that memory stays bounded.
+// Writes shards from a thread of its own, so that simulating threads do not wait for a disk. One shard may wait while
+// another is written; the producer of a third waits, so that memory stays bounded.
 
 #include <condition_variable>
 #include <exception>

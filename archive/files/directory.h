@@ -77,7 +77,7 @@ class Directory {
   int remove_empty(const std::string& name) const noexcept;
   /// Removes whatever has the name and all that is in it, as far as it is possible; links are not followed.
   void remove_all(const std::string& name) const noexcept;
-  /// Removes the files here that have temporary names, as far as it is possible: leftovers, to whoever is the only
+  /// Removes the files here that have temporary names, as far as it is possible: leftovers, for the only
   /// writer.
   void remove_temporary() const;
   /// Makes new names here last through a power cut. Throws MachineError.

@@ -72,7 +72,7 @@ std::string who_i_am() {
   return fmt::format("process {} on {} since {}", getpid(), host.data(), time.data());
 }
 
-/// True if the lock's name still stands for the open file: whoever held the lock before may have removed it meanwhile.
+/// True if the lock's name still stands for the open file: its last holder may have removed it meanwhile.
 bool names(const Directory& directory, int descriptor) {
   struct stat opened {};
   const struct stat named = directory.status(kLockFile);

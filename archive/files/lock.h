@@ -24,7 +24,7 @@ class DirectoryLock {
   DirectoryLock(const DirectoryLock&) = delete;
   DirectoryLock& operator=(const DirectoryLock&) = delete;
   const Directory& directory() const { return directory_; }
-  /// Whether the file that is locked still has its name: who removes it lets a second writer in.
+  /// Whether the file that is locked still has its name: removing it lets a second writer in.
   bool held() const noexcept;
   /// Throws MachineError unless held().
   void check_held() const;
@@ -47,7 +47,7 @@ class MemberLock {
   Descriptor file_;
 };
 
-/// Who writes into a directory now ("process 4711 on node3 since 2026-01-01T12:00:00Z"), if anybody does.
+/// The process that writes into a directory now ("process 4711 on node3 since 2026-01-01T12:00:00Z"), if any does.
 /// Throws InputError.
 std::optional<std::string> writer_of(const Directory& directory);
 

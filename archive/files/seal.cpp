@@ -41,7 +41,7 @@ std::array<std::byte, kSealBytes> make_seal(const Seal& seal) {
   return out;
 }
 
-/// Hashes the first `length` bytes of a file. Returns 0 or errno; a file that ends early gives EIO.
+/// Hashes the first `length` bytes of a file. Returns 0 or errno; EIO for a file that ends early.
 int hash_file(int descriptor, std::uint64_t length, Xxh64& hash) {
   std::vector<std::byte> piece(kPiece);
   for (std::uint64_t done = 0; done < length;) {

@@ -24,7 +24,7 @@ class Xxh64 {
   std::uint64_t digest() const;
 
  private:
-  std::span<const std::byte> rounds(std::span<const std::byte> data);  // whole stripes; gives the rest
+  std::span<const std::byte> rounds(std::span<const std::byte> data);  // whole stripes; returns the rest
   std::array<std::uint64_t, 4> lane_;
   std::array<std::byte, 32> rest_{};
   std::size_t held_ = 0;  // bytes in rest_
@@ -37,7 +37,7 @@ struct Seal {
   bool operator==(const Seal&) const = default;
 };
 
-/// Reads the file behind `descriptor` from its start and appends the seal, which it gives to `made`. Returns 0 or
+/// Reads the file behind `descriptor` from its start and appends the seal, which it stores in `made`. Returns 0 or
 /// errno.
 int seal_file(int descriptor, Seal* made = nullptr);
 /// A file that is not what it was when it was sealed.

@@ -70,7 +70,7 @@ herr_t set_allocated(H5FD_t* file, H5FD_mem_t, haddr_t address) {
 
 haddr_t get_end(const H5FD_t* file, H5FD_mem_t) { return of(file)->end; }
 
-/// Tells HDF5, whose errors the user reads, what the system said.
+/// Passes on to HDF5, whose errors the user reads, what the system said.
 herr_t fail_read(int error) {
   H5Epush2(H5E_DEFAULT, __FILE__, __func__, __LINE__, H5E_ERR_CLS, H5E_IO, H5E_READERROR,
            "file read failed: error message = '%s'", std::strerror(error));

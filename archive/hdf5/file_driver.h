@@ -14,7 +14,7 @@
 namespace graze {
 
 /// A new HDF5 file, sealed, that appears whole or not at all: `fill` writes its content. Takes the library's lock.
-/// Throws MachineError, and what `fill` throws. Gives the file's seal.
+/// Throws MachineError, and what `fill` throws. Returns the file's seal.
 Seal publish_hdf5(const Directory& folder, const std::string& name,
                   const std::function<void(const hdf5::Handle& file)>& fill);
 /// `force`: it may take another file's place (NewFile). Throws InputError if it may not.

@@ -22,7 +22,7 @@ class Error : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Whoever calls anything below holds one: the library serves one thread at a time, and its error stack, which belongs
+/// Callers of anything below hold one: the library serves one thread at a time, and its error stack, which belongs
 /// to the thread, is kept from printing.
 class Lock {
  public:

@@ -34,7 +34,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What a child tells its parent, in memory that both have.
+/// What a child reports to its parent, in memory that both share.
 struct Report {
   int depth;  // of ReadingNote
   std::size_t index;
@@ -181,7 +181,7 @@ bool may_not_fork() { return child || traced(); }
 std::optional<ReaderEnd> go_on_in_child(const ReadingLimits& limits) {
   Report& shared = shared_report();
   const pid_t parent = getpid();
-  std::signal(SIGCHLD, SIG_DFL);  // who ignores it is never told how a child ended
+  std::signal(SIGCHLD, SIG_DFL);  // a process that ignores it never learns how a child ended
   const pid_t id = fork();
   if (id < 0) throw MachineError(fmt::format("no process can be started to read in: {}", std::strerror(errno)));
   if (id == 0) {

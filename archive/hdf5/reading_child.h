@@ -1,8 +1,8 @@
 #pragma once
-// Files that may be anybody's are read in a child process: a seal tells accidents from whole files, but whoever knows
-// it can seal bytes on which the HDF5 library crashes, hangs or takes all memory. What it does there ends with the
-// child, and the user gets a message that names the file. Under a debugger, and in a child already, all stays in one
-// process.
+// Files that may be anybody's are read in a child process: a seal tells accidents from whole files, but anyone who
+// knows it can seal bytes on which the HDF5 library crashes, hangs or takes all memory. What it does there ends with
+// the child, and the user gets a message that names the file. Under a debugger, and in a child already, all stays in
+// one process.
 
 #include <cstdint>
 #include <filesystem>
@@ -39,7 +39,7 @@ struct ReaderEnd {
   bool inside = false;  // the library, when it ended
 };
 
-/// Forks: gives nothing in the child, which goes on with the limits in force and dies with its parent; in the parent,
+/// Forks: returns nothing in the child, which goes on with the limits in force and dies with its parent; in the parent,
 /// how the child ended. To be called before there are threads. Throws MachineError if there can be no child.
 std::optional<ReaderEnd> go_on_in_child(const ReadingLimits& limits);
 /// Whether this process is such a child, or is watched by a debugger, which would lose sight of one.
@@ -60,7 +60,7 @@ struct Unreadable {
   std::size_t file;  // index
   std::string why;   // the whole message
 };
-/// Has children run `read` on each file, and gives those for which it throws or kills the child. What passes may then
+/// Has children run `read` on each file, and returns those for which it throws or kills the child. What passes may then
 /// be read by this process.
 std::vector<Unreadable> unreadable(const std::vector<std::filesystem::path>& files,
                                    const std::function<void(const std::filesystem::path&)>& read);

@@ -1,5 +1,5 @@
 #pragma once
-// Who is to blame for a margin, in words: the part that a witness over several parts names.
+// The culprit of a margin, in words: the part that a witness over several parts names.
 
 #include <string>
 

@@ -47,7 +47,7 @@ class OpenPart {
     guarded([&] { source.read(first, count, data.data()); });
     return data;
   }
-  /// From now on the datasets that slice() read last stay open, with the chunk that HDF5 holds of each: who reads a
+  /// From now on the datasets that slice() read last stay open, with the chunk that HDF5 holds of each: a reader of a
   /// table a piece at a time has each chunk inflated once, not once for each of its pieces. Takes 1 MiB for each.
   void keep_columns() { keeps_columns_ = true; }
   /// Traces of a policy; 0 if it has none here.

@@ -1,5 +1,5 @@
 #pragma once
-// Some traces of one policy, as a scan (trace_scan.h) gives them.
+// Some traces of one policy, as a scan (trace_scan.h) passes them on.
 
 #include <cstdint>
 #include <functional>

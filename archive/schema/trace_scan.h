@@ -12,15 +12,15 @@
 
 namespace graze {
 
-/// Gives the traces of a policy to `take`, some at a time, each particle once, in order of the parts; only those
+/// Passes the traces of a policy to `take`, some at a time, each particle once, in order of the parts; only those
 /// `wanted`, if that is given: where none of a piece is, its other columns are not read. Memory: a piece (64 Ki traces,
 /// or fewer that have 256 Ki events together), and a bit per particle. Needs the library's lock. Throws InputError: a
 /// particle that stands in two parts with different digests, or values that only a damaged or forged file has.
 void scan_traces(Parts& parts, const std::string& policy, const CampaignInfo& info, unsigned columns,
                  const std::function<void(const TraceRows&)>& take, const TraceFilter& wanted = {});
 
-/// Gives each particle's persistent values [parameter], each particle once, in order of the parts; nothing if they were
-/// not stored. Memory and errors as above.
+/// Passes each particle's persistent values [parameter], each particle once, in order of the parts; nothing if they
+/// were not stored. Memory and errors as above.
 void scan_values(Parts& parts, const CampaignInfo& info,
                  const std::function<void(std::uint32_t, std::span<const double>)>& take);
 

@@ -8,12 +8,12 @@
 
 namespace graze {
 
-/// Throws InputError unless this program gives the bits that the archive's program gave; names both results versions.
+/// Throws InputError unless this program produces the bits that the archive's program did; names both results versions.
 /// `instead` ends the message: what the user can do ("resume it with that program, or run the scenario anew").
 void check_results_version(const std::string& archive, const CampaignInfo& info, const std::string& instead);
 
-/// While it is alive, whoever reads a file gets what the archive kept of it, and nothing else (policies read their
-/// tables anew whenever they are built). One at a time.
+/// While it is alive, every file that is read has the content that the archive kept of it, and no other exists
+/// (policies read their tables anew whenever they are built). One at a time.
 class ArchivedScenario {
  public:
   /// Throws InputError if the archive kept no files, which ends in `refusal` ("it cannot be resumed"), or if what it

@@ -42,7 +42,7 @@ int ranks_started() {
   for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMIX_SIZE", "PMI_SIZE"}) {
     if (const char* value = std::getenv(name)) return std::atoi(value);
   }
-  // PMIx tells a process its rank only; how many there are is Slurm's to say.
+  // PMIx tells a process its rank only; Slurm says how many there are.
   if (std::getenv("PMIX_RANK")) {
     if (const char* tasks = std::getenv("SLURM_STEP_NUM_TASKS")) return std::atoi(tasks);
   }

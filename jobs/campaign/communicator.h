@@ -11,7 +11,7 @@
 
 namespace graze {
 
-/// What the shared counters count. From kFirstFreeCounter on they are for whoever needs more of them.
+/// What the shared counters count. From kFirstFreeCounter on they are free for other uses.
 enum SharedCounter : std::size_t {
   kTickets,  // handed out so far
   kTraces,   // finished by this run; kSuccess … kInvalid: of these, by outcome
@@ -33,7 +33,7 @@ class Communicator {
   virtual int rank() const = 0;
   virtual int size() const = 0;
 
-  /// Adds to one counter; gives its value before. All counters begin at 0.
+  /// Adds to one counter; returns its value before. All counters begin at 0.
   virtual std::uint64_t fetch_add(std::size_t counter, std::uint64_t delta) = 0;
   /// Adds to neighbouring counters, each atomically.
   virtual void add(std::size_t first, std::span<const std::uint64_t> deltas) = 0;
@@ -43,7 +43,7 @@ class Communicator {
   virtual void barrier() = 0;
   /// All ranks call it and get the text that rank 0 gave.
   virtual std::string broadcast(const std::string& text) = 0;
-  /// As the destructor, for those who end the process without it: waits for all ranks to be through.
+  /// As the destructor, for a process that ends without running it: waits for all ranks to be through.
   virtual void leave() = 0;
 };
 

@@ -29,7 +29,7 @@ void say(const char* text) {
   if (write(STDERR_FILENO, text, std::strlen(text)) < 0) return;  // nobody listens
 }
 
-bool in_child() { return getpid() != process; }  // whoever waits for it tells
+bool in_child() { return getpid() != process; }  // its parent reports
 
 [[noreturn]] void leave(const char* what) {
   while (told.test_and_set()) pause();

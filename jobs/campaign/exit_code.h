@@ -11,7 +11,7 @@ namespace graze {
 /// failed; 4 inconclusive at the requested confidence).
 enum ExitCode { kDone = 0, kGateMissed = 1, kInvalidInput = 2, kMachineFailed = 3, kInconclusive = 4 };
 
-/// Says on stderr what went wrong and gives the exit code for it.
+/// Says on stderr what went wrong and returns the exit code for it.
 ExitCode report_error(const std::exception_ptr& error);
 
 /// Says on stderr what is good to know, a sentence each.

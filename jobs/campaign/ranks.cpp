@@ -159,7 +159,7 @@ CampaignEnd together(Communicator& comm, const std::function<CampaignEnd()>& sha
 
 int assist(Communicator& comm, int threads) {
   const std::string text = comm.broadcast("");
-  if (text.empty()) return kDone;  // rank 0 tells why
+  if (text.empty()) return kDone;  // rank 0 says why
   std::unique_ptr<Part> part;
   const CampaignEnd end = together(comm, [&] {
     part = std::make_unique<Part>(comm, Briefing::from_text(text), threads);

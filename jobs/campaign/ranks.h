@@ -40,7 +40,7 @@ class Start {
   bool given_ = false;
 };
 
-/// All other ranks' side: waits for the briefing, simulates until there is nothing left, waits for the others. Gives
+/// All other ranks' side: waits for the briefing, simulates until there is nothing left, waits for the others. Returns
 /// the exit code. `threads` as in CampaignOptions.
 int assist(Communicator& comm, int threads);
 

@@ -98,7 +98,7 @@ double frames_of(const ReplayRequest& request, const Scenario& scenario, const s
                   request.most_bytes / 1e6, every));
 }
 
-/// Refuses an export that would not fit into memory, before anything is simulated. Gives the number of frames.
+/// Refuses an export that would not fit into memory, before anything is simulated. Returns the number of frames.
 std::size_t check_size(const ReplayRequest& request, const Scenario& scenario, const PolicySpec& policy,
                        const CampaignInfo& info, const std::optional<TraceRecord>& archived) {
   const State initial = initial_state(*scenario.world, scenario.model);

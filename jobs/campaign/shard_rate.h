@@ -19,7 +19,7 @@ struct ShardTime {
 /// nothing was written since `begin`; a gap between two shards that is much longer than the usual one does not count.
 std::optional<double> rate_of(double begin, double now, std::vector<ShardTime> shards);
 
-/// The rate of whoever writes into a campaign directory now; nothing if nobody does.
+/// The rate of the process that writes into a campaign directory now; nothing if none does.
 std::optional<double> writing_rate(const Directory& directory);
 
 }  // namespace graze

@@ -21,8 +21,8 @@ class Workers {
   /// A thread that does `work` and shows its traces to `watch`. If it hangs in one, `hangs` is called from another
   /// thread, once; it may start a thread that goes on in its place. `work` may throw GivenUp, and nothing else.
   void start(std::shared_ptr<TraceWatch> watch, std::function<void()> work, std::function<void()> hangs);
-  /// Waits for all threads but those that hang, and gives these. Whoever gets any cannot end in the usual way: they go
-  /// on using what they were simulating with.
+  /// Waits for all threads but those that hang, and returns these. A process that has any cannot end in the usual way:
+  /// they go on using what they were simulating with.
   std::vector<std::thread> wait();
 
  private:

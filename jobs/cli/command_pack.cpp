@@ -22,7 +22,7 @@ struct Arguments {
   bool force = false;
 };
 
-/// A file cannot be resumed: whoever goes on to remove the directory should know.
+/// A file cannot be resumed: users must know before they remove the directory.
 void warn_if_incomplete(const std::filesystem::path& file) {
   const Archive archive(file);
   if (archive.complete()) return;

@@ -20,7 +20,7 @@ namespace {
                                nearest_right.empty() ? "" : "; nearest right answer: ", nearest_right));
 }
 
-/// What somebody may have meant who wrote a number in another way: 1e6, 1_000, 1,000, 5s, -1, 2.5. Nothing if it does
+/// What a number that is written in another way may mean: 1e6, 1_000, 1,000, 5s, -1, 2.5. Nothing if it does
 /// not begin with a number.
 std::optional<double> number_meant(std::string text) {
   std::erase_if(text, [](char c) { return c == '_' || c == ',' || c == '\'' || c == ' ' || c == '+' || c == '='; });

@@ -10,7 +10,7 @@
 namespace graze {
 
 /// Throws InputError if the first word is no verb of `app` (nor an option of its own), or one of the others is an
-/// option that the verb does not have, an empty value, an option in a value's place, or gives an option for the second
+/// option that the verb does not have, an empty value, an option in a value's place, or an option for the second
 /// time that may be given once. A verb that allows extra words passes them on to `run`, and so has its options, too.
 void check_words(const CLI::App& app, const std::vector<std::string>& words);
 

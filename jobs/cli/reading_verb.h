@@ -7,7 +7,7 @@
 
 namespace graze {
 
-/// Goes on in a child process with limits by the size of the archives, and gives its exit code. Throws InputError in
+/// Goes on in a child process with limits by the size of the archives, and returns its exit code. Throws InputError in
 /// the parent if an archive crashes, hangs or floods the library that reads it. A signal that ends the child (Ctrl-C, a
 /// closed pipe) ends the parent, too. To be called before there are threads.
 int in_reading_child(const std::vector<std::string>& archives, const std::function<int()>& act,

@@ -58,7 +58,7 @@ Destination destination(const RunArguments& arguments, const Scenario& scenario)
   return {directory, output};
 }
 
-/// Checks the questions of --until against the scenario; gives what the archive keeps of them.
+/// Checks the questions of --until against the scenario; returns what the archive keeps of them.
 UntilInfo ask(const RunArguments& arguments, Scenario& scenario) {
   UntilInfo out;
   if (arguments.until.empty()) {

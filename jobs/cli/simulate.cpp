@@ -109,10 +109,10 @@ void print_table(const Score& result, const Printing& printing) {
   if (std::cout) return;
   const int error = errno;
   spdlog::warn("the table could not be printed; 'graze score' prints it again");
-  if (error == EPIPE) std::cout.clear();  // whoever has stopped reading does not miss it
+  if (error == EPIPE) std::cout.clear();  // a reader that has left does not miss it
 }
 
-/// Marks the campaign, prints its table, and gives its exit code.
+/// Marks the campaign, prints its table, and returns its exit code.
 ExitCode close(CampaignWriter& writer, bool complete, std::uint64_t answered_at, const Printing& printing) {
   writer.check_in_place();
   if (complete && !holds_all(Archive(writer.directory(), Seals::trusted), answered_at)) {
@@ -120,7 +120,7 @@ ExitCode close(CampaignWriter& writer, bool complete, std::uint64_t answered_at,
                                    writer.directory().string()));
   }
   writer.finish(complete, answered_at);
-  // The table takes as long as it takes to read everything, which who sends a signal may not grant.
+  // The table takes as long as it takes to read everything, which the sender of a signal may not grant.
   if (!complete && !stop_signal().empty()) return kMachineFailed;
   const Score result = score(Archive(writer.directory()), printing.archive);
   print_table(result, printing);

@@ -31,7 +31,7 @@ void add_watchdog(CLI::App& verb, double& seconds);
 
 /// Simulates what is not finished yet and writes it, together with all ranks of the communicator. Signals
 /// (jobs/campaign/signals.h) end it after the blocks under way. Prints the table of all that the archive holds, unless
-/// a signal ended it. Gives what the questions of --until came to: kDone, kGateMissed (one of them is refuted) or
+/// a signal ended it. Returns the answer to the questions of --until: kDone, kGateMissed (one of them is refuted) or
 /// kInconclusive. Throws MachineError if it was stopped, if traces are unfinished or if the disk fails; it says what is
 /// kept and how to go on. Does not return (but leaves with that message and its exit code) if a thread hangs.
 ExitCode simulate_into(CampaignWriter& writer, const Scenario& scenario, CampaignOptions options,

@@ -8,7 +8,7 @@
 
 namespace graze {
 
-/// In place of a stream's buffer while it lives: gives on what is written, escaped.
+/// In place of a stream's buffer while it lives: passes on what is written, escaped.
 class EscapedOutput : private std::streambuf {
  public:
   explicit EscapedOutput(std::ostream& stream) : stream_(stream), to_(stream.rdbuf(this)) {}

@@ -119,7 +119,7 @@ class MpiCommunicator final : public Communicator {
     wait(request);
   }
 
-  /// Asleep, not spinning: the processors are for those who still simulate, and other threads may enter MPI meanwhile.
+  /// Asleep, not spinning: the processors are for ranks that still simulate, and other threads may enter MPI meanwhile.
   void wait(MPI_Request& request) {
     for (int done = 0;;) {
       {

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Runs sbatch; gives the number of the job. Its complaints go to stderr.
+/// Runs sbatch; returns the number of the job. Its complaints go to stderr.
 std::string sbatch(const std::string& arguments) {
   const std::string line = "sbatch --parsable " + arguments;
   std::FILE* pipe = popen(line.c_str(), "r");

@@ -16,8 +16,8 @@ struct BatchFile {
 std::vector<std::filesystem::path> differing(const std::vector<BatchFile>& files);
 
 /// Writes the files, in a folder that is made if it is not there, and submits the first one; then the second one, if
-/// there is one, to begin when the first has ended. Gives the numbers of their jobs. Throws MachineError: a file cannot
-/// be written; there is no sbatch here (the files stay, for elsewhere); Slurm refuses (files and folders that
+/// there is one, to begin when the first has ended. Returns the numbers of their jobs. Throws MachineError: a file
+/// cannot be written; there is no sbatch here (the files stay, for elsewhere); Slurm refuses (files and folders that
 /// were not there before are removed if nothing was queued).
 std::vector<std::string> queue_jobs(const std::vector<BatchFile>& files);
 
