@@ -12,6 +12,7 @@
 #include "engine/actuation/actuators.h"
 #include "engine/model/model.h"
 #include "engine/sensing/sensors.h"
+#include "engine/settings/description.h"
 #include "engine/settings/settings.h"
 
 namespace graze {
@@ -72,25 +73,20 @@ using PolicyFactory = std::function<std::unique_ptr<Policy>(const ControlContext
 using TrackerFactory =
     std::function<std::unique_ptr<Tracker>(const ControlContext&, const Settings&, const std::vector<int>& effectors)>;
 
-/// What is told of a policy or tracker, and what its settings may hold: other keys are refused before it is made.
-struct ComponentText {
-  std::string help;               // what it does, in one line, for `graze help policies`
-  std::vector<std::string> keys;  // of its settings
-};
-
+/// With what is told of a policy and what its settings may hold: other keys are refused before it is made.
 struct PolicyRegistration {
-  PolicyRegistration(const std::string& name, ComponentText text, PolicyFactory make);
+  PolicyRegistration(const std::string& name, Description text, PolicyFactory make);
 };
 /// `kind` stands here too, because it must be known before the policy is made.
 struct TrackerRegistration {
-  TrackerRegistration(const std::string& name, ComponentText text, TargetKind kind, TrackerFactory make);
+  TrackerRegistration(const std::string& name, Description text, TargetKind kind, TrackerFactory make);
 };
 
 std::vector<std::string> policy_names();
 std::vector<std::string> tracker_names();
 /// Of a registered one. Throws std::out_of_range if there is none of that name.
-const ComponentText& policy_text(const std::string& name);
-const ComponentText& tracker_text(const std::string& name);
+const Description& policy_text(const std::string& name);
+const Description& tracker_text(const std::string& name);
 
 /// A policy with its tracker and the lag between them: everything between observation and actuators.
 class Controller {

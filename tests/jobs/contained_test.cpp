@@ -65,10 +65,9 @@ class Faulty : public Policy {
   std::array<bool, kLanes> bad_{};
 };
 
-const PolicyRegistration registration("faulty", {"errs as it is told", {"does", "above"}},
-                                      [](const ControlContext&, const Settings& settings, TargetKind) {
-                                        return std::make_unique<Faulty>(settings);
-                                      });
+const PolicyRegistration registration(
+    "faulty", {"errs as it is told", {{"does", {Form::text("WHAT")}}, {"above", {Form::number()}}}},
+    [](const ControlContext&, const Settings& settings, TargetKind) { return std::make_unique<Faulty>(settings); });
 
 /// What came out of a campaign.
 struct Outcomes {
