@@ -58,7 +58,7 @@ std::string trackers_help() {
 
 std::string witnesses_help() {
   Rows rows;
-  for (const WitnessKind& kind : witness_kinds()) rows.emplace_back(kind.name, kind.help);
+  for (const WitnessKind& kind : witness_kinds()) rows.emplace_back(kind.name, kind.text.help);
   return table("Witnesses, what requirements, measures and objectives are made of:", rows,
                "Their keys and margins: docs/scenario.md, task.");
 }

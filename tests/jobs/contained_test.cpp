@@ -65,9 +65,13 @@ class Faulty : public Policy {
   std::array<bool, kLanes> bad_{};
 };
 
-const PolicyRegistration registration(
-    "faulty", {"errs as it is told", {{"does", {Form::text("WHAT")}}, {"above", {Form::number()}}}},
-    [](const ControlContext&, const Settings& settings, TargetKind) { return std::make_unique<Faulty>(settings); });
+const PolicyRegistration registration("faulty",
+                                      {"errs as it is told",
+                                       {{"does", {Form::text("WHAT")}, Default::required(), "the fault"},
+                                        {"above", {Form::number()}, Default::required(), "m, where it has it"}}},
+                                      [](const ControlContext&, const Settings& settings, TargetKind) {
+                                        return std::make_unique<Faulty>(settings);
+                                      });
 
 /// What came out of a campaign.
 struct Outcomes {

@@ -41,7 +41,7 @@ TEST(HelpTopics, NameEveryComponent) {
     expect_told(name, tracker_text(name).help, trackers, control);
     EXPECT_THAT(scenario, HasSubstr("`" + name + "`"));
   }
-  for (const WitnessKind& kind : witness_kinds()) expect_told(kind.name, kind.help, witnesses, scenario);
+  for (const WitnessKind& kind : witness_kinds()) expect_told(kind.name, kind.text.help, witnesses, scenario);
   EXPECT_THAT(policies, HasSubstr("docs/control.md"));
   EXPECT_THAT(trackers, HasSubstr("docs/control.md"));
   EXPECT_THAT(witnesses, HasSubstr("docs/scenario.md"));
