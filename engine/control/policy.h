@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/actuation/actuators.h"
+#include "engine/control/policy_draws.h"
 #include "engine/model/model.h"
 #include "engine/sensing/sensors.h"
 #include "engine/settings/description.h"
@@ -29,13 +30,16 @@ struct Targets {
   Targets(int na, int effectors) : q(na), v(na), tau(na), x(3 * effectors), xd(3 * effectors) {}
 };
 
-/// What makes a policy or tracker: p0 and the timing.
+/// What makes a policy or tracker: p0, the timing, and the random numbers of those that draw.
 struct ControlContext {
   const Model& nominal;                                  // outlives the policy
   const State& initial;                                  // nominal initial state
   double period;                                         // s, control step
   bool solves_drives = true;                             // BlockPhysics::solves_drives
   double end = std::numeric_limits<double>::infinity();  // s, longest trace
+  std::uint64_t seed = 0;                                // root seed, which PolicyDraws are keyed by
+  std::string name = {};                                 // of the policy in its scenario, "step/2cm"; keys them too
+  PolicyDraws* draws = nullptr;                          // set by the Controller; outlives the policy
 };
 
 class Policy {
@@ -96,8 +100,8 @@ class Controller {
   Controller(const ControlContext& context, const Settings& policy);
   ~Controller();
 
-  /// `lag`: persistent value of the lane's particle, s.
-  void start(int lane, double lag);
+  /// `lag`: persistent value of the lane's particle, s. `particle`: its id, which keys what the policy draws.
+  void start(int lane, double lag, std::uint32_t particle = 0);
   /// One control step. `lag_jitter`: added to the lag of each lane at this step; the sum is cut at 0.
   void act(const Observation& observation, const double* lag_jitter, LaneMask active, ActuatorCommand& command);
   /// Groups of the observation that policy or tracker read (SensedGroup).

@@ -71,7 +71,7 @@ TEST(ControlDescriptions, TellTheDefaultsThatAreUsed) {
   }
   for (const auto& names : {policy_names(), tracker_names()}) {
     for (const std::string& name : names) {
-      if (name == "dice") continue;  // of the tests of draws, which share this program
+      if (name == "tosses_dice") continue;  // of the tests of draws, which share this program
       EXPECT_THAT(seen, ::testing::Contains(name));
     }
   }
