@@ -133,7 +133,7 @@ std::array<double, kCommandRows> read_velocity(const Settings& settings) {
 
 Key velocity_key() {
   return {"velocity",
-          {Form::numbers(-1)},
+          {Form::numbers(3), Form::numbers(6)},
           {},
           "`[forward, strafe, turn]` or `[vx, vy, vz, wx, wy, wz]`, m/s and rad/s, in the base's level frame; positive "
           "turn is to the left"};

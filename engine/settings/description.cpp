@@ -188,6 +188,7 @@ bool Description::may_be_empty() const {
 namespace {
 
 std::string bound_text(Bound bound) {
+  if (bound == Bound::fraction) return "0 to 1";
   return bound == Bound::positive ? "> 0" : bound == Bound::not_negative ? ">= 0" : "";
 }
 

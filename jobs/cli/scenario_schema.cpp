@@ -107,10 +107,12 @@ class SchemaWriter {
   }
 
   Json numbers(const Form& form) {
-    const std::string name = fmt::format("list.{}{}", kQuantities[static_cast<std::size_t>(form.quantity)],
-                                         form.count < 0 ? "" : fmt::format(".{}", form.count));
+    constexpr const char* kBounds[] = {"", ".positive", ".not_negative", ".fraction"};
+    const std::string name = fmt::format("list.{}{}{}", kQuantities[static_cast<std::size_t>(form.quantity)],
+                                         form.count < 0 ? "" : fmt::format(".{}", form.count),
+                                         kBounds[static_cast<std::size_t>(form.bound)]);
     if (!defs_.contains(name)) {
-      defs_[name] = list(form.count, quantity(form.quantity, Bound::none), units_list(form.quantity));
+      defs_[name] = list(form.count, quantity(form.quantity, form.bound), units_list(form.quantity));
     }
     return reference(name);
   }
@@ -230,7 +232,10 @@ class SchemaWriter {
   /// What stands behind the name of a component.
   Json component(const Description& text, bool whole) {
     std::vector<Json> ways;
-    for (const Form& form : text.instead) ways.push_back(value(form));
+    for (const Form& form : text.instead) {
+      // In the place of a map, true says that it is there; false would say nothing.
+      ways.push_back(form.kind == Form::Kind::flag ? Json{{"const", true}} : value(form));
+    }
     const bool nothing = std::any_of(text.instead.begin(), text.instead.end(),
                                      [](const Form& form) { return form.kind == Form::Kind::nothing; });
     if (!text.keys.empty() || ways.empty()) {

@@ -100,6 +100,10 @@ TEST(Components, StandInTheSchema) {
     EXPECT_EQ(keys["spring"]["description"], "how hard");
     EXPECT_EQ(keys["colour"]["enum"], nlohmann::json({"red", "blue"}));
   }
+  const auto& defs = schema["$defs"];
+  EXPECT_EQ(defs["shape.box"]["$ref"], "#/$defs/list.length.3.positive");
+  EXPECT_EQ(defs["list.length.3.positive"]["anyOf"][0]["items"]["anyOf"][0]["exclusiveMinimum"], 0);
+  EXPECT_EQ(defs["witness.self_collision"]["anyOf"][0]["const"], true);
 }
 
 TEST(Components, AreReadByTheirDescriptions) {

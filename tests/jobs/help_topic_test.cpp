@@ -62,7 +62,7 @@ TEST(HelpTopics, TellKeys) {
   EXPECT_THAT(gait, ::testing::ContainsRegex("\n  redirect +0 to 1 +75 % +share of a swing"));
   EXPECT_THAT(gait,
               ::testing::ContainsRegex("\n  stance.height +m, > 0 or number, > 0 +0.9 of the shortest leg's reach"));
-  EXPECT_THAT(gait, ::testing::ContainsRegex("\n  velocity +numbers +this or waypoints"));
+  EXPECT_THAT(gait, ::testing::ContainsRegex("\n  velocity +3 numbers or 6 numbers +this or waypoints"));
   EXPECT_THAT(told("no_contact"), ::testing::ContainsRegex("\n  within +m, > 0 +2 cm "));
   EXPECT_THAT(told("box"), HasSubstr("box, a shape: its edge lengths, [x, y, z]\nValue: 3 numbers, m, > 0\n"));
   EXPECT_THAT(told("normal"), ::testing::ContainsRegex("\n  std +parameter's unit, or % +required "));
