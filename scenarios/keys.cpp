@@ -2,110 +2,254 @@
 
 #include <cassert>
 
+#include "engine/physics.h"
+#include "scenarios/distributions.h"
+#include "scenarios/shapes.h"
+#include "scenarios/witnesses.h"
+
 namespace graze {
 
-const std::vector<std::string>& shape_names() {
-  static const std::vector<std::string> names = {"plane",   "box",  "sphere",     "cylinder",
-                                                 "capsule", "mesh", "heightfield"};
-  return names;
-}
+std::vector<std::string> shape_names() { return names_of(shape_forms()); }
 
-const std::vector<std::string>& distribution_names() {
-  static const std::vector<std::string> names = {"normal",     "uniform", "log_normal", "log_uniform",
-                                                 "triangular", "choice",  "empirical"};
-  return names;
-}
+std::vector<std::string> distribution_names() { return names_of(distribution_kinds()); }
 
 namespace {
 
-using Keys = std::vector<std::string>;
-
-Keys operator+(Keys a, const Keys& b) {
-  a.insert(a.end(), b.begin(), b.end());
-  return a;
+/// A key that is a component's name. What stands behind it: a map, if it has keys or nothing else may stand there, or
+/// the rest.
+Key component_key(const char* kind, const std::string& name, const Description& text) {
+  std::vector<Form> forms = text.instead;
+  if (!text.keys.empty() || forms.empty()) forms.push_back(Form::section(std::string(kind) + "." + name));
+  return {name, forms, {}, text.help};
 }
 
-std::map<std::string, Keys> world_keys() {
+Description scenario() {
   return {
-      {"scenario",
-       {"graze", "name", "description", "robot", "environment", "gravity", "contact", "physics", "time", "actuators",
-        "control", "uncertain", "sampling", "policies", "task", "record"}},
-      {"robot", {"urdf", "base", "density", "package_path", "initial"}},
-      {"initial",
-       {"position", "rpy", "orientation", "height", "clearance", "velocity", "angular_velocity", "joints",
-        "joint_velocities"}},
-      {"object", shape_names() + Keys{"position", "rpy", "movable", "density", "mass", "friction", "restitution"}},
-      {"cylinder", {"radius", "length"}},
-      {"capsule", {"radius", "length"}},
-      {"mesh", {"file", "scale"}},
-      {"heightfield", {"csv", "heights", "size", "scale"}},
-      {"contact", {"friction", "restitution", "model", "pairs", "ignore", "self_collision"}},
-      {"pair", {"between", "friction", "restitution"}},
-  };
+      "a campaign: one robot, its world, what is uncertain about them, policies and a task",
+      {{"graze", {Form::whole(Bound::positive)}, Default::required(), "version of the format, 1"},
+       {"name", {Form::text("TEXT")}, {}, "one line for tables"},
+       {"description", {Form::text("TEXT")}, {}, "what the scenario is for"},
+       {"robot", {Form::section("robot")}, Default::required(), "the robot, and how it begins"},
+       {"environment", {Form::section("environment")}, {}, "objects by name"},
+       {"gravity",
+        {Form::number(Quantity::acceleration, Bound::not_negative), Form::numbers(3, Quantity::acceleration)},
+        Default::value("9.81 m/s^2"),
+        "downward, or a vector `[x, y, z]`"},
+       {"contact", {Form::section("contact")}, {}, "how parts meet"},
+       {"physics", {Form::word(physics_names())}, Default::value("lanes"), "back end (docs/physics.md)"},
+       {"time", {Form::section("time")}, {}, "steps and end of a trace"},
+       {"actuators", {Form::section("actuators")}, {}, "what the motors can do"},
+       {"control", {Form::section("control")}, {}, "between policy and tracker"},
+       {"uncertain", {Form::section("uncertain")}, {}, "distributions by glob of parameter paths; later entries win"},
+       {"sampling", {Form::section("sampling")}, {}, "how particles are drawn"},
+       {"policies", {Form::section("policies")}, Default::required(), "policies by name"},
+       {"task", {Form::section("task")}, {}, "what a trace is judged by"},
+       {"record", {Form::section("record")}, {}, "what is kept of a trace"}}};
 }
 
-std::map<std::string, Keys> spread_keys() {
-  return {
-      {"spread", distribution_names() + Keys{"jitter"}},
-      {"axis", {"cone"}},
-      {"cone", {"std"}},
-      {"correlated", {"parameters", "correlation"}},
-      {"normal", {"mean", "std", "min", "max"}},
-      {"uniform", {"min", "max", "spread"}},
-      {"log_normal", {"median", "log_std"}},
-      {"log_uniform", {"min", "max"}},
-      {"triangular", {"min", "mode", "max"}},
-      {"choice", {"values", "weights"}},
-      {"empirical", {"file", "column", "values", "unit"}},
-      {"noise", {"density"}},
-      {"sampling", {"design", "seed", "particles"}},
-  };
+Description robot() {
+  return {"the robot",
+          {{"urdf", {Form::text("FILE")}, Default::required(), "relative to the file in which the key stands"},
+           {"base",
+            {Form::word({"floating", "fixed"})},
+            Default::words("as the URDF says"),
+            "fixed, to a root link `world`, or free"},
+           {"density",
+            {Form::number(Quantity::density, Bound::positive)},
+            Default::value("1000 kg/m^3"),
+            "of links with geometry but no `<inertial>`"},
+           {"package_path",
+            {Form::texts(-1, "FOLDER"), Form::text("FOLDER")},
+            {},
+            "folders in which `package://NAME/` is looked up"},
+           {"initial", {Form::section("initial")}, {}, "how it begins"}}};
 }
 
-std::map<std::string, Keys> run_keys() {
-  return {
-      {"time", {"end", "step", "control"}},
-      {"actuators", {"torque_speed"}},
-      {"control", {"lag"}},
-      {"record", {"telemetry", "every", "last", "events"}},
-      {"task", {"requirements", "measures", "objective", "stop_at_violation"}},
-  };
+Description initial() {
+  const Default zero = Default::value("[0, 0, 0]");
+  return {"how the robot begins",
+          {{"position", {Form::numbers(3, Quantity::length)}, zero, "`[x, y, z]` of the base"},
+           {"rpy", {Form::numbers(3, Quantity::angle)}, zero, "`[roll, pitch, yaw]`: Rz(yaw) Ry(pitch) Rx(roll)"},
+           {"orientation", {Form::numbers(4)}, {}, "instead of `rpy`: quaternion `[w, x, y, z]`"},
+           {"height",
+            {Form::number(Quantity::length), Form::word({"on_ground"})},
+            {},
+            "z of the base, or `on_ground`: the lowest point touches z = 0"},
+           {"clearance", {Form::number(Quantity::length)}, Default::value("0 m"), "below the lowest point", "height"},
+           {"velocity", {Form::numbers(3, Quantity::velocity)}, zero, "of the base, world axes"},
+           {"angular_velocity", {Form::numbers(3, Quantity::angular_velocity)}, zero, "of the base, world axes"},
+           {"joints",
+            {Form::named_numbers("JOINT")},
+            Default::words("0, or the limit nearest to 0"),
+            "positions by glob; later entries win"},
+           {"joint_velocities", {Form::named_numbers("JOINT")}, Default::words("0"), "velocities by glob"}}};
 }
 
-std::map<std::string, Keys> witness_keys() {
-  return {
-      {"tilt", {"link", "below"}},
-      {"height", {"link", "above", "below"}},
-      {"position", {"link", "x", "y", "z"}},
-      {"region", {"above", "below"}},
-      {"speed", {"link", "below"}},
-      {"gap", {"between", "within"}},
-      {"contact_impulse", {"between", "below", "during"}},
-      {"self_collision", {"within"}},
-      {"joint_limits", {"joints", "margin"}},
-      {"torque_limits", {"joints"}},
-      {"torque_speed", {"joints"}},
-      {"joint_speed", {"joints", "below"}},
+Key number_or_spread(const char* name, Quantity quantity, Bound bound, const Default& otherwise, const char* help) {
+  return {name, {Form::number(quantity, bound), Form::spread()}, otherwise, help};
+}
+
+Description object() {
+  Description out("an object of the environment: one shape, and where and what it is");
+  for (const ShapeForm& shape : shape_forms()) out.keys.push_back(component_key("shape", shape.name, shape.text));
+  const Default zero = Default::value("[0, 0, 0]"), contact = Default::words("as `contact` says");
+  const std::vector<Key> rest = {
+      {"position", {Form::numbers(3, Quantity::length)}, zero, "of its origin, `[x, y, z]`"},
+      {"rpy", {Form::numbers(3, Quantity::angle)}, zero, "`[roll, pitch, yaw]`"},
+      {"movable", {Form::flag()}, Default::value("false"), "it moves freely"},
+      number_or_spread("density", Quantity::density, Bound::positive, {}, "of a movable object, or its mass"),
+      number_or_spread("mass", Quantity::mass, Bound::positive, {}, "of a movable object, or its density"),
+      number_or_spread("friction", Quantity::dimensionless, Bound::not_negative, contact, "Coulomb coefficient"),
+      number_or_spread("restitution", Quantity::dimensionless, Bound::fraction, contact, "Newton's"),
   };
+  out.keys.insert(out.keys.end(), rest.begin(), rest.end());
+  out.one_of = {shape_names()};
+  return out;
+}
+
+Description pair() {
+  return {"what two parts have of their own when they meet",
+          {{"between", {Form::texts(2, "PART")}, Default::required(), "globs of parts"},
+           {"friction", {Form::number(Quantity::dimensionless, Bound::not_negative)}, {}, "Coulomb coefficient"},
+           {"restitution", {Form::fraction()}, {}, "Newton's"}}};
+}
+
+Description contact() {
+  return {
+      "how parts meet",
+      {number_or_spread("friction", Quantity::dimensionless, Bound::not_negative, Default::value("1"),
+                        "Coulomb coefficient of objects that give none"),
+       number_or_spread("restitution", Quantity::dimensionless, Bound::fraction, Default::value("0"),
+                        "Newton's, of objects that give none"),
+       {"model", {Form::text("NAME"), Form::spread()}, Default::words("the back end's first"), "one of the back end's"},
+       {"pairs", {Form::maps(pair())}, {}, "what some pairs of parts have of their own"},
+       {"ignore", {Form::text_rows(2, "PART")}, {}, "pairs of globs of parts that never touch"},
+       {"self_collision",
+        {Form::flag()},
+        Default::value("true"),
+        "links of the robot that are not neighbours may touch"}},
+      {},
+      {},
+      "A part is a collision shape: its link's name, with `.1`, `.2` … behind it for further shapes of a link, or an "
+      "object's name."};
+}
+
+Description spread() {
+  Description out("one distribution (else the nominal value), and jitter");
+  for (const DistributionKind& kind : distribution_kinds()) {
+    out.keys.push_back(component_key("distribution", kind.name, kind.text));
+  }
+  out.keys.push_back({"jitter", {Form::section("jitter", "distribution")}, {}, "added afresh at every control step"});
+  return out;
+}
+
+Description jitter() {
+  Description out("a distribution that is drawn at every control step; its middle is 0 unless it is given");
+  for (const DistributionKind& kind : distribution_kinds()) {
+    if (!kind.of_words) out.keys.push_back(component_key("distribution", kind.name, kind.text));
+  }
+  out.keys.push_back(component_key("distribution", "noise", noise_description()));
+  return out;
+}
+
+Description axis() {
+  return {"the error of a joint's axis",
+          {{"cone", {Form::map(cone_description())}, Default::required(), cone_description().help}}};
+}
+
+Description correlated() {
+  return {"parameters that vary together, by a Gaussian copula",
+          {{"parameters", {Form::texts(-1, "GLOB")}, Default::required(), "which of those that are uncertain"},
+           {"correlation",
+            {Form::number(), Form::rows(-1)},
+            Default::required(),
+            "one coefficient for all pairs, or the matrix"}}};
+}
+
+Description sampling() {
+  return {
+      "how particles are drawn",
+      {{"design", {Form::word({"random", "latin_hypercube", "sobol"})}, Default::value("random"), "docs/sampling.md"},
+       {"seed", {Form::whole(Bound::not_negative)}, Default::value("1"), "of --seed"},
+       {"particles", {Form::whole(Bound::positive)}, Default::value("100"), "of -n"}}};
+}
+
+Description timing() {
+  const Form time = Form::number(Quantity::time, Bound::positive);
+  return {"steps and end of a trace",
+          {{"end", {time}, Default::value("1 s"), "of a trace, a whole multiple of step"},
+           {"step", {time}, Default::value("1 ms"), "of the physics"},
+           {"control", {time}, Default::words("step"), "of the policies, a whole multiple of step"}}};
+}
+
+Description record() {
+  return {"what is kept of a trace",
+          {{"telemetry",
+            {Form::word({"none", "failures", "last", "all"})},
+            Default::value("none"),
+            "which traces keep frames of state and torques; `last`: of failures the last seconds before it"},
+           {"every", {Form::whole(Bound::positive)}, Default::value("10"), "physics steps from frame to frame"},
+           {"last",
+            {Form::number(Quantity::time, Bound::positive)},
+            Default::value("0.5 s"),
+            "with `telemetry: last`: how long before the first violation, or the trace's end"},
+           {"events", {Form::flag()}, Default::value("true"), "contacts that begin, slip, end"}}};
+}
+
+Description task() {
+  return {"what a trace is judged by",
+          {{"requirements",
+            {Form::section("requirements")},
+            {},
+            "witnesses by name that stay >= 0, or the trace is a known failure"},
+           {"measures", {Form::section("measures")}, {}, "witnesses by name that are watched alike and decide nothing"},
+           {"objective",
+            {Form::section("objective", "predicate")},
+            Default::words("reach the end"),
+            "a predicate, with a name or without; unmet, the trace is an unknown failure"},
+           {"stop_at_violation", {Form::flag()}, Default::value("true"), "the first violation ends the trace"}}};
 }
 
 }  // namespace
 
-const std::map<std::string, std::vector<std::string>>& scenario_keys() {
-  static const auto all = [] {
-    auto keys = world_keys();
-    keys.merge(spread_keys());
-    keys.merge(run_keys());
-    keys.merge(witness_keys());
-    return keys;
-  }();
+const std::map<std::string, Description>& scenario_sections() {
+  static const std::map<std::string, Description> all = {
+      {"scenario", scenario()},
+      {"robot", robot()},
+      {"initial", initial()},
+      {"object", object()},
+      {"contact", contact()},
+      {"pair", pair()},
+      {"spread", spread()},
+      {"jitter", jitter()},
+      {"axis", axis()},
+      {"correlated", correlated()},
+      {"sampling", sampling()},
+      {"time", timing()},
+      {"actuators",
+       {"what the motors can do",
+        {{"torque_speed",
+          {Form::flag()},
+          Default::value("false"),
+          "the torque falls linearly to 0 at a joint's velocity limit"}}}},
+      {"control",
+       {"between policy and tracker",
+        {number_or_spread("lag", Quantity::time, Bound::not_negative, Default::value("0 s"),
+                          "from the policy's command to the tracker")}}},
+      {"record", record()},
+      {"task", task()},
+      {"requirement", requirement_description()},
+      {"predicate", predicate_description()},
+  };
   return all;
 }
 
-const std::vector<std::string>& keys_of(const std::string& section) {
-  const auto found = scenario_keys().find(section);
-  assert(found != scenario_keys().end());
+const Description& section_of(const std::string& name) {
+  const auto found = scenario_sections().find(name);
+  assert(found != scenario_sections().end());
   return found->second;
 }
+
+std::vector<std::string> keys_of(const std::string& section) { return section_of(section).names(); }
 
 }  // namespace graze

@@ -1,19 +1,23 @@
 #pragma once
-// Every key of the scenario format, section by section. The readers allow these and no others, and a test holds the
-// JSON Schema (data/scenario.schema.json, one definition per section) to the same lists.
+// Every section of the scenario format with its description: what readers allow and take by default, and what help,
+// schema and docs tell. Policies, trackers, witnesses, distributions and shapes describe themselves in their own files.
 
 #include <map>
 #include <string>
 #include <vector>
 
+#include "engine/settings/description.h"
+
 namespace graze {
 
-/// Keys by section name ("scenario", "robot", "normal", "tilt", …).
-const std::map<std::string, std::vector<std::string>>& scenario_keys();
-const std::vector<std::string>& keys_of(const std::string& section);
+/// By section name ("scenario", "robot", "time", …).
+const std::map<std::string, Description>& scenario_sections();
+const Description& section_of(const std::string& name);
+/// Of a section: what its reader allows.
+std::vector<std::string> keys_of(const std::string& section);
 
 /// The one-key maps of the format: shapes of objects and distributions, in the order in which they are offered.
-const std::vector<std::string>& shape_names();
-const std::vector<std::string>& distribution_names();
+std::vector<std::string> shape_names();
+std::vector<std::string> distribution_names();
 
 }  // namespace graze

@@ -1,5 +1,6 @@
 // Shapes and poses of environment objects.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 
@@ -10,8 +11,8 @@
 #include "engine/settings/merged.h"
 #include "engine/settings/units.h"
 #include "scenarios/csv.h"
-#include "scenarios/keys.h"
 #include "scenarios/limits.h"
+#include "scenarios/shapes.h"
 #include "scenarios/world_reader.h"
 
 namespace graze {
@@ -30,20 +31,26 @@ double positive_length(const Settings& settings) {
   return checked_length(settings, settings.positive(Quantity::length));
 }
 
-Shape read_box(const Settings& s) {
-  const std::vector<double> size = positive_numbers(s, 3);
+Shape read_box(const Described& own) {
+  const std::vector<double> size = positive_numbers(own.settings(), 3);
   return {ShapeKind::box, {size[0], size[1], size[2]}, nullptr, nullptr};
 }
 
-Shape read_round(const Settings& s, ShapeKind kind, const char* section) {
-  if (!s.is_map()) {
-    const std::vector<double> size = positive_numbers(s, 2);
+Shape read_sphere(const Described& own) {
+  return {ShapeKind::sphere, {positive_length(own.settings()), 0, 0}, nullptr, nullptr};
+}
+
+Shape read_round(const Described& own, ShapeKind kind) {
+  if (!own.settings().is_map()) {
+    const std::vector<double> size = positive_numbers(own.settings(), 2);
     return {kind, {size[0], size[1], 0}, nullptr, nullptr};
   }
-  s.allow(keys_of(section));
-  const double radius = positive_length(s.at("radius")), length = positive_length(s.at("length"));
+  const double radius = positive_length(own.at("radius")), length = positive_length(own.at("length"));
   return {kind, {radius, length, 0}, nullptr, nullptr};
 }
+
+Shape read_cylinder(const Described& own) { return read_round(own, ShapeKind::cylinder); }
+Shape read_capsule(const Described& own) { return read_round(own, ShapeKind::capsule); }
 
 /// Refuses a mesh that its scale, or the file alone, makes too large.
 void check_extent(const Settings& where, const Shape& shape) {
@@ -63,13 +70,13 @@ void refuse_length(const Settings& scale) {
   }
 }
 
-Shape read_mesh(const Settings& s) {
+Shape read_mesh(const Described& own) {
+  const Settings& s = own.settings();
   Shape shape{ShapeKind::mesh, Vec3::Ones(), nullptr, nullptr};
   Settings file = s;
   if (s.is_map()) {
-    s.allow(keys_of("mesh"));
-    file = s.at("file");
-    if (const auto scale = s.find("scale")) {
+    file = own.at("file");
+    if (const auto scale = own.find("scale")) {
       refuse_length(*scale);
       const std::vector<double> factors = scale->numbers(scale->is_list() ? 3 : 1);
       for (int i = 0; i < 3; ++i) shape.size[i] = factors[factors.size() == 3 ? i : 0];
@@ -121,12 +128,11 @@ void check_heights(const Settings& s, const HeightGrid& grid, double factor) {
   }
 }
 
-Shape read_heightfield(const Settings& s) {
-  s.allow(keys_of("heightfield"));
-  const std::vector<double> size = positive_numbers(s.at("size"), 2);
-  const auto scale = s.find("scale");
-  if (scale) refuse_length(*scale);
-  const double factor = scale ? scale->positive() : 1.0;
+Shape read_heightfield(const Described& own) {
+  const Settings& s = own.settings();
+  const std::vector<double> size = positive_numbers(own.at("size"), 2);
+  if (const auto scale = own.find("scale")) refuse_length(*scale);
+  const double factor = own.number("scale");
   Shape shape{ShapeKind::heightfield, {size[0], size[1], factor}, nullptr, read_heights(s)};
   check_heights(s, *shape.grid, factor);
   return shape;
@@ -143,19 +149,70 @@ Vec3 read_normal(const Settings& s) {
   return normal.normalized();
 }
 
+/// Which way it faces read_object_pose() tells.
+Shape read_plane(const Described& own) {
+  read_normal(own.settings());
+  return {ShapeKind::plane, Vec3::Zero(), nullptr, nullptr};
+}
+
+std::vector<ShapeForm> own_forms() {
+  const Form length = Form::number(Quantity::length, Bound::positive);
+  const auto lengths = [](int n) { return Form::numbers(n, Quantity::length, Bound::positive); };
+  const std::vector<Key> round = {{"radius", {length}, Default::required(), "of the circle"},
+                                  {"length", {length}, Default::required(), "along z; of a capsule without its caps"}};
+  return {
+      {"plane",
+       {"its normal, an axis or a vector; solid below", {}, {}, {Form::word({"x", "y", "z"}), Form::numbers(3)}},
+       read_plane},
+      {"box", {"its edge lengths, `[x, y, z]`", {}, {}, {lengths(3)}}, read_box},
+      {"sphere", {"its radius", {}, {}, {length}}, read_sphere},
+      {"cylinder",
+       {"a cylinder about its z axis", round, {}, {lengths(2)}, "`[radius, length]` is short for the map."},
+       read_cylinder},
+      {"capsule",
+       {"a cylinder about its z axis with half a sphere at both ends",
+        round,
+        {},
+        {lengths(2)},
+        "`[radius, length]` is short for the map."},
+       read_capsule},
+      {"mesh",
+       {"the convex hull of a mesh file",
+        {{"file", {Form::text("FILE")}, Default::required(), "OBJ or STL"},
+         {"scale",
+          {Form::number(Quantity::dimensionless, Bound::positive), Form::numbers(3)},
+          Default::value("1"),
+          "a factor, or one for each axis: 0.01 for a file in cm"}},
+        {},
+        {Form::text("FILE")},
+        "A file alone is its name."},
+       read_mesh},
+      {"heightfield",
+       {"terrain of heights on a grid about its middle, solid below",
+        {{"size", {lengths(2)}, Default::required(), "extent `[x, y]`"},
+         {"csv", {Form::text("FILE")}, {}, "heights: row along y, column along x"},
+         {"heights", {Form::rows(-1, Quantity::length)}, {}, "`[[…], …]`: row along y, column along x"},
+         {"scale",
+          {Form::number(Quantity::dimensionless, Bound::positive)},
+          Default::value("1"),
+          "factor of the heights: 0.01 for heights in cm"}},
+        {{"csv", "heights"}}},
+       read_heightfield},
+  };
+}
+
 /// The key of the one shape that an object has.
 std::string shape_key(const Settings& object) {
   std::optional<SettingsEntry> kind;
   for (const SettingsEntry& entry : object.entries()) {
-    const auto& shapes = shape_names();
-    if (std::find(shapes.begin(), shapes.end(), entry.first) == shapes.end()) continue;
+    if (kind_of(shape_forms(), entry.first) == nullptr) continue;
     if (kind) {
       entry.second.fail_key(
           fmt::format("a second shape beside '{}'; an object has one{}", kind->first, replace_hint(*kind, entry)));
     }
     kind.emplace(entry);
   }
-  if (!kind) object.fail("names no shape; one of: plane, box, sphere, cylinder, capsule, mesh, heightfield");
+  if (!kind) object.fail(fmt::format("names no shape; one of: {}", fmt::join(names_of(shape_forms()), ", ")));
   return kind->first;
 }
 
@@ -163,17 +220,14 @@ std::string shape_key(const Settings& object) {
 
 Settings shape_settings(const Settings& object) { return object.at(shape_key(object)); }
 
+const std::vector<ShapeForm>& shape_forms() {
+  static const std::vector<ShapeForm> forms = with_registered(own_forms());
+  return forms;
+}
+
 Shape read_shape(const Settings& object) {
-  const std::string kind = shape_key(object);
-  const Settings s = object.at(kind);
-  if (kind == "box") return read_box(s);
-  if (kind == "sphere") return {ShapeKind::sphere, {positive_length(s), 0, 0}, nullptr, nullptr};
-  if (kind == "cylinder") return read_round(s, ShapeKind::cylinder, "cylinder");
-  if (kind == "capsule") return read_round(s, ShapeKind::capsule, "capsule");
-  if (kind == "mesh") return read_mesh(s);
-  if (kind == "heightfield") return read_heightfield(s);
-  read_normal(s);
-  return {ShapeKind::plane, Vec3::Zero(), nullptr, nullptr};
+  const ShapeForm& form = *kind_of(shape_forms(), shape_key(object));
+  return form.read(Described(object.at(form.name), form.text));
 }
 
 Pose read_object_pose(const Settings& object, const Shape& shape) {

@@ -103,7 +103,7 @@ Timing read_time(const Settings& root) {
       control->fail(fmt::format("more than {:g} physics steps in a control step", kMostSubsteps));
     }
   }
-  if (time->has("end")) out.end = time->at("end").positive(Quantity::time);
+  out.end = Described(*time, section_of("time")).number("end");
   if (time->has("control") && out.control > out.end) {
     warn(time->at("control"),
          fmt::format("{:g} s: the trace is over after {:g} s, so policies act once", out.control, out.end));
@@ -140,7 +140,7 @@ void read_sampling(const Settings& root, Scenario& out) {
   if (!sampling) return;
   sampling->allow(keys_of("sampling"));
   if (const auto design = sampling->find("design")) {
-    const std::string name = design->choice({"random", "latin_hypercube", "sobol"});
+    const std::string name = Described(*sampling, section_of("sampling")).word("design");
     out.design = name == "random" ? Design::random : name == "sobol" ? Design::sobol : Design::latin_hypercube;
     constexpr int kSobolDimensions = 3667;
     if (out.design == Design::sobol && out.space.size() > kSobolDimensions) {
@@ -179,17 +179,15 @@ Recording read_record(const Settings& root, const Timing& timing) {
   Recording out;
   const auto record = root.find("record");
   if (!record) return out;
-  record->allow(keys_of("record"));
-  if (const auto telemetry = record->find("telemetry")) {
-    const std::string word = telemetry->choice({"none", "failures", "last", "all"});
-    out.telemetry = word == "none"   ? Telemetry::none
-                    : word == "all"  ? Telemetry::all
-                    : word == "last" ? Telemetry::last
-                                     : Telemetry::failures;
-  }
+  const Described own(*record, section_of("record"));
+  const std::string word = own.word("telemetry");
+  out.telemetry = word == "none"   ? Telemetry::none
+                  : word == "all"  ? Telemetry::all
+                  : word == "last" ? Telemetry::last
+                                   : Telemetry::failures;
   if (const auto every = record->find("every")) out.every = read_every(*every, timing);
-  if (const auto last = record->find("last")) out.last = last->positive(Quantity::time);
-  out.events = record->flag_or("events", true);
+  out.last = own.number("last");
+  out.events = own.flag("events");
   return out;
 }
 
@@ -284,8 +282,7 @@ Scenario read_scenario(const Settings& root, const std::string& file, const Scen
   check_lag(root, out);
   read_sampling(root, out);
   if (const auto actuators = root.find("actuators")) {
-    actuators->allow(keys_of("actuators"));
-    out.torque_speed = actuators->flag_or("torque_speed", false);
+    out.torque_speed = Described(*actuators, section_of("actuators")).flag("torque_speed");
   }
   out.recording = read_record(root, out.timing);
   doubt_last(root, out.timing);

@@ -10,178 +10,11 @@
 #include "engine/settings/merged.h"
 #include "engine/settings/units.h"
 #include "engine/settings/warnings.h"
-#include "sampling/elementary.h"
-#include "scenarios/csv.h"
+#include "scenarios/distributions.h"
 #include "scenarios/keys.h"
 
 namespace graze {
 namespace {
-
-/// Reads the parts of one distribution of one parameter.
-class SpreadReader {
- public:
-  /// `center`: default mean: the nominal value, or 0 for jitter. `whole`: what "5 %" is of.
-  SpreadReader(const Parameter& parameter, double center, double whole, Standing standing)
-      : parameter_(parameter), center_(center), whole_(whole), standing_(standing) {}
-
-  Distribution read(const std::string& name, const Settings& value) const {
-    try {
-      if (name == "normal") return normal(value);
-      if (name == "uniform") return uniform(value);
-      if (name == "log_normal") return log_normal(value);
-      if (name == "log_uniform") return log_uniform(value);
-      if (name == "triangular") return triangular(value);
-      return empirical(value);
-    } catch (const std::invalid_argument& e) {
-      value.fail(e.what());
-    }
-  }
-
- private:
-  double number(const Settings& value) const { return value.number(parameter_.quantity); }
-
-  double number_or(const Settings& map, const char* key, double fallback) const {
-    const auto value = map.find(key);
-    return value ? number(*value) : fallback;
-  }
-
-  /// The number of `key`, or the center, which a limit that the URDF does not give has not.
-  double number_or_center(const Settings& map, const char* key) const {
-    const auto value = map.find(key);
-    if (value) return number(*value);
-    if (!std::isfinite(center_)) map.fail(fmt::format("{}; write '{}'", unlimited(), key));
-    return center_;
-  }
-
-  std::string unlimited() const {
-    return fmt::format("the nominal value of {} is unlimited: the URDF gives no limit", parameter_.path);
-  }
-
-  /// A spread: absolute, or "5 %" of `whole`. `own`: what gives a distribution that stands as_nominal a whole.
-  double width(const Settings& value, double whole, const char* own) const {
-    const std::string text = value.text();
-    if (text.find('%') == std::string::npos) return number(value);
-    const std::string_view unit = unit_of(parameter_.quantity);
-    const std::string absolute = unit == "1" ? "without %" : fmt::format("with a unit ({})", unit);
-    if (!std::isfinite(whole)) value.fail(fmt::format("{}: {}; write it {}", text, unlimited(), absolute));
-    if (whole == 0) {
-      if (standing_ == Standing::as_nominal) {
-        value.fail(fmt::format("{}: of nothing: {} has no value yet; {}", text, parameter_.path, own));
-      }
-      value.fail(fmt::format("{}: the nominal value of {} is 0, so a spread relative to it is nothing; write it {}",
-                             text, parameter_.path, absolute));
-    }
-    return value.number() * std::abs(whole);
-  }
-
-  Distribution normal(const Settings& value) const {
-    value.allow(keys_of("normal"));
-    const double mean = number_or_center(value, "mean");
-    const bool own = standing_ == Standing::as_nominal && value.has("mean");
-    const double std = width(value.at("std"), own ? mean : whole_, "give it a 'mean'");
-    if (std < 0) value.at("std").fail(fmt::format("{}: a standard deviation must be >= 0", value.at("std").text()));
-    if (!value.has("min") && !value.has("max")) return Distribution::normal(mean, std);
-    constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    return Distribution::truncated_normal(mean, std, number_or(value, "min", -kInfinity),
-                                          number_or(value, "max", kInfinity));
-  }
-
-  /// `[min, max]` or `{min: …, max: …}`.
-  std::pair<double, double> range(const Settings& value) const {
-    if (!value.is_map()) {
-      const std::vector<double> ends = value.numbers(2, parameter_.quantity);
-      return {ends[0], ends[1]};
-    }
-    return {number(value.at("min")), number(value.at("max"))};
-  }
-
-  Distribution uniform(const Settings& value) const {
-    if (value.is_map()) value.allow(keys_of("uniform"));
-    if (value.is_map() && value.has("spread")) {
-      if (value.has("min") || value.has("max")) value.fail("either spread, or min and max");
-      if (!std::isfinite(center_)) value.at("spread").fail_key(fmt::format("{}; write [min, max]", unlimited()));
-      const double spread = width(value.at("spread"), whole_, "write [min, max]");
-      if (spread < 0) value.at("spread").fail(fmt::format("{}: must be >= 0", value.at("spread").text()));
-      return Distribution::uniform(center_ - spread, center_ + spread);
-    }
-    const auto [min, max] = range(value);
-    return Distribution::uniform(min, max);
-  }
-
-  Distribution log_normal(const Settings& value) const {
-    value.allow(keys_of("log_normal"));
-    const double median = number_or_center(value, "median");
-    if (!(median > 0))
-      value.fail(fmt::format("the median {:g}{} is not positive; a log-normal value is always > 0{}", median,
-                             value.has("median") ? "" : " (the nominal value)",
-                             value.has("median") ? "" : ": give it with median: …"));
-    return Distribution::log_normal(pinned::log(median), value.at("log_std").non_negative());
-  }
-
-  Distribution log_uniform(const Settings& value) const {
-    if (value.is_map()) value.allow(keys_of("log_uniform"));
-    const auto [min, max] = range(value);
-    return Distribution::log_uniform(min, max);
-  }
-
-  Distribution triangular(const Settings& value) const {
-    if (!value.is_map()) {
-      const std::vector<double> at = value.numbers(3, parameter_.quantity);
-      return Distribution::triangular(at[0], at[1], at[2]);
-    }
-    value.allow(keys_of("triangular"));
-    return Distribution::triangular(number(value.at("min")), number_or_center(value, "mode"), number(value.at("max")));
-  }
-
-  Distribution empirical(const Settings& value) const {
-    if (!value.is_map()) return Distribution::empirical(value.numbers(-1, parameter_.quantity));
-    value.allow(keys_of("empirical"));
-    if (value.has("values") == value.has("file")) value.fail("needs either 'values' or 'file' with 'column'");
-    if (const auto values = value.find("values")) {
-      return Distribution::empirical(values->numbers(-1, parameter_.quantity));
-    }
-    return Distribution::empirical(read_column(value, parameter_.quantity));
-  }
-
-  const Parameter& parameter_;
-  double center_, whole_;
-  Standing standing_;
-};
-
-/// Index of a named value of a parameter like contact.model.
-int label_index(const Settings& value, const Parameter& parameter) {
-  const std::string label = value.choice(parameter.choices);
-  const auto at = std::find(parameter.choices.begin(), parameter.choices.end(), label);
-  return static_cast<int>(at - parameter.choices.begin());
-}
-
-Spread read_choice(const Settings& value, const Parameter& parameter) {
-  if (value.is_map()) value.allow(keys_of("choice"));
-  const std::vector<Settings> values = (value.is_map() ? value.at("values") : value).items();
-  std::vector<double> weights;
-  if (value.is_map() && value.has("weights")) {
-    weights = value.at("weights").numbers(static_cast<int>(values.size()));
-  } else {
-    weights.assign(values.size(), 1.0);
-  }
-  try {
-    Spread out;
-    if (parameter.choices.empty()) {
-      std::vector<double> numbers;
-      for (const Settings& one : values) numbers.push_back(one.number(parameter.quantity));
-      out.persistent = Distribution::discrete(numbers, weights);
-      return out;
-    }
-    // The value is an index into all labels; those that are not listed have no weight.
-    std::vector<double> by_label(parameter.choices.size(), 0.0);
-    for (std::size_t i = 0; i < values.size(); ++i) by_label[label_index(values[i], parameter)] += weights[i];
-    out.persistent = Distribution::choice(static_cast<int>(by_label.size()), by_label);
-    out.labels = parameter.choices;
-    return out;
-  } catch (const std::invalid_argument& e) {
-    value.fail(e.what());
-  }
-}
 
 /// `{density: 2e-3 rad/s^2/sqrt(Hz)}`: the density of white noise.
 double read_noise(const Settings& value, const Parameter& parameter) {
@@ -192,8 +25,7 @@ double read_noise(const Settings& value, const Parameter& parameter) {
                     "actuator.… channels",
                     parameter.path));
   }
-  value.allow(keys_of("noise"));
-  const Settings density = value.at("density");
+  const Settings density = Described(value, noise_description()).at("density");
   const std::string text = density.text();
   const std::string unit = fmt::format("{}{}", unit_of(parameter.quantity), kRoot);
   const auto written = split_number(text);
@@ -217,6 +49,15 @@ Spread fixed(const Settings& value, const Parameter& parameter) {
   return out;
 }
 
+Spread read_kind(const DistributionKind& kind, const Settings& value, const DrawnFor& drawn) {
+  const Described own(value, kind.text);
+  try {
+    return kind.read(own, drawn);
+  } catch (const std::invalid_argument& e) {
+    value.fail(e.what());
+  }
+}
+
 Spread persistent_part(const Settings& map, const Parameter& parameter, Standing standing) {
   std::optional<SettingsEntry> chosen;
   for (const SettingsEntry& entry : map.entries()) {
@@ -233,13 +74,11 @@ Spread persistent_part(const Settings& map, const Parameter& parameter, Standing
     out.persistent = Distribution::constant(parameter.nominal);
     return out;
   }
-  if (chosen->first == "choice") return read_choice(chosen->second, parameter);
-  if (!parameter.choices.empty()) {
+  const DistributionKind& kind = *kind_of(distribution_kinds(), chosen->first);
+  if (!parameter.choices.empty() && !kind.of_words) {
     chosen->second.fail_key(fmt::format("{} takes named values, so 'choice' is its only distribution", parameter.path));
   }
-  out.persistent =
-      SpreadReader(parameter, parameter.nominal, parameter.nominal, standing).read(chosen->first, chosen->second);
-  return out;
+  return read_kind(kind, chosen->second, {parameter, parameter.nominal, parameter.nominal, standing});
 }
 
 }  // namespace
@@ -340,8 +179,7 @@ std::string friction_doubt(double friction) {
 bool is_spread(const Settings& value) { return value.is_map(); }
 
 double read_cone(const Settings& value) {
-  value.allow(keys_of("cone"));
-  const double std = value.at("std").non_negative(Quantity::angle);
+  const double std = Described(value, cone_description()).number("std");
   if (std > std::numbers::pi) {
     value.at("std").fail(
         fmt::format("{:g} rad: an axis is tilted by half a turn at most, {:.5g} rad", std, std::numbers::pi));
@@ -391,15 +229,18 @@ Spread read_spread(const Settings& value, const Parameter& parameter, Standing s
   check_bounds(value, parameter, out.persistent);
   doubt(value, parameter, out.persistent);
   if (jitter) {
-    std::vector<std::string> names = distribution_names();
-    std::erase(names, "choice");
+    std::vector<std::string> names;
+    for (const DistributionKind& kind : distribution_kinds()) {
+      if (!kind.of_words) names.push_back(kind.name);
+    }
     names.push_back("noise");
     const auto [name, settings] = jitter->single(names);
     if (name == "noise") {
       out.noise_density = read_noise(settings, parameter);
     } else {
       const double whole = standing == Standing::as_nominal ? out.persistent.mean() : parameter.nominal;
-      out.jitter = SpreadReader(parameter, 0.0, whole, Standing::beside_nominal).read(name, settings);
+      const DrawnFor drawn{parameter, 0.0, whole, Standing::beside_nominal};
+      out.jitter = read_kind(*kind_of(distribution_kinds(), name), settings, drawn).persistent;
     }
   }
   return out;

@@ -17,6 +17,25 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
+Key window_key(const char* help) {
+  return {"window", {Form::numbers(2, Quantity::time)}, Default::words("all along"), help};
+}
+
+/// The predicates that are made of others.
+const std::vector<std::string>& inner_keys() {
+  static const std::vector<std::string> keys = {"all", "any", "not"};
+  return keys;
+}
+
+/// What may stand beside a witness that is a predicate.
+std::vector<std::string> timing_keys() {
+  std::vector<std::string> out;
+  for (const Key& key : predicate_description().keys) {
+    if (std::find(inner_keys().begin(), inner_keys().end(), key.name) == inner_keys().end()) out.push_back(key.name);
+  }
+  return out;
+}
+
 Window read_window(const Settings& settings) {
   const std::vector<double> ends = settings.numbers(2, Quantity::time);
   if (ends[0] < 0 || ends[1] < ends[0]) {
@@ -37,11 +56,12 @@ class TaskReader {
     if (is_witness(name) && !names_a_predicate(settings)) {
       settings.fail_key(fmt::format("is a witness; what it is for has a name of its own: NAME: {{{}: …}}", name));
     }
-    settings.allow(with_names({"window"}));
+    const std::vector<std::string> beside = requirement_description().names();
+    settings.allow(with_names(beside));
     Requirement out;
     out.measure = measure;
     out.name = name;
-    const ReadWitness witness = the_witness(settings, {"window"});
+    const ReadWitness witness = the_witness(settings, beside);
     out.witness = witness.witness;
     out.description = witness.description;
     out.unit = witness.unit;
@@ -93,7 +113,7 @@ class TaskReader {
 
   /// `objective: {over: {}}`, which may be a name without a predicate; what is near a witness is left to allow().
   static void refuse_empty_name(const std::string& key, const Settings& value) {
-    const std::vector<std::string> known = with_names({"all", "any", "not", "at", "always", "once", "window"});
+    const std::vector<std::string> known = with_names(predicate_description().names());
     if (!nearest(key, known).empty() || !(value.is_map() || value.is_null())) return;
     value.allow(known);  // a name, and what stands under it is misspelt
     value.fail_key(
@@ -109,7 +129,7 @@ class TaskReader {
   }
 
   static bool is_predicate_key(const std::string& key) {
-    const std::vector<std::string> keys = with_names({"all", "any", "not"});
+    const std::vector<std::string> keys = with_names(inner_keys());
     return std::find(keys.begin(), keys.end(), key) != keys.end();
   }
 
@@ -145,15 +165,14 @@ class TaskReader {
       written.at(other).fail_key(
           fmt::format("stands beside the witness, not in it: {{{}: {{…}}, {}: …}}", kind->name, other));
     }
-    ReadWitness out = kind->read(written, nominal_);
+    ReadWitness out = kind->read(Described(written, kind->text), nominal_);
     if (kind->name == "contact_impulse") doubt_impulse(written, nominal_, times_.end);
     return out;
   }
 
   Objective predicate(const Settings& settings) const {
-    const std::vector<std::string> timing = {"at", "always", "once", "window"};
-    settings.allow(with_names({"all", "any", "not", "at", "always", "once", "window"}));
-    for (const char* inner : {"all", "any", "not"}) {
+    settings.allow(with_names(predicate_description().names()));
+    for (const std::string& inner : inner_keys()) {
       if (!settings.has(inner)) continue;
       if (settings.entries().size() > 1) {
         settings.fail(fmt::format("'{}' stands alone; times belong to the witnesses in it", inner));
@@ -161,7 +180,7 @@ class TaskReader {
       return inner_node(inner, settings.at(inner));
     }
     Objective out;
-    const ReadWitness witness = the_witness(settings, timing);
+    const ReadWitness witness = the_witness(settings, timing_keys());
     out.witness = witness.witness;
     out.description = witness.description;
     out.unit = witness.unit;
@@ -298,6 +317,25 @@ Task read_task(const Settings& settings, const Model& nominal, const TraceTimes&
   }
   task.stop_at_violation = settings.flag_or("stop_at_violation", true);
   return task;
+}
+
+const Description& requirement_description() {
+  static const Description text = {"a witness that must stay >= 0",
+                                   {window_key("`[from, to]`, within which alone it is judged")}};
+  return text;
+}
+
+const Description& predicate_description() {
+  static const Description text = {
+      "a witness, judged at the end, always or once; or all, any or not of other predicates",
+      {{"all", {Form::sections(-1, "predicate", "[PREDICATE, …]")}, {}, "every one of them holds"},
+       {"any", {Form::sections(-1, "predicate", "[PREDICATE, …]")}, {}, "at least one of them holds"},
+       {"not", {Form::section("predicate", "PREDICATE")}, {}, "it does not hold"},
+       {"at", {Form::word({"end"})}, Default::words("end"), "beside a witness: it holds at the end"},
+       {"always", {Form::flag()}, Default::value("false"), "beside a witness: it holds all along"},
+       {"once", {Form::flag()}, Default::value("false"), "beside a witness: it holds at some time"},
+       window_key("beside a witness: `[from, to]`, within which it holds `always` (if neither is said) or `once`")}};
+  return text;
 }
 
 TaskMonitor::Watched::Watched(const Witness& one) : witness(&one), own(one.numbers()), memory(one.remember()) {}

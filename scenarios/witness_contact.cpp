@@ -5,15 +5,12 @@
 
 #include <algorithm>
 
-#include "scenarios/keys.h"
 #include "scenarios/parts.h"
 #include "scenarios/witnesses.h"
 
 namespace graze {
 namespace {
 
-/// Gaps beyond this are not told apart unless `within` says otherwise, m.
-constexpr double kFar = 0.02;
 /// Parts that begin no farther apart touch, m: gaps are as exact as this.
 constexpr double kTouchAtStart = 1e-6;
 
@@ -95,39 +92,43 @@ class HeldContact final : public NoContact {
   }
 };
 
-double read_within(const Settings& settings) {
-  const auto within = settings.is_map() ? settings.find("within") : std::nullopt;
-  return within ? within->positive(Quantity::length) : kFar;
+Key within_key() {
+  return {"within",
+          {Form::number(Quantity::length, Bound::positive)},
+          Default::value("2 cm"),
+          "how far gaps are measured; beyond it they are not told apart"};
+}
+
+double read_within(const Described& own) {
+  return own.settings().is_map() ? own.number("within") : own.default_number("within");
 }
 
 /// `[a, b]`, or a map that holds them as `between`.
 template <class Kind>
-std::shared_ptr<const Witness> read_gap(const Settings& settings, const Model& nominal, std::string& text) {
-  if (settings.is_map()) settings.allow(keys_of("gap"));
-  Between between = read_between(settings.is_map() ? settings.at("between") : settings, nominal);
+std::shared_ptr<const Witness> read_gap(const Described& own, const Model& nominal, std::string& text) {
+  Between between = read_between(own.settings().is_map() ? own.at("between") : own.settings(), nominal);
   text = between.text;
-  return std::make_shared<Kind>(std::move(between), nominal, read_within(settings));
+  return std::make_shared<Kind>(std::move(between), nominal, read_within(own));
 }
 
-}  // namespace
-
-ReadWitness read_no_contact(const Settings& settings, const Model& nominal) {
+ReadWitness read_no_contact(const Described& own, const Model& nominal) {
   std::string text;
-  auto witness = read_gap<NoContact>(settings, nominal, text);
+  auto witness = read_gap<NoContact>(own, nominal, text);
   return {std::move(witness), "no contact between " + text, "m"};
 }
 
-ReadWitness read_contact(const Settings& settings, const Model& nominal) {
+ReadWitness read_contact(const Described& own, const Model& nominal) {
   std::string text;
-  auto witness = read_gap<HeldContact>(settings, nominal, text);
+  auto witness = read_gap<HeldContact>(own, nominal, text);
   return {std::move(witness), "contact between " + text, "m"};
 }
 
-ReadWitness read_self_collision(const Settings& settings, const Model& nominal) {
+ReadWitness read_self_collision(const Described& own, const Model& nominal) {
+  const Settings& settings = own.settings();
   if (settings.is_scalar()) {  // "self_collision: true" reads as well as "self_collision: {}"
     if (!settings.flag()) settings.fail("false: leave the line out instead");
-  } else {
-    settings.allow(keys_of("self_collision"));
+  } else if (settings.is_list()) {
+    settings.entries();  // which says that it is no map
   }
   Between between;
   std::vector<unsigned>& robot = between.first.features;
@@ -141,8 +142,45 @@ ReadWitness read_self_collision(const Settings& settings, const Model& nominal) 
         "all, or all are neighbours), so this can never be violated");
   }
   between.second = between.first;
-  return {std::make_shared<NoContact>(std::move(between), nominal, read_within(settings)),
+  return {std::make_shared<NoContact>(std::move(between), nominal, read_within(own)),
           "no contact between non-adjacent links", "m"};
+}
+
+}  // namespace
+
+std::vector<WitnessKind> contact_witnesses() {
+  const Key between = {"between",
+                       {Form::texts(2, "PART")},
+                       Default::required(),
+                       "globs of parts; `curb.side` names a feature, `\"*\"` is any other part"};
+  const std::vector<Form> pair = {Form::texts(2, "PART")};
+  const std::string short_form = "`[PART, PART]` alone stands for `{between: [PART, PART]}`.";
+  return {
+      {"contact",
+       {"two parts touch",
+        {between, within_key()},
+        {},
+        pair,
+        "The margin is the negative gap, positive while they touch. " + short_form},
+       "m",
+       read_contact},
+      {"no_contact",
+       {"two parts do not touch; its margin is the gap between them",
+        {between, within_key()},
+        {},
+        pair,
+        "The gap is that at the end of the step, while they touch the overlap, negative. " + short_form},
+       "m",
+       read_no_contact},
+      {"self_collision",
+       {"the robot's parts that are not neighbours do not touch each other",
+        {within_key()},
+        {},
+        {Form::flag(), Form::nothing()},
+        "`self_collision: true` is enough."},
+       "m",
+       read_self_collision},
+  };
 }
 
 }  // namespace graze

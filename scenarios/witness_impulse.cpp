@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <limits>
 
-#include "scenarios/keys.h"
 #include "scenarios/parts.h"
 #include "scenarios/witnesses.h"
 
@@ -125,17 +124,34 @@ class ContactImpulse final : public Witness {
   double below_, during_;
 };
 
-}  // namespace
-
-ReadWitness read_contact_impulse(const Settings& settings, const Model& nominal) {
-  settings.allow(keys_of("contact_impulse"));
-  Between between = read_between(settings.at("between"), nominal);
-  const double below = settings.at("below").positive(Quantity::impulse);
-  const auto during = settings.find("during");
-  const double seconds = during ? during->positive(Quantity::time) : kInfinity;
+ReadWitness read_contact_impulse(const Described& own, const Model& nominal) {
+  Between between = read_between(own.at("between"), nominal);
+  const double below = own.number("below");
+  const auto during = own.find_number("during");
+  const double seconds = during.value_or(kInfinity);
   std::string text = fmt::format("impulse between {} below {:g} N s", between.text, below);
   if (during) text += fmt::format(" within {:g} s", seconds);
   return {std::make_shared<ContactImpulse>(std::move(between), below, seconds), text, "N s", {}, below};
+}
+
+}  // namespace
+
+std::vector<WitnessKind> impulse_witnesses() {
+  return {
+      {"contact_impulse",
+       {"no contact of two parts has a larger normal impulse than a bound",
+        {{"between", {Form::texts(2, "PART")}, Default::required(), "globs of parts; `curb.side` names a feature"},
+         {"below", {Form::number(Quantity::impulse, Bound::positive)}, Default::required(), "the bound"},
+         {"during",
+          {Form::number(Quantity::time, Bound::positive)},
+          Default::words("all of it"),
+          "the first part of each contact, which alone counts"}},
+        {},
+        {},
+        "The margin is the bound minus the impulse of the hardest contact under way."},
+       "N s",
+       read_contact_impulse},
+  };
 }
 
 }  // namespace graze

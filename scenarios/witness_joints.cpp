@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "scenarios/keys.h"
 #include "scenarios/names.h"
 #include "scenarios/witnesses.h"
 
@@ -16,28 +15,30 @@ namespace {
 /// times what steps of 10 ms leave, counts as at the stop, 0.
 constexpr double kAtStop = 1e-7;
 
+constexpr const char* kAll = "*";
+
 /// Indices into Model::actuated; all of them by default.
-std::vector<int> read_joints(const Settings& settings, const Model& nominal) {
-  const auto joints = settings.find("joints");
+std::vector<int> read_joints(const Described& own, const Model& nominal) {
+  const auto joints = own.find("joints");
   const std::vector<std::string> names = driven_names(nominal);
   if (joints) return match_names(*joints, joints->text(), names, "joint");
-  if (names.empty()) settings.fail_key("the robot has no joints");
-  return match_names(settings, "*", names, "joint");
+  if (names.empty()) own.settings().fail_key("the robot has no joints");
+  return match_names(own.settings(), kAll, names, "joint");
 }
 
-std::string joints_text(const Settings& settings) {
-  const std::string pattern = settings.text_or("joints", "*");
-  return pattern == "*" ? "all joints" : pattern;
+std::string joints_text(const Described& own) {
+  const std::string pattern = own.settings().text_or("joints", kAll);
+  return pattern == kAll ? "all joints" : pattern;
 }
 
 /// Keeps the joints for which `limited` holds; refuses if none is left.
 template <typename Limited>
-std::vector<int> only(const Settings& settings, const Model& nominal, const char* limit, Limited limited) {
-  std::vector<int> joints = read_joints(settings, nominal);
+std::vector<int> only(const Described& own, const Model& nominal, const char* limit, Limited limited) {
+  std::vector<int> joints = read_joints(own, nominal);
   std::erase_if(joints, [&](int k) { return !limited(nominal.bodies[nominal.actuated[k]]); });
   if (joints.empty()) {
-    settings.fail_key(
-        fmt::format("no joint that matches '{}' has {} in the URDF", settings.text_or("joints", "*"), limit));
+    own.settings().fail_key(
+        fmt::format("no joint that matches '{}' has {} in the URDF", own.settings().text_or("joints", kAll), limit));
   }
   return joints;
 }
@@ -144,14 +145,10 @@ class JointSpeed : public OverJoints {
   double below_;  // rad/s; infinite: the joint's own limit
 };
 
-}  // namespace
-
-ReadWitness read_joint_limits(const Settings& settings, const Model& nominal) {
-  settings.allow(keys_of("joint_limits"));
-  const std::vector<int> joints = only(settings, nominal, "position limits",
+ReadWitness read_joint_limits(const Described& own, const Model& nominal) {
+  const std::vector<int> joints = only(own, nominal, "position limits",
                                        [](const Body& b) { return std::isfinite(b.lower) || std::isfinite(b.upper); });
-  const auto margin = settings.find("margin");
-  const double spare = margin ? margin->non_negative(Quantity::angle) : 0.0;
+  const double spare = own.number("margin");
   WitnessRange range;
   for (const int k : joints) {
     const Body& body = nominal.bodies[nominal.actuated[k]];
@@ -161,35 +158,81 @@ ReadWitness read_joint_limits(const Settings& settings, const Model& nominal) {
     range.why = fmt::format("joint {} has {:g} rad from limit to limit, and a margin of {:g} at both leaves nothing",
                             body.joint, body.upper - body.lower, spare);
   }
-  std::string text = "position limits of " + joints_text(settings);
+  std::string text = "position limits of " + joints_text(own);
   if (spare > 0) text += fmt::format(", less {:g} rad", spare);
   return {std::make_shared<JointLimits>(nominal, joints, spare), text, "rad", range};
 }
 
-ReadWitness read_torque_limits(const Settings& settings, const Model& nominal) {
-  settings.allow(keys_of("torque_limits"));
+ReadWitness read_torque_limits(const Described& own, const Model& nominal) {
   const std::vector<int> joints =
-      only(settings, nominal, "an effort limit", [](const Body& b) { return std::isfinite(b.effort); });
-  return {std::make_shared<TorqueLimits>(nominal, joints), "torque limits of " + joints_text(settings), "N m"};
+      only(own, nominal, "an effort limit", [](const Body& b) { return std::isfinite(b.effort); });
+  return {std::make_shared<TorqueLimits>(nominal, joints), "torque limits of " + joints_text(own), "N m"};
 }
 
-ReadWitness read_torque_speed(const Settings& settings, const Model& nominal) {
-  settings.allow(keys_of("torque_speed"));
-  const std::vector<int> joints = only(settings, nominal, "both an effort and a velocity limit", [](const Body& b) {
+ReadWitness read_torque_speed(const Described& own, const Model& nominal) {
+  const std::vector<int> joints = only(own, nominal, "both an effort and a velocity limit", [](const Body& b) {
     return std::isfinite(b.effort) && std::isfinite(b.velocity);
   });
-  return {std::make_shared<TorqueSpeed>(nominal, joints), "torque-speed line of " + joints_text(settings), "N m"};
+  return {std::make_shared<TorqueSpeed>(nominal, joints), "torque-speed line of " + joints_text(own), "N m"};
 }
 
-ReadWitness read_joint_speed(const Settings& settings, const Model& nominal) {
-  settings.allow(keys_of("joint_speed"));
-  const auto limit = settings.find("below");
-  const double below = limit ? limit->positive(Quantity::angular_velocity) : std::numeric_limits<double>::infinity();
+ReadWitness read_joint_speed(const Described& own, const Model& nominal) {
+  const auto limit = own.find_number("below");
+  const double below = limit.value_or(std::numeric_limits<double>::infinity());
   const std::vector<int> joints =
-      limit ? read_joints(settings, nominal)
-            : only(settings, nominal, "a velocity limit", [](const Body& b) { return std::isfinite(b.velocity); });
+      limit ? read_joints(own, nominal)
+            : only(own, nominal, "a velocity limit", [](const Body& b) { return std::isfinite(b.velocity); });
   const std::string bound = limit ? fmt::format(" below {:g} rad/s", below) : " below the URDF's limits";
-  return {std::make_shared<JointSpeed>(nominal, joints, below), "speed of " + joints_text(settings) + bound, "rad/s"};
+  return {std::make_shared<JointSpeed>(nominal, joints, below), "speed of " + joints_text(own) + bound, "rad/s"};
+}
+
+}  // namespace
+
+std::vector<WitnessKind> joint_witnesses() {
+  const Key joints = {"joints", {Form::text("GLOB")}, Default::value(kAll), "joints; of several the worst counts"};
+  return {
+      {"joint_limits",
+       {"joints stay within their position limits, less a margin",
+        {joints,
+         {"margin",
+          {Form::number(Quantity::angle, Bound::not_negative)},
+          Default::value("0 rad"),
+          "to keep from the limits, rad or m"}},
+        {},
+        {},
+        "Beyond by up to 1e-7 counts as 0, because a joint that its stop holds is there up to what the solver leaves; "
+        "`bullet` may leave more (4e-5 rad) where a foot strikes."},
+       "rad or m",
+       read_joint_limits},
+      {"torque_limits",
+       {"no more torque is demanded of joints than their actuators have",
+        {joints},
+        {},
+        {},
+        "The margin is the limit minus the torque that was demanded, so below 0 where more was demanded than there "
+        "is."},
+       "N m",
+       read_torque_limits},
+      {"torque_speed",
+       {"joints stay below their motors' linear torque-speed line",
+        {joints},
+        {},
+        {},
+        "The line is effort · (1 − |q̇| / q̇_max), in all four quadrants. It judges the torque that the joint got after "
+        "it "
+        "was cut at its limits; what was demanded beyond them `torque_limits` judges."},
+       "N m",
+       read_torque_speed},
+      {"joint_speed",
+       {"joints stay slower than a bound, by default the URDF's",
+        {joints,
+         {"below",
+          {Form::number(Quantity::angular_velocity, Bound::positive)},
+          Default::words("the URDF's velocity limits"),
+          "the bound, where the URDF's is not lower"}}},
+       "rad/s",
+       read_joint_speed},
+  };
 }
 
 }  // namespace graze

@@ -6,15 +6,14 @@
 #include <numbers>
 
 #include "engine/lanes/scalar.h"
-#include "scenarios/keys.h"
 #include "scenarios/names.h"
 #include "scenarios/witnesses.h"
 
 namespace graze {
 namespace {
 
-std::vector<int> read_frames(const Settings& settings, const Model& nominal) {
-  const Settings link = settings.at("link");
+std::vector<int> read_frames(const Described& own, const Model& nominal) {
+  const Settings link = own.at("link");
   return match_names(link, link.text(), frame_names(nominal), "link");
 }
 
@@ -264,13 +263,13 @@ WitnessRange least_of_frames(const Model& nominal, const std::vector<int>& frame
 }
 
 /// `{above: …, below: …}`, at least one of them.
-void read_range(const Settings& settings, double& above, double& below) {
-  above = settings.number_or("above", -kOpen, Quantity::length);
-  below = settings.number_or("below", kOpen, Quantity::length);
-  if (!settings.has("above") && !settings.has("below")) settings.fail("needs 'above', 'below' or both");
+void read_range(const Described& own, double& above, double& below) {
+  above = own.find_number("above").value_or(-kOpen);
+  below = own.find_number("below").value_or(kOpen);
+  if (!own.has("above") && !own.has("below")) own.settings().fail("needs 'above', 'below' or both");
   if (above >= below) {
-    settings.fail(fmt::format("above {:g} m lies {} below {:g} m: nothing is between", above,
-                              above > below ? "over" : "at", below));
+    own.settings().fail(fmt::format("above {:g} m lies {} below {:g} m: nothing is between", above,
+                                    above > below ? "over" : "at", below));
   }
 }
 
@@ -299,56 +298,78 @@ WitnessRange region_range(const Model& nominal, const std::vector<int>& frames, 
   });
 }
 
-}  // namespace
+const Description& region_description() {
+  static const Description text = {
+      "an interval, open at one end or not",
+      {{"above", {Form::number(Quantity::length)}, {}, "the lower bound; at least one of the two"},
+       {"below", {Form::number(Quantity::length)}, {}, "the upper bound"}}};
+  return text;
+}
 
-ReadWitness read_tilt(const Settings& settings, const Model& nominal) {
-  settings.allow(keys_of("tilt"));
-  const std::vector<int> frames = read_frames(settings, nominal);
-  const Settings limit = settings.at("below");
-  const double below = limit.positive(Quantity::angle);
+ReadWitness read_tilt(const Described& own, const Model& nominal) {
+  const std::vector<int> frames = read_frames(own, nominal);
+  const double below = own.number("below");
   return {std::make_shared<Tilt>(nominal, frames, below),
-          fmt::format("tilt of {} below {:g} rad", settings.at("link").text(), below), "rad",
+          fmt::format("tilt of {} below {:g} rad", own.at("link").text(), below), "rad",
           least_of_frames(nominal, frames, {below - std::numbers::pi, below, kMostTilt, false}, [&](const Pose& X) {
             return below - pinned::acos(std::clamp(X.linear()(2, 2), -1.0, 1.0));
           })};
 }
 
-ReadWitness read_height(const Settings& settings, const Model& nominal) {
-  settings.allow(keys_of("height"));
-  const std::vector<int> frames = read_frames(settings, nominal);
+ReadWitness read_height(const Described& own, const Model& nominal) {
+  const std::vector<int> frames = read_frames(own, nominal);
   Vec3 above = Vec3::Constant(-kOpen), below = Vec3::Constant(kOpen);
-  read_range(settings, above.z(), below.z());
+  read_range(own, above.z(), below.z());
   return {std::make_shared<Region>(nominal, frames, above, below),
-          settings.at("link").text() + " " + region_text(above, below), "m",
-          region_range(nominal, frames, above, below)};
+          own.at("link").text() + " " + region_text(above, below), "m", region_range(nominal, frames, above, below)};
 }
 
-ReadWitness read_position(const Settings& settings, const Model& nominal) {
-  settings.allow(keys_of("position"));
-  const std::vector<int> frames = read_frames(settings, nominal);
+ReadWitness read_position(const Described& own, const Model& nominal) {
+  const std::vector<int> frames = read_frames(own, nominal);
   Vec3 above = Vec3::Constant(-kOpen), below = Vec3::Constant(kOpen);
   constexpr const char* kAxes[] = {"x", "y", "z"};
   bool any = false;
   for (int i = 0; i < 3; ++i) {
-    const auto range = settings.find(kAxes[i]);
+    const auto range = own.find(kAxes[i]);
     if (!range) continue;
-    range->allow(keys_of("region"));
-    read_range(*range, above[i], below[i]);
+    read_range(Described(*range, region_description()), above[i], below[i]);
     any = true;
   }
-  if (!any) settings.fail("needs one of x, y, z, e.g. y: {below: -0.2 m}");
+  if (!any) own.settings().fail("needs one of x, y, z, e.g. y: {below: -0.2 m}");
   return {std::make_shared<Region>(nominal, frames, above, below),
-          settings.at("link").text() + " " + region_text(above, below), "m",
-          region_range(nominal, frames, above, below)};
+          own.at("link").text() + " " + region_text(above, below), "m", region_range(nominal, frames, above, below)};
 }
 
-ReadWitness read_speed(const Settings& settings, const Model& nominal) {
-  settings.allow(keys_of("speed"));
-  const std::vector<int> frames = read_frames(settings, nominal);
-  const double below = settings.at("below").positive(Quantity::velocity);
+ReadWitness read_speed(const Described& own, const Model& nominal) {
+  const std::vector<int> frames = read_frames(own, nominal);
+  const double below = own.number("below");
   return {std::make_shared<Speed>(nominal, frames, below),
-          fmt::format("speed of {} below {:g} m/s", settings.at("link").text(), below), "m/s",
+          fmt::format("speed of {} below {:g} m/s", own.at("link").text(), below), "m/s",
           least_of_frames(nominal, frames, {-kOpen, below, "", false}, [&](const Pose&) { return below; })};
+}
+
+}  // namespace
+
+std::vector<WitnessKind> motion_witnesses() {
+  const Key link = {"link", {Form::text("GLOB")}, Default::required(), "links; of several the worst counts"};
+  const auto axis = [](const char* name) {
+    return Key{name, {Form::map(region_description())}, {}, "bounds on that axis, m; at least one axis"};
+  };
+  const std::vector<Key> bounds = region_description().keys;
+  return {
+      {"tilt",
+       {"angle of a link's z axis from the vertical stays below a bound",
+        {link, {"below", {Form::number(Quantity::angle, Bound::positive)}, Default::required(), "the largest angle"}}},
+       "rad",
+       read_tilt},
+      {"height", {"z of a link's origin stays above or below a bound", {link, bounds[0], bounds[1]}}, "m", read_height},
+      {"position", {"a link's origin stays in a region", {link, axis("x"), axis("y"), axis("z")}}, "m", read_position},
+      {"speed",
+       {"a link's origin stays slower than a bound",
+        {link, {"below", {Form::number(Quantity::velocity, Bound::positive)}, Default::required(), "the bound"}}},
+       "m/s",
+       read_speed},
+  };
 }
 
 }  // namespace graze

@@ -1,6 +1,6 @@
 #pragma once
-// The table of witnesses. To add one, write its class in a witness file, give it a row in witnesses.cpp and a
-// definition in data/scenario.schema.json.
+// The table of witnesses. To add one, write its class in a witness file and a row, with its description, in that file's
+// list below; a program that has witnesses of its own registers them. Help, schema and docs follow from descriptions.
 
 #include <functional>
 #include <memory>
@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "engine/settings/description.h"
+#include "scenarios/registered.h"
 #include "scenarios/task.h"
 
 namespace graze {
@@ -25,31 +27,29 @@ struct ReadWitness {
 /// 0, m.
 inline constexpr double kTouch = 1e-9;
 
-using WitnessReader = std::function<ReadWitness(const Settings&, const Model& nominal)>;
+/// Given what is written for a witness, whose keys are known to be described ones.
+using WitnessReader = std::function<ReadWitness(const Described&, const Model& nominal)>;
 
 struct WitnessKind {
   std::string name;
-  std::string help;  // what it asks for, in one line, for `graze help witnesses`
+  Description text;
+  std::string unit;  // of its margin, as docs tell it
   WitnessReader read;
 };
 
+/// Those of the files below, and behind them those that were registered.
 const std::vector<WitnessKind>& witness_kinds();
 
-// witness_motion.cpp
-ReadWitness read_tilt(const Settings& settings, const Model& nominal);
-ReadWitness read_height(const Settings& settings, const Model& nominal);
-ReadWitness read_position(const Settings& settings, const Model& nominal);
-ReadWitness read_speed(const Settings& settings, const Model& nominal);
-// witness_contact.cpp
-ReadWitness read_contact(const Settings& settings, const Model& nominal);
-ReadWitness read_no_contact(const Settings& settings, const Model& nominal);
-ReadWitness read_self_collision(const Settings& settings, const Model& nominal);
-// witness_impulse.cpp
-ReadWitness read_contact_impulse(const Settings& settings, const Model& nominal);
-// witness_joints.cpp
-ReadWitness read_joint_limits(const Settings& settings, const Model& nominal);
-ReadWitness read_torque_limits(const Settings& settings, const Model& nominal);
-ReadWitness read_torque_speed(const Settings& settings, const Model& nominal);
-ReadWitness read_joint_speed(const Settings& settings, const Model& nominal);
+using WitnessRegistration = Registration<WitnessKind>;
+
+/// What may stand beside a witness: when it counts. Of requirements and measures, and of predicates, which may also be
+/// made of others (task.cpp).
+const Description& requirement_description();
+const Description& predicate_description();
+
+std::vector<WitnessKind> motion_witnesses();   // witness_motion.cpp
+std::vector<WitnessKind> contact_witnesses();  // witness_contact.cpp
+std::vector<WitnessKind> impulse_witnesses();  // witness_impulse.cpp
+std::vector<WitnessKind> joint_witnesses();    // witness_joints.cpp
 
 }  // namespace graze

@@ -134,7 +134,8 @@ struct BlockRun::Impl {
         per_control(s.timing.steps_per_control()),
         initial(initial_state(*s.world, s.model)),
         physics(make_physics(s.physics, s.model)),
-        controller(ControlContext{s.model, initial, s.timing.control, physics->solves_drives(), s.timing.end},
+        controller(ControlContext{s.model, initial, s.timing.control, physics->solves_drives(), s.timing.end, root_seed,
+                                  policy.name},
                    policy.settings),
         sensors(s.model, channel_names(s.world->robot), sensor_noise(s, root_seed), controller.reads()),
         actuators(s.model, s.torque_speed),
@@ -163,7 +164,7 @@ struct BlockRun::Impl {
     sensors.start(lane, particle);
     if (observer) watched->start(lane, particle);
     actuators.start(lane, particle);
-    controller.start(lane, particle.control_lag);
+    controller.start(lane, particle.control_lag, particle.id);
     monitor.start(lane, particle.model);
     for (int k = 0; k < tau.rows(); ++k) tau(k, lane) = 0;
     active.set(lane);

@@ -13,6 +13,36 @@ namespace {
 
 constexpr int kForward = 0, kStrafe = 1, kTurn = 5;  // rows of a command
 
+const Description& speed_description() {
+  const Form speed = Form::number(Quantity::velocity, Bound::not_negative);
+  static const Description text = {
+      "the largest speeds",
+      {{"forward", {speed}, Default::required(), "ahead"},
+       {"strafe", {speed}, Default::value("0 m/s"), "to the side, of a holonomic base"},
+       {"turn", {Form::number(Quantity::angular_velocity, Bound::not_negative)}, Default::required(), "either way"}}};
+  return text;
+}
+
+const Description& waypoints_description() {
+  static const Description text = {
+      "points to go to one after the other, by the sensed pose of the base",
+      {{"points", {Form::rows(2, Quantity::length)}, Default::required(), "`[[x, y], …]` in the world, at least one"},
+       {"tolerance",
+        {Form::number(Quantity::length, Bound::positive)},
+        Default::value("10 cm"),
+        "a point is reached when the base is nearer than this"},
+       {"speed", {Form::map(speed_description())}, Default::required(), speed_description().help},
+       {"steering",
+        {Form::word({"driving", "holonomic"})},
+        Default::value("driving"),
+        "turns on the spot, or while walking, and strafes"},
+       {"loop",
+        {Form::flag()},
+        Default::value("false"),
+        "begin anew behind the last point, instead of stepping in place"}}};
+  return text;
+}
+
 class ConstantVelocity : public Steering {
  public:
   explicit ConstantVelocity(const std::array<double, kCommandRows>& command) : command_(command) {}
@@ -31,23 +61,20 @@ class ConstantVelocity : public Steering {
 class Waypoints : public Steering {
  public:
   explicit Waypoints(const Settings& settings) {
-    settings.allow({"points", "tolerance", "speed", "steering", "loop"});
-    const Settings list = settings.at("points");
+    const Described own(settings, waypoints_description());
+    const Settings list = own.at("points");
     for (const Settings& point : list.items()) {
       const std::vector<double> xy = point.numbers(2, Quantity::length);
       points_.emplace_back(xy[0], xy[1]);
     }
     if (points_.empty()) list.fail("has no points; at least one [x, y] must stand here");
-    if (settings.has("tolerance")) tolerance_ = settings.at("tolerance").positive(Quantity::length);
-    const Settings speed = settings.at("speed");
-    speed.allow({"forward", "strafe", "turn"});
-    forward_ = speed.at("forward").non_negative(Quantity::velocity);
-    turn_ = speed.at("turn").non_negative(Quantity::angular_velocity);
-    if (speed.has("strafe")) strafe_ = speed.at("strafe").non_negative(Quantity::velocity);
-    if (settings.has("steering")) {
-      holonomic_ = settings.at("steering").choice({"driving", "holonomic"}) == "holonomic";
-    }
-    loop_ = settings.flag_or("loop", false);
+    tolerance_ = own.number("tolerance");
+    const Described speed(own.at("speed"), speed_description());
+    forward_ = speed.number("forward");
+    turn_ = speed.number("turn");
+    strafe_ = speed.number("strafe");
+    holonomic_ = own.word("steering") == "holonomic";
+    loop_ = own.flag("loop");
   }
 
   void start(int lane) override { next_[lane] = 0; }
@@ -80,7 +107,7 @@ class Waypoints : public Steering {
   }
 
   std::vector<Eigen::Vector2d> points_;         // m, world
-  double tolerance_ = 0.1;                      // m
+  double tolerance_ = 0;                        // m
   double forward_ = 0, strafe_ = 0, turn_ = 0;  // largest speeds, m/s and rad/s
   bool holonomic_ = false, loop_ = false;
   std::array<std::size_t, kLanes> next_{};
@@ -103,6 +130,16 @@ std::array<double, kCommandRows> read_velocity(const Settings& settings) {
 }
 
 }  // namespace
+
+Key velocity_key() {
+  return {"velocity",
+          {Form::numbers(3), Form::numbers(6)},
+          {},
+          "`[forward, strafe, turn]` or `[vx, vy, vz, wx, wy, wz]`, m/s and rad/s, in the base's level frame; positive "
+          "turn is to the left"};
+}
+
+Key waypoints_key() { return {"waypoints", {Form::map(waypoints_description())}, {}, waypoints_description().help}; }
 
 std::unique_ptr<Steering> read_steering(const Settings& gait, bool floating_base) {
   if (gait.has("velocity") == gait.has("waypoints")) {

@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "engine/sensing/sensors.h"
-#include "engine/settings/settings.h"
+#include "engine/settings/description.h"
 
 namespace graze {
 
@@ -21,8 +21,11 @@ class Steering {
   virtual void steer(const Observation& observation, LaneMask active, BlockArray& command) = 0;
 };
 
-/// Reads `velocity: [forward, strafe, turn]` or `[vx, vy, vz, wx, wy, wz]`, or `waypoints: {points, tolerance, speed:
-/// {forward, strafe, turn}, steering: driving | holonomic, loop}` of a gait. Throws InputError.
+/// The keys of a gait of which one says where its base goes.
+Key velocity_key();
+Key waypoints_key();
+
+/// Reads one of these keys of a gait. Throws InputError.
 std::unique_ptr<Steering> read_steering(const Settings& gait, bool floating_base);
 
 }  // namespace graze

@@ -91,6 +91,7 @@ void doubt_jump(const ControlContext& context, const Settings& settings, Policy&
 }  // namespace
 
 struct Controller::Impl {
+  PolicyDraws draws;  // outlives the policy
   std::unique_ptr<Policy> policy;
   std::unique_ptr<Tracker> tracker;
   std::array<double, kLanes> lag{}, momentary_lag{};
@@ -100,15 +101,18 @@ struct Controller::Impl {
   std::optional<LagBuffer> buffer;
 };
 
-Controller::Controller(const ControlContext& context, const Settings& settings) : impl_(std::make_unique<Impl>()) {
+Controller::Controller(const ControlContext& given, const Settings& settings) : impl_(std::make_unique<Impl>()) {
+  impl_->draws = PolicyDraws(given.seed, given.name, given.period);
+  ControlContext context = given;
+  context.draws = &impl_->draws;
   const auto [policy, policy_settings] = policy_entry(settings);
   const auto [tracker, tracker_settings] = tracker_entry(settings.at("control"));
   const TrackerEntry& entry = tracker_registry().at(tracker);
   impl_->kind = entry.kind;
-  policy_settings.allow(policy_text(policy).keys);
+  policy_settings.allow(policy_text(policy).names());
   impl_->policy = policy_registry().at(policy).make(context, policy_settings, entry.kind);
   const std::vector<int> effectors = impl_->policy->effectors();
-  tracker_settings.allow(entry.text.keys);
+  tracker_settings.allow(entry.text.names());
   impl_->tracker = entry.make(context, tracker_settings, effectors);
   if (tracker == "prescribed") doubt_jump(context, policy_settings, *impl_->policy);
   impl_->targets = initial_targets(context, effectors);
@@ -117,8 +121,9 @@ Controller::Controller(const ControlContext& context, const Settings& settings) 
 
 Controller::~Controller() = default;
 
-void Controller::start(int lane, double lag) {
+void Controller::start(int lane, double lag, std::uint32_t particle) {
   impl_->lag[lane] = lag;
+  impl_->draws.start(lane, particle);
   impl_->policy->start(lane);
   impl_->buffer->start(lane, lag);
 }
@@ -126,6 +131,7 @@ void Controller::start(int lane, double lag) {
 void Controller::act(const Observation& observation, const double* lag_jitter, LaneMask active,
                      ActuatorCommand& command) {
   Impl& own = *impl_;
+  own.draws.begin_step(observation.time);
   own.policy->act(observation, active, own.targets);
   std::array<double, kLanes>& lag = own.momentary_lag;
   lag = own.lag;

@@ -1,5 +1,5 @@
 // Policy `gait`: the locomotion policy of Algorithm 6. Forward kinematics of the sensed joints, the planner of
-// Algorithm 7, and, for trackers of joints, inverse kinematics of the nominal legs. Keys: docs/control.md.
+// Algorithm 7, and, for trackers of joints, inverse kinematics of the nominal legs. Keys: gait_settings.cpp.
 
 #include "engine/control/gait_settings.h"
 #include "engine/control/ik.h"
@@ -102,11 +102,11 @@ class Gait : public Policy {
   BlockArray command_, last_time_, feet_, guess_;
 };
 
-const PolicyRegistration registration(
-    "gait", {"walks: every foot stands and swings by a common clock, after a velocity or along waypoints", gait_keys()},
-    [](const ControlContext& context, const Settings& settings, TargetKind kind) -> std::unique_ptr<Policy> {
-      return std::make_unique<Gait>(context, read_gait(context, settings), kind);
-    });
+const PolicyRegistration registration("gait", gait_description(),
+                                      [](const ControlContext& context, const Settings& settings,
+                                         TargetKind kind) -> std::unique_ptr<Policy> {
+                                        return std::make_unique<Gait>(context, read_gait(context, settings), kind);
+                                      });
 
 }  // namespace
 

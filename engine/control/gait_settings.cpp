@@ -18,6 +18,26 @@ namespace {
 
 constexpr double kReachOfStretched = 0.95;  // published: a leg is not used beyond 95 % of its length
 constexpr double kCarryingShare = 0.02;     // of the robot's weight: a foot that presses more than this carries
+constexpr double kHeightOfReach = 0.9;      // of the shortest leg's reach: how high the base stands
+
+const Description& stance_description() {
+  // Without a unit of length: multiples.
+  const std::vector<Form> place = {Form::number(Quantity::length, Bound::positive),
+                                   Form::number(Quantity::dimensionless, Bound::positive)};
+  static const Description text = {
+      "where the feet stand; bare numbers are multiples",
+      {{"length", place, Default::words("below the hips"),
+        "between front and hind feet; a bare number: times the hip's x"},
+       {"width", place, Default::words("below the hips"),
+        "between left and right feet; a bare number: times the hip's y"},
+       {"height", place, Default::words(fmt::format("{:g} of the shortest leg's reach", kHeightOfReach)),
+        "of the base above the feet; a bare number: times that reach"},
+       {"offset",
+        {Form::numbers(2, Quantity::length)},
+        Default::value("[0, 0] m"),
+        "of the base from the middle of the feet, `[x, y]`"}}};
+  return text;
+}
 
 /// Frame of the foot on a leaf body: the one farthest from the body's own origin.
 int outermost_frame(const Model& model, int body) {
@@ -108,8 +128,9 @@ std::vector<double> read_fractions(const Settings& settings, std::size_t feet) {
   return values;
 }
 
-GaitTiming read_timing(const Settings& settings, std::size_t feet) {
-  const double period = settings.at("duration").positive(Quantity::time);
+GaitTiming read_timing(const Described& own, std::size_t feet) {
+  const Settings& settings = own.settings();
+  const double period = own.number("duration");
   const std::vector<double> duty = read_fractions(settings.at("duty"), feet);
   for (const double value : duty) {
     if (value <= 0) settings.at("duty").fail("0 leaves no stance; a duty factor must be > 0");
@@ -137,11 +158,11 @@ double place(const std::optional<Settings>& value, double hip) {
   return value->positive() * hip;
 }
 
-/// The base's height above its feet: relative to the shortest leg's reach (default 0.9), or absolute, m.
+/// The base's height above its feet: relative to the shortest leg's reach, or absolute, m.
 double read_height(const std::optional<Settings>& value, const std::vector<Leg>& legs) {
   double shortest = legs.front().reach;
   for (const Leg& leg : legs) shortest = std::min(shortest, leg.reach);
-  if (!value) return 0.9 * shortest;
+  if (!value) return kHeightOfReach * shortest;
   return is_absolute(*value) ? value->positive(Quantity::length) : value->positive() * shortest;
 }
 
@@ -149,7 +170,7 @@ double read_height(const std::optional<Settings>& value, const std::vector<Leg>&
 void read_stance(const Settings& settings, const std::vector<Leg>& legs, const Mat3& R_GB, GaitParameters& p) {
   const Settings stance = settings.find("stance").value_or(settings);
   const bool given = settings.has("stance");
-  if (given) stance.allow({"length", "width", "height", "offset"});
+  if (given) stance.allow(stance_description().names());
   const auto key = [&](const char* name) { return given ? stance.find(name) : std::nullopt; };
   const double height = read_height(key("height"), legs);
   Vec3 offset = Vec3::Zero();
@@ -174,28 +195,72 @@ void read_stance(const Settings& settings, const std::vector<Leg>& legs, const M
 
 }  // namespace
 
-std::vector<std::string> gait_keys() {
-  return {"velocity",    "waypoints", "duration",       "duty",          "liftoff", "touchdown",
-          "step_height", "overshoot", "stance",         "orientation",   "settle",  "redirect",
-          "global_up",   "recovery",  "max_foot_speed", "contact_force", "feet"};
+const Description& gait_description() {
+  const Form share = Form::fraction(), shares = Form::numbers(-1, Quantity::dimensionless, Bound::fraction);
+  static const Description text = {
+      "walks: every foot stands and swings by a common clock, after a velocity or along waypoints",
+      {velocity_key(),
+       waypoints_key(),
+       {"duration", {Form::number(Quantity::time, Bound::positive)}, Default::required(), "of one cycle"},
+       {"duty", {share, shares}, Default::required(), "share of the cycle in stance, above 0, of all feet or of each"},
+       {"liftoff", {share, shares}, {}, "phase at which the swing of a foot begins: touchdown + duty"},
+       {"touchdown", {share, shares}, {}, "phase at which the stance of a foot begins"},
+       {"step_height",
+        {Form::number(Quantity::length, Bound::not_negative)},
+        Default::required(),
+        "of the foot's path above its ends"},
+       {"overshoot", {Form::number()}, Default::value("0"), "moves the path's third knot on by this part of the step"},
+       {"stance", {Form::map(stance_description())}, Default::words("below the hips"), stance_description().help},
+       {"orientation",
+        {Form::numbers(3, Quantity::angle)},
+        Default::value("[0, 0, 0] rad"),
+        "roll, pitch, yaw of the base that the stance is made for"},
+       {"settle",
+        {Form::number(Quantity::time, Bound::not_negative)},
+        Default::value("0 s"),
+        "before the gait begins, move smoothly to the commanded height with all feet standing"},
+       {"redirect", {share}, Default::value("75 %"), "share of a swing within which a new command moves its goal"},
+       {"global_up",
+        {Form::flag()},
+        Default::value("true"),
+        "step along the world's vertical, as sensed, instead of the base's"},
+       {"recovery",
+        {Form::flag()},
+        Default::value("true"),
+        "the modes reach and support; `false`: timing alone decides, as in the published code"},
+       {"max_foot_speed",
+        {Form::number(Quantity::velocity, Bound::positive)},
+        Default::value("1 m/s"),
+        "limit of the velocity at touchdown, as published"},
+       {"contact_force",
+        {Form::number(Quantity::force, Bound::not_negative)},
+        Default::words(fmt::format("{:g} % of the robot's weight", 100 * kCarryingShare)),
+        "a foot that presses more than this carries"},
+       {"feet",
+        {Form::texts(-1, "LINK")},
+        Default::words("ends of the limbs"),
+        "feet; unless named: front before hind, left before right"}},
+      {{"velocity", "waypoints"}, {"liftoff", "touchdown"}}};
+  return text;
 }
 
 GaitSetup read_gait(const ControlContext& context, const Settings& settings) {
+  const Described own(settings, gait_description());
   GaitSetup setup;
   for (const int frame : read_feet(context, settings)) {
     setup.legs.push_back(make_leg(context.nominal, frame, settings));
   }
   GaitParameters& p = setup.parameters;
-  p.timing = read_timing(settings, setup.legs.size());
-  p.step_height = settings.at("step_height").non_negative(Quantity::length);
-  p.overshoot = settings.number_or("overshoot", p.overshoot);
-  if (settings.has("redirect")) p.redirect = settings.at("redirect").within(0, 1);
-  if (settings.has("settle")) p.settle = settings.at("settle").non_negative(Quantity::time);
-  p.global_up = settings.flag_or("global_up", p.global_up);
-  p.recovery = settings.flag_or("recovery", p.recovery);
-  if (settings.has("max_foot_speed")) p.max_speed = settings.at("max_foot_speed").positive(Quantity::velocity);
+  p.timing = read_timing(own, setup.legs.size());
+  p.step_height = own.number("step_height");
+  p.overshoot = own.number("overshoot");
+  p.redirect = own.number("redirect");
+  p.settle = own.number("settle");
+  p.global_up = own.flag("global_up");
+  p.recovery = own.flag("recovery");
+  p.max_speed = own.number("max_foot_speed");
   p.contact_force = kCarryingShare * robot_weight(context.nominal);
-  if (settings.has("contact_force")) p.contact_force = settings.at("contact_force").non_negative(Quantity::force);
+  if (const auto force = own.find_number("contact_force")) p.contact_force = *force;
   p.gravity = context.nominal.gravity.norm();
   Mat3 R_GB = Mat3::Identity();
   if (const auto attitude = settings.find("orientation")) {

@@ -23,10 +23,10 @@ struct GaitSetup {
   std::unique_ptr<Steering> steering;
 };
 
-/// Keys of a `gait:` map.
-std::vector<std::string> gait_keys();
+/// What a `gait:` map may hold.
+const Description& gait_description();
 
-/// Throws InputError. Keys that are none of gait_keys() have been refused before.
+/// Throws InputError.
 GaitSetup read_gait(const ControlContext& context, const Settings& settings);
 
 }  // namespace graze

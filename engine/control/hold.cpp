@@ -1,5 +1,5 @@
-// Policy `hold`: {}. Stands as it began: nominal initial joint positions, or, for a tracker of effectors, nothing to
-// follow (refused).
+// Policy `hold`: stands as it began: nominal initial joint positions, or, for a tracker of effectors, nothing to follow
+// (refused).
 
 #include "engine/control/joint_values.h"
 #include "engine/control/rows.h"

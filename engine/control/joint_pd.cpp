@@ -1,5 +1,4 @@
-// Tracker `joint_pd`: {kp: N m/rad, kd: N m s/rad, ki: N m/(rad s)}, each a number or a map of joint globs. The servo
-// itself runs in the actuators, at every physics step and on the encoder.
+// Tracker `joint_pd`. The servo itself runs in the actuators, at every physics step and on the encoder.
 
 #include <fmt/format.h>
 
@@ -13,6 +12,21 @@
 namespace graze {
 
 namespace {
+
+const Description& description() {
+  static const Description text = {
+      "a servo in each joint: spring kp, damper kd and integral ki towards the policy's positions",
+      {{"kp",
+        {Form::joint_numbers(Quantity::rotational_stiffness, Bound::not_negative)},
+        Default::required(),
+        "spring"},
+       {"kd", {Form::joint_numbers(Quantity::rotational_damping, Bound::not_negative)}, Default::value("0"), "damper"},
+       {"ki",
+        {Form::joint_numbers(Quantity::dimensionless, Bound::not_negative)},
+        Default::value("0"),
+        "integral, N m/(rad s); it stands still while the torque is cut"}}};
+  return text;
+}
 
 /// Warns of joints that a map of kp does not name: they have no spring, and a robot that leans on them falls.
 void doubt_unnamed(const Model& model, const Settings& kp) {
@@ -36,10 +50,11 @@ void doubt_unnamed(const Model& model, const Settings& kp) {
 class JointPd : public Tracker {
  public:
   JointPd(const ControlContext& context, const Settings& settings) {
-    doubt_unnamed(context.nominal, settings.at("kp"));
-    kp_ = read_gains(context.nominal, settings, "kp", Quantity::rotational_stiffness);
-    kd_ = read_gains(context.nominal, settings, "kd", Quantity::rotational_damping);
-    ki_ = read_gains(context.nominal, settings, "ki", Quantity::dimensionless);
+    const Described own(settings, description());
+    doubt_unnamed(context.nominal, own.at("kp"));
+    kp_ = read_gains(context.nominal, own, "kp");
+    kd_ = read_gains(context.nominal, own, "kd");
+    ki_ = read_gains(context.nominal, own, "ki");
   }
 
   TargetKind kind() const override { return TargetKind::joint; }
@@ -65,13 +80,11 @@ class JointPd : public Tracker {
   std::vector<double> kp_, kd_, ki_;
 };
 
-const TrackerRegistration registration(
-    "joint_pd",
-    {"a servo in each joint: spring kp, damper kd and integral ki towards the policy's positions", {"kp", "kd", "ki"}},
-    TargetKind::joint,
-    [](const ControlContext& context, const Settings& settings, const std::vector<int>&) -> std::unique_ptr<Tracker> {
-      return std::make_unique<JointPd>(context, settings);
-    });
+const TrackerRegistration registration("joint_pd", description(), TargetKind::joint,
+                                       [](const ControlContext& context, const Settings& settings,
+                                          const std::vector<int>&) -> std::unique_ptr<Tracker> {
+                                         return std::make_unique<JointPd>(context, settings);
+                                       });
 
 }  // namespace
 

@@ -58,6 +58,18 @@ std::vector<int> read_header(const std::string& name, const std::vector<std::str
 
 }  // namespace
 
+Key interpolation_key() {
+  return {"interpolation",
+          {Form::word({"linear", "cubic"})},
+          Default::value("linear"),
+          "between the rows of the table",
+          "table"};
+}
+
+Interpolation read_interpolation(const Described& settings) {
+  return settings.word("interpolation") == "cubic" ? Interpolation::cubic : Interpolation::linear;
+}
+
 JointTable JointTable::load(const Settings& file, const std::vector<std::string>& joints, Interpolation interpolation) {
   const std::string path = file.resolve_file(file.text());
   if (!input_exists(path)) {

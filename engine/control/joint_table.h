@@ -6,11 +6,15 @@
 #include <utility>
 #include <vector>
 
-#include "engine/settings/settings.h"
+#include "engine/settings/description.h"
 
 namespace graze {
 
 enum class Interpolation { linear, cubic };
+
+/// The key `interpolation`, which goes with `table`, and its value.
+Key interpolation_key();
+Interpolation read_interpolation(const Described& settings);
 
 class JointTable {
  public:

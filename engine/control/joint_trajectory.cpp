@@ -1,8 +1,5 @@
-// Policy `joint_trajectory`: joint positions (and velocities) as functions of time.
-//   {sinusoid: {amplitude: rad, frequency: rad/s, phase: rad, until: s}}   q = q0 + amplitude sin(frequency t + phase)
-//   {table: file.csv, interpolation: linear | cubic}                       columns time, JOINT, …
-// Amplitude, frequency and phase are numbers or maps of joint globs; after `until` the motion is frozen. Joints that
-// nothing is said about hold their nominal initial position.
+// Policy `joint_trajectory`: joint positions (and velocities) as functions of time, along sinusoids or a table. Joints
+// that nothing is said about hold their nominal initial position.
 
 #include <fmt/format.h>
 
@@ -19,6 +16,29 @@ namespace graze {
 
 namespace {
 
+const Description& sinusoid_description() {
+  static const Description text = {
+      "q = q0 + amplitude sin(frequency t + phase) about the nominal initial position q0",
+      {{"amplitude", {Form::joint_numbers(Quantity::angle)}, Default::required(), "of the motion"},
+       {"frequency", {Form::joint_numbers(Quantity::angular_velocity)}, Default::required(), "angular frequency"},
+       {"phase", {Form::joint_numbers(Quantity::angle)}, Default::value("0 rad"), "at the start"},
+       {"until",
+        {Form::number(Quantity::time, Bound::not_negative)},
+        Default::words("never"),
+        "when the motion is frozen"}}};
+  return text;
+}
+
+const Description& description() {
+  static const Description text = {
+      "moves the joints along sinusoids or a table over time",
+      {{"sinusoid", {Form::map(sinusoid_description())}, {}, sinusoid_description().help},
+       {"table", {Form::text("FILE")}, {}, "CSV `time,JOINT,…` whose times grow; its ends are held"},
+       interpolation_key()},
+      {{"sinusoid", "table"}}};
+  return text;
+}
+
 /// Joint targets that depend on time alone.
 class Motion {
  public:
@@ -33,11 +53,11 @@ class Sinusoid : public Motion {
  public:
   Sinusoid(const ControlContext& context, const Settings& settings)
       : q0_(actuated_positions(context.nominal, context.initial)) {
-    settings.allow({"amplitude", "frequency", "phase", "until"});
+    const Described own(settings, sinusoid_description());
     amplitude_ = read_joint_values(context.nominal, settings.at("amplitude"), Quantity::angle, 0.0);
     frequency_ = read_joint_values(context.nominal, settings.at("frequency"), Quantity::angular_velocity, 0.0);
-    phase_ = read_joint_values_or(context.nominal, settings, "phase", Quantity::angle, 0.0);
-    if (settings.has("until")) until_ = settings.at("until").non_negative(Quantity::time);
+    phase_ = read_joint_values_or(context.nominal, own, "phase");
+    until_ = own.find_number("until").value_or(until_);
     for (int k = 0; k < static_cast<int>(q0_.size()); ++k) {
       const double most = std::abs(amplitude_[k]);
       if (most == 0) continue;
@@ -62,7 +82,8 @@ class Table : public Motion {
  public:
   Table(const ControlContext& context, const Settings& settings)
       : q0_(actuated_positions(context.nominal, context.initial)),
-        table_(JointTable::load(settings.at("table"), actuated_names(context.nominal), interpolation_of(settings))),
+        table_(JointTable::load(settings.at("table"), actuated_names(context.nominal),
+                                read_interpolation(Described(settings, description())))),
         column_(q0_.size(), -1) {
     doubt_times(settings.at("table"), context.end);
     for (std::size_t c = 0; c < table_.columns().size(); ++c) {
@@ -85,12 +106,6 @@ class Table : public Motion {
     if (!(second >= 10 * end && second / 1000 <= end)) return;
     warn(file, fmt::format("{}: its second row is at {:g} s, and no trace is longer than {:g} s; are its times in ms?",
                            file.text(), second, end));
-  }
-
-  static Interpolation interpolation_of(const Settings& settings) {
-    if (!settings.has("interpolation")) return Interpolation::linear;
-    return settings.at("interpolation").choice({"linear", "cubic"}) == "cubic" ? Interpolation::cubic
-                                                                               : Interpolation::linear;
   }
 
   std::vector<double> q0_;
@@ -167,10 +182,7 @@ std::unique_ptr<Policy> make(const ControlContext& context, const Settings& sett
   return std::make_unique<JointTrajectory>(std::make_unique<Sinusoid>(context, settings.at("sinusoid")), context);
 }
 
-const PolicyRegistration registration("joint_trajectory",
-                                      {"moves the joints along sinusoids or a table over time",
-                                       {"sinusoid", "table", "interpolation"}},
-                                      make);
+const PolicyRegistration registration("joint_trajectory", description(), make);
 
 }  // namespace
 

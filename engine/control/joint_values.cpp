@@ -55,10 +55,10 @@ std::vector<double> read_joint_values(const Model& model, const Settings& settin
   return values;
 }
 
-std::vector<double> read_joint_values_or(const Model& model, const Settings& settings, std::string_view key,
-                                         Quantity quantity, double fallback) {
+std::vector<double> read_joint_values_or(const Model& model, const Described& settings, std::string_view key) {
   const std::optional<Settings> found = settings.find(key);
-  return found ? read_joint_values(model, *found, quantity, fallback) : std::vector<double>(model.na(), fallback);
+  if (found) return read_joint_values(model, *found, settings.quantity(key), 0.0);
+  return std::vector<double>(model.na(), settings.default_number(key));
 }
 
 Settings joint_entry(const Model& model, const Settings& settings, int k) {
@@ -115,8 +115,8 @@ void doubt_targets(const Model& model, int k, double low, double high, const Set
                           meant ? fmt::format("; are they meant in {}?", room.turns ? "deg" : "mm") : ""));
 }
 
-std::vector<double> read_gains(const Model& model, const Settings& settings, std::string_view key, Quantity quantity) {
-  const std::vector<double> gains = read_joint_values_or(model, settings, key, quantity, 0.0);
+std::vector<double> read_gains(const Model& model, const Described& settings, std::string_view key) {
+  const std::vector<double> gains = read_joint_values_or(model, settings, key);
   for (const double gain : gains) {
     if (gain < 0)
       settings.at(key).fail("a gain is negative; it must be >= 0, or the servo pushes away from its target");

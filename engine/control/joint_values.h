@@ -8,9 +8,8 @@ namespace graze {
 /// `{"*_Y_*": 20, "LF_X_1": 25}`: in file order, later entries win; joints that no entry names get `fallback`. A glob
 /// that matches no actuated joint is refused with the nearest name. na values, SI.
 std::vector<double> read_joint_values(const Model& model, const Settings& settings, Quantity quantity, double fallback);
-/// The same for an optional key of `settings`.
-std::vector<double> read_joint_values_or(const Model& model, const Settings& settings, std::string_view key,
-                                         Quantity quantity, double fallback);
+/// The same for a key with a default value, which all joints have if it is not written.
+std::vector<double> read_joint_values_or(const Model& model, const Described& settings, std::string_view key);
 
 /// Names of the actuated joints, in order.
 std::vector<std::string> actuated_names(const Model& model);
@@ -18,7 +17,7 @@ std::vector<std::string> actuated_names(const Model& model);
 std::vector<double> actuated_positions(const Model& model, const State& state);
 
 /// Gains of a servo: stiffness and damping must not be negative.
-std::vector<double> read_gains(const Model& model, const Settings& settings, std::string_view key, Quantity quantity);
+std::vector<double> read_gains(const Model& model, const Described& settings, std::string_view key);
 
 /// Of a map as read_joint_values() takes it: where the value of actuated joint k stands, the last entry that names it.
 /// Else: `settings`.

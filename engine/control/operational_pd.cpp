@@ -1,4 +1,4 @@
-// Tracker `operational_pd`: {kp: N/m, kd: N s/m, implicit: true}. A virtual spring and damper between each effector and
+// Tracker `operational_pd`: a virtual spring and damper between each effector and
 // its target, in the base frame; f = kp (x_des - x) + kd (xd_des - xd), tau = J^T f, with x, xd and J from the nominal
 // kinematics at the sensed joint state. As in the published controller there is no gravity or inertia compensation, so
 // that a loaded foot stands off its target by f / kp.
@@ -17,13 +17,29 @@ namespace graze {
 
 namespace {
 
+const Description& description() {
+  static const Description text = {
+      "pulls each foot to its target by a spring and a damper in space; torques by the leg's transposed Jacobian",
+      {{"kp", {Form::number(Quantity::stiffness, Bound::not_negative)}, Default::required(), "spring"},
+       {"kd", {Form::number(Quantity::damping, Bound::not_negative)}, Default::value("0 N s/m"), "damper"},
+       {"implicit",
+        {Form::flag()},
+        Default::value("true"),
+        "damps by the velocity that follows; `false`: by the present one, as published"}},
+      {},
+      {},
+      "f = kp (x_des − x) + kd (ẋ_des − ẋ) in the base frame, τ = Jᵀ f."};
+  return text;
+}
+
 class OperationalPd : public Tracker {
  public:
   OperationalPd(const ControlContext& context, const Settings& settings, const std::vector<int>& effectors)
       : kernel_(GRAZE_KERNEL(chosen_isa(), find_control_kernel)) {
-    view_.kp = settings.at("kp").non_negative(Quantity::stiffness);
-    view_.kd = settings.has("kd") ? settings.at("kd").non_negative(Quantity::damping) : 0.0;
-    view_.period = settings.flag_or("implicit", true) ? context.period : 0.0;
+    const Described own(settings, description());
+    view_.kp = own.number("kp");
+    view_.kd = own.number("kd");
+    view_.period = own.flag("implicit") ? context.period : 0.0;
     view_.na = context.nominal.na();
     for (const int frame : effectors) chains_.emplace_back(context.nominal, frame);
     for (const Chain& chain : chains_) views_.push_back(chain.view());
@@ -48,13 +64,11 @@ class OperationalPd : public Tracker {
   OperationalPdView view_{};
 };
 
-const TrackerRegistration registration(
-    "operational_pd",
-    {"pulls each foot to its target by a spring and a damper in space; torques by the leg's transposed Jacobian",
-     {"kp", "kd", "implicit"}},
-    TargetKind::effector,
-    [](const ControlContext& context, const Settings& settings, const std::vector<int>& effectors)
-        -> std::unique_ptr<Tracker> { return std::make_unique<OperationalPd>(context, settings, effectors); });
+const TrackerRegistration registration("operational_pd", description(), TargetKind::effector,
+                                       [](const ControlContext& context, const Settings& settings,
+                                          const std::vector<int>& effectors) -> std::unique_ptr<Tracker> {
+                                         return std::make_unique<OperationalPd>(context, settings, effectors);
+                                       });
 
 }  // namespace
 

@@ -10,8 +10,10 @@
 #include <vector>
 
 #include "engine/actuation/actuators.h"
+#include "engine/control/policy_draws.h"
 #include "engine/model/model.h"
 #include "engine/sensing/sensors.h"
+#include "engine/settings/description.h"
 #include "engine/settings/settings.h"
 
 namespace graze {
@@ -28,13 +30,16 @@ struct Targets {
   Targets(int na, int effectors) : q(na), v(na), tau(na), x(3 * effectors), xd(3 * effectors) {}
 };
 
-/// What makes a policy or tracker: p0 and the timing.
+/// What makes a policy or tracker: p0, the timing, and the random numbers of those that draw.
 struct ControlContext {
   const Model& nominal;                                  // outlives the policy
   const State& initial;                                  // nominal initial state
   double period;                                         // s, control step
   bool solves_drives = true;                             // BlockPhysics::solves_drives
   double end = std::numeric_limits<double>::infinity();  // s, longest trace
+  std::uint64_t seed = 0;                                // root seed, which PolicyDraws are keyed by
+  std::string name = {};                                 // of the policy in its scenario, "step/2cm"; keys them too
+  PolicyDraws* draws = nullptr;                          // set by the Controller; outlives the policy
 };
 
 class Policy {
@@ -72,25 +77,20 @@ using PolicyFactory = std::function<std::unique_ptr<Policy>(const ControlContext
 using TrackerFactory =
     std::function<std::unique_ptr<Tracker>(const ControlContext&, const Settings&, const std::vector<int>& effectors)>;
 
-/// What is told of a policy or tracker, and what its settings may hold: other keys are refused before it is made.
-struct ComponentText {
-  std::string help;               // what it does, in one line, for `graze help policies`
-  std::vector<std::string> keys;  // of its settings
-};
-
+/// With what is told of a policy and what its settings may hold: other keys are refused before it is made.
 struct PolicyRegistration {
-  PolicyRegistration(const std::string& name, ComponentText text, PolicyFactory make);
+  PolicyRegistration(const std::string& name, Description text, PolicyFactory make);
 };
 /// `kind` stands here too, because it must be known before the policy is made.
 struct TrackerRegistration {
-  TrackerRegistration(const std::string& name, ComponentText text, TargetKind kind, TrackerFactory make);
+  TrackerRegistration(const std::string& name, Description text, TargetKind kind, TrackerFactory make);
 };
 
 std::vector<std::string> policy_names();
 std::vector<std::string> tracker_names();
 /// Of a registered one. Throws std::out_of_range if there is none of that name.
-const ComponentText& policy_text(const std::string& name);
-const ComponentText& tracker_text(const std::string& name);
+const Description& policy_text(const std::string& name);
+const Description& tracker_text(const std::string& name);
 
 /// A policy with its tracker and the lag between them: everything between observation and actuators.
 class Controller {
@@ -100,8 +100,8 @@ class Controller {
   Controller(const ControlContext& context, const Settings& policy);
   ~Controller();
 
-  /// `lag`: persistent value of the lane's particle, s.
-  void start(int lane, double lag);
+  /// `lag`: persistent value of the lane's particle, s. `particle`: its id, which keys what the policy draws.
+  void start(int lane, double lag, std::uint32_t particle = 0);
   /// One control step. `lag_jitter`: added to the lag of each lane at this step; the sum is cut at 0.
   void act(const Observation& observation, const double* lag_jitter, LaneMask active, ActuatorCommand& command);
   /// Groups of the observation that policy or tracker read (SensedGroup).

@@ -1,4 +1,4 @@
-// Tracker `prescribed`: {limited: true}. Joints follow the policy's positions exactly (dissertation §8.4): at the end
+// Tracker `prescribed`: joints follow the policy's positions exactly (dissertation §8.4): at the end
 // of every physics step each stands where its encoder reads the target, by whatever torque that takes; with `limited`
 // by no more than the actuator has. The back end solves it together with contact.
 
@@ -8,6 +8,13 @@ namespace graze {
 
 namespace {
 
+const Description& description() {
+  static const Description text = {
+      "each joint is where the policy wants it, by whatever torque that takes (physics: lanes alone)",
+      {{"limited", {Form::flag()}, Default::value("true"), "by no more torque than the actuators have"}}};
+  return text;
+}
+
 class Prescribed : public Tracker {
  public:
   Prescribed(const ControlContext& context, const Settings& settings) {
@@ -16,7 +23,7 @@ class Prescribed : public Tracker {
           "prescribed motion is part of the contact solve of physics: lanes; other back ends know torques "
           "only (joint_pd comes nearest)");
     }
-    value_ = settings.flag_or("limited", true) ? 1 : 2;
+    value_ = Described(settings, description()).flag("limited") ? 1 : 2;
   }
 
   TargetKind kind() const override { return TargetKind::joint; }
@@ -38,13 +45,11 @@ class Prescribed : public Tracker {
   double value_ = 1;  // see ActuatorCommand
 };
 
-const TrackerRegistration registration(
-    "prescribed",
-    {"each joint is where the policy wants it, by whatever torque that takes (physics: lanes alone)", {"limited"}},
-    TargetKind::joint,
-    [](const ControlContext& context, const Settings& settings, const std::vector<int>&) -> std::unique_ptr<Tracker> {
-      return std::make_unique<Prescribed>(context, settings);
-    });
+const TrackerRegistration registration("prescribed", description(), TargetKind::joint,
+                                       [](const ControlContext& context, const Settings& settings,
+                                          const std::vector<int>&) -> std::unique_ptr<Tracker> {
+                                         return std::make_unique<Prescribed>(context, settings);
+                                       });
 
 }  // namespace
 

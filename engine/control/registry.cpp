@@ -14,13 +14,13 @@ std::map<std::string, TrackerEntry>& tracker_registry() {
   return registry;
 }
 
-PolicyRegistration::PolicyRegistration(const std::string& name, ComponentText text, PolicyFactory make) {
+PolicyRegistration::PolicyRegistration(const std::string& name, Description text, PolicyFactory make) {
   [[maybe_unused]] const bool fresh =
       policy_registry().emplace(name, PolicyEntry{std::move(text), std::move(make)}).second;
   assert(fresh && "two policies of one name");
 }
 
-TrackerRegistration::TrackerRegistration(const std::string& name, ComponentText text, TargetKind kind,
+TrackerRegistration::TrackerRegistration(const std::string& name, Description text, TargetKind kind,
                                          TrackerFactory make) {
   [[maybe_unused]] const bool fresh =
       tracker_registry().emplace(name, TrackerEntry{std::move(text), kind, std::move(make)}).second;
@@ -39,8 +39,8 @@ std::vector<std::string> tracker_names() {
   return names;
 }
 
-const ComponentText& policy_text(const std::string& name) { return policy_registry().at(name).text; }
+const Description& policy_text(const std::string& name) { return policy_registry().at(name).text; }
 
-const ComponentText& tracker_text(const std::string& name) { return tracker_registry().at(name).text; }
+const Description& tracker_text(const std::string& name) { return tracker_registry().at(name).text; }
 
 }  // namespace graze

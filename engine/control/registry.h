@@ -8,12 +8,12 @@
 namespace graze {
 
 struct PolicyEntry {
-  ComponentText text;
+  Description text;
   PolicyFactory make;
 };
 
 struct TrackerEntry {
-  ComponentText text;
+  Description text;
   TargetKind kind;
   TrackerFactory make;
 };

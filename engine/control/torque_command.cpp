@@ -1,6 +1,5 @@
-// Policy `torque`: open-loop joint torques.
-//   {constant: N m, or a map of joint globs}   or   {table: file.csv, interpolation: linear | cubic}
-// Joints that nothing is said about get none. With control: {torque: {}} a robot without any command is limp.
+// Policy `torque`: open-loop joint torques. Joints that nothing is said about get none. With control: {torque: {}} a
+// robot without any command is limp.
 
 #include "engine/control/joint_table.h"
 #include "engine/control/joint_values.h"
@@ -10,6 +9,15 @@ namespace graze {
 
 namespace {
 
+const Description& description() {
+  static const Description text = {
+      "gives the joints torques, constant or by a table over time",
+      {{"constant", {Form::joint_numbers(Quantity::torque)}, Default::value("0 N m"), "all along"},
+       {"table", {Form::text("FILE")}, {}, "CSV `time,JOINT,…` of what is added to it over time"},
+       interpolation_key()}};
+  return text;
+}
+
 class TorqueCommand : public Policy {
  public:
   TorqueCommand(const ControlContext& context, const Settings& settings)
@@ -18,10 +26,8 @@ class TorqueCommand : public Policy {
       constant_ = read_joint_values(context.nominal, *constant, Quantity::torque, 0.0);
     }
     if (const auto table = settings.find("table")) {
-      const bool cubic =
-          settings.has("interpolation") && settings.at("interpolation").choice({"linear", "cubic"}) == "cubic";
       table_ = JointTable::load(*table, actuated_names(context.nominal),
-                                cubic ? Interpolation::cubic : Interpolation::linear);
+                                read_interpolation(Described(settings, description())));
     } else if (const auto interpolation = settings.find("interpolation")) {
       interpolation->fail_key("belongs to a table, and there is none");
     }
@@ -49,14 +55,14 @@ class TorqueCommand : public Policy {
   std::optional<JointTable> table_;
 };
 
-const PolicyRegistration registration(
-    "torque", {"gives the joints torques, constant or by a table over time", {"constant", "table", "interpolation"}},
-    [](const ControlContext& context, const Settings& settings, TargetKind kind) -> std::unique_ptr<Policy> {
-      if (kind != TargetKind::joint) {
-        settings.fail_key("torque gives joint torques; use control: {torque: {}}");
-      }
-      return std::make_unique<TorqueCommand>(context, settings);
-    });
+const PolicyRegistration registration("torque", description(),
+                                      [](const ControlContext& context, const Settings& settings,
+                                         TargetKind kind) -> std::unique_ptr<Policy> {
+                                        if (kind != TargetKind::joint) {
+                                          settings.fail_key("torque gives joint torques; use control: {torque: {}}");
+                                        }
+                                        return std::make_unique<TorqueCommand>(context, settings);
+                                      });
 
 }  // namespace
 

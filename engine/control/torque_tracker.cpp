@@ -1,4 +1,4 @@
-// Tracker `torque`: {}. Passes the policy's torques on and closes no loop.
+// Tracker `torque`: passes the policy's torques on and closes no loop.
 
 #include "engine/control/policy.h"
 #include "engine/control/rows.h"

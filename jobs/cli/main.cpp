@@ -37,9 +37,10 @@ int parse_and_run(int argc, char** argv) {
                                                 fmt::join(physics_names(), ", "), isa_report()));
   app.require_subcommand(1);
   app.footer(
-      "\ngraze VERB --help (or graze help VERB) tells more, with examples; graze help scenarios, policies, trackers "
-      "and "
-      "witnesses list what there is. Documentation: docs/ beside the source.");
+      "\ngraze VERB --help (or graze help VERB) tells more, with examples; graze help scenarios, policies, trackers, "
+      "sensors, shapes, distributions, witnesses, objectives and sections list what there is, graze help NAME what one "
+      "of "
+      "them takes. Documentation: docs/ beside the source.");
   Action action;
   add_check(app, action);
   add_sample(app, action);
@@ -57,7 +58,7 @@ int parse_and_run(int argc, char** argv) {
     std::cout << *text;
     return flushed(kDone);
   }
-  if (asks) check_topic(app, given[1], help_topics());
+  if (asks) check_topic(app, given[1], help_topics(), component_topics());
   check_words(app, words);
   try {
     app.parse(std::vector<std::string>(words.rbegin(), words.rend()));

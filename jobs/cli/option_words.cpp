@@ -153,10 +153,12 @@ void check_words(const CLI::App& app, const std::vector<std::string>& words) {
   WordCheck(first, apps).check({words.begin() + 1, words.end()});
 }
 
-void check_topic(const CLI::App& app, const std::string& word, const std::vector<std::string>& topics) {
+void check_topic(const CLI::App& app, const std::string& word, const std::vector<std::string>& topics,
+                 const std::vector<std::string>& names) {
   std::vector<std::string> known = verbs_of(app);
   if (word.starts_with("-") || std::find(known.begin(), known.end(), word) != known.end()) return;
   known.insert(known.end(), topics.begin(), topics.end());
+  known.insert(known.end(), names.begin(), names.end());
   throw InputError(fmt::format("'{}' is not a verb, and no topic of help{}; topics: {}; verbs: {}", word,
                                did_you_mean(word, known), fmt::join(topics, ", "), fmt::join(verbs_of(app), ", ")));
 }

@@ -14,8 +14,10 @@ namespace graze {
 /// time that may be given once. A verb that allows extra words passes them on to `run`, and so has its options, too.
 void check_words(const CLI::App& app, const std::vector<std::string>& words);
 
-/// Throws InputError if what `graze help` was asked for is neither a verb nor one of `topics`.
-void check_topic(const CLI::App& app, const std::string& word, const std::vector<std::string>& topics);
+/// Throws InputError if what `graze help` was asked for is neither a verb nor one of `topics` or `names`; the former
+/// are listed.
+void check_topic(const CLI::App& app, const std::string& word, const std::vector<std::string>& topics,
+                 const std::vector<std::string>& names);
 
 /// The words that ask for what help there is in them: `help`, `help VERB`, `VERB … --help`; else the words as they are.
 std::vector<std::string> as_help(const std::vector<std::string>& words);

@@ -65,7 +65,10 @@ class Faulty : public Policy {
   std::array<bool, kLanes> bad_{};
 };
 
-const PolicyRegistration registration("faulty", {"errs as it is told", {"does", "above"}},
+const PolicyRegistration registration("faulty",
+                                      {"errs as it is told",
+                                       {{"does", {Form::text("WHAT")}, Default::required(), "the fault"},
+                                        {"above", {Form::number()}, Default::required(), "m, where it has it"}}},
                                       [](const ControlContext&, const Settings& settings, TargetKind) {
                                         return std::make_unique<Faulty>(settings);
                                       });

@@ -1,10 +1,10 @@
-// `graze help TOPIC` lists what there is.
+// `graze help TOPIC` lists what there is, and tells each by its name.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "engine/control/policy.h"
-#include "jobs/cli/shipped.h"
-#include "scenarios/witnesses.h"
+#include <sstream>
+
+#include "engine/settings/settings.h"
 #include "tests/jobs/program.h"
 
 namespace graze::testing {
@@ -14,37 +14,65 @@ using ::testing::HasSubstr;
 
 std::string docs(const std::string& page) { return read_file(std::string(GRAZE_SOURCE_DIR) + "/docs/" + page); }
 
-/// A component has a line of help, and its page names it in code style.
-void expect_told(const std::string& name, const std::string& help, const std::string& listed, const std::string& page) {
-  EXPECT_GT(help.size(), 10u) << name;
-  EXPECT_EQ(help.find('\n'), std::string::npos) << name;
-  EXPECT_THAT(listed, HasSubstr("\n  " + name + " "));
-  EXPECT_THAT(listed, HasSubstr("  " + help + "\n"));
-  const bool named =
-      page.find("`" + name + "`") != std::string::npos || page.find("`" + name + ":") != std::string::npos;
-  EXPECT_TRUE(named || page.find("`" + name + " {") != std::string::npos) << name << " stands in no line of its page";
+/// The names that stand in a list, "  NAME  what it is".
+std::vector<std::string> names_in(const std::string& listed) {
+  std::vector<std::string> out;
+  std::istringstream lines(listed);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("  ")) out.push_back(line.substr(2, line.find(' ', 2) - 2));
+  }
+  return out;
 }
 
-// Claim: every registered policy, tracker and witness has a line of help, is listed with it, and stands in its page.
+// Claim: every component that the program has is listed with its kind and told by its name: all that have the name,
+// with what their keys are; and docs/ name it.
 TEST(HelpTopics, NameEveryComponent) {
   const TemporaryFolder folder;
-  const std::string control = docs("control.md"), scenario = docs("scenario.md");
-  const std::string policies = graze(folder.path(), "help policies").out,
-                    trackers = graze(folder.path(), "help trackers").out,
-                    witnesses = graze(folder.path(), "help witnesses").out;
-  for (const std::string& name : policy_names()) {
-    if (name == "faulty") continue;  // of the tests of containment, which share this program
-    expect_told(name, policy_text(name).help, policies, control);
-    EXPECT_THAT(scenario, HasSubstr("`" + name + "`"));
+  const std::string pages = docs("control.md") + docs("scenario.md") + docs("sampling.md");
+  const std::pair<const char*, const char*> kinds[] = {
+      {"policies", "policy"}, {"trackers", "tracker"},           {"witnesses", "witness"}, {"shapes", "shape"},
+      {"sensors", "sensor"},  {"distributions", "distribution"}, {"sections", "section"}};
+  for (const auto& [kind, one] : kinds) {
+    SCOPED_TRACE(kind);
+    const std::string listed = graze(folder.path(), std::string("help ") + kind).out;
+    EXPECT_EQ(graze(folder.path(), std::string("help ") + one).out, listed);
+    EXPECT_THAT(listed, HasSubstr("docs/"));
+    EXPECT_GE(names_in(listed).size(), 4u);
+    for (const std::string& name : names_in(listed)) {
+      SCOPED_TRACE(name);
+      const Result told = graze(folder.path(), "help " + name);
+      EXPECT_EQ(told.code, 0) << told.err;
+      EXPECT_THAT("\n" + told.out, HasSubstr("\n" + name + ", " + "a " + one + ": "));
+      if (std::string(kind) == "sections") continue;  // pages name them by the keys that they stand behind
+      const bool named =
+          pages.find("`" + name + "`") != std::string::npos || pages.find("`" + name + ":") != std::string::npos;
+      EXPECT_TRUE(named || pages.find("`" + name + ".") != std::string::npos) << "stands on no page";
+    }
   }
-  for (const std::string& name : tracker_names()) {
-    expect_told(name, tracker_text(name).help, trackers, control);
-    EXPECT_THAT(scenario, HasSubstr("`" + name + "`"));
+}
+
+// Claim: keys are told with what they hold, their defaults and a line; a name that several components have tells of
+// each.
+TEST(HelpTopics, TellKeys) {
+  const TemporaryFolder folder;
+  const auto told = [&](const std::string& topic) { return graze(folder.path(), "help " + topic).out; };
+  const std::string gait = told("gait");
+  EXPECT_THAT(gait, HasSubstr("\n  key "));
+  EXPECT_THAT(gait, ::testing::ContainsRegex("\n  duration +s, > 0 +required +of one cycle\n"));
+  EXPECT_THAT(gait, ::testing::ContainsRegex("\n  redirect +0 to 1 +75 % +share of a swing"));
+  EXPECT_THAT(gait,
+              ::testing::ContainsRegex("\n  stance.height +m, > 0 or number, > 0 +0.9 of the shortest leg's reach"));
+  EXPECT_THAT(gait, ::testing::ContainsRegex("\n  velocity +3 numbers or 6 numbers +this or waypoints"));
+  EXPECT_THAT(told("no_contact"), ::testing::ContainsRegex("\n  within +m, > 0 +2 cm "));
+  EXPECT_THAT(told("box"), HasSubstr("box, a shape: its edge lengths, [x, y, z]\nValue: 3 numbers, m, > 0\n"));
+  EXPECT_THAT(told("normal"), ::testing::ContainsRegex("\n  std +parameter's unit, or % +required "));
+  EXPECT_THAT(told("encoder"), HasSubstr("sensor.encoder.JOINT.velocity"));
+  EXPECT_THAT(told("objective"), ::testing::ContainsRegex("\n  any +.PREDICATE, …. "));
+  const std::string torque = told("torque");
+  for (const char* kind : {"torque, a policy: ", "torque, a tracker: ", "torque, a sensor: "}) {
+    EXPECT_THAT(torque, HasSubstr(kind));
   }
-  for (const WitnessKind& kind : witness_kinds()) expect_told(kind.name, kind.help, witnesses, scenario);
-  EXPECT_THAT(policies, HasSubstr("docs/control.md"));
-  EXPECT_THAT(trackers, HasSubstr("docs/control.md"));
-  EXPECT_THAT(witnesses, HasSubstr("docs/scenario.md"));
+  EXPECT_THAT(told("contact"), ::testing::AllOf(HasSubstr("contact, a witness: "), HasSubstr("contact, a section: ")));
 }
 
 // Claim: the shipped scenarios are listed with the names that they give themselves, wherever the data lie.
@@ -82,9 +110,13 @@ TEST(HelpTopics, RefuseUnknownOnes) {
   };
   EXPECT_THAT(refused("senarios"),
               HasSubstr("'senarios' is not a verb, and no topic of help (did you mean 'scenarios'?)"));
-  EXPECT_THAT(refused("tracker"), HasSubstr("did you mean 'trackers'?"));
+  EXPECT_THAT(refused("trakers"), HasSubstr("did you mean 'trackers'?"));
+  EXPECT_THAT(refused("no_contct"), HasSubstr("did you mean 'no_contact'?"));
+  EXPECT_THAT(refused("table:gaits"), HasSubstr("no topic of help"));
   EXPECT_THAT(refused("chekc"), HasSubstr("did you mean 'check'?"));
-  EXPECT_THAT(refused("elephants"), HasSubstr("topics: scenarios, policies, trackers, witnesses; verbs: check, "));
+  EXPECT_THAT(refused("elephants"),
+              HasSubstr("topics: scenarios, sections, policies, trackers, sensors, shapes, distributions, witnesses, "
+                        "objectives, schema; verbs: check, "));
   EXPECT_THAT(graze(folder.path(), "--help").out, HasSubstr("graze help scenarios, policies, trackers"));
 }
 
