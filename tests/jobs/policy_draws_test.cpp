@@ -57,8 +57,8 @@ Digests digests(const Scenario& scenario, int threads, std::uint64_t seed, std::
   if (every > 1) options.is_finished = [every](const std::string&, std::uint64_t particle) { return particle % every; };
   Digests out;
   std::mutex mutex;
-  const std::unique_ptr<Crew> crew = make_local_crew();
-  run_campaign(scenario, options, *crew, [&](int policy, const std::vector<TraceRecord>& traces, const auto&) {
+  const std::unique_ptr<Communicator> comm = make_local_communicator();
+  run_campaign(scenario, options, *comm, [&](int policy, const std::vector<TraceRecord>& traces, const auto&) {
     const std::lock_guard lock(mutex);
     for (const TraceRecord& trace : traces) out[{policy, trace.particle}] = trace.digest;
   });
