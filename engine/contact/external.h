@@ -1,6 +1,6 @@
 #pragma once
 // Contact of pairs that have no kernel (has_kernel in collide.h): those with convex hulls. Whoever steps a block asks
-// for their manifolds between culling and solving. The implementation stands in engine/bullet/convex_pairs.h; this
+// for their manifolds between culling and solving. The implementation stands in convex_pairs.h; this
 // interface keeps the lane engine from knowing it.
 
 #include "engine/model/model.h"

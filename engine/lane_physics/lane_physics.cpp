@@ -6,7 +6,7 @@
 #include <cassert>
 #include <cmath>
 
-#include "engine/bullet/convex_pairs.h"
+#include "engine/contact/convex_pairs.h"
 #include "engine/lanes/isa.h"
 
 namespace graze {
@@ -71,7 +71,7 @@ LanePhysics::LanePhysics(const Model& nominal, int width) : width_(width > 0 ? w
     Part& part = *parts_.emplace_back(std::make_unique<Part>(first, width_, state_, nominal.na()));
     const StateRows block{rows_of(state_.q), rows_of(state_.v), rows_of(state_.a), rows_of(state_.X)};
     part.engine = std::make_unique<LaneEngine>(nominal, kernel, whole() ? block : part.state,
-                                               std::make_unique<bullet::ConvexPairs>(nominal, width_));
+                                               std::make_unique<ConvexPairs>(nominal, width_));
     take_state(part);
   }
 }

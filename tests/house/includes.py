@@ -21,6 +21,8 @@ ROOMS = {  # from top to bottom; what stands in the folder itself stands above i
     "engine": ["control", "actuation", "sensing", "physics.cpp", "clearance", "lane_physics", "bullet", "contact",
                "physics.h", "contact_record.h", "dynamics", "model", "lanes", "settings"],
 }
+# The back ends know nothing of each other, and of bullet nothing else knows.
+APART = {"engine/bullet/": ["engine/lane_physics/", "engine/clearance/"], "engine/lane_physics/": ["engine/bullet/"]}
 OUTSIDE = ["tests", "bench"]  # may include anything; nothing may include them
 GENERATED = {"graze_version.h", "graze_build.h"}
 # archive/ keeps records; of what makes them it knows these words only.
@@ -62,6 +64,9 @@ def include_fault(root, path, bracket, target):
         return "stands in no folder of the order; add it to the lists at the top of this check"
     if there > here:
         return "stands higher in the order; only folders further down may be included"
+    for back_end, kept_out in APART.items():
+        if target.startswith(back_end) and path.startswith(tuple(kept_out)):
+            return "is of another back end; what both need stands in engine/contact/"
     if top == "archive" and not target.startswith(tuple(ARCHIVE)):
         return "makes results; archive/ may include records of simulation/ and plain words only"
     return None
@@ -124,6 +129,8 @@ WRONG = {
     "engine/model/up.cpp": ('  #  include "engine/control/policy.h"\n', "higher"),
     "engine/model/physics.h": ('#include "engine/physics.h"\n', "higher"),
     "engine/bullet/up.h": ('#include "engine/control/gait.h"\n', "higher"),
+    "engine/lane_physics/other.h": ('#include "engine/bullet/back_end.h"\n', "another back end"),
+    "engine/clearance/other.h": ('#include "engine/bullet/back_end.h"\n', "another back end"),
     "archive/up.h": ('#include "jobs/run.h"\n', "higher"),
     "archive/engine.h": ('#include "engine/physics.h"\n', "records"),
     "archive/files/up.h": ('#include "archive/hdf5/column.h"\n', "higher"),

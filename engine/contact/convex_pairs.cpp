@@ -1,4 +1,4 @@
-#include "engine/bullet/convex_pairs.h"
+#include "engine/contact/convex_pairs.h"
 
 #include <algorithm>
 #include <cassert>
@@ -7,7 +7,7 @@
 #include "engine/model/convex_hull.h"
 #include "engine/physics.h"
 
-namespace graze::bullet {
+namespace graze {
 namespace {
 
 Pose pose_of(const double* rows, int lanes, int lane) {
@@ -92,4 +92,4 @@ void ConvexPairs::collide(int pair, int lanes, unsigned mask, const double* X_a,
   }
 }
 
-}  // namespace graze::bullet
+}  // namespace graze

@@ -1,10 +1,10 @@
 #pragma once
 // Pairs without a kernel for the lane engine: takes the poses of each lane, asks convex_manifold.h, writes rows back.
 
-#include "engine/bullet/convex_manifold.h"
+#include "engine/contact/convex_manifold.h"
 #include "engine/contact/external.h"
 
-namespace graze::bullet {
+namespace graze {
 
 class ConvexPairs final : public ExternalContacts {
  public:
@@ -29,4 +29,4 @@ class ConvexPairs final : public ExternalContacts {
   std::vector<std::vector<Body>> bodies_;           // [lane][collider]
 };
 
-}  // namespace graze::bullet
+}  // namespace graze
