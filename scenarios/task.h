@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/physics.h"
+#include "engine/block_physics.h"
 #include "engine/settings/settings.h"
 #include "scenarios/judgement.h"
 

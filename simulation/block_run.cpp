@@ -8,6 +8,7 @@
 
 #include "engine/contact/events.h"
 #include "engine/model/limits.h"
+#include "engine/physics.h"
 #include "sampling/stream.h"
 #include "simulation/names.h"
 #include "simulation/telemetry.h"

@@ -6,8 +6,8 @@
 #include <array>
 
 #include "engine/actuation/limb_inertia.h"
+#include "engine/block_physics.h"
 #include "engine/lanes/block.h"
-#include "engine/physics.h"
 #include "engine/sensing/sensors.h"
 
 namespace graze {

@@ -5,7 +5,15 @@
 
 #include <cassert>
 
+#include "engine/physics.h"
+
 namespace graze::bullet {
+
+namespace {
+
+constexpr const char* kName = "bullet";
+
+}  // namespace
 
 std::string bullet_version() { return fmt::format("{}.{:02}", BT_BULLET_VERSION / 100, BT_BULLET_VERSION % 100); }
 
@@ -57,5 +65,18 @@ void BulletPhysics::publish(int lane) {
     }
   }
 }
+
+namespace {
+
+const PhysicsRegistration registration(
+    kName,
+    {"multibodies and contact solvers of Bullet in double precision, one particle after the other",
+     {{"sequential_impulse", "projected Gauss-Seidel on impulses, circular friction cone"},
+      {"dantzig", "pivoting on the mixed LCP, friction pyramid sized without friction"},
+      {"projected_gauss_seidel", "iteration on the same LCP and pyramid"}},
+     bullet_version()},
+    [](const Model& nominal) { return std::make_unique<BulletPhysics>(nominal); });
+
+}  // namespace
 
 }  // namespace graze::bullet

@@ -9,8 +9,8 @@
 #include <memory>
 #include <string>
 
+#include "engine/block_physics.h"
 #include "engine/bullet/world.h"
-#include "engine/physics.h"
 
 namespace graze::bullet {
 

@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "engine/contact/bullet_convert.h"
+#include "engine/contact/features.h"
 
 namespace graze::bullet {
 namespace {

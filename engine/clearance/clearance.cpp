@@ -6,6 +6,7 @@
 
 #include "engine/clearance/terrain_gap.h"
 #include "engine/contact/collide.h"
+#include "engine/contact/features.h"
 #include "engine/lane_physics/lane_engine.h"
 #include "engine/lanes/isa.h"
 #include "engine/model/convex_hull.h"

@@ -10,9 +10,9 @@
 #include <optional>
 #include <vector>
 
+#include "engine/block_physics.h"
 #include "engine/contact/convex_pairs.h"
 #include "engine/lane_physics/kernel.h"
-#include "engine/physics.h"
 
 namespace graze {
 

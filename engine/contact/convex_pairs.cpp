@@ -4,8 +4,8 @@
 #include <cassert>
 
 #include "engine/contact/collide.h"
+#include "engine/contact/features.h"
 #include "engine/model/convex_hull.h"
-#include "engine/physics.h"
 
 namespace graze {
 namespace {

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "engine/physics.h"
+#include "engine/block_physics.h"
 
 namespace graze {
 

@@ -39,7 +39,7 @@ class LaneMemory {
 /// The kernel of an available instruction set. `lanes`: 8; for comparison also 1, and 4 with avx2.
 const LaneKernel& kernel_of(Isa isa, int lanes = 8);
 
-/// complementarity (Coulomb's cone, Stewart-Trinkle / Anitescu-Potra), complementarity_free (convex), compliant.
+/// complementarity, complementarity_free, compliant; lane_physics.cpp tells what they are.
 const std::vector<std::string>& lane_contact_models();
 
 class LaneEngine {

@@ -8,10 +8,13 @@
 
 #include "engine/contact/convex_pairs.h"
 #include "engine/lanes/isa.h"
+#include "engine/physics.h"
 
 namespace graze {
 
 namespace {
+
+constexpr const char* kName = "lanes";
 
 BlockState state_of(const Model& model) {
   return {BlockArray(model.nq), BlockArray(model.nv), BlockArray(model.nv),
@@ -211,5 +214,17 @@ std::string LanePhysics::why_not_physical(int lane) const {
   return fmt::format("{:.4g} J came out of nothing (tolerated: {:.4g} J), {:.4g} J of it in this step", created,
                      tolerated, of.ledger(kRise, at));
 }
+
+namespace {
+
+const PhysicsRegistration registration(
+    kName,
+    {"many particles at once, one per SIMD lane: articulated bodies, impulses at velocity level, servos in the solve",
+     {{"complementarity", "rigid contact, Coulomb's cone (Stewart-Trinkle, Anitescu-Potra)"},
+      {"complementarity_free", "rigid contact by maximal dissipation: convex, what slides lifts a little (Anitescu)"},
+      {"compliant", "the first with a spring and damper in each contact, integrated implicitly"}}},
+    [](const Model& nominal) { return std::make_unique<LanePhysics>(nominal); });
+
+}  // namespace
 
 }  // namespace graze

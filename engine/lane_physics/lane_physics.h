@@ -4,8 +4,8 @@
 #include <memory>
 #include <vector>
 
+#include "engine/block_physics.h"
 #include "engine/lane_physics/lane_engine.h"
-#include "engine/physics.h"
 
 namespace graze {
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "engine/control/policy.h"
+#include "engine/physics.h"
 #include "jobs/cli/shipped.h"
 #include "scenarios/witnesses.h"
 
@@ -63,10 +64,21 @@ std::string witnesses_help() {
                "Their keys and margins: docs/scenario.md, task.");
 }
 
+std::string physics_help() {
+  Rows rows;
+  for (const std::string& name : physics_names()) {
+    const PhysicsText& text = physics_text(name);
+    rows.emplace_back(name, text.help);
+    for (const auto& [model, help] : text.contact_models) rows.emplace_back("  " + model, help);
+  }
+  return table("Back ends, what steps the bodies ('physics'), each with its contact models ('contact.model'):", rows,
+               "The first of each is the default. What they do and where they end: docs/physics.md.");
+}
+
 }  // namespace
 
 const std::vector<std::string>& help_topics() {
-  static const std::vector<std::string> topics = {"scenarios", "policies", "trackers", "witnesses"};
+  static const std::vector<std::string> topics = {"scenarios", "policies", "trackers", "witnesses", "physics"};
   return topics;
 }
 
@@ -75,6 +87,7 @@ std::optional<std::string> help_on(const std::string& topic) {
   if (topic == "policies") return policies_help();
   if (topic == "trackers") return trackers_help();
   if (topic == "witnesses") return witnesses_help();
+  if (topic == "physics") return physics_help();
   return std::nullopt;
 }
 

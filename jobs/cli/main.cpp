@@ -10,6 +10,7 @@
 #include "archive/archive.h"
 #include "archive/files/shell_word.h"
 #include "engine/lanes/isa.h"
+#include "engine/physics.h"
 #include "graze_version.h"
 #include "jobs/campaign/crash.h"
 #include "jobs/cli/commands.h"
@@ -37,9 +38,8 @@ int parse_and_run(int argc, char** argv) {
                                                 fmt::join(physics_names(), ", "), isa_report()));
   app.require_subcommand(1);
   app.footer(
-      "\ngraze VERB --help (or graze help VERB) tells more, with examples; graze help scenarios, policies, trackers "
-      "and "
-      "witnesses list what there is. Documentation: docs/ beside the source.");
+      "\ngraze VERB --help (or graze help VERB) tells more, with examples; graze help scenarios, policies, trackers, "
+      "witnesses and physics list what there is. Documentation: docs/ beside the source.");
   Action action;
   add_check(app, action);
   add_sample(app, action);

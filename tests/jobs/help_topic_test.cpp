@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/control/policy.h"
+#include "engine/physics.h"
 #include "jobs/cli/shipped.h"
 #include "scenarios/witnesses.h"
 #include "tests/jobs/program.h"
@@ -47,6 +48,26 @@ TEST(HelpTopics, NameEveryComponent) {
   EXPECT_THAT(witnesses, HasSubstr("docs/scenario.md"));
 }
 
+// Claim: back ends are listed with their contact models, the defaults first; all stand in their page.
+TEST(HelpTopics, NameBackEndsAndContactModels) {
+  const TemporaryFolder folder;
+  const std::string page = docs("physics.md"), listed = graze(folder.path(), "help physics").out;
+  std::size_t place = 0;
+  for (const std::string& name : physics_names()) {
+    expect_told(name, physics_text(name).help, listed, page);
+    EXPECT_GT(listed.find("\n  " + name + " "), place) << name;
+    place = listed.find("\n  " + name + " ");
+    for (const auto& [model, help] : physics_text(name).contact_models) {
+      EXPECT_GT(help.size(), 10u) << model;
+      EXPECT_THAT(listed, HasSubstr("  " + help + "\n"));
+      EXPECT_THAT(page, HasSubstr("`" + model + "`"));
+      EXPECT_GT(listed.find("\n    " + model + " "), place) << model;
+      place = listed.find("\n    " + model + " ");
+    }
+  }
+  EXPECT_LT(listed.find("\n  lanes "), listed.find("\n  bullet "));
+}
+
 // Claim: the shipped scenarios are listed with the names that they give themselves, wherever the data lie.
 TEST(HelpTopics, NameTheShippedScenarios) {
   const TemporaryFolder folder;
@@ -84,7 +105,8 @@ TEST(HelpTopics, RefuseUnknownOnes) {
               HasSubstr("'senarios' is not a verb, and no topic of help (did you mean 'scenarios'?)"));
   EXPECT_THAT(refused("tracker"), HasSubstr("did you mean 'trackers'?"));
   EXPECT_THAT(refused("chekc"), HasSubstr("did you mean 'check'?"));
-  EXPECT_THAT(refused("elephants"), HasSubstr("topics: scenarios, policies, trackers, witnesses; verbs: check, "));
+  EXPECT_THAT(refused("elephants"),
+              HasSubstr("topics: scenarios, policies, trackers, witnesses, physics; verbs: check, "));
   EXPECT_THAT(graze(folder.path(), "--help").out, HasSubstr("graze help scenarios, policies, trackers"));
 }
 
