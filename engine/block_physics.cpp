@@ -1,8 +1,64 @@
 #include "engine/block_physics.h"
 
+#include <fmt/format.h>
+
+#include <bit>
 #include <cassert>
+#include <stdexcept>
 
 namespace graze {
+
+namespace {
+
+/// A running number of what is added to it; order matters (multiply and fold).
+class Digest {
+ public:
+  void add(std::uint64_t word) {
+    value_ = (value_ ^ word) * 0x9e3779b97f4a7c15u;
+    value_ ^= value_ >> 32;
+  }
+  void add(int number) { add(static_cast<std::uint64_t>(static_cast<std::int64_t>(number))); }
+  void add(double number) { add(std::bit_cast<std::uint64_t>(number)); }
+  void add(const std::string& text) {
+    add(text.size());
+    for (const char c : text) add(static_cast<std::uint64_t>(static_cast<unsigned char>(c)));
+  }
+  void add(const Shape& shape) {
+    add(static_cast<int>(shape.kind));
+    if (shape.mesh) {
+      add(shape.mesh->vertices.size());
+      for (const Vec3& vertex : shape.mesh->vertices) add(vertex.x()), add(vertex.y()), add(vertex.z());
+    }
+    if (shape.grid) {
+      add(shape.grid->nx), add(shape.grid->ny);
+      for (const double height : shape.grid->height) add(height);
+    }
+  }
+  std::uint64_t value() const { return value_; }
+
+ private:
+  std::uint64_t value_ = 0xcbf29ce484222325u;
+};
+
+}  // namespace
+
+std::uint64_t numbering_of(const Model& model) {
+  Digest digest;
+  digest.add(model.bodies.size());
+  for (const Body& body : model.bodies) {
+    digest.add(static_cast<int>(body.type)), digest.add(body.parent);
+    digest.add(body.name), digest.add(body.joint);
+  }
+  digest.add(model.actuated.size());
+  for (const int body : model.actuated) digest.add(body);
+  digest.add(model.colliders.size());
+  for (const Collider& collider : model.colliders) {
+    digest.add(collider.body), digest.add(collider.name), digest.add(collider.shape);
+  }
+  digest.add(model.pairs.size());
+  for (const ColliderPair& pair : model.pairs) digest.add(pair.a), digest.add(pair.b);
+  return digest.value();
+}
 
 Mat3 BlockState::rotation(int body, int lane) const {
   Mat3 R;
@@ -51,6 +107,26 @@ Contact ContactPoint::contact(int lane) const {
 void BlockPhysics::drive(double, LaneMask, const Drive&, DriveResult&) { assert(!"this back end takes torques"); }
 
 SolverEffort BlockPhysics::effort(int) const { return {}; }
+
+std::shared_ptr<const SavedLane> BlockPhysics::save(int) const {
+  throw std::logic_error("this back end does not save lanes");
+}
+
+void BlockPhysics::restore(int, const SavedLane&) { throw std::logic_error("this back end does not restore lanes"); }
+
+void BlockPhysics::check_own(const SavedLane& saved, const std::string& back_end, std::uint64_t numbering) {
+  if (saved.back_end() != back_end) {
+    throw std::invalid_argument(
+        fmt::format("a lane that the back end '{}' saved cannot be restored by '{}'; save it "
+                    "with the back end that goes on from it",
+                    saved.back_end(), back_end));
+  }
+  if (saved.numbering() != numbering) {
+    throw std::invalid_argument(
+        "a lane of another model cannot be restored here: bodies, joints, colliders, meshes or terrain differ; restore "
+        "it in a block that is made for particles of the same scenario");
+  }
+}
 
 std::vector<Contact> BlockPhysics::contacts(int lane) const {
   std::vector<Contact> out;

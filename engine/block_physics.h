@@ -2,6 +2,7 @@
 // The block interface of every back end: W particles start, step and report together, arrays [quantity][lane]. Which
 // back ends there are, and how to make one, stands in physics.h.
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -18,7 +19,7 @@ namespace graze {
 struct ContactPoint {
   int a = 0, b = 0;              // colliders, a < b
   LaneMask lanes;                // where `rows` is valid
-  const double* rows = nullptr;  // [ContactRow][kLanes], until the next step or start
+  const double* rows = nullptr;  // [ContactRow][kLanes], until the next step, start or restore
 
   double operator()(ContactRow row, int lane) const { return rows[row * kLanes + lane]; }
   const double* row(int i) const { return rows + i * kLanes; }
@@ -62,6 +63,25 @@ struct SolverEffort {
   bool at_most = false;  // it ended at the bound on sweeps
 };
 
+/// A lane as it was after a step: all that its further way depends on. What is in it is the business of the back end
+/// that saved it. It never changes and refers to no block, so that any number of blocks and threads may go on from it.
+class SavedLane {
+ public:
+  /// `back_end`: its name; `numbering`: numbering_of() the model that its blocks were made for.
+  SavedLane(std::string back_end, std::uint64_t numbering) : back_end_(std::move(back_end)), numbering_(numbering) {}
+  virtual ~SavedLane() = default;
+  const std::string& back_end() const { return back_end_; }
+  std::uint64_t numbering() const { return numbering_; }
+
+ private:
+  std::string back_end_;
+  std::uint64_t numbering_;
+};
+
+/// A number for all that the particles of one campaign have in common: bodies, joints, colliders and pairs with their
+/// order, meshes and terrain. Masses, sizes, limits and poses, which particles may have of their own, do not count.
+std::uint64_t numbering_of(const Model& model);
+
 /// A back end. One object simulates one block at a time and belongs to one thread.
 class BlockPhysics {
  public:
@@ -80,8 +100,16 @@ class BlockPhysics {
   /// Of the last step; zero where the back end does not tell.
   virtual SolverEffort effort(int lane) const;
 
+  /// The lane as it is. A particle must have been started or restored in it.
+  virtual std::shared_ptr<const SavedLane> save(int lane) const;
+  /// Puts a lane back as it was saved, in this or another lane of this or another block: state, contacts and fault are
+  /// shown as they were then, and it goes on with the same bits, whatever the object did before. Throws
+  /// std::invalid_argument, and changes nothing, if another back end saved it or its blocks are made for other models;
+  /// save() and restore() throw std::logic_error where a back end cannot do it.
+  virtual void restore(int lane, const SavedLane& saved);
+
   const BlockState& state() const { return state_; }
-  /// Contacts and near points of the last step, all lanes. Those of one
+  /// Contacts and near points of the last step, all lanes; valid until the next step, start or restore. Those of one
   /// lane stand in an order that depends on its particle alone.
   const std::vector<ContactPoint>& contact_points() const { return points_; }
   /// Those of one lane (slow: copies).
@@ -90,15 +118,26 @@ class BlockPhysics {
   const std::optional<std::string>& fault(int lane) const { return fault_[lane]; }
 
  protected:
+  /// `saved` as what this back end saves. Throws std::invalid_argument if it is none of `back_end` and `numbering`.
+  template <class Own>
+  static const Own& own(const SavedLane& saved, const std::string& back_end, std::uint64_t numbering) {
+    check_own(saved, back_end, numbering);
+    return dynamic_cast<const Own&>(saved);
+  }
+
   BlockState state_;
   std::vector<ContactPoint> points_;
   std::array<std::optional<std::string>, kLanes> fault_;
+
+ private:
+  static void check_own(const SavedLane& saved, const std::string& back_end, std::uint64_t numbering);
 };
 
 /// Contact points from lists per lane, for back ends that have no lanes.
 class ContactLists {
  public:
   std::vector<Contact>& operator[](int lane) { return lists_[lane]; }
+  const std::vector<Contact>& operator[](int lane) const { return lists_[lane]; }
   /// The points, which are valid until the lists are gathered again.
   std::vector<ContactPoint> gather();
 

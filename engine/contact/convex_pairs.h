@@ -12,6 +12,7 @@ class ConvexPairs final : public ExternalContacts {
   ConvexPairs(const Model& nominal, int lanes);
 
   void start(int lane, const Model& model) override;
+  void resize(int lane, const std::vector<Vec3>& sizes) override;
   void collide(int pair, int lanes, unsigned mask, const double* X_a, const double* X_b, const double* margin,
                double* rows) override;
 

@@ -67,7 +67,21 @@ struct LanePhysics::Part {
   }
 };
 
-LanePhysics::LanePhysics(const Model& nominal, int width) : width_(width > 0 ? width : best_width()) {
+/// One lane, with the points of its last step.
+struct LanePhysics::Saved final : SavedLane {
+  struct Point {
+    int a, b;
+    std::array<double, kContactRows> rows;
+  };
+  LaneEngine::Saved engine;
+  std::vector<Point> points;
+  std::optional<std::string> fault;
+
+  explicit Saved(std::uint64_t numbering) : SavedLane(kName, numbering) {}
+};
+
+LanePhysics::LanePhysics(const Model& nominal, int width)
+    : width_(width > 0 ? width : best_width()), numbering_(numbering_of(nominal)) {
   state_ = state_of(nominal);
   const LaneKernel& kernel = kernel_of(chosen_isa(), width_);
   for (int first = 0; first < kLanes; first += width_) {
@@ -97,8 +111,45 @@ void LanePhysics::start(int lane, const Particle& particle) {
   const Part& part = *parts_[static_cast<std::size_t>(lane / width_)];
   part.engine->start(lane % width_, particle.model, particle.initial);
   take_state(part);
-  for (ContactPoint& point : points_) point.lanes.set(lane, false);
+  forget_points(lane);
   fault_[lane].reset();
+}
+
+void LanePhysics::forget_points(int lane) {
+  for (ContactPoint& point : points_) point.lanes.set(lane, false);
+  // Not one is left that has no lane: its rows may be those of an earlier restore.
+  std::erase_if(points_, [](const ContactPoint& point) { return !point.lanes.any(); });
+}
+
+std::shared_ptr<const SavedLane> LanePhysics::save(int lane) const {
+  auto out = std::make_shared<Saved>(numbering_);
+  out->engine = engine(lane).save(lane % width_);
+  for (const ContactPoint& point : points_) {
+    if (!point.lanes[lane]) continue;
+    Saved::Point& one = out->points.emplace_back(Saved::Point{point.a, point.b, {}});
+    for (int i = 0; i < kContactRows; ++i) one.rows[i] = point.row(i)[lane];
+  }
+  out->fault = fault_[lane];
+  return out;
+}
+
+void LanePhysics::restore(int lane, const SavedLane& saved) {
+  const Saved& from = own<Saved>(saved, kName, numbering_);
+  const Part& part = *parts_[static_cast<std::size_t>(lane / width_)];
+  part.engine->restore(lane % width_, from.engine);
+  take_state(part);
+  forget_points(lane);
+  BlockArray& rows = restored_[lane];
+  rows = BlockArray(static_cast<int>(from.points.size()) * kContactRows);
+  LaneMask here;
+  here.set(lane);
+  int first = 0;
+  for (const Saved::Point& point : from.points) {
+    for (int i = 0; i < kContactRows; ++i) rows(first + i, lane) = point.rows[i];
+    points_.push_back({point.a, point.b, here, rows.row(first)});
+    first += kContactRows;
+  }
+  fault_[lane] = from.fault;
 }
 
 LaneMask LanePhysics::physical(LaneMask active) const {

@@ -1,7 +1,9 @@
 // Claim: a back end of one's own is one file. It registers itself, and is then chosen by its name as those that come
-// with the program are.
+// with the program are; what it does not do it refuses in words.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <stdexcept>
 
 #include "engine/physics.h"
 #include "simulation/simulation.h"
@@ -95,6 +97,8 @@ TEST(BackEnd, IsNamedWhereAWrongNameIsRefused) {
   sticky.contact_model = "sticky";
   EXPECT_THAT(message_of([&] { make_physics("a-drift", sticky); }),
               HasSubstr("sticky: unknown to the back end 'a-drift', which has none"));
+  sticky.contact_model = "none";
+  EXPECT_THROW(make_physics("a-drift", sticky)->save(0), std::logic_error);
 }
 
 }  // namespace
