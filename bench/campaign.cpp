@@ -9,6 +9,7 @@
 #include <filesystem>
 
 #include "archive/archive.h"
+#include "engine/physics.h"
 #include "jobs/campaign/describe_campaign.h"
 #include "simulation/block_run.h"
 

@@ -8,7 +8,7 @@
 #include <random>
 
 #include "bench/collide/kernel.h"
-#include "engine/bullet/convex_pairs.h"
+#include "engine/contact/convex_pairs.h"
 #include "engine/lanes/isa.h"
 
 namespace graze {
@@ -101,7 +101,7 @@ void lane_by_lane(benchmark::State& state, ShapeKind a, ShapeKind b) {
     model.colliders.push_back(collider);
   }
   model.pairs = {{0, 1, 1, 0}};
-  bullet::ConvexPairs convex(model, kWide);
+  ConvexPairs convex(model, kWide);
   const std::vector<double> margin(kWide, 0.002);
   std::vector<double> rows(8 * kManifoldRows * kWide);
   long points = 0;

@@ -22,6 +22,7 @@
 #include "bench/lanes/worlds.h"
 #include "engine/lane_physics/lane_physics.h"
 #include "engine/lanes/isa.h"
+#include "engine/physics.h"
 
 namespace {
 

@@ -4,6 +4,7 @@
 #include <benchmark/benchmark.h>
 
 #include "engine/control/policy.h"
+#include "engine/physics.h"
 #include "engine/sensing/noise.h"
 #include "engine/sensing/sensors.h"
 #include "sampling/stream.h"

@@ -1,109 +1,64 @@
 #include "engine/physics.h"
 
-#include <cassert>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 
-#include "engine/bullet/bullet_physics.h"
-#include "engine/lane_physics/lane_physics.h"
+#include <algorithm>
+#include <cassert>
+#include <map>
+
+#include "engine/settings/settings.h"
 
 namespace graze {
+namespace {
 
-Mat3 BlockState::rotation(int body, int lane) const {
-  Mat3 R;
-  for (int r = 0; r < 3; ++r) {
-    for (int c = 0; c < 3; ++c) R(r, c) = X(12 * body + 3 * r + c, lane);
-  }
-  return R;
+struct Entry {
+  PhysicsText text;
+  PhysicsFactory make;
+};
+
+/// Filled before main, constant afterwards.
+std::map<std::string, Entry>& registry() {
+  static std::map<std::string, Entry> entries;
+  return entries;
 }
 
-Pose BlockState::pose(int body, int lane) const {
-  Pose out = Pose::Identity();
-  if (body < 0) return out;
-  out.linear() = rotation(body, lane);
-  out.translation() = position(body, lane);
-  return out;
+const Entry& entry_of(const std::string& name) {
+  const auto found = registry().find(name);
+  if (found != registry().end()) return found->second;
+  const std::vector<std::string> names = physics_names();
+  const std::string near = nearest(name, names);
+  throw InputError(fmt::format("physics: {}: no such back end; there are {}{}", name, fmt::join(names, ", "),
+                               near.empty() ? "" : fmt::format("; did you mean '{}'?", near)));
 }
 
-LaneMask ContactPoint::touching() const {
-  const double *gap = row(kGap), *impulse = row(kNormalImpulse);
-  unsigned out = 0;
-  for (int lane = 0; lane < kLanes; ++lane) {
-    out |= (static_cast<unsigned>(gap[lane] <= 0) | static_cast<unsigned>(impulse[lane] > 0)) << lane;
-  }
-  return LaneMask(out & lanes.bits());
+}  // namespace
+
+PhysicsRegistration::PhysicsRegistration(const std::string& name, PhysicsText text, PhysicsFactory make) {
+  assert(!text.contact_models.empty());
+  [[maybe_unused]] const bool fresh = registry().emplace(name, Entry{std::move(text), std::move(make)}).second;
+  assert(fresh && "two back ends of one name");
 }
 
-Contact ContactPoint::contact(int lane) const {
-  const auto vec3 = [&](int row) {
-    return Vec3(rows[row * kLanes + lane], rows[(row + 1) * kLanes + lane], rows[(row + 2) * kLanes + lane]);
-  };
-  const auto number = [&](ContactRow row) { return static_cast<int>((*this)(row, lane)); };
-  Contact out;
-  out.a = a;
-  out.b = b;
-  out.feature_a = static_cast<Feature>(number(kFeatureA));
-  out.feature_b = static_cast<Feature>(number(kFeatureB));
-  out.p_W = vec3(kPoint);
-  out.n_W = vec3(kNormal);
-  out.phi = (*this)(kGap, lane);
-  out.impulse_W = vec3(kImpulse);
-  out.mode = static_cast<ContactMode>(number(kMode));
-  out.age = (*this)(kAge, lane);
-  return out;
+std::vector<std::string> physics_names() {
+  std::vector<std::string> names;
+  for (const auto& [name, entry] : registry()) names.push_back(name);
+  std::stable_partition(names.begin(), names.end(), [](const std::string& name) { return name == kDefaultPhysics; });
+  return names;
 }
 
-void BlockPhysics::drive(double, LaneMask, const Drive&, DriveResult&) { assert(!"this back end takes torques"); }
-
-SolverEffort BlockPhysics::effort(int) const { return {}; }
-
-std::vector<Contact> BlockPhysics::contacts(int lane) const {
-  std::vector<Contact> out;
-  for (const ContactPoint& point : points_) {
-    if (point.lanes[lane]) out.push_back(point.contact(lane));
-  }
-  return out;
-}
-
-std::vector<ContactPoint> ContactLists::gather() {
-  std::size_t count = 0;
-  for (const auto& list : lists_) count += list.size();
-  if (static_cast<std::size_t>(rows_.rows()) < count * kContactRows) {
-    rows_ = BlockArray(static_cast<int>(2 * count) * kContactRows);
-  }
-  std::vector<ContactPoint> points;
-  int first = 0;
-  for (int lane = 0; lane < kLanes; ++lane) {
-    for (const Contact& contact : lists_[lane]) {
-      LaneMask lanes;
-      lanes.set(lane);
-      points.push_back({contact.a, contact.b, lanes, rows_.row(first)});
-      for (int i = 0; i < 3; ++i) {
-        rows_(first + kPoint + i, lane) = contact.p_W[i];
-        rows_(first + kNormal + i, lane) = contact.n_W[i];
-        rows_(first + kImpulse + i, lane) = contact.impulse_W[i];
-      }
-      rows_(first + kGap, lane) = contact.phi;
-      rows_(first + kNormalImpulse, lane) = contact.normal_impulse();
-      rows_(first + kMode, lane) = static_cast<double>(contact.mode);
-      rows_(first + kAge, lane) = contact.age;
-      rows_(first + kFeatureA, lane) = static_cast<double>(contact.feature_a);
-      rows_(first + kFeatureB, lane) = static_cast<double>(contact.feature_b);
-      first += kContactRows;
-    }
-  }
-  return points;
-}
-
-std::vector<std::string> physics_names() { return {"lanes", "bullet"}; }
+const PhysicsText& physics_text(const std::string& physics) { return entry_of(physics).text; }
 
 std::vector<std::string> contact_models_of(const std::string& physics) {
-  assert(physics == "bullet" || physics == "lanes");
-  return physics == "lanes" ? lane_contact_models() : bullet::contact_model_names();
+  std::vector<std::string> names;
+  for (const PhysicsText::ContactModel& model : physics_text(physics).contact_models) names.push_back(model.name);
+  return names;
 }
 
 std::unique_ptr<BlockPhysics> make_physics(const std::string& name, const Model& nominal) {
+  const Entry& entry = entry_of(name);
   contact_model_index(nominal.contact_model, name, contact_models_of(name));
-  if (name == "lanes") return std::make_unique<LanePhysics>(nominal);
-  return std::make_unique<bullet::BulletPhysics>(nominal);
+  return entry.make(nominal);
 }
 
 }  // namespace graze

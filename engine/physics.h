@@ -1,122 +1,41 @@
 #pragma once
-// The block interface of every back end: W particles start, step and report together, arrays [quantity][lane].
+// The back ends by name. A back end is a BlockPhysics in a folder of its own; it ends one of its files in a
+// PhysicsRegistration, and nothing else names its headers. (The folder's name also goes into two lists: that of the
+// library, CMakeLists.txt, and that of the order of the house, tests/house/includes.py.)
 
-#include <memory>
-#include <optional>
-#include <string>
-#include <string_view>
-#include <vector>
+#include <functional>
 
-#include "engine/contact_record.h"
-#include "engine/lanes/block.h"
-#include "engine/lanes/contact_rows.h"
-#include "engine/model/fabrication.h"
+#include "engine/block_physics.h"
 
 namespace graze {
 
-/// Feature of the point p_G (shape's frame) on the surface of `shape`. `top` and `bottom` are a box's faces along its
-/// own +z and -z, `side` the other four; a point within `tolerance` of two faces is on an edge, of three on a vertex.
-Feature feature_of(const Shape& shape, const Vec3& p_G, double tolerance = 1e-4);
-
-/// One contact point of a block after a step, in the lanes where it is.
-struct ContactPoint {
-  int a = 0, b = 0;              // colliders, a < b
-  LaneMask lanes;                // where `rows` is valid
-  const double* rows = nullptr;  // [ContactRow][kLanes], until the next step or start
-
-  double operator()(ContactRow row, int lane) const { return rows[row * kLanes + lane]; }
-  const double* row(int i) const { return rows + i * kLanes; }
-  /// Lanes in which the point touches, as Contact::touching().
-  LaneMask touching() const;
-  Contact contact(int lane) const;
+/// What is told of a back end, for `graze help physics`, messages and archives.
+struct PhysicsText {
+  struct ContactModel {
+    std::string name, help;  // help: what it does, in one line
+  };
+  std::string help;                          // what it is, in one line
+  std::vector<ContactModel> contact_models;  // in the order of contact.model's choices; the first is the default
+  std::string library = {};                  // version of the library that does the work, if it is one
 };
 
-/// State of a block after a step, all lanes.
-struct BlockState {
-  BlockArray q;  // nq rows, see Model
-  BlockArray v;  // nv rows
-  BlockArray a;  // nv rows: (v - v before the step) / h; zero at start
-  BlockArray X;  // 12 rows per body: world rotation R_WB row by row (9), then position p_WB (3)
+/// `nominal`: any particle of the campaign (all share its numbering).
+using PhysicsFactory = std::function<std::unique_ptr<BlockPhysics>(const Model& nominal)>;
 
-  Mat3 rotation(int body, int lane) const;
-  Vec3 position(int body, int lane) const { return X.vec3(12 * body + 9, lane); }
-  Pose pose(int body, int lane) const;  // body -1: identity
+struct PhysicsRegistration {
+  PhysicsRegistration(const std::string& name, PhysicsText text, PhysicsFactory make);
 };
 
-/// What drives the actuated joints during one physics step, na rows each. With q and v of the step's end, the torque is
-///   tau + kp (q_ref - q) + kd (v_ref - v),   held between `lower` and `upper`.
-/// Where `prescribed` is not 0 the joint moves to q_ref within the step, v = (q_ref - q_begin) / h, by whatever torque
-/// between `lower` and `upper` that takes (§8.4); beyond it the bound is applied. Errors of the encoders are contained
-/// in q and v.
-struct Drive {
-  BlockArray tau, q, v, kp, kd, lower, upper, prescribed;
-  explicit Drive(int na = 0) : tau(na), q(na), v(na), kp(na), kd(na), lower(na), upper(na), prescribed(na) {}
-};
+/// The back end of a scenario that names none.
+inline constexpr const char* kDefaultPhysics = "lanes";
 
-/// What came out of a Drive, na rows each: the torque of the step, and the one that was asked for without bounds.
-struct DriveResult {
-  BlockArray torque, asked;
-  explicit DriveResult(int na = 0) : torque(na), asked(na) {}
-};
-
-/// What the contact solver did in one step of a lane.
-struct SolverEffort {
-  double sweeps = 0;
-  double residual = 0;   // largest change of a constraint's velocity in the last sweep, m/s or rad/s
-  bool at_most = false;  // it ended at the bound on sweeps
-};
-
-/// A back end. One object simulates one block at a time and belongs to one thread.
-class BlockPhysics {
- public:
-  virtual ~BlockPhysics() = default;
-
-  /// Puts a fresh particle into a lane. The trace that follows depends on nothing that the object did before.
-  virtual void start(int lane, const Particle& particle) = 0;
-  /// Advances the active lanes by h seconds under the joint torques (or forces) tau [na][lane], constant over the step.
-  /// Lanes that are not active keep their state.
-  virtual void step(double h, LaneMask active, const BlockArray& tau) = 0;
-
-  /// Whether drive() may be called: servos and prescribed motion are part of the back end's solve.
-  virtual bool solves_drives() const { return false; }
-  /// As step(), under servos. Lanes that are not active keep their state and their columns of `result`.
-  virtual void drive(double h, LaneMask active, const Drive& drive, DriveResult& result);
-  /// Of the last step; zero where the back end does not tell.
-  virtual SolverEffort effort(int lane) const;
-
-  const BlockState& state() const { return state_; }
-  /// Contacts and near points of the last step, all lanes. Those of one lane stand in an order that depends on its
-  /// particle alone.
-  const std::vector<ContactPoint>& contact_points() const { return points_; }
-  /// Those of one lane (slow: copies).
-  std::vector<Contact> contacts(int lane) const;
-  /// Why the lane's state is no longer physical (non-finite, energy out of nothing), or nothing.
-  const std::optional<std::string>& fault(int lane) const { return fault_[lane]; }
-
- protected:
-  BlockState state_;
-  std::vector<ContactPoint> points_;
-  std::array<std::optional<std::string>, kLanes> fault_;
-};
-
-/// Contact points from lists per lane, for back ends that have no lanes.
-class ContactLists {
- public:
-  std::vector<Contact>& operator[](int lane) { return lists_[lane]; }
-  /// The points, which are valid until the lists are gathered again.
-  std::vector<ContactPoint> gather();
-
- private:
-  std::array<std::vector<Contact>, kLanes> lists_;
-  BlockArray rows_;
-};
-
-/// Back ends by name, the default first ("lanes", "bullet").
+/// Back ends by name, the default first, the others sorted, in whatever order they were linked.
 std::vector<std::string> physics_names();
+/// Of a registered one. Throws InputError, here and below, that names those that there are.
+const PhysicsText& physics_text(const std::string& physics);
 /// Contact models that a back end knows, in the order of contact.model's choices.
 std::vector<std::string> contact_models_of(const std::string& physics);
-/// `nominal`: any particle of the campaign (all share its numbering). Throws InputError for a contact model that the
-/// back end does not have.
+/// Throws InputError also for a contact model that the back end does not have.
 std::unique_ptr<BlockPhysics> make_physics(const std::string& name, const Model& nominal);
 
 }  // namespace graze

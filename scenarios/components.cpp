@@ -2,6 +2,7 @@
 
 #include "engine/control/policy.h"
 #include "engine/model/channels.h"
+#include "engine/physics.h"
 #include "scenarios/distributions.h"
 #include "scenarios/keys.h"
 #include "scenarios/shapes.h"
@@ -42,6 +43,26 @@ std::vector<Component> distributions() {
   return out;
 }
 
+std::vector<Component> back_ends() {
+  std::vector<Component> out;
+  for (const std::string& name : physics_names()) {
+    std::string models;
+    for (const std::string& model : contact_models_of(name)) models += (models.empty() ? "" : ", ") + model;
+    out.push_back({name, {physics_text(name).help, {}, {}, {}, "Contact models: " + models + "."}, {}});
+  }
+  return out;
+}
+
+std::vector<Component> contact_models() {
+  std::vector<Component> out;
+  for (const std::string& name : physics_names()) {
+    for (const auto& [model, help] : physics_text(name).contact_models) {
+      out.push_back({model, {help, {}, {}, {}, "Of physics: " + name + "."}, {}});
+    }
+  }
+  return out;
+}
+
 /// In the order of a scenario.
 std::vector<Component> sections() {
   std::vector<Component> out;
@@ -74,6 +95,10 @@ std::vector<ComponentGroup> component_groups() {
        "Objectives:",
        "More: docs/scenario.md, task.",
        {{"objective", section_of("predicate"), {}}}},
+      {"physics", "back end", "Back ends, what steps the bodies ('physics'):",
+       "graze help contact_models lists what each can have. More: docs/physics.md.", back_ends()},
+      {"contact_models", "contact model", "Contact models ('contact.model'):",
+       "The first of each back end is its default. More: docs/physics.md.", contact_models()},
   };
 }
 

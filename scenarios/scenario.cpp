@@ -12,6 +12,7 @@
 #include <unordered_map>
 
 #include "engine/model/measures.h"
+#include "engine/physics.h"
 #include "engine/settings/units.h"
 #include "engine/settings/warnings.h"
 #include "scenarios/at_start.h"

@@ -379,6 +379,18 @@ void TaskMonitor::start(int lane, const Model& model) {
   violated_[lane] = -1;
 }
 
+void TaskMonitor::carry(int lane, LaneTape& tape) {
+  for (std::vector<Watched>* some : {&watched_, &judging_}) {
+    for (Watched& one : *some) {
+      if (one.memory) one.memory->carry(lane, tape);
+    }
+  }
+  for (BlockArray* rows : {&margin_, &violation_, &margin_part_, &violation_part_, &leaf_, &leaf_part_}) {
+    tape.carry(*rows, lane);
+  }
+  tape.carry(violated_[lane]);
+}
+
 LaneMask TaskMonitor::update(const WitnessInput& input) {
   Evaluated now;
   for (int i = 0; i < margin_.rows(); ++i) {

@@ -9,7 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "engine/physics.h"
+#include "engine/block_physics.h"
+#include "engine/lanes/lane_tape.h"
 #include "engine/settings/settings.h"
 #include "scenarios/judgement.h"
 
@@ -21,6 +22,8 @@ class WitnessMemory {
   virtual ~WitnessMemory() = default;
   /// A fresh trace in a lane, of a particle with this p*.
   virtual void start(int lane, const Model& model) = 0;
+  /// Writes down, or reads back after start(), what later values depend on.
+  virtual void carry(int lane, LaneTape& tape) = 0;
 };
 
 /// What witnesses may look at: a block after a step.
@@ -113,6 +116,8 @@ class TaskMonitor {
   explicit TaskMonitor(const Task& task);
   /// A fresh trace in a lane, of a particle with this p*.
   void start(int lane, const Model& model);
+  /// Writes down, or reads back after start(), the judgement so far.
+  void carry(int lane, LaneTape& tape);
   /// After each step (and once at t = 0). Returns the lanes in which a requirement (no measure) is violated now or was
   /// before.
   LaneMask update(const WitnessInput& input);

@@ -18,6 +18,7 @@ struct GapMemory final : WitnessMemory {
   Clearance clearance;
   explicit GapMemory(Clearance from) : clearance(std::move(from)) {}
   void start(int lane, const Model& model) override { clearance.start(lane, model); }
+  void carry(int, LaneTape&) override {}  // what it keeps saves time, and changes no value
 };
 
 /// Contacts between some parts: whether they touch is the physics' word after each step, how far apart they are is

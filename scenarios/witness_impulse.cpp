@@ -37,14 +37,32 @@ struct ImpulseMemory final : WitnessMemory {
     time[lane] = 0;
   }
 
-  PairImpulse& pair_of(const ContactPoint& point) {
-    const auto place = std::lower_bound(pairs.begin(), pairs.end(), point, [](const PairImpulse& x, const auto& y) {
-      return x.a != y.a ? x.a < y.a : x.b < y.b;
-    });
-    if (place != pairs.end() && place->a == point.a && place->b == point.b) return *place;
+  void carry(int lane, LaneTape& tape) override {
+    const unsigned bit = 1u << lane;
+    const auto open = std::count_if(pairs.begin(), pairs.end(), [&](const auto& pair) { return pair.open & bit; });
+    auto count = static_cast<std::size_t>(open);
+    tape.carry(count);
+    auto next = pairs.begin();
+    for (std::size_t i = 0; i < count; ++i) {
+      if (!tape.reads()) next = std::find_if(next, pairs.end(), [&](const auto& pair) { return pair.open & bit; });
+      PairImpulse pair = tape.reads() ? PairImpulse{} : *next++;
+      tape.carry(pair.a), tape.carry(pair.b);
+      tape.carry(pair.sum[lane]), tape.carry(pair.begin[lane]), tape.carry(pair.last[lane]);
+      if (!tape.reads()) continue;
+      PairImpulse& own = pair_of(pair.a, pair.b);
+      own.open |= bit;
+      own.sum[lane] = pair.sum[lane], own.begin[lane] = pair.begin[lane], own.last[lane] = pair.last[lane];
+    }
+    tape.carry(time[lane]);
+  }
+
+  PairImpulse& pair_of(int a, int b) {
+    const auto before = [](const PairImpulse& x, const std::pair<int, int>& y) { return std::pair(x.a, x.b) < y; };
+    const auto place = std::lower_bound(pairs.begin(), pairs.end(), std::pair(a, b), before);
+    if (place != pairs.end() && place->a == a && place->b == b) return *place;
     PairImpulse fresh;
-    fresh.a = point.a;
-    fresh.b = point.b;
+    fresh.a = a;
+    fresh.b = b;
     return *pairs.insert(place, fresh);
   }
 };
@@ -92,7 +110,7 @@ class ContactImpulse final : public Witness {
     if (between == 0) return;  // most are not
     const unsigned touching = between & point.touching().bits();
     if (touching == 0) return;
-    PairImpulse& pair = memory.pair_of(point);
+    PairImpulse& pair = memory.pair_of(point.a, point.b);
     pair.touching |= touching;
     for (int lane = 0; lane < kLanes; ++lane) {
       if (!(touching >> lane & 1u)) continue;

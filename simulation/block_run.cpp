@@ -8,6 +8,7 @@
 
 #include "engine/contact/events.h"
 #include "engine/model/limits.h"
+#include "engine/physics.h"
 #include "sampling/stream.h"
 #include "simulation/names.h"
 #include "simulation/telemetry.h"
@@ -91,7 +92,7 @@ std::vector<Particle> begun_elsewhere(std::span<const Particle> particles, std::
 
 }  // namespace
 
-struct BlockRun::Impl {
+struct BlockRun::Impl final : TraceSaver {
   /// What one lane is busy with.
   struct Lane {
     const Particle* particle = nullptr;
@@ -101,6 +102,7 @@ struct BlockRun::Impl {
   };
 
   const Scenario& scenario;
+  const PolicySpec& policy;
   const int total_steps, per_control;
   State initial;
   std::unique_ptr<BlockPhysics> physics;
@@ -118,7 +120,7 @@ struct BlockRun::Impl {
   BlockArray lag{1};  // s, jitter of this control step
   std::array<Lane, kLanes> lanes;
   Digests digests{};
-  LaneMask active;
+  LaneMask active, ending;                // ending: of those that are shown
   std::array<double, kLanes> farthest{};  // m or rad
   std::uint64_t steps_done = 0;
   PhaseClock clock;
@@ -128,8 +130,9 @@ struct BlockRun::Impl {
   const std::uint64_t seed;
   TraceWatch* watch = nullptr;
 
-  Impl(const Scenario& s, const PolicySpec& policy, std::uint64_t root_seed)
+  Impl(const Scenario& s, const PolicySpec& chosen, std::uint64_t root_seed)
       : scenario(s),
+        policy(chosen),
         total_steps(s.timing.steps()),
         per_control(s.timing.steps_per_control()),
         initial(initial_state(*s.world, s.model)),
@@ -155,25 +158,72 @@ struct BlockRun::Impl {
     return out;
   }
 
-  void start(int lane, const Particle& particle, std::uint32_t first, TraceRecord& record) {
+  /// All but the bodies.
+  void prepare(int lane, const Particle& particle, std::uint32_t first, TraceRecord& record) {
     lanes[lane] = {&particle, &record, first, first};
     if (watch) watch->begin(lane);
     digests[lane] = particle.id;
     events.start(lane, particle.model);
-    physics->start(lane, particle);
     sensors.start(lane, particle);
     if (observer) watched->start(lane, particle);
     actuators.start(lane, particle);
     controller.start(lane, particle.control_lag, particle.id);
     monitor.start(lane, particle.model);
     for (int k = 0; k < tau.rows(); ++k) tau(k, lane) = 0;
-    active.set(lane);
     telemetry.start(lane);
+  }
+
+  void start(int lane, const Particle& particle, std::uint32_t first, TraceRecord& record) {
+    prepare(lane, particle, first, record);
+    physics->start(lane, particle);
+    active.set(lane);
     if (telemetry.on()) telemetry.take(lane, first, false, false, frame_source());
     LaneMask fresh;
     fresh.set(lane);
     const LaneMask ended = judge(fresh);
     finish(LaneMask(ended.bits() | show(fresh, ended).bits()));
+  }
+
+  /// Writes down, or reads back after prepare(), what the lane's further way depends on beside its bodies, between two
+  /// control steps. Sensors are not in it: what they read is drawn and summed up at each control step.
+  void carry(int lane, LaneTape& tape) {
+    tape.carry(lanes[lane].step), tape.carry(lanes[lane].first), tape.carry(digests[lane]);
+    tape.carry(tau, lane);
+    SolverLog& log = lanes[lane].record->solver;
+    tape.carry(log.mean_sweeps), tape.carry(log.most_sweeps);
+    tape.carry(log.largest_residual), tape.carry(log.capped_steps);
+    actuators.carry(lane, tape);
+    controller.carry(lane, tape);
+    monitor.carry(lane, tape);
+    events.carry(lane, tape);
+    telemetry.carry(lane, tape);
+    tape.end();
+  }
+
+  std::shared_ptr<const SavedTrace> save(int lane) override {
+    const Lane& l = lanes[lane];
+    if (l.step % per_control != 0) {
+      throw InputError(
+          fmt::format("a trace is saved at a control step, one in {} steps; step {} is none", per_control, l.step));
+    }
+    if (ending[lane]) return nullptr;
+    LaneTape tape;
+    carry(lane, tape);
+    return std::make_shared<const SavedTrace>(SavedTrace{l.particle->id, l.step, time(lane), physics->save(lane),
+                                                         tape.take(), policy_kind(policy), scenario.timing.control});
+  }
+
+  /// The frame of the step at which a trace is saved is taken when it goes on; that of its start was the first of all.
+  void go_on(int lane, const Particle& particle, const SavedTrace& saved, TraceRecord& record) {
+    prepare(lane, particle, 0, record);
+    LaneTape tape(saved.rest);
+    carry(lane, tape);
+    physics->restore(lane, *saved.physics);
+    active.set(lane);
+    const bool taken = lanes[lane].step == lanes[lane].first;
+    if (telemetry.on() && !taken) {
+      telemetry.take(lane, lanes[lane].step, false, monitor.violated(lane) >= 0, frame_source());
+    }
   }
 
   FrameSource frame_source() const { return {physics->state().q, physics->state().v, tau}; }
@@ -221,12 +271,14 @@ struct BlockRun::Impl {
   LaneMask show(LaneMask some, LaneMask ended) {
     LaneMask enough;
     if (!observer) return enough;
+    ending = ended;
     monitor.values(witness_input(some), requirement_values, objective_values);
     for (int lane = 0; lane < kLanes; ++lane) {
       if (!some[lane]) continue;
-      const bool more = observer->see({lane, lanes[lane].particle->id, lanes[lane].step, lanes[lane].first, time(lane),
-                                       *physics, tau, command, requirement_values, objective_values,
-                                       lanes[lane].particle->model, controller, watched->sensed(), watched->truth()});
+      const bool more =
+          observer->see({lane, lanes[lane].particle->id, lanes[lane].step, lanes[lane].first, time(lane), *physics, tau,
+                         command, requirement_values, objective_values, lanes[lane].particle->model, controller,
+                         watched->sensed(), watched->truth(), ended[lane], *this});
       enough.set(lane, !more);
       lanes[lane].record->stopped = !more && !ended[lane];
     }
@@ -373,6 +425,21 @@ void check_beginnings(const Scenario& scenario, std::size_t particles, std::span
   }
 }
 
+void check_saved(const Scenario& scenario, const PolicySpec& policy, std::span<const Particle> particles,
+                 const RunOptions& options) {
+  if (options.saved.empty()) return;
+  if (!options.beginnings.empty()) {
+    throw InputError("a trace cannot both go on from where it was saved and begin elsewhere; give one of the two");
+  }
+  if (options.saved.size() != particles.size()) {
+    throw InputError(
+        fmt::format("{} saved traces for {} particles; each needs its own", options.saved.size(), particles.size()));
+  }
+  for (std::size_t i = 0; i < particles.size(); ++i) {
+    check_saved(scenario, policy, particles[i].id, options.saved[i].get());
+  }
+}
+
 BlockRun::BlockRun(const Scenario& scenario, const PolicySpec& policy, std::uint64_t seed)
     : impl_(std::make_unique<Impl>(scenario, policy, seed)) {}
 BlockRun::~BlockRun() = default;
@@ -382,6 +449,7 @@ void BlockRun::watch(TraceWatch* watch) { impl_->watch = watch; }
 
 std::vector<TraceRecord> BlockRun::run(std::span<const Particle> particles, RunCost* cost, const RunOptions& options) {
   Impl& run = *impl_;
+  check_saved(run.scenario, run.policy, particles, options);
   std::vector<Particle> moved;  // particles that begin elsewhere
   std::vector<std::uint32_t> first(particles.size(), 0);
   if (!options.beginnings.empty()) {
@@ -401,7 +469,11 @@ std::vector<TraceRecord> BlockRun::run(std::span<const Particle> particles, RunC
     if (next < particles.size() && run.at_control_step()) {
       for (int lane = 0; lane < kLanes; ++lane) {
         while (!run.active[lane] && next < particles.size()) {
-          run.start(lane, particles[next], first[next], records[next]);
+          if (options.saved.empty()) {
+            run.start(lane, particles[next], first[next], records[next]);
+          } else {
+            run.go_on(lane, particles[next], *options.saved[next], records[next]);
+          }
           ++next;
         }
       }

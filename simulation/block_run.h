@@ -12,6 +12,7 @@
 #include "engine/sensing/sensors.h"
 #include "scenarios/scenario.h"
 #include "simulation/phases.h"
+#include "simulation/saved_trace.h"
 #include "simulation/trace.h"
 
 namespace graze {
@@ -21,6 +22,13 @@ struct RunCost {
   std::uint64_t steps = 0;  // physics steps, of one particle each
   bool timed = false;       // ask for `seconds`
   PhaseSeconds seconds{};   // by phase
+};
+
+/// Who saves the traces of a block.
+class TraceSaver {
+ public:
+  virtual ~TraceSaver() = default;
+  virtual std::shared_ptr<const SavedTrace> save(int lane) = 0;
 };
 
 /// One trace after a physics step, or at its start. Arrays are [quantity][lane] and valid during the call.
@@ -39,6 +47,12 @@ struct StepView {
   const Controller& controller;    // targets and lag of the last control step
   const Observation& sensed;  // at the last control step, all groups, whatever the policy reads; not before the first
   const Observation& truth;   // the same without any error
+  bool ends;                  // the trace ends with this step, whatever is seen
+  TraceSaver& saver;
+
+  /// The trace as it is now, from which others can go on (RunOptions::saved); none if it ends here. Throws InputError
+  /// between two control steps, std::logic_error if its policy or back end cannot be saved.
+  std::shared_ptr<const SavedTrace> save() const { return saver.save(lane); }
 };
 
 /// Watches traces, step by step, without touching them.
@@ -63,7 +77,14 @@ void check_beginnings(const Scenario& scenario, std::size_t particles, std::span
 struct RunOptions {
   TraceObserver* observer = nullptr;           // sees every step of every trace; without one nothing is gathered for it
   std::span<const Beginning> beginnings = {};  // one per particle; none: all begin as the scenario says
+  // One per particle: it goes on from there, to the bits that it would have come to. The observer sees it from the next
+  // step on. None: all begin anew.
+  std::span<const std::shared_ptr<const SavedTrace>> saved = {};
 };
+
+/// Throws InputError unless each of the particles has a saved trace that it can go on from, or none is given.
+void check_saved(const Scenario& scenario, const PolicySpec& policy, std::span<const Particle> particles,
+                 const RunOptions& options);
 
 class TraceWatch;
 

@@ -5,8 +5,8 @@
 #include <Eigen/Core>
 #include <map>
 
-#include "engine/bullet/bullet_physics.h"
 #include "engine/lanes/isa.h"
+#include "engine/physics.h"
 #include "graze_build.h"
 
 #ifdef __GLIBC__
@@ -40,7 +40,7 @@ BuildFacts build_facts() {
   return {compiler(),
           c_library(),
           fmt::format("{}.{}.{}", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION),
-          bullet::bullet_version(),
+          physics_text("bullet").library,
           GRAZE_BUILD_FLAGS,
           fmt::format("{}, {}", GRAZE_BUILD_PROCESSOR, isa_name(chosen_isa()))};
 }

@@ -83,6 +83,7 @@ ContainedRun::Attempt ContainedRun::attempt(WorkUnit& unit, std::size_t begin, s
   }
   const auto particles = std::span(unit.particles).subspan(begin, count);
   if (!options.beginnings.empty()) options.beginnings = options.beginnings.subspan(begin, count);
+  if (!options.saved.empty()) options.saved = options.saved.subspan(begin, count);
   Attempt out;
   RunCost mine;
   std::exception_ptr thrown;

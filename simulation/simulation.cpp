@@ -43,7 +43,9 @@ Simulator::Simulator(Simulator&&) noexcept = default;
 std::shared_ptr<TraceWatch> Simulator::watch() const { return impl_->watch; }
 
 std::vector<TraceRecord> Simulator::run(std::span<const Particle> particles, const RunOptions& options) {
-  check_beginnings(impl_->simulation.scenario(), particles.size(), options.beginnings);
+  const Scenario& scenario = impl_->simulation.scenario();
+  check_beginnings(scenario, particles.size(), options.beginnings);
+  check_saved(scenario, scenario.policies[impl_->policy], particles, options);
   WorkUnit unit;
   unit.policy = impl_->policy;
   unit.particles.assign(particles.begin(), particles.end());
@@ -57,8 +59,12 @@ std::vector<TraceRecord> Simulator::run(std::span<const Particle> particles, con
 
 std::vector<TraceRecord> Simulator::run(std::uint32_t first, std::uint32_t count, const RunOptions& options) {
   check_beginnings(impl_->simulation.scenario(), count, options.beginnings);
+  if (!options.saved.empty() && options.saved.size() != count) {
+    throw InputError(fmt::format("{} saved traces for {} particles; each needs its own", options.saved.size(), count));
+  }
   std::vector<Particle> particles;
   std::vector<Beginning> beginnings;
+  std::vector<std::shared_ptr<const SavedTrace>> saved;
   std::vector<TraceRecord> out(count);
   std::vector<std::size_t> places;  // of `particles`, in `out`
   for (std::uint32_t i = 0; i < count; ++i) {
@@ -70,8 +76,9 @@ std::vector<TraceRecord> Simulator::run(std::uint32_t first, std::uint32_t count
     }
     places.push_back(i);
     if (!options.beginnings.empty()) beginnings.push_back(options.beginnings[i]);
+    if (!options.saved.empty()) saved.push_back(options.saved[i]);
   }
-  std::vector<TraceRecord> made = run(particles, {options.observer, beginnings});
+  std::vector<TraceRecord> made = run(particles, {options.observer, beginnings, saved});
   for (std::size_t k = 0; k < made.size(); ++k) out[places[k]] = std::move(made[k]);
   return out;
 }

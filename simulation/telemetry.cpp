@@ -47,6 +47,22 @@ void TelemetryRecorder::take(int lane, std::uint32_t step, bool ended, bool fail
   ++l.count;
 }
 
+void TelemetryRecorder::carry(int lane, LaneTape& tape) {
+  Lane& l = lanes_[lane];
+  tape.same(static_cast<int>(recording_.telemetry)), tape.same(recording_.every);
+  tape.carry(l.count), tape.carry(l.frozen);
+  std::vector<double> time = l.frames.time(), q = l.frames.q(), v = l.frames.v(), tau = l.frames.tau();
+  for (std::vector<double>* column : {&time, &q, &v, &tau}) tape.carry(*column);
+  if (!tape.reads()) return;
+  l.frames.clear();
+  const std::size_t frames = time.size();
+  const auto row = [&](const std::vector<double>& column, std::size_t i) {
+    const std::size_t width = column.size() / frames;
+    return std::span(column).subspan(i * width, width);
+  };
+  for (std::size_t i = 0; i < frames; ++i) l.frames.add(time[i], row(q, i), row(v, i), row(tau, i));
+}
+
 FrameLog TelemetryRecorder::hand_over(int lane, bool failed) {
   Lane& l = lanes_[lane];
   if (!failed && recording_.telemetry != Telemetry::all) return {};

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/lanes/block.h"
+#include "engine/lanes/lane_tape.h"
 #include "scenarios/scenario.h"
 #include "simulation/trace.h"
 
@@ -26,6 +27,8 @@ class TelemetryRecorder {
   bool on() const { return recording_.telemetry != Telemetry::none; }
   /// The lane begins a new trace.
   void start(int lane);
+  /// Writes down, or reads back after start(), the frames so far.
+  void carry(int lane, LaneTape& tape);
   /// Takes a frame after `step` physics steps of the trace if one is due; always at its end. `failed`: a requirement is
   /// violated, though the trace may go on; where the last seconds before a failure are kept, these are the ones.
   void take(int lane, std::uint32_t step, bool ended, bool failed, const FrameSource& source);

@@ -20,8 +20,8 @@
 #include <cmath>
 #include <vector>
 
+#include "engine/block_physics.h"
 #include "engine/model/kinematics.h"
-#include "engine/physics.h"
 
 namespace graze::bench {
 

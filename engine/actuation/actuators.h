@@ -6,8 +6,9 @@
 #include <array>
 
 #include "engine/actuation/limb_inertia.h"
+#include "engine/block_physics.h"
 #include "engine/lanes/block.h"
-#include "engine/physics.h"
+#include "engine/lanes/lane_tape.h"
 #include "engine/sensing/sensors.h"
 
 namespace graze {
@@ -28,6 +29,8 @@ class Actuators {
   Actuators(const Model& nominal, bool torque_speed);
 
   void start(int lane, const Particle& particle);
+  /// Writes down, or reads back after start(), all that the lane's further way depends on.
+  void carry(int lane, LaneTape& tape) { tape.carry(integral_, lane), tape.carry(headroom_, lane); }
   /// One physics step of h seconds under a command: the back end solves the servos with everything else if it can;
   /// otherwise they become torques first (apply). `tau` [na]: the torques of the step.
   void step(const ActuatorCommand& command, BlockPhysics& physics, const Sensors& sensors, double h, LaneMask active,

@@ -4,7 +4,7 @@
 #include <cassert>
 #include <cmath>
 
-#include "engine/bullet/convert.h"
+#include "engine/contact/bullet_convert.h"
 
 namespace graze::bullet {
 namespace {

@@ -4,12 +4,30 @@
 #include <fmt/format.h>
 
 #include <cassert>
+#include <stdexcept>
+
+#include "engine/physics.h"
 
 namespace graze::bullet {
 
+namespace {
+
+constexpr const char* kName = "bullet";
+
+}  // namespace
+
+/// One world, and what the block shows of it that it does not keep.
+struct BulletPhysics::Saved final : SavedLane {
+  World::Saved world;
+  Eigen::VectorXd a;  // nv
+
+  Saved(std::uint64_t numbering, World::Saved saved, Eigen::VectorXd acceleration)
+      : SavedLane(kName, numbering), world(std::move(saved)), a(std::move(acceleration)) {}
+};
+
 std::string bullet_version() { return fmt::format("{}.{:02}", BT_BULLET_VERSION / 100, BT_BULLET_VERSION % 100); }
 
-BulletPhysics::BulletPhysics(const Model& nominal) : tau_(nominal.na()) {
+BulletPhysics::BulletPhysics(const Model& nominal) : numbering_(numbering_of(nominal)), tau_(nominal.na()) {
   state_.q = BlockArray(nominal.nq);
   state_.v = BlockArray(nominal.nv);
   state_.a = BlockArray(nominal.nv);
@@ -25,6 +43,22 @@ void BulletPhysics::start(int lane, const Particle& particle) {
   fault_[lane].reset();
   publish(lane);
   for (int i = 0; i < state_.a.rows(); ++i) state_.a(i, lane) = 0;
+}
+
+std::shared_ptr<const SavedLane> BulletPhysics::save(int lane) const {
+  if (!worlds_[lane]) throw std::invalid_argument(fmt::format("lane {} has no particle that could be saved", lane));
+  return std::make_shared<Saved>(numbering_, worlds_[lane]->save(), state_.a.column(lane));
+}
+
+void BulletPhysics::restore(int lane, const SavedLane& saved) {
+  const Saved& from = own<Saved>(saved, kName, numbering_);
+  worlds_[lane].reset();
+  worlds_[lane] = std::make_unique<World>(from.world, hulls_);
+  lists_[lane] = from.world.contacts;
+  points_ = lists_.gather();
+  fault_[lane] = from.world.fault;
+  publish(lane);
+  state_.a.set_column(lane, from.a);
 }
 
 void BulletPhysics::step(double h, LaneMask active, const BlockArray& tau) {
@@ -57,5 +91,18 @@ void BulletPhysics::publish(int lane) {
     }
   }
 }
+
+namespace {
+
+const PhysicsRegistration registration(
+    kName,
+    {"multibodies and contact solvers of Bullet in double precision, one particle after the other",
+     {{"sequential_impulse", "projected Gauss-Seidel on impulses, circular friction cone"},
+      {"dantzig", "pivoting on the mixed LCP, friction pyramid sized without friction"},
+      {"projected_gauss_seidel", "iteration on the same LCP and pyramid"}},
+     bullet_version()},
+    [](const Model& nominal) { return std::make_unique<BulletPhysics>(nominal); });
+
+}  // namespace
 
 }  // namespace graze::bullet

@@ -9,8 +9,8 @@
 #include <memory>
 #include <string>
 
+#include "engine/block_physics.h"
 #include "engine/bullet/world.h"
-#include "engine/physics.h"
 
 namespace graze::bullet {
 
@@ -22,10 +22,14 @@ class BulletPhysics : public BlockPhysics {
   explicit BulletPhysics(const Model& nominal);
   void start(int lane, const Particle& particle) override;
   void step(double h, LaneMask active, const BlockArray& tau) override;
+  std::shared_ptr<const SavedLane> save(int lane) const override;
+  void restore(int lane, const SavedLane& saved) override;
 
  private:
+  struct Saved;
   void publish(int lane);
 
+  const std::uint64_t numbering_;
   HullCache hulls_;
   std::array<std::unique_ptr<World>, kLanes> worlds_;
   ContactLists lists_;

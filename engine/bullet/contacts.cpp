@@ -4,7 +4,8 @@
 #include <cassert>
 #include <tuple>
 
-#include "engine/bullet/convert.h"
+#include "engine/contact/bullet_convert.h"
+#include "engine/contact/features.h"
 
 namespace graze::bullet {
 namespace {

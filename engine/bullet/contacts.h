@@ -4,9 +4,9 @@
 
 #include <vector>
 
+#include "engine/block_physics.h"
 #include "engine/bullet/narrow_phase.h"
 #include "engine/bullet/solver.h"
-#include "engine/physics.h"
 
 namespace graze::bullet {
 

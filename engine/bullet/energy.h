@@ -25,7 +25,6 @@ class EnergyWatch {
   /// To be called after each step, when the forest is fresh. Why the step is not physical, or nothing.
   std::optional<std::string> check(const Forest& forest, const StepInput& input);
 
- private:
   struct BodyMotion {
     Vec3 v_com = Vec3::Zero(), omega = Vec3::Zero();  // world
   };
@@ -36,14 +35,23 @@ class EnergyWatch {
     double weighted_change = 0;  // sum of m |v+ - v-|
     double spin = 0;             // fastest body, rad/s
   };
+  /// What a check leaves for the next one.
+  struct Books {
+    std::vector<BodyMotion> motion;  // per body, at the last measure
+    Sums last;
+    double created = 0;       // J, sum of what each step gained beyond its bound
+    double peak_kinetic = 0;  // J, at the beginning of any step so far
+  };
+  const Books& books() const { return books_; }
+  /// Goes on from the books of a watch over the same particle.
+  void restore(const Books& books) { books_ = books; }
+
+ private:
   Sums measure(const Forest& forest);
 
   const Model& model_;
-  std::vector<BodyMotion> motion_;  // per body, at the last measure
-  Sums last_;
-  double mass_ = 0;          // kg, of all bodies
-  double created_ = 0;       // J, sum of what each step gained beyond its bound
-  double peak_kinetic_ = 0;  // J, at the beginning of any step so far
+  Books books_;
+  double mass_ = 0;  // kg, of all bodies
 };
 
 }  // namespace graze::bullet

@@ -99,13 +99,48 @@ void NarrowPhase::detect_analytic(Candidate& candidate, double reach) {
 }
 
 void NarrowPhase::detect_by_bullet(Candidate& candidate) {
+  if (candidate.fresh && candidate.manifold) candidate.manifold->clearManifold();
+  run_algorithm(candidate);
+}
+
+std::vector<NarrowPhase::Memory> NarrowPhase::memory() const {
+  std::vector<Memory> out;
+  for (std::size_t i = 0; i < candidates_.size(); ++i) {
+    const Candidate& candidate = candidates_[i];
+    if (!candidate.algorithm || !candidate.manifold) continue;
+    Memory& one = out.emplace_back();
+    one.candidate = static_cast<int>(i);
+    one.breaking = candidate.manifold->getContactBreakingThreshold();
+    one.processing = candidate.manifold->getContactProcessingThreshold();
+    for (int k = 0; k < candidate.manifold->getNumContacts(); ++k) {
+      one.points.push_back(candidate.manifold->getContactPoint(k));
+    }
+  }
+  return out;
+}
+
+/// Bullet's algorithms make their manifolds themselves, when they first look at a pair. So each looks once, and what it
+/// found is replaced.
+void NarrowPhase::restore(const std::vector<Memory>& memory) {
+  for (const Memory& one : memory) {
+    Candidate& candidate = candidates_[one.candidate];
+    run_algorithm(candidate);
+    btPersistentManifold& manifold = *candidate.manifold;
+    manifold.clearManifold();
+    manifold.setContactBreakingThreshold(one.breaking);
+    manifold.setContactProcessingThreshold(one.processing);
+    manifold.setNumContacts(static_cast<int>(one.points.size()));
+    for (std::size_t k = 0; k < one.points.size(); ++k) manifold.getContactPoint(static_cast<int>(k)) = one.points[k];
+  }
+}
+
+void NarrowPhase::run_algorithm(Candidate& candidate) {
   const btCollisionObject &a = *candidate.a->object, &b = *candidate.b->object;
   const btCollisionObjectWrapper wrap_a(nullptr, a.getCollisionShape(), &a, a.getWorldTransform(), -1, -1);
   const btCollisionObjectWrapper wrap_b(nullptr, b.getCollisionShape(), &b, b.getWorldTransform(), -1, -1);
   if (!candidate.algorithm) {
     candidate.algorithm = dispatcher_.findAlgorithm(&wrap_a, &wrap_b, nullptr, BT_CONTACT_POINT_ALGORITHMS);
   }
-  if (candidate.fresh && candidate.manifold) candidate.manifold->clearManifold();
   btDispatcherInfo info;
   btManifoldResult result(&wrap_a, &wrap_b);
   candidate.algorithm->processCollision(&wrap_a, &wrap_b, info, &result);

@@ -31,6 +31,16 @@ class NarrowPhase {
   const std::vector<NearPair>& detect(double reach);
   btDispatcher& dispatcher() { return dispatcher_; }
 
+  /// The points that Bullet's algorithms gather over the steps, as they are kept between two of them.
+  struct Memory {
+    int candidate;                // place in Model::pairs
+    double breaking, processing;  // the manifold's thresholds, m
+    std::vector<btManifoldPoint> points;
+  };
+  std::vector<Memory> memory() const;
+  /// Of a narrow phase over the same particle, whose solids stand where they stood when it was taken.
+  void restore(const std::vector<Memory>& memory);
+
  private:
   /// Gives new manifolds the reach of this step instead of Bullet's global 2 cm.
   struct Dispatcher : btCollisionDispatcher {
@@ -48,6 +58,8 @@ class NarrowPhase {
   bool near(const Candidate& candidate, double reach) const;
   void detect_analytic(Candidate& candidate, double reach);
   void detect_by_bullet(Candidate& candidate);
+  /// Algorithm and manifold of a pair that is near for the first time.
+  void run_algorithm(Candidate& candidate);
 
   btDefaultCollisionConfiguration configuration_;
   Dispatcher dispatcher_;

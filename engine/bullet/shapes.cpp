@@ -14,7 +14,7 @@
 #include <cassert>
 #include <limits>
 
-#include "engine/bullet/convert.h"
+#include "engine/contact/bullet_convert.h"
 #include "engine/lanes/scalar.h"
 
 namespace graze::bullet {

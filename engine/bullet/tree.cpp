@@ -4,7 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <cassert>
 
-#include "engine/bullet/convert.h"
+#include "engine/contact/bullet_convert.h"
 
 namespace graze::bullet {
 namespace {
@@ -122,6 +122,39 @@ void Forest::write_state(const State& state) {
       multibody.setJointVel(link, state.v[body.v]);
     }
   }
+}
+
+Forest::Raw Forest::raw() const {
+  Raw out;
+  for (const Tree& tree : trees_) {
+    const btMultiBody& multibody = *tree.body;
+    const btQuaternion& turn = multibody.getWorldToBaseRot();
+    const btVector3& place = multibody.getBasePos();
+    std::vector<double>& numbers = out.emplace_back();
+    numbers = {turn.x(), turn.y(), turn.z(), turn.w(), place.x(), place.y(), place.z()};
+    const btScalar* velocity = multibody.getVelocityVector();
+    numbers.insert(numbers.end(), velocity, velocity + 6 + multibody.getNumDofs());
+    for (int link = 0; link < multibody.getNumLinks(); ++link) numbers.push_back(multibody.getJointPos(link));
+  }
+  return out;
+}
+
+void Forest::restore(const Raw& raw) {
+  assert(raw.size() == trees_.size());
+  for (std::size_t i = 0; i < trees_.size(); ++i) {
+    btMultiBody& multibody = *trees_[i].body;
+    const double* x = raw[i].data();
+    multibody.setWorldToBaseRot(btQuaternion(x[0], x[1], x[2], x[3]));
+    multibody.setBasePos(btVector3(x[4], x[5], x[6]));
+    multibody.setBaseOmega(btVector3(x[7], x[8], x[9]));
+    multibody.setBaseVel(btVector3(x[10], x[11], x[12]));
+    x += 13;
+    // Every joint has one degree of freedom, and Bullet orders them as it does its links.
+    for (int link = 0; link < multibody.getNumLinks(); ++link) multibody.setJointVel(link, x[link]);
+    x += multibody.getNumDofs();
+    for (int link = 0; link < multibody.getNumLinks(); ++link) multibody.setJointPos(link, x[link]);
+  }
+  refresh();
 }
 
 void Forest::refresh() {

@@ -40,6 +40,12 @@ class Forest {
   btMultiBody* multibody(int body) const { return trees_[place_[body].tree].body.get(); }
   int link(int body) const { return place_[body].link; }
 
+  /// Bullet's own state of each tree: base rotation (world to base, x y z w) and position, velocities, joint positions.
+  using Raw = std::vector<std::vector<double>>;
+  Raw raw() const;
+  /// Takes over every bit of it.
+  void restore(const Raw& raw);
+
   /// Refreshes poses and twists from Bullet's state.
   void refresh();
   /// Refreshes twists only: Bullet's velocities at the poses of the last refresh().

@@ -14,7 +14,11 @@ double reach(double h) { return std::clamp(kWatchSpeed * h, kLeastReach, kMostRe
 }  // namespace
 
 World::World(const Model& model, const State& initial, HullCache& hulls)
-    : model_(model),
+    : World(std::make_shared<const Model>(model), initial, hulls) {}
+
+World::World(std::shared_ptr<const Model> model, const State& initial, HullCache& hulls)
+    : shared_model_(std::move(model)),
+      model_(*shared_model_),
       forest_(model_, initial),
       solids_(make_solids(model_, forest_, hulls)),
       narrow_phase_(model_, solids_),
@@ -26,6 +30,20 @@ World::World(const Model& model, const State& initial, HullCache& hulls)
     if (JointRows::needed(body)) joint_rows_.push_back(std::make_unique<JointRows>(body, forest_, i));
   }
   joint_force_.setZero(model_.nv);
+}
+
+World::World(const Saved& saved, HullCache& hulls) : World(saved.model, saved.state, hulls) {
+  forest_.restore(saved.raw);
+  place_solids(solids_, forest_);
+  narrow_phase_.restore(saved.points);
+  energy_.restore(saved.books);
+  contacts_ = saved.contacts;
+  fault_ = saved.fault;
+}
+
+World::Saved World::save() const {
+  return {shared_model_, {forest_.q(), forest_.v()}, forest_.raw(), narrow_phase_.memory(), energy_.books(), contacts_,
+          fault_};
 }
 
 const ContactSolver* World::solve(double h) {

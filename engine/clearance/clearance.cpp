@@ -6,6 +6,7 @@
 
 #include "engine/clearance/terrain_gap.h"
 #include "engine/contact/collide.h"
+#include "engine/contact/features.h"
 #include "engine/lane_physics/lane_engine.h"
 #include "engine/lanes/isa.h"
 #include "engine/model/convex_hull.h"
@@ -267,7 +268,7 @@ void Clearance::take_terrain(const Pair& pair, const double* pose_a, const doubl
     if (shape.mesh) {
       for (const Vec3& vertex : shape.mesh->vertices) corners.push_back(vertex.cwiseProduct(size));
     }
-    const bullet::Convex convex{shape.kind, size, pose_in(a_is_ground ? pose_b : pose_a, lane), &corners};
+    const Convex convex{shape.kind, size, pose_in(a_is_ground ? pose_b : pose_a, lane), &corners};
     const Pose X_WT = pose_in(a_is_ground ? pose_a : pose_b, lane);
     const TerrainGap found = gap_above_terrain(convex, grid, size_of(ground, lane), X_WT, bound[lane]);
     if (!(found.gap < bound[lane])) continue;

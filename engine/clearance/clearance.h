@@ -10,9 +10,9 @@
 #include <optional>
 #include <vector>
 
-#include "engine/bullet/convex_pairs.h"
+#include "engine/block_physics.h"
+#include "engine/contact/convex_pairs.h"
 #include "engine/lane_physics/kernel.h"
-#include "engine/physics.h"
 
 namespace graze {
 
@@ -103,7 +103,7 @@ class Clearance {
   long looks_ = 0;
   std::vector<int> due_;  // room for the pairs
   std::vector<unsigned> due_lanes_;
-  std::optional<bullet::ConvexPairs> hulls_;  // meshes only
+  std::optional<ConvexPairs> hulls_;  // meshes only
   BlockArray manifold_;
 };
 

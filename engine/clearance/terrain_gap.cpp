@@ -19,7 +19,7 @@ struct Bounds {
   }
 };
 
-Bounds bounds_of(const bullet::Convex& shape) {
+Bounds bounds_of(const Convex& shape) {
   Bounds out;
   for (int k = 0; k < 3; ++k) {
     out.high[k] = shape.reach(Vec3::Unit(k));
@@ -33,9 +33,9 @@ constexpr double kSame = 1e-12;
 
 }  // namespace
 
-TerrainGap gap_above_terrain(const bullet::Convex& shape, const HeightView& grid, const Vec3& size, const Pose& X_WT,
+TerrainGap gap_above_terrain(const Convex& shape, const HeightView& grid, const Vec3& size, const Pose& X_WT,
                              double below) {
-  bullet::Convex local = shape;
+  Convex local = shape;
   local.X = X_WT.inverse() * shape.X;
   const Bounds box = bounds_of(local);
   const Terrain terrain{&grid, {size.x(), size.y(), size.z()}};
@@ -55,9 +55,9 @@ TerrainGap gap_above_terrain(const bullet::Convex& shape, const HeightView& grid
         if (box.distance({a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)}) >= out.gap - kSame) continue;
         const Vec3 centre = (a + b + c) / 3;
         const std::vector<Vec3> corners = {a - centre, b - centre, c - centre};
-        bullet::Convex triangle{ShapeKind::mesh, Vec3::Ones(), Pose::Identity(), &corners};
+        Convex triangle{ShapeKind::mesh, Vec3::Ones(), Pose::Identity(), &corners};
         triangle.X.translation() = centre;
-        const bullet::Gap gap = bullet::gap_between(local, triangle);
+        const Gap gap = gap_between(local, triangle);
         if (gap.phi < out.gap - kSame) out = {std::max(gap.phi, 0.0), X_WT * gap.p_a};
       }
     }

@@ -2,7 +2,7 @@
 // The exact gap of a convex shape above terrain. The contact kernels meet terrain with corners, rims and grid points,
 // which misses two edges that cross.
 
-#include "engine/bullet/convex_gap.h"
+#include "engine/contact/convex_gap.h"
 #include "engine/contact/manifold.h"
 
 namespace graze {
@@ -14,7 +14,7 @@ struct TerrainGap {
 };
 
 /// The gap, if it is less than `below`; else `below`. `size`: as Shape::size of a heightfield.
-TerrainGap gap_above_terrain(const bullet::Convex& shape, const HeightView& grid, const Vec3& size, const Pose& X_WT,
+TerrainGap gap_above_terrain(const Convex& shape, const HeightView& grid, const Vec3& size, const Pose& X_WT,
                              double below);
 
 }  // namespace graze

@@ -22,7 +22,7 @@ constexpr bool has_kernel(ShapeKind a, ShapeKind b) { return a != kinds::mesh &&
 
 inline namespace GRAZE_ISA_NAMESPACE {
 
-/// As feature_of (engine/physics.h), for a point in the shape's frame.
+/// As feature_of (features.h), for a point in the shape's frame.
 template <class T>
 inline T box_feature(const Vec3T<T>& size, const Vec3T<T>& p) {
   const T tolerance(1e-4), one(1.0), zero(0.0);

@@ -1,7 +1,8 @@
 // Holds the numbers that kernels use for shapes and features against the enumerations they stand for.
 
 #include "engine/contact/collide.h"
-#include "engine/physics.h"
+#include "engine/contact_record.h"
+#include "engine/model/world.h"
 
 namespace graze {
 

@@ -96,15 +96,43 @@ void EventTracker::update(const std::array<double, kLanes>& time, const std::vec
   std::erase_if(pairs_, [](const Pair& pair) { return pair.before == 0; });
 }
 
-EventTracker::Pair& EventTracker::pair_of(const ContactPoint& point) {
-  const auto place = std::lower_bound(pairs_.begin(), pairs_.end(), point, [](const Pair& x, const ContactPoint& y) {
-    return x.a != y.a ? x.a < y.a : x.b < y.b;
-  });
-  if (place != pairs_.end() && place->a == point.a && place->b == point.b) return *place;
+EventTracker::Pair& EventTracker::pair_of(int a, int b) {
+  const auto before = [](const Pair& x, const std::pair<int, int>& y) { return std::pair(x.a, x.b) < y; };
+  const auto place = std::lower_bound(pairs_.begin(), pairs_.end(), std::pair(a, b), before);
+  if (place != pairs_.end() && place->a == a && place->b == b) return *place;
   Pair fresh;
-  fresh.a = point.a;
-  fresh.b = point.b;
+  fresh.a = a;
+  fresh.b = b;
   return *pairs_.insert(place, fresh);
+}
+
+void EventTracker::carry(int lane, LaneTape& tape) {
+  const unsigned bit = 1u << lane;
+  std::vector<Pair> touching;
+  for (const Pair& pair : pairs_) {
+    if (pair.before & bit) touching.push_back(pair);
+  }
+  std::size_t count = touching.size();
+  tape.carry(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    Pair pair = i < touching.size() ? touching[i] : Pair{};
+    tape.carry(pair.a), tape.carry(pair.b), tape.carry(pair.mode[lane]);
+    if (!tape.reads()) continue;
+    Pair& own = pair_of(pair.a, pair.b);
+    own.before |= bit;
+    own.mode[lane] = pair.mode[lane];
+  }
+  tape.same(static_cast<int>(limits_.size()));
+  for (Limit& limit : limits_) tape.carry(limit.side[lane]);
+  count = events_[lane].size();
+  tape.carry(count);
+  if (tape.reads()) events_[lane].clear();
+  for (std::size_t i = 0; i < count; ++i) {
+    Event& event = tape.reads() ? events_[lane].emplace_back() : events_[lane][i];
+    tape.carry(event.time), tape.carry(event.kind), tape.carry(event.a), tape.carry(event.b);
+    tape.carry(event.feature_a), tape.carry(event.feature_b), tape.carry(event.impulse);
+    for (int k = 0; k < 3; ++k) tape.carry(event.p_W[k]);
+  }
 }
 
 void EventTracker::find_touching(const std::vector<ContactPoint>& points, unsigned active) {
@@ -112,7 +140,7 @@ void EventTracker::find_touching(const std::vector<ContactPoint>& points, unsign
   for (const ContactPoint& point : points) {
     const unsigned touching = point.touching().bits() & active;
     if (touching == 0) continue;
-    Pair& pair = pair_of(point);
+    Pair& pair = pair_of(point.a, point.b);
     for (int lane = 0; lane < kLanes; ++lane) {
       if (!(touching >> lane & 1u)) continue;
       const bool loaded = pair.now >> lane & 1u;

@@ -7,7 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "engine/physics.h"
+#include "engine/block_physics.h"
+#include "engine/lanes/lane_tape.h"
 
 namespace graze {
 
@@ -20,6 +21,8 @@ class EventTracker {
   explicit EventTracker(const Model& nominal);
   /// A fresh trace in a lane, of a particle with these joint limits; forgets everything that was there.
   void start(int lane, const Model& model);
+  /// Writes down, or reads back after start(), what was so far: who touches, limits that were reached, events.
+  void carry(int lane, LaneTape& tape);
   /// To be called after each step of the active lanes, which has led to `time` s. Order within a step and lane: by
   /// pair, ends before beginnings, then joints.
   void update(const std::array<double, kLanes>& time, const std::vector<ContactPoint>& points, const BlockState& state,
@@ -43,7 +46,7 @@ class EventTracker {
     int body, q;
     std::array<double, kLanes> lower, upper, side, now;
   };
-  Pair& pair_of(const ContactPoint& point);
+  Pair& pair_of(int a, int b);
   void find_touching(const std::vector<ContactPoint>& points, unsigned active);
   unsigned changed_contacts(unsigned active) const;
   unsigned changed_limits(const BlockState& state, unsigned active);

@@ -1,7 +1,7 @@
 #pragma once
 // Contact of pairs that have no kernel (has_kernel in collide.h): those with convex hulls. Whoever steps a block asks
-// for their manifolds between culling and solving. The implementation stands in engine/bullet/convex_pairs.h; this
-// interface keeps the lane engine from knowing it.
+// for their manifolds between culling and solving. The implementation stands in convex_pairs.h; this interface keeps
+// the lane engine from knowing it.
 
 #include "engine/model/model.h"
 
@@ -13,6 +13,8 @@ class ExternalContacts {
 
   /// Takes over the sizes of a lane's shapes.
   virtual void start(int lane, const Model& model) = 0;
+  /// The same of what was kept of them: Shape::size of each collider.
+  virtual void resize(int lane, const std::vector<Vec3>& sizes) = 0;
   /// Points of pair `pair` of the Model that are nearer than `margin` [lane], for the lanes of the mask (bit l: lane
   /// l). X_a and X_b: world poses of the colliders, [12][lanes], R row by row, then p. Fills all of `rows`,
   /// [ManifoldT::kMax][kManifoldRows][lanes] (see read_manifold).

@@ -1,10 +1,10 @@
-// Features: which part of a shape touches, by name.
+#include "engine/contact/features.h"
 
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "engine/lanes/scalar.h"
-#include "engine/physics.h"
 
 namespace graze {
 namespace {

@@ -14,7 +14,7 @@ inline constexpr ShapeKind box = ShapeKind(0), sphere = ShapeKind(1), cylinder =
 inline constexpr ShapeKind mesh = ShapeKind(4), plane = ShapeKind(5), heightfield = ShapeKind(6);
 }  // namespace kinds
 
-/// Numbers of Feature (engine/physics.h).
+/// Numbers of Feature (contact_record.h).
 namespace features {
 inline constexpr double surface = 0, top = 1, bottom = 2, side = 3, edge = 4, vertex = 5, cap = 6, rim = 7;
 }  // namespace features

@@ -47,6 +47,7 @@ class ConstantVelocity : public Steering {
  public:
   explicit ConstantVelocity(const std::array<double, kCommandRows>& command) : command_(command) {}
   void start(int) override {}
+  void carry(int, LaneTape&) override {}
   unsigned reads() const override { return 0; }
   void steer(const Observation&, LaneMask active, BlockArray& command) override {
     for (int i = 0; i < kCommandRows; ++i) fill_lanes(command.row(i), command_[i], active);
@@ -78,6 +79,7 @@ class Waypoints : public Steering {
   }
 
   void start(int lane) override { next_[lane] = 0; }
+  void carry(int lane, LaneTape& tape) override { tape.carry(next_[lane]); }
   unsigned reads() const override { return kBasePlace | kBaseYaw; }
 
   void steer(const Observation& observation, LaneMask active, BlockArray& command) override {

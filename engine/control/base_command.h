@@ -4,6 +4,7 @@
 #include <array>
 #include <memory>
 
+#include "engine/lanes/lane_tape.h"
 #include "engine/sensing/sensors.h"
 #include "engine/settings/description.h"
 
@@ -16,7 +17,8 @@ class Steering {
  public:
   virtual ~Steering() = default;
   virtual void start(int lane) = 0;
-  virtual unsigned reads() const = 0;  // as Policy::reads
+  virtual void carry(int lane, LaneTape& tape) = 0;  // as Policy::carry
+  virtual unsigned reads() const = 0;                // as Policy::reads
   /// Writes the active lanes of `command` (kCommandRows rows).
   virtual void steer(const Observation& observation, LaneMask active, BlockArray& command) = 0;
 };

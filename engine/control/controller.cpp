@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <typeinfo>
 
 #include "engine/control/chain.h"
 #include "engine/control/lag_buffer.h"
@@ -126,6 +127,16 @@ void Controller::start(int lane, double lag, std::uint32_t particle) {
   impl_->draws.start(lane, particle);
   impl_->policy->start(lane);
   impl_->buffer->start(lane, lag);
+}
+
+void Controller::carry(int lane, LaneTape& tape) {
+  tape.same(typeid(*impl_->policy).name());
+  impl_->policy->carry(lane, tape);
+  tape.same(typeid(*impl_->tracker).name());
+  tape.carry(impl_->lag[lane]);
+  Targets& targets = impl_->targets;
+  for (BlockArray* rows : {&targets.q, &targets.v, &targets.tau, &targets.x, &targets.xd}) tape.carry(*rows, lane);
+  impl_->buffer->carry(lane, tape);
 }
 
 void Controller::act(const Observation& observation, const double* lag_jitter, LaneMask active,

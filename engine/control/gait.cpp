@@ -47,6 +47,19 @@ class Gait : public Policy {
     steering_->start(lane);
   }
 
+  void carry(int lane, LaneTape& tape) override {
+    bool fresh = fresh_[lane];
+    tape.carry(fresh);
+    fresh_.set(lane, fresh);
+    for (BlockArray* rows : {&command_, &last_time_, &guess_}) tape.carry(*rows, lane);
+    const int feet = static_cast<int>(legs_.size());
+    std::vector<double> memory(static_cast<std::size_t>(feet * kernel_.foot_numbers));
+    if (!tape.reads()) kernel_.copy_feet(feet_.row(0), feet, lane, memory.data(), false);
+    for (double& number : memory) tape.carry(number);
+    if (tape.reads()) kernel_.copy_feet(feet_.row(0), feet, lane, memory.data(), true);
+    steering_->carry(lane, tape);
+  }
+
   unsigned reads() const override {
     const GaitParameters& p = view_.p;
     return kJointPosition | (p.global_up ? kBaseTilt : 0u) | (p.recovery ? kLinkForce : 0u) | steering_->reads();

@@ -13,6 +13,7 @@ class Hold : public Policy {
   explicit Hold(const ControlContext& context) : q_(actuated_positions(context.nominal, context.initial)) {}
 
   void start(int) override {}
+  void carry(int, LaneTape&) override {}
   unsigned reads() const override { return 0; }
 
   void act(const Observation&, LaneMask active, Targets& targets) override {

@@ -151,6 +151,7 @@ class JointTrajectory : public Policy {
       : motion_(std::move(motion), context) {}
 
   void start(int) override {}
+  void carry(int, LaneTape&) override {}
   unsigned reads() const override { return 0; }
 
   void act(const Observation& observation, LaneMask active, Targets& targets) override {

@@ -2,6 +2,8 @@
 
 #include "engine/control/kernel.h"
 
+#include <cstddef>
+
 #include "engine/control/gait_planner.h"
 #include "engine/control/leg_ik.h"
 #include "engine/control/operational_pd.h"
@@ -145,12 +147,39 @@ void foot_modes(const double* feet, int count, int lane, double* out) {
   }
 }
 
+/// Numbers of a FootPlan that stand before its masks.
+template <class T>
+constexpr int kFootRows = static_cast<int>(offsetof(FootPlan<T>, swing) / sizeof(T));
+
+template <class T>
+void copy_feet(double* feet, int count, int lane, double* numbers, bool back) {
+  const unsigned bit = 1u << static_cast<unsigned>(lane);
+  for (int i = 0; i < count; ++i) {
+    FootPlan<T>& plan = reinterpret_cast<FootPlan<T>*>(feet)[i];
+    double* const rows = reinterpret_cast<double*>(&plan);
+    for (int k = 0; k < kFootRows<T>; ++k, ++numbers) {
+      double& row = rows[k * kWidth<T> + lane];
+      back ? row = *numbers : * numbers = row;
+    }
+    unsigned* const masks[] = {&plan.swing, &plan.reach, &plan.support};
+    for (unsigned* const mask : masks) {
+      if (back) *mask = *numbers != 0 ? *mask | bit : *mask & ~bit;
+      if (!back) *numbers = *mask & bit ? 1 : 0;
+      ++numbers;
+    }
+  }
+}
+
 }  // namespace
 
 const ControlKernel& GRAZE_OF_ISA(find_control_kernel)() {
   using T = Pack<8>;
-  static constexpr ControlKernel kernel{static_cast<int>(sizeof(FootPlan<T>) / sizeof(double)), &gait<T>,
-                                        &operational_pd<T>, &foot_modes<T>};
+  static constexpr ControlKernel kernel{static_cast<int>(sizeof(FootPlan<T>) / sizeof(double)),
+                                        &gait<T>,
+                                        &operational_pd<T>,
+                                        &foot_modes<T>,
+                                        kFootRows<T> + 3,
+                                        &copy_feet<T>};
   return kernel;
 }
 

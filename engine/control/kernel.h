@@ -63,6 +63,9 @@ struct ControlKernel {
   void (*operational_pd)(const OperationalPdView& view, const OperationalPdCall& call);
   /// Modes of a lane's feet, out[count], as FootMode; `feet`: memory of the gait.
   void (*foot_modes)(const double* feet, int count, int lane, double* out);
+  int foot_numbers;  // memory of a foot, one lane
+  /// Copies a lane's memory of its feet to `numbers` [count][foot_numbers], or from there if `back`.
+  void (*copy_feet)(double* feet, int count, int lane, double* numbers, bool back);
 };
 
 const ControlKernel& find_control_kernel_portable();

@@ -36,10 +36,32 @@ void LagBuffer::start(int lane, double lag) {
   grow(kFewest);
   own.issued = 0;
   own.time.assign(slots_.size(), 0.0);
-  // In step with the lane that is furthest on its way: lanes that act together then write the same slot, row by row.
+  own.head = common_head();
+}
+
+std::size_t LagBuffer::common_head() const {
   const auto longest =
       std::max_element(lanes_.begin(), lanes_.end(), [](const Lane& a, const Lane& b) { return a.issued < b.issued; });
-  own.head = longest->head;
+  return longest->head;
+}
+
+void LagBuffer::carry(int lane, LaneTape& tape) {
+  Lane& own = lanes_[lane];
+  std::size_t issued = own.issued;
+  tape.carry(issued), tape.carry(own.depth);
+  const std::size_t kept = std::min(issued, own.depth);  // as many slots there are: make_room
+  if (tape.reads()) {
+    own.issued = 0;
+    grow(std::max(kept, kFewest));
+    own.time.assign(slots_.size(), 0.0);
+    own.head = common_head();
+    own.issued = issued;
+  }
+  for (std::size_t age = 0; age < kept; ++age) {
+    const std::size_t slot = before(own.head, age);
+    tape.carry(own.time[slot]);
+    for (const auto part : kept_) tape.carry(slots_[slot].*part, lane);
+  }
 }
 
 void LagBuffer::grow(std::size_t slots) {

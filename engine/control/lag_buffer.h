@@ -19,6 +19,8 @@ class LagBuffer {
   /// least 100 steps), and a momentary lag beyond that sees the oldest targets kept. No history is longer than a trace,
   /// and memory is taken as the trace goes on.
   void start(int lane, double lag);
+  /// Writes down, or reads back, the lane's history.
+  void carry(int lane, LaneTape& tape);
   /// Control steps that memory has been taken for.
   std::size_t slots() const { return slots_.size(); }
   /// Records the active lanes of `targets` as issued at `time` (growing from call to call), and returns targets whose
@@ -41,6 +43,8 @@ class LagBuffer {
   std::size_t before(std::size_t slot, std::size_t age) const {
     return slot >= age ? slot - age : slot + slots_.size() - age;
   }
+  /// The head of the lane that is furthest on its way: lanes that act together then write the same slot, row by row.
+  std::size_t common_head() const;
   void grow(std::size_t slots);
   void make_room(LaneMask active);
   void record(const std::array<double, kLanes>& time, LaneMask active, const Targets& targets);

@@ -11,6 +11,7 @@
 
 #include "engine/actuation/actuators.h"
 #include "engine/control/policy_draws.h"
+#include "engine/lanes/lane_tape.h"
 #include "engine/model/model.h"
 #include "engine/sensing/sensors.h"
 #include "engine/settings/description.h"
@@ -50,6 +51,11 @@ class Policy {
   virtual void act(const Observation& observation, LaneMask active, Targets& targets) = 0;
   /// Groups of the observation (SensedGroup) that act reads; the others need not be sensed, and are NaN then.
   virtual unsigned reads() const { return kAllGroups; }
+  /// Writes down, or reads back after start(), all that act keeps of a lane from call to call. A policy that keeps
+  /// nothing does nothing here; one that does not tell cannot be saved: throws std::logic_error.
+  virtual void carry(int /*lane*/, LaneTape& /*tape*/) {
+    throw std::logic_error("the policy does not tell what it keeps of a trace (Policy::carry), so it cannot be saved");
+  }
   /// What the policy keeps to itself, for those who look at a trace: names and units, and the numbers of a lane after
   /// act(), out[inside().size()].
   struct Inside {
@@ -61,6 +67,7 @@ class Policy {
   virtual std::vector<int> effectors() const { return {}; }
 };
 
+/// Keeps nothing of a lane from call to call.
 class Tracker {
  public:
   virtual ~Tracker() = default;
@@ -102,6 +109,8 @@ class Controller {
 
   /// `lag`: persistent value of the lane's particle, s. `particle`: its id, which keys what the policy draws.
   void start(int lane, double lag, std::uint32_t particle = 0);
+  /// Writes down, or reads back after start(), all that the lane's further way depends on, between two control steps.
+  void carry(int lane, LaneTape& tape);
   /// One control step. `lag_jitter`: added to the lag of each lane at this step; the sum is cut at 0.
   void act(const Observation& observation, const double* lag_jitter, LaneMask active, ActuatorCommand& command);
   /// Groups of the observation that policy or tracker read (SensedGroup).

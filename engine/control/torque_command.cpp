@@ -34,6 +34,7 @@ class TorqueCommand : public Policy {
   }
 
   void start(int) override {}
+  void carry(int, LaneTape&) override {}
   unsigned reads() const override { return 0; }
 
   void act(const Observation& observation, LaneMask active, Targets& targets) override {

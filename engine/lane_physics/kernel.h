@@ -65,7 +65,7 @@ enum LedgerRow : int {
 /// Manifold slots per pair, and what is kept of each from step to step: impulse (world) and slip rate.
 inline constexpr int kSlots = 8, kKept = 4;
 
-/// Drives of a step (see Drive in engine/physics.h), na rows each. Torques alone: only `tau` is not null.
+/// Drives of a step (see Drive in block_physics.h), na rows each. Torques alone: only `tau` is not null.
 struct DriveView {
   const double* tau;
   const double *q, *v, *kp, *kd, *lower, *upper, *prescribed;

@@ -2,6 +2,7 @@
 // The lane engine without its dress as a back end: one block of W particles, its tables and its memory. LanePhysics
 // (lane_physics.h) runs it with W = 8; benchmarks and tests compare widths and instruction sets.
 
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
@@ -39,7 +40,7 @@ class LaneMemory {
 /// The kernel of an available instruction set. `lanes`: 8; for comparison also 1, and 4 with avx2.
 const LaneKernel& kernel_of(Isa isa, int lanes = 8);
 
-/// complementarity (Coulomb's cone, Stewart-Trinkle / Anitescu-Potra), complementarity_free (convex), compliant.
+/// complementarity, complementarity_free, compliant; lane_physics.cpp tells what they are.
 const std::vector<std::string>& lane_contact_models();
 
 class LaneEngine {
@@ -51,6 +52,21 @@ class LaneEngine {
   LaneEngine(const LaneEngine&) = delete;
 
   void start(int lane, const Model& model, const State& initial);
+
+  /// A lane as it is: its numbers and what the step before has left. It fits engines of every width. What culling knows
+  /// of distances is not in it, which changes no bit.
+  struct Saved {
+    struct Slot {
+      int pair, slot;
+      std::array<double, kKept> kept;
+    };
+    std::vector<double> rows;  // the lane's numbers of each_kept_row(), in order
+    std::vector<Slot> slots;   // those of slot_impulse that are not zero
+  };
+  Saved save(int lane) const;
+  /// `saved` is of an engine that was made for a model with the same numbering.
+  void restore(int lane, const Saved& saved);
+
   /// tau: [na][lane]. `active`: bit l is lane l.
   void step(double h, unsigned active, const double* tau);
   void drive(double h, unsigned active, const DriveView& drive);
@@ -77,6 +93,13 @@ class LaneEngine {
   void number_contacts(const Model& nominal);
   /// Places all arrays behind `base`; returns how many doubles they take.
   std::size_t lay_out(double* base);
+  /// Calls f(rows, count) for all arrays of rows that a step reads and the step before it, or start(), has left.
+  template <class F>
+  void each_kept_row(const F& f) const;
+  /// Of slot_impulse.
+  double* kept_of(int pair, int slot) const {
+    return block_.slot_impulse + static_cast<std::ptrdiff_t>(kKept) * (kSlots * pair + slot) * kernel_.lanes;
+  }
   void load_bodies(int lane, const Model& model);
   void load_colliders(int lane, const Model& model);
   void load_law(int lane, const Model& model);

@@ -6,12 +6,15 @@
 #include <cassert>
 #include <cmath>
 
-#include "engine/bullet/convex_pairs.h"
+#include "engine/contact/convex_pairs.h"
 #include "engine/lanes/isa.h"
+#include "engine/physics.h"
 
 namespace graze {
 
 namespace {
+
+constexpr const char* kName = "lanes";
 
 BlockState state_of(const Model& model) {
   return {BlockArray(model.nq), BlockArray(model.nv), BlockArray(model.nv),
@@ -64,14 +67,28 @@ struct LanePhysics::Part {
   }
 };
 
-LanePhysics::LanePhysics(const Model& nominal, int width) : width_(width > 0 ? width : best_width()) {
+/// One lane, with the points of its last step.
+struct LanePhysics::Saved final : SavedLane {
+  struct Point {
+    int a, b;
+    std::array<double, kContactRows> rows;
+  };
+  LaneEngine::Saved engine;
+  std::vector<Point> points;
+  std::optional<std::string> fault;
+
+  explicit Saved(std::uint64_t numbering) : SavedLane(kName, numbering) {}
+};
+
+LanePhysics::LanePhysics(const Model& nominal, int width)
+    : width_(width > 0 ? width : best_width()), numbering_(numbering_of(nominal)) {
   state_ = state_of(nominal);
   const LaneKernel& kernel = kernel_of(chosen_isa(), width_);
   for (int first = 0; first < kLanes; first += width_) {
     Part& part = *parts_.emplace_back(std::make_unique<Part>(first, width_, state_, nominal.na()));
     const StateRows block{rows_of(state_.q), rows_of(state_.v), rows_of(state_.a), rows_of(state_.X)};
     part.engine = std::make_unique<LaneEngine>(nominal, kernel, whole() ? block : part.state,
-                                               std::make_unique<bullet::ConvexPairs>(nominal, width_));
+                                               std::make_unique<ConvexPairs>(nominal, width_));
     take_state(part);
   }
 }
@@ -94,8 +111,45 @@ void LanePhysics::start(int lane, const Particle& particle) {
   const Part& part = *parts_[static_cast<std::size_t>(lane / width_)];
   part.engine->start(lane % width_, particle.model, particle.initial);
   take_state(part);
-  for (ContactPoint& point : points_) point.lanes.set(lane, false);
+  forget_points(lane);
   fault_[lane].reset();
+}
+
+void LanePhysics::forget_points(int lane) {
+  for (ContactPoint& point : points_) point.lanes.set(lane, false);
+  // Not one is left that has no lane: its rows may be those of an earlier restore.
+  std::erase_if(points_, [](const ContactPoint& point) { return !point.lanes.any(); });
+}
+
+std::shared_ptr<const SavedLane> LanePhysics::save(int lane) const {
+  auto out = std::make_shared<Saved>(numbering_);
+  out->engine = engine(lane).save(lane % width_);
+  for (const ContactPoint& point : points_) {
+    if (!point.lanes[lane]) continue;
+    Saved::Point& one = out->points.emplace_back(Saved::Point{point.a, point.b, {}});
+    for (int i = 0; i < kContactRows; ++i) one.rows[i] = point.row(i)[lane];
+  }
+  out->fault = fault_[lane];
+  return out;
+}
+
+void LanePhysics::restore(int lane, const SavedLane& saved) {
+  const Saved& from = own<Saved>(saved, kName, numbering_);
+  const Part& part = *parts_[static_cast<std::size_t>(lane / width_)];
+  part.engine->restore(lane % width_, from.engine);
+  take_state(part);
+  forget_points(lane);
+  BlockArray& rows = restored_[lane];
+  rows = BlockArray(static_cast<int>(from.points.size()) * kContactRows);
+  LaneMask here;
+  here.set(lane);
+  int first = 0;
+  for (const Saved::Point& point : from.points) {
+    for (int i = 0; i < kContactRows; ++i) rows(first + i, lane) = point.rows[i];
+    points_.push_back({point.a, point.b, here, rows.row(first)});
+    first += kContactRows;
+  }
+  fault_[lane] = from.fault;
 }
 
 LaneMask LanePhysics::physical(LaneMask active) const {
@@ -211,5 +265,17 @@ std::string LanePhysics::why_not_physical(int lane) const {
   return fmt::format("{:.4g} J came out of nothing (tolerated: {:.4g} J), {:.4g} J of it in this step", created,
                      tolerated, of.ledger(kRise, at));
 }
+
+namespace {
+
+const PhysicsRegistration registration(
+    kName,
+    {"many particles at once, one per SIMD lane: articulated bodies, impulses at velocity level, servos in the solve",
+     {{"complementarity", "rigid contact, Coulomb's cone (Stewart-Trinkle, Anitescu-Potra)"},
+      {"complementarity_free", "rigid contact by maximal dissipation: convex, what slides lifts a little (Anitescu)"},
+      {"compliant", "the first with a spring and damper in each contact, integrated implicitly"}}},
+    [](const Model& nominal) { return std::make_unique<LanePhysics>(nominal); });
+
+}  // namespace
 
 }  // namespace graze

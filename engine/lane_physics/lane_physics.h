@@ -1,11 +1,12 @@
 #pragma once
 // The back end "lanes": a block of kLanes particles in one LaneEngine, or in several that have fewer lanes each.
 
+#include <array>
 #include <memory>
 #include <vector>
 
+#include "engine/block_physics.h"
 #include "engine/lane_physics/lane_engine.h"
-#include "engine/physics.h"
 
 namespace graze {
 
@@ -22,6 +23,9 @@ class LanePhysics : public BlockPhysics {
   bool solves_drives() const override { return true; }
   void drive(double h, LaneMask active, const Drive& drive, DriveResult& result) override;
   SolverEffort effort(int lane) const override;
+
+  std::shared_ptr<const SavedLane> save(int lane) const override;
+  void restore(int lane, const SavedLane& saved) override;
 
   /// Effort and result of the contact solver in the last step: sweeps, and the largest change of a contact's velocity
   /// in the last of them, m/s.
@@ -47,9 +51,15 @@ class LanePhysics : public BlockPhysics {
   void find_faults();
   std::string why_not_physical(int lane) const;
 
+  struct Saved;
+  /// The block's points without those of a lane.
+  void forget_points(int lane);
+
   const int width_;
+  const std::uint64_t numbering_;
   std::vector<std::unique_ptr<Part>> parts_;
-  BlockArray report_;  // kContactRows per contact point, where the parts' own are gathered
+  BlockArray report_;                        // kContactRows per contact point, where the parts' own are gathered
+  std::array<BlockArray, kLanes> restored_;  // the same of points that were restored
 };
 
 }  // namespace graze

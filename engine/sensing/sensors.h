@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "engine/physics.h"
+#include "engine/block_physics.h"
 #include "engine/sensing/noise.h"
 #include "sampling/distribution.h"
 

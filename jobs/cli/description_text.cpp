@@ -105,7 +105,9 @@ std::string group_help(const ComponentGroup& group) {
   if (group.all.size() == 1) return component_help(group, group.all.front()) + "\n" + group.more + "\n";
   std::vector<std::pair<std::string, std::string>> rows;
   for (const Component& component : group.all) rows.emplace_back(component.name, plain(component.text.help));
-  return list_text(group.title, rows, "graze help NAME tells its keys. " + group.more);
+  const bool keys = std::any_of(group.all.begin(), group.all.end(),
+                                [](const Component& component) { return !component.text.keys.empty(); });
+  return list_text(group.title, rows, (keys ? "graze help NAME tells its keys. " : "") + group.more);
 }
 
 std::string group_table(const ComponentGroup& group) {

@@ -4,6 +4,7 @@
 
 #include <utility>
 
+#include "engine/physics.h"
 #include "jobs/cli/description_text.h"
 #include "jobs/cli/scenario_schema.h"
 #include "jobs/cli/shipped.h"
@@ -30,6 +31,17 @@ std::string scenarios_help() {
                                (data_folder() / "scenarios").string()));
 }
 
+std::string physics_help() {
+  std::vector<std::pair<std::string, std::string>> rows;
+  for (const std::string& name : physics_names()) {
+    const PhysicsText& text = physics_text(name);
+    rows.emplace_back(name, text.help);
+    for (const auto& [model, help] : text.contact_models) rows.emplace_back("  " + model, help);
+  }
+  return list_text("Back ends, what steps the bodies ('physics'), each with its contact models ('contact.model'):",
+                   rows, "The first of each is the default. What they do and where they end: docs/physics.md.");
+}
+
 }  // namespace
 
 std::vector<std::string> help_topics() {
@@ -51,6 +63,7 @@ std::vector<std::string> component_topics() {
 std::optional<std::string> help_on(const std::string& topic) {
   if (topic == "scenarios") return scenarios_help();
   if (topic == "schema") return scenario_schema();
+  if (topic == "physics") return physics_help();
   constexpr std::string_view kTable = "table:";  // for docs/, which alone ask for it
   if (topic.starts_with(kTable)) return docs_table(topic.substr(kTable.size()));
   std::string out;

@@ -10,6 +10,7 @@
 #include "archive/archive.h"
 #include "archive/files/shell_word.h"
 #include "engine/lanes/isa.h"
+#include "engine/physics.h"
 #include "graze_version.h"
 #include "jobs/campaign/crash.h"
 #include "jobs/cli/commands.h"
@@ -38,9 +39,8 @@ int parse_and_run(int argc, char** argv) {
   app.require_subcommand(1);
   app.footer(
       "\ngraze VERB --help (or graze help VERB) tells more, with examples; graze help scenarios, policies, trackers, "
-      "sensors, shapes, distributions, witnesses, objectives and sections list what there is, graze help NAME what one "
-      "of "
-      "them takes. Documentation: docs/ beside the source.");
+      "sensors, shapes, distributions, witnesses, objectives, physics, contact_models and sections list what there is, "
+      "graze help NAME what one of them takes. Documentation: docs/ beside the source.");
   Action action;
   add_check(app, action);
   add_sample(app, action);

@@ -273,6 +273,7 @@ class SchemaWriter {
   void add_groups() {
     for (const ComponentGroup& group : component_groups()) {
       if (group.topic == "sections" || group.topic == "objectives" || group.topic == "sensors") continue;
+      if (group.topic == "physics" || group.topic == "contact_models") continue;  // values, no keys
       // Scenarios often override a part of an included policy, and seldom one of the others, which are small.
       const bool whole = group.topic != "policies" && group.topic != "trackers";
       for (const Component& one : group.all) {

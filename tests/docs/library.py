@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Installs the build, builds the program of docs/library.md against it by find_package(graze), and runs it.
+"""Installs the build, builds the programs of docs/library.md against it by find_package(graze), and runs them.
 
 usage: library.py ROOT BUILD CXX
 
-Its counts must be those of a campaign of the installed program, which is called by the scenario's bare name from a folder of
+Their counts must be those of a campaign of the installed program, which is called by the scenario's bare name from a folder of
 its own. Exit code 1 and what went wrong.
 """
 
@@ -40,7 +40,10 @@ def main():
         user.mkdir()
         run("cmake", "--install", build, "--prefix", prefix, folder=folder)
         (user / "count.cpp").write_text(blocks(page, "cpp")[0])
-        (user / "CMakeLists.txt").write_text(blocks(page, "cmake")[0])
+        (user / "branch.cpp").write_text(blocks(page, "cpp")[1])
+        lines = blocks(page, "cmake")[0]
+        (user / "CMakeLists.txt").write_text(lines + "\n".join(
+            line.replace("count", "branch") for line in lines.split("\n") if line.startswith(("add_exec", "target_link"))))
         run("cmake", "-S", user, "-B", user / "build", f"-DCMAKE_PREFIX_PATH={prefix}", f"-DCMAKE_CXX_COMPILER={compiler}",
             folder=user)
         run("cmake", "--build", user / "build", folder=user)
@@ -54,9 +57,13 @@ def main():
             found = [int(n) for n in re.findall(r"(\d+) (?=success|known|unknown|invalid)", line)]
             wanted = [policy[key] for key in ("success", "known_failure", "unknown_failure", "invalid")]
             assert found == wanted and sum(found) == PARTICLES, f"counted {found}, the campaign has {wanted}"
+        # What goes on under the policy that it was saved under comes to what the campaign has.
+        branched = run(user / "build/branch", scenario, PARTICLES, "0.1", folder=user, env=environment).split()
+        assert branched[0] == score["policies"][0]["policy"], branched
+        assert int(branched[1]) == score["policies"][0]["success"] and int(branched[3]) == PARTICLES, branched
         refused = subprocess.run([user / "build/count", "nowhere.yaml", "3"], capture_output=True, text=True)
         assert refused.returncode == 2 and "nowhere.yaml" in refused.stderr, refused
-    print("the program of docs/library.md counts what the campaign has")
+    print("the programs of docs/library.md count what the campaign has")
 
 
 if __name__ == "__main__":

@@ -4,6 +4,7 @@
 
 #include <sstream>
 
+#include "engine/physics.h"
 #include "engine/settings/settings.h"
 #include "tests/jobs/program.h"
 
@@ -75,6 +76,29 @@ TEST(HelpTopics, TellKeys) {
   EXPECT_THAT(told("contact"), ::testing::AllOf(HasSubstr("contact, a witness: "), HasSubstr("contact, a section: ")));
 }
 
+// Claim: back ends are listed with their contact models, the defaults first; all stand in their page.
+TEST(HelpTopics, NameBackEndsAndContactModels) {
+  const TemporaryFolder folder;
+  const std::string page = docs("physics.md"), listed = graze(folder.path(), "help physics").out;
+  std::size_t place = 0;
+  for (const std::string& name : physics_names()) {
+    EXPECT_THAT(listed, HasSubstr("  " + physics_text(name).help + "\n"));
+    EXPECT_THAT(page, HasSubstr("`" + name + "`"));
+    EXPECT_THAT(graze(folder.path(), "help " + name).out, HasSubstr(name + ", a back end: "));
+    EXPECT_GT(listed.find("\n  " + name + " "), place) << name;
+    place = listed.find("\n  " + name + " ");
+    for (const auto& [model, help] : physics_text(name).contact_models) {
+      EXPECT_GT(help.size(), 10u) << model;
+      EXPECT_THAT(listed, HasSubstr("  " + help + "\n"));
+      EXPECT_THAT(page, HasSubstr("`" + model + "`"));
+      EXPECT_THAT(graze(folder.path(), "help " + model).out, HasSubstr(model + ", a contact model: "));
+      EXPECT_GT(listed.find("\n    " + model + " "), place) << model;
+      place = listed.find("\n    " + model + " ");
+    }
+  }
+  EXPECT_LT(listed.find("\n  lanes "), listed.find("\n  bullet "));
+}
+
 // Claim: the shipped scenarios are listed with the names that they give themselves, wherever the data lie.
 TEST(HelpTopics, NameTheShippedScenarios) {
   const TemporaryFolder folder;
@@ -116,7 +140,7 @@ TEST(HelpTopics, RefuseUnknownOnes) {
   EXPECT_THAT(refused("chekc"), HasSubstr("did you mean 'check'?"));
   EXPECT_THAT(refused("elephants"),
               HasSubstr("topics: scenarios, sections, policies, trackers, sensors, shapes, distributions, witnesses, "
-                        "objectives, schema; verbs: check, "));
+                        "objectives, physics, contact_models, schema; verbs: check, "));
   EXPECT_THAT(graze(folder.path(), "--help").out, HasSubstr("graze help scenarios, policies, trackers"));
 }
 

@@ -10,7 +10,7 @@
 #include <numbers>
 #include <random>
 
-#include "engine/bullet/convex_gap.h"
+#include "engine/contact/convex_gap.h"
 #include "engine/model/kinematics.h"
 #include "scenarios/task.h"
 #include "tests/engine/bullet/worlds.h"
@@ -173,10 +173,10 @@ TEST_P(Clearances, LeastOfATraceIsTheLeastOfItsSteps) {
   Judged judged(GetParam(), world, kNear), watched(GetParam(), world, kNear);
   double least = 0.05;
   judged.run(1, 1e-3, [&] {
-    const bullet::Convex a{capsule.kind, capsule.size, at(0, 0, 0)}, b{box.kind, box.size, Pose::Identity()};
-    bullet::Convex now = a;
+    const Convex a{capsule.kind, capsule.size, at(0, 0, 0)}, b{box.kind, box.size, Pose::Identity()};
+    Convex now = a;
     now.X = judged.bench().physics().state().pose(0, 0);
-    const double gap = std::min(0.05, bullet::gap_between(now, b).phi);
+    const double gap = std::min(0.05, gap_between(now, b).phi);
     least = std::min(least, gap);
   });
   watched.run(1, 1e-3, [&] { watched.present(); });

@@ -7,6 +7,7 @@
 
 #include <random>
 
+#include "engine/contact/features.h"
 #include "tests/engine/bullet/worlds.h"
 
 namespace graze::test {

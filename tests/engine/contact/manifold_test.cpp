@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "engine/physics.h"
+#include "engine/contact/features.h"
 #include "tests/engine/contact/support.h"
 
 namespace graze::testing {

@@ -1,6 +1,7 @@
 #pragma once
 // A robot, its controller and its physics in a closed loop, as the runner drives them, and what its walk came to.
 
+#include "engine/physics.h"
 #include "tests/engine/control/support.h"
 
 namespace graze {

@@ -5,7 +5,7 @@
 
 #include "engine/model/world.h"
 
-namespace graze::bullet {
+namespace graze {
 
 inline btVector3 to_bt(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 inline Vec3 from_bt(const btVector3& v) { return {v.x(), v.y(), v.z()}; }
@@ -30,4 +30,4 @@ inline Pose from_bt(const btTransform& X) {
   return out;
 }
 
-}  // namespace graze::bullet
+}  // namespace graze

@@ -1,10 +1,10 @@
 #pragma once
 // Pairs without a kernel for the lane engine: takes the poses of each lane, asks convex_manifold.h, writes rows back.
 
-#include "engine/bullet/convex_manifold.h"
+#include "engine/contact/convex_manifold.h"
 #include "engine/contact/external.h"
 
-namespace graze::bullet {
+namespace graze {
 
 class ConvexPairs final : public ExternalContacts {
  public:
@@ -12,6 +12,7 @@ class ConvexPairs final : public ExternalContacts {
   ConvexPairs(const Model& nominal, int lanes);
 
   void start(int lane, const Model& model) override;
+  void resize(int lane, const std::vector<Vec3>& sizes) override;
   void collide(int pair, int lanes, unsigned mask, const double* X_a, const double* X_b, const double* margin,
                double* rows) override;
 
@@ -29,4 +30,4 @@ class ConvexPairs final : public ExternalContacts {
   std::vector<std::vector<Body>> bodies_;           // [lane][collider]
 };
 
-}  // namespace graze::bullet
+}  // namespace graze

@@ -1,4 +1,4 @@
-#include "engine/bullet/convex_gap.h"
+#include "engine/contact/convex_gap.h"
 
 #include <BulletCollision/CollisionShapes/btConvexInternalShape.h>
 #include <BulletCollision/NarrowPhaseCollision/btGjkEpa2.h>
@@ -8,10 +8,10 @@
 #include <cmath>
 #include <limits>
 
-#include "engine/bullet/convert.h"
+#include "engine/contact/bullet_convert.h"
 #include "engine/lanes/scalar.h"
 
-namespace graze::bullet {
+namespace graze {
 namespace {
 
 /// Nearer than this (m) two points have no direction.
@@ -254,4 +254,4 @@ Gap gap_between(const Convex& a, const Convex& b) {
   return from_cores(a, b, distance, (on_a - on_b) / distance, on_a, on_b);
 }
 
-}  // namespace graze::bullet
+}  // namespace graze

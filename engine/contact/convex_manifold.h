@@ -5,10 +5,10 @@
 
 #include <array>
 
-#include "engine/bullet/convex_gap.h"
+#include "engine/contact/convex_gap.h"
 #include "engine/contact/manifold.h"
 
-namespace graze::bullet {
+namespace graze {
 
 struct ManifoldPoint {
   bool valid = false;
@@ -24,4 +24,4 @@ ConvexManifold touch_plane(const Convex& hull, const Pose& X, double margin);
 ConvexManifold touch_terrain(const Convex& hull, const HeightView& grid, const Vec3& size, const Pose& X,
                              double margin);
 
-}  // namespace graze::bullet
+}  // namespace graze

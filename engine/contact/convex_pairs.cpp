@@ -1,13 +1,13 @@
-#include "engine/bullet/convex_pairs.h"
+#include "engine/contact/convex_pairs.h"
 
 #include <algorithm>
 #include <cassert>
 
 #include "engine/contact/collide.h"
+#include "engine/contact/features.h"
 #include "engine/model/convex_hull.h"
-#include "engine/physics.h"
 
-namespace graze::bullet {
+namespace graze {
 namespace {
 
 Pose pose_of(const double* rows, int lanes, int lane) {
@@ -54,10 +54,20 @@ ConvexPairs::ConvexPairs(const Model& nominal, int lanes) : pairs_(nominal.pairs
 
 void ConvexPairs::start(int lane, const Model& model) {
   assert(model.colliders.size() == hulls_.size());
-  std::vector<Body>& bodies = bodies_[lane];
-  bodies.resize(hulls_.size());
+  std::vector<Vec3> sizes;
+  bodies_[lane].resize(hulls_.size());
   for (std::size_t i = 0; i < hulls_.size(); ++i) {
-    bodies[i].shape = model.colliders[i].shape;
+    bodies_[lane][i].shape = model.colliders[i].shape;
+    sizes.push_back(model.colliders[i].shape.size);
+  }
+  resize(lane, sizes);
+}
+
+void ConvexPairs::resize(int lane, const std::vector<Vec3>& sizes) {
+  assert(sizes.size() == hulls_.size());
+  std::vector<Body>& bodies = bodies_[lane];
+  for (std::size_t i = 0; i < hulls_.size(); ++i) {
+    bodies[i].shape.size = sizes[i];
     bodies[i].corners.clear();
     if (!hulls_[i]) continue;
     for (const Vec3& vertex : hulls_[i]->vertices) {
@@ -92,4 +102,4 @@ void ConvexPairs::collide(int pair, int lanes, unsigned mask, const double* X_a,
   }
 }
 
-}  // namespace graze::bullet
+}  // namespace graze

@@ -1,4 +1,4 @@
-#include "engine/bullet/convex_manifold.h"
+#include "engine/contact/convex_manifold.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include "engine/contact/heightfield.h"
 #include "engine/lanes/scalar.h"
 
-namespace graze::bullet {
+namespace graze {
 namespace {
 
 /// Sine up to which a face or edge counts as lying along the contact (3 degrees).
@@ -285,4 +285,4 @@ ConvexManifold touch_terrain(const Convex& hull, const HeightView& grid, const V
   return out;
 }
 
-}  // namespace graze::bullet
+}  // namespace graze

@@ -3,12 +3,12 @@
 
 #include <gtest/gtest.h>
 
-#include "engine/bullet/convex_pairs.h"
 #include "engine/contact/collide.h"
+#include "engine/contact/convex_pairs.h"
 #include "tests/engine/contact/support.h"
 #include "tests/sanitized.h"
 
-namespace graze::bullet {
+namespace graze {
 namespace {
 
 using testing::BodyD;
@@ -217,4 +217,4 @@ TEST(ConvexPairs, rows_are_the_lanes_manifolds) {
 }
 
 }  // namespace
-}  // namespace graze::bullet
+}  // namespace graze

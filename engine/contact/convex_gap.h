@@ -6,7 +6,7 @@
 
 #include "engine/model/world.h"
 
-namespace graze::bullet {
+namespace graze {
 
 /// A convex shape where it stands. `corners`: a mesh's hull, scaled, in the shape's frame.
 struct Convex {
@@ -33,4 +33,4 @@ Gap gap_between(const Convex& a, const Convex& b);
 /// n . x over a, least, minus n . x over b, greatest: no greater than the gap, for any unit n.
 double separation(const Convex& a, const Convex& b, const Vec3& n);
 
-}  // namespace graze::bullet
+}  // namespace graze
