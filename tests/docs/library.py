@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Installs the build, builds the program of docs/library.md against it by find_package(graze), and runs it.
+"""Installs the build, builds the programs of docs/library.md against it by find_package(graze), and runs them.
 
 usage: library.py ROOT BUILD CXX
 
@@ -40,7 +40,9 @@ def main():
         user.mkdir()
         run("cmake", "--install", build, "--prefix", prefix, folder=folder)
         (user / "count.cpp").write_text(blocks(page, "cpp")[0])
-        (user / "CMakeLists.txt").write_text(blocks(page, "cmake")[0])
+        (user / "hold.cpp").write_text(blocks(page, "cpp")[1])
+        program = blocks(page, "cmake")[0]
+        (user / "CMakeLists.txt").write_text(program + "\n".join(program.split("\n")[-3:]).replace("count", "hold"))
         run("cmake", "-S", user, "-B", user / "build", f"-DCMAKE_PREFIX_PATH={prefix}", f"-DCMAKE_CXX_COMPILER={compiler}",
             folder=user)
         run("cmake", "--build", user / "build", folder=user)
@@ -54,9 +56,14 @@ def main():
             found = [int(n) for n in re.findall(r"(\d+) (?=success|known|unknown|invalid)", line)]
             wanted = [policy[key] for key in ("success", "known_failure", "unknown_failure", "invalid")]
             assert found == wanted and sum(found) == PARTICLES, f"counted {found}, the campaign has {wanted}"
+        held = run(user / "build/hold", prefix / "share/graze/scenarios/quadruped_walk.yaml", folder=user, env=environment)
+        forces = [float(n) for n in re.findall(r"dof \d+: (\S+),", held)]
+        rates = [float(n) for n in re.findall(r"acceleration (\S+)", held)]
+        mass = float(re.search(r"mass (\S+) kg", held).group(1))
+        assert len(forces) == 18 and abs(forces[5] / mass - 9.81) < 5e-3 and max(map(abs, rates)) < 1e-9, held
         refused = subprocess.run([user / "build/count", "nowhere.yaml", "3"], capture_output=True, text=True)
         assert refused.returncode == 2 and "nowhere.yaml" in refused.stderr, refused
-    print("the program of docs/library.md counts what the campaign has")
+    print("the programs of docs/library.md count what the campaign has, and hold the robot still")
 
 
 if __name__ == "__main__":

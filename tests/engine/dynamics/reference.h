@@ -1,7 +1,7 @@
 #pragma once
-// An independent way to the equation of motion: sums of J^T (mass) J over bodies, with J from the scalar kinematics of
-// the model folder, and Kane's equations with classical accelerations. Slow, short, exact but for rounding, and sharing
-// no code with the lane kernels.
+// An independent way to the equation of motion: sums of J^T (mass) J over bodies, and Kane's
+// equations with classical accelerations, of poses and Jacobians by Eigen. Slow, short, exact but for rounding, and
+// sharing no code with engine/dynamics.
 
 #include <Eigen/Dense>
 
@@ -12,21 +12,55 @@
 
 namespace graze::testing {
 
+/// World poses of all bodies, joint by joint with Eigen's rotations.
+inline std::vector<Pose> reference_poses(const Model& model, const Eigen::VectorXd& q) {
+  std::vector<Pose> X;
+  for (const Body& body : model.bodies) {
+    Pose own = Pose::Identity();
+    if (body.type == JointType::floating) {
+      own.linear() = Quat(q[body.q], q[body.q + 1], q[body.q + 2], q[body.q + 3]).normalized().toRotationMatrix();
+      own.translation() = q.segment<3>(body.q + 4);
+    } else if (body.type == JointType::revolute) {
+      own.linear() = Eigen::AngleAxisd(q[body.q], body.axis).toRotationMatrix();
+    } else {
+      own.translation() = q[body.q] * body.axis;
+    }
+    const Pose X_PC = body.X_PB * own;
+    X.push_back(body.parent < 0 ? X_PC : X[body.parent] * X_PC);
+  }
+  return X;
+}
+
+/// Velocity of a point fixed to `body` (-1: the world), now at p_W: J v. 3 x nv, world axes.
+inline Eigen::Matrix3Xd reference_jacobian(const Model& model, const std::vector<Pose>& X, int body, const Vec3& p_W) {
+  Eigen::Matrix3Xd J = Eigen::Matrix3Xd::Zero(3, model.nv);
+  for (int b = body; b >= 0; b = model.bodies[b].parent) {
+    const Body& joint = model.bodies[b];
+    const Vec3 r = p_W - X[b].translation(), axis_W = X[b].linear() * joint.axis;
+    if (joint.type == JointType::floating) {
+      for (int k = 0; k < 3; ++k) J.col(joint.v + k) = Vec3::Unit(k).cross(r);
+      J.block<3, 3>(0, joint.v + 3).setIdentity();
+    } else {
+      J.col(joint.v) = joint.type == JointType::revolute ? Vec3(axis_W.cross(r)) : axis_W;
+    }
+  }
+  return J;
+}
+
 struct BodyJacobian {
   Eigen::Matrix3Xd linear, angular;  // of the centre of mass; world axes
   Mat3 inertia_W;
 };
 
 inline BodyJacobian body_jacobian(const Model& model, const Eigen::VectorXd& q, int body) {
-  std::vector<Pose> X;
-  forward_kinematics(model, q, X);
+  const std::vector<Pose> X = reference_poses(model, q);
   const Body& b = model.bodies[body];
   const Vec3 com = X[body] * b.com;
   BodyJacobian out;
-  out.linear = point_jacobian(model, X, body, com);
+  out.linear = reference_jacobian(model, X, body, com);
   // w x e_k from the velocities of points at unit distance.
-  const Eigen::Matrix3Xd x = point_jacobian(model, X, body, com + Vec3::UnitX()) - out.linear;
-  const Eigen::Matrix3Xd y = point_jacobian(model, X, body, com + Vec3::UnitY()) - out.linear;
+  const Eigen::Matrix3Xd x = reference_jacobian(model, X, body, com + Vec3::UnitX()) - out.linear;
+  const Eigen::Matrix3Xd y = reference_jacobian(model, X, body, com + Vec3::UnitY()) - out.linear;
   out.angular.resize(3, model.nv);
   out.angular.row(0) = y.row(2);
   out.angular.row(1) = -x.row(2);
@@ -67,8 +101,7 @@ inline BodyMotion next_motion(const Body& body, const BodyMotion& parent, const 
 
 /// bias of M v' + bias = tau by Kane's equations: sum of J_c^T m (a_c - g) + J_w^T (I alpha + w x I w).
 inline Eigen::VectorXd reference_bias(const Model& model, const Eigen::VectorXd& q, const Eigen::VectorXd& v) {
-  std::vector<Pose> X;
-  forward_kinematics(model, q, X);
+  const std::vector<Pose> X = reference_poses(model, q);
   std::vector<BodyMotion> motion(model.bodies.size());
   Eigen::VectorXd bias = Eigen::VectorXd::Zero(model.nv);
   for (std::size_t i = 0; i < model.bodies.size(); ++i) {
