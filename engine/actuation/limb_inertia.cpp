@@ -2,7 +2,7 @@
 
 #include <map>
 
-#include "engine/model/kinematics.h"
+#include "engine/model/rotation.h"
 
 namespace graze {
 

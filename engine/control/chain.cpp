@@ -4,7 +4,7 @@
 #include <stdexcept>
 
 #include "engine/control/chain_motion.h"
-#include "engine/model/kinematics.h"
+#include "engine/model/placement.h"
 
 namespace graze {
 

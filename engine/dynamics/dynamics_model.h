@@ -79,6 +79,7 @@ class DynamicsData {
   }
   DynamicsData(const DynamicsData&) = delete;
   DynamicsData& operator=(const DynamicsData&) = delete;
+  DynamicsData(DynamicsData&&) = default;  // memory stays where it is
 
   /// Gives a lane the numbers of another model of the same shape (a particle's, for example).
   void set_lane(int lane, const DynamicsModel& numbers) {

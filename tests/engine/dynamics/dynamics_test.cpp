@@ -74,7 +74,7 @@ std::vector<int> tops(const Model& model) {
 }
 
 Vec3 reference_com(const Model& model, const Eigen::VectorXd& q, int top) {
-  const std::vector<Pose> X = testing::reference_poses(model, q);
+  const std::vector<Pose> X = reference_poses(model, q);
   double mass = 0;
   Vec3 first = Vec3::Zero();
   for (const int i : members(model, top)) {
@@ -88,13 +88,14 @@ TEST(Dynamics, PosesAreThoseOfTheReference) {
   on_all_robots([](const Model& model, const State& state) {
     Scalar robot(model);
     const TreeT<double>& tree = robot.at(state.q);
-    const std::vector<Pose> X = testing::reference_poses(model, state.q);
+    const std::vector<Pose> X = reference_poses(model, state.q), placed = place_bodies(model, state.q);
     Pose X_BF = Pose::Identity();
     X_BF.linear() = rotation_from_rpy({0.3, -0.4, 0.5});
     X_BF.translation() = Vec3(0.1, 0.2, -0.3);
     for (int i = 0; i < robot.robot.bodies(); ++i) {
       const Pose found = to_eigen(frame_pose(tree, i, to_kernel(X_BF)));
       EXPECT_LT(((X[i] * X_BF).matrix() - found.matrix()).cwiseAbs().maxCoeff(), 1e-13) << i;
+      EXPECT_LT((placed[i].matrix() - to_eigen(tree.pose[i]).matrix()).cwiseAbs().maxCoeff(), 1e-13) << i;
     }
     EXPECT_EQ((to_eigen(frame_pose(tree, -1, to_kernel(X_BF))).matrix() - X_BF.matrix()).norm(), 0);
   });
@@ -134,11 +135,10 @@ TEST(Dynamics, JacobiansAreTheDerivativesOfPoses) {
       EXPECT_LT((spin - Vec3(W(2, 1), W(0, 2), W(1, 0))).norm(), 1e-8 * scale) << i;
       EXPECT_LT((velocity - to_eigen(point_velocity(tree, i, p))).norm(), 1e-13 * scale) << i;
       EXPECT_LT((spin - to_eigen(tree.motion[i].V.w)).norm(), 1e-13 * scale) << i;
-      EXPECT_LT(
-          (to_matrix(J) - testing::reference_jacobian(model, testing::reference_poses(model, state.q), i, place(0)))
-              .cwiseAbs()
-              .maxCoeff(),
-          1e-13)
+      EXPECT_LT((to_matrix(J) - reference_jacobian(model, reference_poses(model, state.q), i, place(0)))
+                    .cwiseAbs()
+                    .maxCoeff(),
+                1e-13)
           << i;
     }
     point_jacobian(tree, -1, {1, 2, 3}, J.data());
@@ -265,7 +265,7 @@ TEST(Dynamics, CentreOfMassAndItsJacobian) {
       double mass = 0;
       for (const int i : members(model, top)) {
         const testing::BodyJacobian B = testing::body_jacobian(model, state.q, i);
-        const Vec3 c = testing::reference_poses(model, state.q)[i] * model.bodies[i].com;
+        const Vec3 c = reference_poses(model, state.q)[i] * model.bodies[i].com;
         spin += B.inertia_W * (B.angular * state.v) + (c - com).cross(model.bodies[i].mass * (B.linear * state.v));
         mass += model.bodies[i].mass;
       }
@@ -287,8 +287,8 @@ TEST(Dynamics, AccelerationsOfPointsAreTheRatesOfTheirVelocities) {
     for (int i = 0; i < robot.robot.bodies(); ++i) {
       const Vec3 numeric = rate_of([&](double h) -> Vec3 {
         const Eigen::VectorXd q = moved(model, state.q, state.v, h), v = state.v + h * a;
-        const std::vector<Pose> X = testing::reference_poses(model, q);
-        return testing::reference_jacobian(model, X, i, X[i] * p_B) * v;
+        const std::vector<Pose> X = reference_poses(model, q);
+        return reference_jacobian(model, X, i, X[i] * p_B) * v;
       });
       const Vec3 found = to_eigen(point_acceleration(tree, i, to_kernel(to_eigen(tree.pose[i]) * p_B)));
       EXPECT_LT((found - numeric).norm(), 1e-8 * (10 + numeric.norm())) << i;
