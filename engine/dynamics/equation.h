@@ -90,6 +90,15 @@ inline void forward_dynamics(const TreeT<T>& tree, const T* tau, T* a) {
   solve_L(tree, a);
 }
 
+/// M(i, j) of two degrees of freedom, i >= j. After update_mass, before it is factored.
+template <class T>
+inline T mass_entry(const TreeT<T>& tree, int i, int j) {
+  const TopologyView& t = tree.topology;
+  const int depth = t.dof_depth[j];
+  const bool above = depth <= t.dof_depth[i] && t.chain[t.row[i] + depth] == j;
+  return above ? tree.M[t.row[i] + depth] : T(0.0);
+}
+
 /// out (nv x nv) := M as a full symmetric matrix. After update_mass, before it is factored.
 template <class T>
 inline void dense_mass(const TreeT<T>& tree, T* out) {

@@ -155,6 +155,9 @@ TEST(Dynamics, EquationOfMotionIsThatOfTheReference) {
     const Eigen::MatrixXd M = robot.mass(), want = testing::reference_mass_matrix(model, state.q);
     EXPECT_LT((M - want).cwiseAbs().maxCoeff(), 1e-12 * want.cwiseAbs().maxCoeff());
     EXPECT_EQ((M - M.transpose()).norm(), 0);
+    for (int i = 0; i < model.nv; ++i) {
+      for (int j = 0; j <= i; ++j) EXPECT_EQ(mass_entry(robot.data.tree(), i, j), M(i, j)) << i << " " << j;
+    }
     const Eigen::VectorXd bias = testing::reference_bias(model, state.q, state.v);
     EXPECT_LT((robot.bias() - bias).cwiseAbs().maxCoeff(), 1e-12 * bias.cwiseAbs().maxCoeff());
     const Eigen::VectorXd still = testing::reference_bias(model, state.q, Eigen::VectorXd::Zero(model.nv));
