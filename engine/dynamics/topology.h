@@ -7,6 +7,7 @@
 //   equation.h   the equation of motion forth and back: forward and inverse dynamics
 //   frames.h     points and frames on bodies: poses, velocities, Jacobians, forces; contacts between two bodies
 //   totals.h     of a whole tree: mass, centre of mass, momentum, energy
+//   chain.h      one leg or arm of the nominal model, as straight code on numbers that all lanes share
 //   dynamics_model.h   a robot's numbers and working memory, for those who are no kernel
 // Everything is expressed in world axes about the origin O of the tree's base, which moves with it: so spatial vectors
 // of different links add without transforms. In: q, v. Out: poses, M's factors, bias. Kernels are templates on

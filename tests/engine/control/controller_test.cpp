@@ -4,11 +4,11 @@
 #include <fstream>
 
 #include "engine/control/base_command.h"
-#include "engine/control/chain.h"
 #include "engine/control/gait_settings.h"
 #include "engine/control/joint_table.h"
 #include "engine/control/lag_buffer.h"
 #include "engine/control/planar_motion.h"
+#include "engine/dynamics/chain.h"
 #include "engine/model/measures.h"
 #include "tests/engine/control/leg_reference.h"
 #include "tests/engine/control/support.h"

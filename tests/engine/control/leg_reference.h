@@ -2,7 +2,7 @@
 // Jacobian and inertia of a leg of three joints by the whole robot's kinematics and sums over bodies: references of the
 // chain's own.
 
-#include "engine/control/chain.h"
+#include "engine/dynamics/chain.h"
 #include "tests/reference_kinematics.h"
 
 namespace graze {
