@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "engine/clearance/clearance.h"
-#include "engine/model/kinematics.h"
+#include "engine/dynamics/dynamics_model.h"
 #include "engine/model/measures.h"
 #include "engine/settings/warnings.h"
 #include "scenarios/doubts.h"
@@ -43,12 +43,13 @@ BlockState beginning(const Particle& particle) {
   out.X = BlockArray(12 * static_cast<int>(model.bodies.size()));
   out.q.set_column(kLane, particle.initial.q);
   out.v.set_column(kLane, particle.initial.v);
-  std::vector<Pose> X_WB;
-  forward_kinematics(model, particle.initial.q, X_WB);
-  for (std::size_t body = 0; body < X_WB.size(); ++body) {
-    const int row = 12 * static_cast<int>(body);
-    for (int i = 0; i < 9; ++i) out.X(row + i, kLane) = X_WB[body].linear()(i / 3, i % 3);
-    out.X.set_column(kLane, X_WB[body].translation(), row + 9);
+  const DynamicsModel robot(model);
+  DynamicsData<double> data(robot);
+  update_poses(data.tree(), particle.initial.q.data());
+  for (int body = 0; body < robot.bodies(); ++body) {
+    const PoseT<double>& X_WB = data.tree().pose[body];
+    for (int i = 0; i < 9; ++i) out.X(12 * body + i, kLane) = X_WB.R.m[i];
+    out.X.set_column(kLane, to_eigen(X_WB.p), 12 * body + 9);
   }
   return out;
 }

@@ -5,8 +5,8 @@
 #include <algorithm>
 
 #include "engine/model/convex_hull.h"
-#include "engine/model/kinematics.h"
 #include "engine/model/mesh_size.h"
+#include "engine/model/rotation.h"
 #include "engine/model/urdf.h"
 #include "engine/settings/merged.h"
 #include "engine/settings/units.h"

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "engine/control/joint_values.h"
-#include "engine/model/kinematics.h"
+#include "engine/model/rotation.h"
 #include "engine/model/urdf.h"
 #include "engine/physics.h"
 #include "engine/settings/warnings.h"

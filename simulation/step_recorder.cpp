@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "engine/model/kinematics.h"
+#include "engine/model/placement.h"
 
 namespace graze {
 namespace {

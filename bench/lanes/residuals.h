@@ -21,7 +21,7 @@
 #include <vector>
 
 #include "engine/block_physics.h"
-#include "engine/model/kinematics.h"
+#include "engine/dynamics/dynamics_model.h"
 
 namespace graze::bench {
 
@@ -41,7 +41,7 @@ struct Residual {
 /// Measures one lane. The model's balls against planes that are fixed to the world; other contacts do not count.
 class ResidualMeter {
  public:
-  explicit ResidualMeter(const Model& model) : model_(model) {
+  explicit ResidualMeter(const Model& model) : model_(model), robot_(model_), data_(robot_) {
     for (const ColliderPair& pair : model_.pairs) {
       const Collider &a = model_.colliders[pair.a], &b = model_.colliders[pair.b];
       if (a.shape.kind == ShapeKind::sphere && b.shape.kind == ShapeKind::plane) pairs_.push_back(pair);
@@ -51,25 +51,27 @@ class ResidualMeter {
   void before(const BlockPhysics& physics, int lane) { q_ = physics.state().q.column(lane); }
 
   void after(const BlockPhysics& physics, int lane, double h, Residual& out) {
-    forward_kinematics(model_, q_, X_WB_);
     const Eigen::VectorXd v = physics.state().v.column(lane);
+    update_poses(data_.tree(), q_.data());
+    update_velocities(data_.tree(), v.data());
     const std::vector<Contact> contacts = physics.contacts(lane);
     for (const ColliderPair& pair : pairs_) {
       Vec3 impulse = Vec3::Zero();
       for (const Contact& contact : contacts) {
         if (contact.a == pair.a && contact.b == pair.b) impulse += contact.impulse_W;
       }
-      measure(pair, v, impulse, h, out);
+      measure(pair, impulse, h, out);
     }
   }
 
  private:
-  void measure(const ColliderPair& pair, const Eigen::VectorXd& v, const Vec3& impulse, double h, Residual& out) const {
+  void measure(const ColliderPair& pair, const Vec3& impulse, double h, Residual& out) const {
     const Collider &ball = model_.colliders[pair.a], &plane = model_.colliders[pair.b];
     const Vec3 n = plane.X_BG.linear().col(2);
-    const Vec3 centre = X_WB_[ball.body] * ball.X_BG.translation();
+    const Vec3 centre = to_eigen(data_.tree().pose[ball.body]) * ball.X_BG.translation();
     const double radius = ball.shape.size.x(), phi = n.dot(centre - plane.X_BG.translation()) - radius;
-    const Vec3 u = point_jacobian(model_, X_WB_, ball.body, centre - (radius + 0.5 * phi) * n) * v;
+    const Vec3 p = centre - (radius + 0.5 * phi) * n,
+               u = to_eigen(point_velocity(data_.tree(), ball.body, to_kernel(p)));
     const double un = n.dot(u), normal = n.dot(impulse), w = un + std::max(phi, 0.0) / h;
     if (normal <= 0 && w >= 0) return;
     const Vec3 ut = u - un * n, tangent = impulse - normal * n;
@@ -82,7 +84,8 @@ class ResidualMeter {
   Model model_;
   std::vector<ColliderPair> pairs_;
   Eigen::VectorXd q_;
-  std::vector<Pose> X_WB_;
+  DynamicsModel robot_;
+  DynamicsData<double> data_;
 };
 
 }  // namespace graze::bench

@@ -6,8 +6,29 @@
 
 namespace graze {
 
+namespace {
+
+/// Actuators of each limb: joints that hang together without the base. By their first actuator.
+std::vector<std::vector<int>> limbs_of(const Model& model) {
+  std::vector<std::vector<int>> limbs;
+  std::vector<int> limb(model.bodies.size(), -1);
+  for (int k = 0; k < model.na(); ++k) {
+    const int body = model.actuated[k], parent = model.bodies[body].parent;
+    limb[body] = parent < 0 ? -1 : limb[parent];
+    if (limb[body] < 0) {
+      limb[body] = static_cast<int>(limbs.size());
+      limbs.emplace_back();
+    }
+    limbs[limb[body]].push_back(k);
+  }
+  return limbs;
+}
+
+}  // namespace
+
 Actuators::Actuators(const Model& nominal, bool torque_speed)
-    : torque_speed_(torque_speed),
+    : nominal_(nominal),
+      torque_speed_(torque_speed),
       effort_(nominal.na()),
       speed_(nominal.na()),
       integral_(nominal.na()),
@@ -15,7 +36,9 @@ Actuators::Actuators(const Model& nominal, bool torque_speed)
       q_error_(nominal.na()),
       drive_(nominal.na()),
       result_(nominal.na()),
-      asked_(nominal.na()) {
+      limbs_(limbs_of(nominal)),
+      asked_(nominal.na()),
+      q_(nominal.nq) {
   for (const int body : nominal.actuated) {
     v_index_.push_back(nominal.bodies[body].v);
     q_index_.push_back(nominal.bodies[body].q);
@@ -23,7 +46,8 @@ Actuators::Actuators(const Model& nominal, bool torque_speed)
 }
 
 void Actuators::start(int lane, const Particle& particle) {
-  limbs_[lane] = limbs_of(particle.model);
+  if (!dynamics_[lane]) dynamics_[lane] = std::make_unique<DynamicsData<double>>(nominal_);
+  dynamics_[lane]->set_lane(0, DynamicsModel(particle.model));
   for (int k = 0; k < effort_.rows(); ++k) {
     const Body& body = particle.model.bodies[particle.model.actuated[k]];
     effort_(k, lane) = body.effort;
@@ -42,28 +66,33 @@ double Actuators::available(int k, int lane, double sign, double v) const {
   return effort * std::clamp(1.0 - along / speed_(k, lane), 0.0, 1.0);
 }
 
+void Actuators::update_inertia(const BlockState& state, int lane) {
+  for (std::size_t i = 0; i < q_.size(); ++i) q_[i] = state.q(static_cast<int>(i), lane);
+  update_poses(dynamics_[lane]->tree(), q_.data());
+  update_mass(dynamics_[lane]->tree());
+}
+
 void Actuators::add_damping(const ActuatorCommand& command, const BlockState& state, const Sensors& sensors, double h,
                             int lane) {
-  for (LimbInertia& limb : limbs_[lane]) {
-    const auto& links = limb.links();
-    const int n = static_cast<int>(links.size());
-    bool damped = false;
-    for (const LimbInertia::Link& link : links) damped = damped || command.kd(link.actuator, lane) != 0;
-    if (!damped) continue;
-    q_.resize(n);
+  bool fresh = false;
+  for (const std::vector<int>& limb : limbs_) {
+    const int n = static_cast<int>(limb.size());
+    if (std::all_of(limb.begin(), limb.end(), [&](int k) { return command.kd(k, lane) == 0; })) continue;
+    if (!fresh) update_inertia(state, lane);
+    fresh = true;
+    // tau = K w with w = e - h M^-1 K w, that is (M + h K) w = M e.
+    M_.resize(n, n);
     error_.resize(n);
     for (int i = 0; i < n; ++i) {
-      const int k = links[i].actuator;
-      q_[i] = state.q(links[i].q, lane);
-      error_[i] = command.v(k, lane) - (state.v(v_index_[k], lane) + sensors.encoder_velocity_error()(k, lane));
+      const int k = limb[i], dof = v_index_[k];
+      error_[i] = command.v(k, lane) - (state.v(dof, lane) + sensors.encoder_velocity_error()(k, lane));
+      for (int j = 0; j <= i; ++j) M_(i, j) = M_(j, i) = mass_entry(dynamics_[lane]->tree(), dof, v_index_[limb[j]]);
     }
-    // tau = K w with w = e - h M^-1 K w, that is (M + h K) w = M e.
-    limb.evaluate(q_, M_);
     error_ = M_ * error_;
-    for (int i = 0; i < n; ++i) M_(i, i) += h * command.kd(links[i].actuator, lane);
+    for (int i = 0; i < n; ++i) M_(i, i) += h * command.kd(limb[i], lane);
     solver_.compute(M_);
     error_ = solver_.solve(error_);
-    for (int i = 0; i < n; ++i) asked_[links[i].actuator] += command.kd(links[i].actuator, lane) * error_[i];
+    for (int i = 0; i < n; ++i) asked_[limb[i]] += command.kd(limb[i], lane) * error_[i];
   }
 }
 

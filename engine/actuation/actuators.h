@@ -4,9 +4,10 @@
 
 #include <Eigen/Cholesky>
 #include <array>
+#include <memory>
 
-#include "engine/actuation/limb_inertia.h"
 #include "engine/block_physics.h"
+#include "engine/dynamics/dynamics_model.h"
 #include "engine/lanes/block.h"
 #include "engine/lanes/lane_tape.h"
 #include "engine/sensing/sensors.h"
@@ -50,6 +51,8 @@ class Actuators {
   void fill_drive(const ActuatorCommand& command, const BlockState& state, const Sensors& sensors);
   /// Headroom and integrals after a drive.
   void follow_drive(const ActuatorCommand& command, double h, LaneMask active, BlockArray& tau);
+  /// Poses and M of the lane's particle.
+  void update_inertia(const BlockState& state, int lane);
   /// Adds the dampers' torques of a lane to asked_.
   void add_damping(const ActuatorCommand& command, const BlockState& state, const Sensors& sensors, double h, int lane);
   void apply_lane(const ActuatorCommand& command, const BlockState& state, const Sensors& sensors, double h, int lane,
@@ -57,16 +60,19 @@ class Actuators {
   /// Largest torque in the direction of `sign` at joint speed v, N m.
   double available(int k, int lane, double sign, double v) const;
 
+  DynamicsModel nominal_;
   std::vector<int> v_index_, q_index_;
   bool torque_speed_;
   BlockArray effort_, speed_, integral_, headroom_;  // na
   BlockArray q_error_;                               // na, of the encoder at the beginning of the step
   Drive drive_;
   DriveResult result_;
-  std::array<std::vector<LimbInertia>, kLanes> limbs_;
-  std::vector<double> asked_;  // na, scratch of one lane
-  Eigen::MatrixXd M_;          // scratch of one limb
-  Eigen::VectorXd q_, error_;  // scratch of one limb
+  std::vector<std::vector<int>> limbs_;  // actuators whose joints hang together without the base
+  std::array<std::unique_ptr<DynamicsData<double>>, kLanes> dynamics_;  // of each lane's particle
+  std::vector<double> asked_;                                           // na, scratch of one lane
+  Eigen::MatrixXd M_;                                                   // scratch of one limb
+  Eigen::VectorXd error_;                                               // scratch of one limb
+  std::vector<double> q_;                                               // nq, scratch of one lane
   Eigen::LDLT<Eigen::MatrixXd> solver_;
 };
 

@@ -2,10 +2,11 @@
 // Contact points as the solver sees them, in factored coordinates: with M = L^T D L and Y = L^-T J^T, contact
 // velocities are u = J v = Y^T (L v), an impulse lambda changes L v by D^-1 Y lambda, and Delassus' matrix is A = Y^T
 // D^-1 Y. Y has the sparsity of the path to the base, so the cost of a sweep is linear in the number of contacts. Each
-// contact has its own axes: normal n (from b to a) and tangents s, t; impulses on a, velocities of a relative to b.
+// contact has its own axes (ContactFrameT); impulses on a, velocities of a relative to b.
 
 #include "engine/contact/path_view.h"
 #include "engine/dynamics/factor.h"
+#include "engine/dynamics/frames.h"
 
 namespace graze {
 inline namespace GRAZE_ISA_NAMESPACE {
@@ -21,12 +22,10 @@ struct ContactLawT {
   T recovery;    // m/s, fastest recovery from penetration, rigid
 };
 
-/// A contact point over one step, all lanes. Vec3T with (x, y, z) standing for (n, s, t) is called local.
+/// A contact point over one step, all lanes.
 template <class T>
-struct ContactT {
-  // Set by whoever finds contacts.
-  Vec3T<T> n, s, t;         // axes, world
-  Vec3T<T> p;               // world, m
+struct ContactT : ContactFrameT<T> {
+  // Set by whoever finds contacts, with the frame.
   T phi;                    // gap, m
   T friction, restitution;  // coefficients of Coulomb and Newton
   T feature_a, feature_b;   // Feature as numbers
@@ -47,72 +46,6 @@ struct ContactT {
   int path;                        // index into the paths
   Vec3T<T>* y;                     // Y, local rows in the order of the path's dofs; then D^-1 Y
 };
-
-/// Tangents to a unit normal without branches (Duff et al., Building an Orthonormal Basis, Revisited, JCGT 2017).
-template <class T>
-inline void make_tangents(ContactT<T>& c) {
-  const T sign = select(c.n.z < T(0.0), T(-1.0), T(1.0));
-  const T a = -recip(sign + c.n.z);
-  const T b = c.n.x * c.n.y * a;
-  c.s = {fma(sign * c.n.x, c.n.x * a, T(1.0)), sign * b, -(sign * c.n.x)};
-  c.t = {b, fma(c.n.y, c.n.y * a, sign), -c.n.y};
-}
-
-template <class T>
-inline Vec3T<T> to_local(const ContactT<T>& c, const Vec3T<T>& a) {
-  return {dot(c.n, a), dot(c.s, a), dot(c.t, a)};
-}
-template <class T>
-inline Vec3T<T> to_world(const ContactT<T>& c, const Vec3T<T>& a) {
-  return axpy(a.x, c.n, axpy(a.y, c.s, a.z * c.t));
-}
-
-/// From the origin O of a body's tree to the point p (world).
-template <class T>
-inline Vec3T<T> from_origin(const TreeT<T>& tree, int body, const Vec3T<T>& p) {
-  const int root = tree.topology.root[body];
-  return root < 0 ? p : p - tree.origin[root];
-}
-
-/// Velocity of the point of `body` that is now at p (world), world axes.
-template <class T>
-inline Vec3T<T> point_velocity(const TreeT<T>& tree, int body, const Vec3T<T>& p) {
-  const SpatialT<T>& V = tree.motion[body].V;
-  return cross_add(V.w, from_origin(tree, body, p), V.l);
-}
-
-/// Row of +-J^T for the joint of a body, local.
-template <class T>
-inline Vec3T<T> joint_jacobian(const TreeT<T>& tree, int body, double side, const ContactT<T>& c) {
-  const SpatialT<T>& S = tree.motion[body].S;
-  return to_local(c, T(side) * cross_add(S.w, from_origin(tree, body, c.p), S.l));
-}
-
-/// The six rows of +-J^T for a floating body, local.
-template <class T>
-inline void base_jacobian(const TreeT<T>& tree, int body, double side, const ContactT<T>& c, Vec3T<T> (&y)[6]) {
-  const T sign(side);
-  const Vec3T<T> r = from_origin(tree, body, c.p);
-  const Vec3T<T> n = sign * c.n, s = sign * c.s, t = sign * c.t;
-  const Vec3T<T> rn = cross(r, n), rs = cross(r, s), rt = cross(r, t);  // d . (e_k x r) = e_k . (r x d)
-  y[0] = {rn.x, rs.x, rt.x}, y[1] = {rn.y, rs.y, rt.y}, y[2] = {rn.z, rs.z, rt.z};
-  y[3] = {n.x, s.x, t.x}, y[4] = {n.y, s.y, t.y}, y[5] = {n.z, s.z, t.z};
-}
-
-/// Rows of +-J^T for one body into y (by dof), local.
-template <class T>
-inline void jacobian_rows(const TreeT<T>& tree, int body, double side, const ContactT<T>& c, Vec3T<T>* y) {
-  const TopologyView& top = tree.topology;
-  y += top.v[body];
-  if (top.kind[body] != kFloating) {
-    y[0] = joint_jacobian(tree, body, side, c);
-    return;
-  }
-  Vec3T<T> rows[6];
-  base_jacobian(tree, body, side, c, rows);
-  GRAZE_UNROLL
-  for (int d = 0; d < 6; ++d) y[d] = rows[d];
-}
 
 /// Takes the rows of Y one by one; sums A = sum of y_k y_k^T / D_k in registers.
 template <class T>

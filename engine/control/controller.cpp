@@ -4,10 +4,10 @@
 #include <cmath>
 #include <typeinfo>
 
-#include "engine/control/chain.h"
 #include "engine/control/lag_buffer.h"
 #include "engine/control/registry.h"
 #include "engine/control/wrong_level.h"
+#include "engine/dynamics/chain.h"
 #include "engine/settings/merged.h"
 #include "engine/settings/warnings.h"
 

@@ -8,8 +8,8 @@
 
 #include "engine/control/gait_doubts.h"
 #include "engine/control/gait_timing.h"
-#include "engine/model/kinematics.h"
 #include "engine/model/measures.h"
+#include "engine/model/rotation.h"
 #include "engine/settings/units.h"
 
 namespace graze {

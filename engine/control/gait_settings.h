@@ -2,9 +2,9 @@
 // Table 17 from a `gait:` map: keys, units, relative and absolute stances, checks against the nominal robot.
 
 #include "engine/control/base_command.h"
-#include "engine/control/chain.h"
 #include "engine/control/gait_parameters.h"
 #include "engine/control/policy.h"
+#include "engine/dynamics/chain.h"
 
 namespace graze {
 

@@ -3,8 +3,8 @@
 
 #include <optional>
 
-#include "engine/control/chain.h"
 #include "engine/control/leg_ik.h"
+#include "engine/dynamics/chain.h"
 
 namespace graze {
 

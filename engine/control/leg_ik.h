@@ -2,7 +2,7 @@
 // Inverse kinematics of a chain (position of its tip only) on lanes: damped least squares for any chain, and a closed
 // form for legs whose first axis is perpendicular to two further, parallel ones (hip roll, hip pitch, knee).
 
-#include "engine/control/chain_motion.h"
+#include "engine/dynamics/chain_motion.h"
 #include "engine/lanes/arc.h"
 
 namespace graze {

@@ -8,9 +8,9 @@
 // 20 g. `implicit` evaluates the damper at the velocity that it leads to, v + h M^-1 J^T f, with the nominal leg's M:
 // kd becomes (1/kd + h J M^-1 J^T)^-1, which tends to kd as h tends to 0. `implicit: false` is the published law.
 
-#include "engine/control/chain.h"
 #include "engine/control/kernel.h"
 #include "engine/control/policy.h"
+#include "engine/dynamics/chain.h"
 #include "engine/lanes/isa.h"
 
 namespace graze {

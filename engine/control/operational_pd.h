@@ -1,8 +1,8 @@
 #pragma once
 // The law of the tracker `operational_pd` on lanes (operational_pd.cpp says what it is).
 
-#include "engine/control/chain_motion.h"
 #include "engine/control/kernel.h"
+#include "engine/dynamics/chain_motion.h"
 
 namespace graze {
 inline namespace GRAZE_ISA_NAMESPACE {

@@ -4,6 +4,11 @@
 //   topology.h   the shape of the trees as tables of integers, the same for all particles
 //   tree.h       kinematics, mass matrix (composite rigid bodies), bias forces (Newton-Euler)
 //   factor.h     M = L^T D L in the sparsity of the tree, and solves with it
+//   equation.h   the equation of motion forth and back: forward and inverse dynamics
+//   frames.h     points and frames on bodies: poses, velocities, Jacobians, forces; contacts between two bodies
+//   totals.h     of a whole tree: mass, centre of mass, momentum, energy
+//   chain.h      one leg or arm of the nominal model, as straight code on numbers that all lanes share
+//   dynamics_model.h   a robot's numbers and working memory, for those who are no kernel
 // Everything is expressed in world axes about the origin O of the tree's base, which moves with it: so spatial vectors
 // of different links add without transforms. In: q, v. Out: poses, M's factors, bias. Kernels are templates on
 // T = double or Pack<W>; they see the tables through TopologyView only.

@@ -330,6 +330,29 @@ inline TwistT<T> twist_of(const TreeT<T>& tree, int i, const T* v, const Vec3T<T
   return {above.V + rate, above.A + cross_motion(above.V, rate)};
 }
 
+/// The forces motion.F that the bodies need, summed from the leaves to the bases (F is then of the subtree, on the way
+/// of some), as joint forces: out (nv).
+template <class T>
+inline void gather_forces(const TreeT<T>& tree, T* out) {
+  const TopologyView& t = tree.topology;
+  for (int i = t.bodies - 1; i >= 0; --i) {
+    SpatialT<T> F = tree.motion[i].F;
+    T* own = out + t.v[i];
+    if (t.kind[i] == kFloating) {
+      own[0] = F.w.x, own[1] = F.w.y, own[2] = F.w.z;
+      own[3] = F.l.x, own[4] = F.l.y, own[5] = F.l.z;
+      continue;
+    }
+    own[0] = dot(tree.motion[i].S, F);
+    while (continues_limb(t, i) && t.kind[i - 1] != kFloating) {
+      --i;
+      F = tree.motion[i].F + F;
+      out[t.v[i]] = dot(tree.motion[i].S, F);
+    }
+    if (t.parent[i] >= 0) tree.motion[t.parent[i]].F = tree.motion[t.parent[i]].F + F;
+  }
+}
+
 /// Velocities, accelerations with v' = 0, forces and from them the bias (M v' + bias = tau). Returns the kinetic
 /// energy. After update_poses and update_mass.
 template <class T>
@@ -348,22 +371,7 @@ inline T update_bias(const TreeT<T>& tree, const T* v) {
     motion.V = twist.V;
     if (t.last_child[i] > i + 1) motion.A = twist.A;
   }
-  for (int i = t.bodies - 1; i >= 0; --i) {
-    SpatialT<T> F = tree.motion[i].F;
-    T* bias = tree.bias + t.v[i];
-    if (t.kind[i] == kFloating) {
-      bias[0] = F.w.x, bias[1] = F.w.y, bias[2] = F.w.z;
-      bias[3] = F.l.x, bias[4] = F.l.y, bias[5] = F.l.z;
-      continue;
-    }
-    bias[0] = dot(tree.motion[i].S, F);
-    while (continues_limb(t, i) && t.kind[i - 1] != kFloating) {
-      --i;
-      F = tree.motion[i].F + F;
-      tree.bias[t.v[i]] = dot(tree.motion[i].S, F);
-    }
-    if (t.parent[i] >= 0) tree.motion[t.parent[i]].F = tree.motion[t.parent[i]].F + F;
-  }
+  gather_forces(tree, tree.bias);
   return energy;
 }
 

@@ -9,6 +9,7 @@
 
 #include "engine/contact/collide.h"
 #include "engine/contact/constraint.h"
+#include "engine/dynamics/dynamics_model.h"
 #include "engine/lane_physics/culling.h"
 #include "engine/lanes/block.h"
 #include "engine/lanes/scalar.h"
@@ -20,30 +21,6 @@ namespace {
 static_assert(static_cast<int>(ShapeKind::sphere) == kSphereKind && static_cast<int>(ShapeKind::plane) == kPlaneKind);
 
 constexpr double kFar = 1e9;  // m, extent of what has none
-
-/// Rotation whose third column is `axis`, from the coordinate axis that is least along it.
-Mat3 frame_of_axis(const Vec3& axis) {
-  int least = 0;
-  axis.cwiseAbs().minCoeff(&least);
-  Mat3 R;
-  R.col(2) = axis.normalized();
-  R.col(0) = Vec3::Unit(least).cross(R.col(2)).normalized();
-  R.col(1) = R.col(2).cross(R.col(0));
-  return R;
-}
-
-/// Canonical frame (z along the joint's axis) in the body frame.
-Mat3 canonical(const Body& body) {
-  return body.type == JointType::floating ? Mat3::Identity() : frame_of_axis(body.axis);
-}
-
-Vec3T<double> to_kernel(const Vec3& a) { return {a.x(), a.y(), a.z()}; }
-
-RotT<double> to_kernel(const Mat3& R) {
-  RotT<double> out;
-  for (int i = 0; i < 9; ++i) out.m[i] = R(i / 3, i % 3);
-  return out;
-}
 
 /// Writes the doubles of a kernel struct into one lane of rows.
 template <class S>
@@ -245,18 +222,7 @@ void LaneEngine::load_bodies(int lane, const Model& model) {
   const int W = kernel_.lanes;
   for (std::size_t i = 0; i < model.bodies.size(); ++i) {
     const Body& body = model.bodies[i];
-    const Mat3 R_BC = canonical(body);
-    const Mat3& inertia = body.inertia;
-    BodyT<double> numbers;
-    numbers.R_PC = to_kernel(Mat3(body.X_PB.linear() * R_BC));
-    numbers.p_PC = to_kernel(Vec3(body.X_PB.translation()));
-    numbers.R_CB = to_kernel(Mat3(R_BC.transpose()));
-    numbers.mass = body.mass;
-    numbers.com = to_kernel(body.com);
-    numbers.ixx = inertia(0, 0), numbers.iyy = inertia(1, 1), numbers.izz = inertia(2, 2);
-    numbers.ixy = inertia(0, 1), numbers.ixz = inertia(0, 2), numbers.iyz = inertia(1, 2);
-    numbers.damping = body.damping;
-    scatter(numbers, block_.body + i * kernel_.body_rows * W, W, lane);
+    scatter(body_numbers(body), block_.body + i * kernel_.body_rows * W, W, lane);
     double* limit = block_.limit + 3 * i * W;
     limit[lane] = body.lower;
     limit[W + lane] = body.upper;
@@ -274,8 +240,7 @@ void LaneEngine::load_colliders(int lane, const Model& model) {
   for (std::size_t i = 0; i < model.colliders.size(); ++i) {
     const Collider& collider = model.colliders[i];
     double* rows = block_.collider + i * kColliderRows * W;
-    const PoseT<double> X{to_kernel(Mat3(collider.X_BG.linear())), to_kernel(Vec3(collider.X_BG.translation()))};
-    scatter(X, rows + kPose * W, W, lane);
+    scatter(to_kernel(collider.X_BG), rows + kPose * W, W, lane);
     scatter(to_kernel(collider.shape.size), rows + kSize * W, W, lane);
     scatter(to_kernel(extent_of(collider.shape)), rows + kExtent * W, W, lane);
     rows[kRadius * W + lane] = radius_of(collider.shape);

@@ -2,8 +2,8 @@
 
 #include <utility>
 
-#include "engine/model/kinematics.h"
 #include "engine/model/perturbation.h"
+#include "engine/model/placement.h"
 
 namespace graze {
 namespace {
@@ -61,8 +61,7 @@ Mat3 inertia_of(const MassMoments& moments) {
 std::vector<Derived> derived_numbers(const World& world) {
   const Robot& robot = world.robot;
   const Model model = compile(world);
-  std::vector<Pose> X_WB;
-  forward_kinematics(model, initial_state(world, model).q, X_WB);
+  const std::vector<Pose> X_WB = place_bodies(model, initial_state(world, model).q);
   std::vector<Pose> X_WL;  // of the links
   double mass = 0;
   Vec3 first = Vec3::Zero();

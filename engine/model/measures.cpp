@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "engine/model/kinematics.h"
+#include "engine/model/placement.h"
 
 namespace graze {
 namespace {
@@ -44,8 +44,7 @@ double robot_mass(const Model& model) {
 double robot_weight(const Model& model) { return robot_mass(model) * model.gravity.norm(); }
 
 Vec3 robot_extent(const Model& model, const State& state) {
-  std::vector<Pose> X_WB;
-  forward_kinematics(model, state.q, X_WB);
+  const std::vector<Pose> X_WB = place_bodies(model, state.q);
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   Vec3 low = Vec3::Constant(kInfinity), high = -low;
   for (std::size_t i = 0; i < model.frames.size(); ++i) {

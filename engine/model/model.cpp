@@ -9,8 +9,9 @@
 #include <map>
 #include <set>
 
-#include "engine/model/kinematics.h"
 #include "engine/model/limits.h"
+#include "engine/model/placement.h"
+#include "engine/model/rotation.h"
 #include "engine/settings/settings.h"
 
 namespace graze {
@@ -308,8 +309,7 @@ State state_as_written(const World& world, const Model& model) {
 
 /// How far the robot must be raised so that its lowest point is `clearance` above z = 0; 0 if it has no colliders.
 double rise(const World& world, const Model& model, const State& state) {
-  std::vector<Pose> X_WB;
-  forward_kinematics(model, state.q, X_WB);
+  const std::vector<Pose> X_WB = place_bodies(model, state.q);
   const double lowest = lowest_point(model, X_WB);
   return std::isfinite(lowest) ? world.initial.clearance - lowest : 0;
 }

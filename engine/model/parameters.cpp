@@ -6,8 +6,8 @@
 #include <cmath>
 #include <unordered_set>
 
-#include "engine/model/kinematics.h"
 #include "engine/model/limits.h"
+#include "engine/model/rotation.h"
 
 namespace graze {
 

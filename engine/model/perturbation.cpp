@@ -6,7 +6,7 @@
 #include <unordered_map>
 #include <utility>
 
-#include "engine/model/kinematics.h"
+#include "engine/model/rotation.h"
 
 namespace graze {
 

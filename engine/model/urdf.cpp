@@ -10,11 +10,11 @@
 #include <mutex>
 #include <set>
 
-#include "engine/model/kinematics.h"
 #include "engine/model/limits.h"
 #include "engine/model/mesh_files.h"
 #include "engine/model/mesh_size.h"
 #include "engine/model/model.h"
+#include "engine/model/rotation.h"
 #include "engine/model/urdf_outline.h"
 #include "engine/settings/inputs.h"
 #include "engine/settings/paths.h"

@@ -6,8 +6,9 @@
 #include <map>
 #include <string>
 
-#include "engine/model/kinematics.h"
 #include "engine/model/measures.h"
+#include "engine/model/placement.h"
+#include "engine/model/rotation.h"
 #include "sampling/stream.h"
 
 namespace graze {

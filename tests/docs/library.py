@@ -40,10 +40,12 @@ def main():
         user.mkdir()
         run("cmake", "--install", build, "--prefix", prefix, folder=folder)
         (user / "count.cpp").write_text(blocks(page, "cpp")[0])
-        (user / "branch.cpp").write_text(blocks(page, "cpp")[1])
-        lines = blocks(page, "cmake")[0]
-        (user / "CMakeLists.txt").write_text(lines + "\n".join(
-            line.replace("count", "branch") for line in lines.split("\n") if line.startswith(("add_exec", "target_link"))))
+        program = blocks(page, "cmake")[0]
+        targets = [line for line in program.split("\n") if line.startswith(("add_exec", "target_link"))]
+        for user_program, block in zip(("branch", "hold"), blocks(page, "cpp")[1:]):
+            (user / f"{user_program}.cpp").write_text(block)
+            program += "\n" + "\n".join(line.replace("count", user_program) for line in targets)
+        (user / "CMakeLists.txt").write_text(program + "\n")
         run("cmake", "-S", user, "-B", user / "build", f"-DCMAKE_PREFIX_PATH={prefix}", f"-DCMAKE_CXX_COMPILER={compiler}",
             folder=user)
         run("cmake", "--build", user / "build", folder=user)
@@ -61,9 +63,14 @@ def main():
         branched = run(user / "build/branch", scenario, PARTICLES, "0.1", folder=user, env=environment).split()
         assert branched[0] == score["policies"][0]["policy"], branched
         assert int(branched[1]) == score["policies"][0]["success"] and int(branched[3]) == PARTICLES, branched
+        held = run(user / "build/hold", prefix / "share/graze/scenarios/quadruped_walk.yaml", folder=user, env=environment)
+        forces = [float(n) for n in re.findall(r"dof \d+: (\S+),", held)]
+        rates = [float(n) for n in re.findall(r"acceleration (\S+)", held)]
+        mass = float(re.search(r"mass (\S+) kg", held).group(1))
+        assert len(forces) == 18 and abs(forces[5] / mass - 9.81) < 5e-3 and max(map(abs, rates)) < 1e-9, held
         refused = subprocess.run([user / "build/count", "nowhere.yaml", "3"], capture_output=True, text=True)
         assert refused.returncode == 2 and "nowhere.yaml" in refused.stderr, refused
-    print("the programs of docs/library.md count what the campaign has")
+    print("the programs of docs/library.md count what the campaign has, and hold the robot still")
 
 
 if __name__ == "__main__":

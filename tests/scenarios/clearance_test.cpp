@@ -11,9 +11,9 @@
 #include <random>
 
 #include "engine/contact/convex_gap.h"
-#include "engine/model/kinematics.h"
 #include "scenarios/task.h"
 #include "tests/engine/bullet/worlds.h"
+#include "tests/reference_kinematics.h"
 
 namespace graze {
 namespace {
@@ -56,8 +56,7 @@ TEST(Overlaps, AreTheDepthsOfEachPair) {
   world.initial.position = {0, 0, 0.17};  // 3 cm in the mesh, 3 cm in the plate, 1.4 m from the ball
   const Model model = compile(world);
   const State initial = initial_state(world, model);
-  std::vector<Pose> X_WB;
-  forward_kinematics(model, initial.q, X_WB);
+  const std::vector<Pose> X_WB = reference_poses(model, initial.q);
   BlockState state{BlockArray(model.nq), BlockArray(model.nv), BlockArray(model.nv), BlockArray(12)};
   for (int i = 0; i < 9; ++i) state.X(i, 3) = X_WB[0].linear()(i / 3, i % 3);
   state.X.set_column(3, X_WB[0].translation(), 9);

@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "engine/model/kinematics.h"
 #include "scenarios/task.h"
+#include "tests/reference_kinematics.h"
 #include "tests/scenarios/support.h"
 
 namespace graze::testing {
@@ -55,8 +55,7 @@ class TaskBench : public ::testing::Test {
   }
 
   const WitnessInput& input(double time = 0) {
-    std::vector<Pose> X_WB;
-    forward_kinematics(model_, q_, X_WB);
+    const std::vector<Pose> X_WB = reference_poses(model_, q_);
     write_poses(X_WB, kLane, state_);
     state_.q.set_column(kLane, q_);
     state_.v.set_column(kLane, v_);

@@ -9,7 +9,7 @@
 #include <numbers>
 #include <random>
 
-#include "engine/model/kinematics.h"
+#include "tests/reference_kinematics.h"
 #include "tests/scenarios/support.h"
 #include "tests/scenarios/task_bench.h"
 
@@ -186,8 +186,7 @@ struct RandomBlock {
     for (int i = 0; i < q.size(); ++i) q[i] += 0.5 * number();
     q.head<4>().normalize();
     for (double& one : v) one = number();
-    std::vector<Pose> X_WB;
-    forward_kinematics(models[lane], q, X_WB);
+    const std::vector<Pose> X_WB = reference_poses(models[lane], q);
     write_poses(X_WB, lane, state);
     state.q.set_column(lane, q);
     state.v.set_column(lane, v);
@@ -305,7 +304,7 @@ TEST_F(Tasks, SpeedAgreesWithTheJacobian) {
     double greatest = 0;
     for (std::size_t i = 0; i < model.frames.size(); ++i) {
       const Vec3 p_W = frame_pose(model, X_WB, static_cast<int>(i)).translation();
-      const Eigen::Matrix3Xd J = point_jacobian(model, X_WB, model.frames[i].body, p_W);
+      const Eigen::Matrix3Xd J = reference_jacobian(model, X_WB, model.frames[i].body, p_W);
       greatest = std::max(greatest, (J * block.state.v.column(lane)).norm());
     }
     EXPECT_NEAR(value[lane].value, 3 - greatest, 1e-13 * (1 + greatest));

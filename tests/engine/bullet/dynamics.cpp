@@ -5,8 +5,8 @@
 #include <Eigen/Cholesky>
 #include <random>
 
-#include "engine/model/kinematics.h"
 #include "tests/engine/bullet/worlds.h"
+#include "tests/reference_kinematics.h"
 
 namespace graze::test {
 namespace {
@@ -73,8 +73,7 @@ Eigen::Matrix3Xd angular_jacobian(const Model& model, const std::vector<Pose>& X
 
 /// dv/dt by Kane's method: (sum J^T M J) dv/dt = tau - sum J^T (m (a0 - g), I alpha0 + omega x I omega).
 Eigen::VectorXd acceleration(const Model& model, const State& state, const Eigen::VectorXd& tau) {
-  std::vector<Pose> X;
-  forward_kinematics(model, state.q, X);
+  const std::vector<Pose> X = reference_poses(model, state.q);
   Eigen::MatrixXd M = Eigen::MatrixXd::Zero(model.nv, model.nv);
   Eigen::VectorXd f = Eigen::VectorXd::Zero(model.nv);
   for (int k = 0; k < model.na(); ++k) f[model.bodies[model.actuated[k]].v] = tau[k];
@@ -86,7 +85,7 @@ Eigen::VectorXd acceleration(const Model& model, const State& state, const Eigen
     const Motion m = motion[i] =
         motion_of(body, rooted ? Motion{} : motion[body.parent], r, X[i].linear() * body.axis, state.v.data() + body.v);
     const Vec3 lever = X[i].linear() * body.com;
-    const Eigen::Matrix3Xd Jc = point_jacobian(model, X, i, X[i].translation() + lever);
+    const Eigen::Matrix3Xd Jc = reference_jacobian(model, X, i, X[i].translation() + lever);
     const Eigen::Matrix3Xd Jw = angular_jacobian(model, X, i);
     const Mat3 I = X[i].linear() * body.inertia * X[i].linear().transpose();
     const Vec3 a0 = m.a + m.alpha.cross(lever) + m.omega.cross(m.omega.cross(lever));

@@ -4,11 +4,11 @@
 #include <fstream>
 
 #include "engine/control/base_command.h"
-#include "engine/control/chain.h"
 #include "engine/control/gait_settings.h"
 #include "engine/control/joint_table.h"
 #include "engine/control/lag_buffer.h"
 #include "engine/control/planar_motion.h"
+#include "engine/dynamics/chain.h"
 #include "engine/model/measures.h"
 #include "tests/engine/control/leg_reference.h"
 #include "tests/engine/control/support.h"
@@ -207,15 +207,14 @@ TEST_F(ControllerTest, OperationalPdIsAVirtualSpring) {
     q[scene.model.bodies[scene.model.actuated[k]].q] = observation.joint_position(k, 0);
     v[scene.model.bodies[scene.model.actuated[k]].v] = observation.joint_velocity(k, 0);
   }
-  std::vector<Pose> X_WB;
-  forward_kinematics(scene.model, q, X_WB);
+  const std::vector<Pose> X_WB = reference_poses(scene.model, q);
   double power_of_joints = 0, power_of_forces = 0;
   for (int k = 0; k < 12; ++k) power_of_joints += command.tau(k, 0) * observation.joint_velocity(k, 0);
   const char* feet[] = {"LF_FOOT", "RF_FOOT", "LH_FOOT", "RH_FOOT"};
   for (int i = 0; i < 4; ++i) {
     const int frame = scene.model.frame(feet[i]);
     const Vec3 x = frame_pose(scene.model, X_WB, frame).translation();
-    const Vec3 xd = point_jacobian(scene.model, X_WB, scene.model.frames[frame].body, x) * v;
+    const Vec3 xd = reference_jacobian(scene.model, X_WB, scene.model.frames[frame].body, x) * v;
     const Vec3 f = 1000 * (targets.x.vec3(3 * i, 0) - x) + 20 * (targets.xd.vec3(3 * i, 0) - xd);
     power_of_forces += f.dot(xd);
   }
@@ -273,14 +272,13 @@ TEST_F(ControllerTest, GaitJointTargetsReachItsFootTargets) {
       v[scene.model.bodies[scene.model.actuated[j]].v] = targets.v(j, 0);
       observation.joint_position(j, 0) = targets.q(j, 0);
     }
-    std::vector<Pose> X_WB;
-    forward_kinematics(scene.model, q, X_WB);
+    const std::vector<Pose> X_WB = reference_poses(scene.model, q);
     const char* feet[] = {"LF_FOOT", "RF_FOOT", "LH_FOOT", "RH_FOOT"};
     for (int i = 0; i < 4; ++i) {
       const int frame = scene.model.frame(feet[i]);
       const Vec3 x = frame_pose(scene.model, X_WB, frame).translation();
       ASSERT_LT((x - targets.x.vec3(3 * i, 0)).norm(), 1e-12) << k;
-      const Vec3 xd = point_jacobian(scene.model, X_WB, scene.model.frames[frame].body, x) * v;
+      const Vec3 xd = reference_jacobian(scene.model, X_WB, scene.model.frames[frame].body, x) * v;
       // Damping of 1 mm/rad against singular values above 2 cm/rad.
       ASSERT_LT((xd - targets.xd.vec3(3 * i, 0)).norm(), 3e-3 * targets.xd.vec3(3 * i, 0).norm() + 1e-12) << k;
     }

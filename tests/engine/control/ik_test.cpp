@@ -81,8 +81,7 @@ TEST_F(LinksLegs, ChainAgreesWithModelKinematics) {
     Eigen::VectorXd q = Eigen::VectorXd::Zero(scene.model.nq);
     q[0] = 1;
     for (const int row : rows_of(leg)) q[row] = angle(generator);
-    std::vector<Pose> X_WB;
-    forward_kinematics(scene.model, q, X_WB);
+    const std::vector<Pose> X_WB = reference_poses(scene.model, q);
     const int foot_body = scene.model.actuated[leg.joints().back().actuator];
     const auto frame = std::find_if(scene.model.frames.begin(), scene.model.frames.end(),
                                     [&](const Frame& f) { return f.body == foot_body && f.name.ends_with("_FOOT"); });
@@ -90,7 +89,7 @@ TEST_F(LinksLegs, ChainAgreesWithModelKinematics) {
     Jacobian J;
     EXPECT_LT((tip_of(leg, leg.select(q), J) - p).norm(), 1e-14);
     EXPECT_LT((leg.position(leg.select(q)) - p).norm(), 1e-14);
-    const Eigen::Matrix3Xd whole = point_jacobian(scene.model, X_WB, foot_body, p);
+    const Eigen::Matrix3Xd whole = reference_jacobian(scene.model, X_WB, foot_body, p);
     for (int i = 0; i < leg.size(); ++i) {
       const int v = scene.model.bodies[scene.model.actuated[leg.joints()[i].actuator]].v;
       EXPECT_LT((J.col(i) - whole.col(v)).norm(), 1e-14);
@@ -145,15 +144,14 @@ TEST_F(LinksLegs, InertiaGivesKineticEnergy) {
       q[rows_of(leg)[i]] = posture[i];
       v[scene.model.bodies[scene.model.actuated[leg.joints()[i].actuator]].v] = rate[i];
     }
-    std::vector<Pose> X_WB;
-    forward_kinematics(scene.model, q, X_WB);
+    const std::vector<Pose> X_WB = reference_poses(scene.model, q);
     double energy = 0;
     Vec3 omega = Vec3::Zero();
     for (int i = 0; i < leg.size(); ++i) {
       const int b = scene.model.actuated[leg.joints()[i].actuator];
       const Body& body = scene.model.bodies[b];
       omega += X_WB[b].linear() * body.axis * rate[i];
-      const Vec3 v_com = point_jacobian(scene.model, X_WB, b, X_WB[b] * body.com) * v;
+      const Vec3 v_com = reference_jacobian(scene.model, X_WB, b, X_WB[b] * body.com) * v;
       const Vec3 omega_B = X_WB[b].linear().transpose() * omega;
       energy += 0.5 * body.mass * v_com.squaredNorm() + 0.5 * omega_B.dot(body.inertia * omega_B);
     }

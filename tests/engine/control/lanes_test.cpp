@@ -198,8 +198,7 @@ TEST(ControlLanes, ChainsWithSlidingJoints) {
     ASSERT_EQ(view.n, 6);
     Eigen::VectorXd q(6);
     for (int i = 0; i < 6; ++i) q[i] = angle(generator);
-    std::vector<Pose> X_WB;
-    forward_kinematics(model, q, X_WB);
+    const std::vector<Pose> X_WB = reference_poses(model, q);
     const Vec3 tip = (X_WB[5] * model.frames[0].X_BF).translation();
     EXPECT_LT((chain.position(q) - tip).norm(), 1e-13);
     ChainPose<double, 0> pose;
@@ -209,13 +208,13 @@ TEST(ControlLanes, ChainsWithSlidingJoints) {
     });
     double M[kMaxChainJoints * kMaxChainJoints];
     chain_inertia(view, pose, body, M);
-    const Eigen::Matrix3Xd J = point_jacobian(model, X_WB, 5, tip);
+    const Eigen::Matrix3Xd J = reference_jacobian(model, X_WB, 5, tip);
     Eigen::MatrixXd want = Eigen::MatrixXd::Zero(6, 6);
     Eigen::Matrix3Xd Jw = Eigen::Matrix3Xd::Zero(3, 6);
     for (int b = 0; b < 6; ++b) {
       const Mat3 R = X_WB[b].linear();
       if (model.bodies[b].type == JointType::revolute) Jw.col(b) = R * model.bodies[b].axis;
-      const Eigen::Matrix3Xd Jc = point_jacobian(model, X_WB, b, X_WB[b] * model.bodies[b].com);
+      const Eigen::Matrix3Xd Jc = reference_jacobian(model, X_WB, b, X_WB[b] * model.bodies[b].com);
       want += model.bodies[b].mass * Jc.transpose() * Jc +
               Jw.transpose() * (R * model.bodies[b].inertia * R.transpose()) * Jw;
     }

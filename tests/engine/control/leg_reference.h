@@ -2,8 +2,8 @@
 // Jacobian and inertia of a leg of three joints by the whole robot's kinematics and sums over bodies: references of the
 // chain's own.
 
-#include "engine/control/chain.h"
-#include "engine/model/kinematics.h"
+#include "engine/dynamics/chain.h"
+#include "tests/reference_kinematics.h"
 
 namespace graze {
 
@@ -12,15 +12,14 @@ inline std::vector<Pose> leg_poses(const Model& model, const Chain& leg, const C
   Eigen::VectorXd all = Eigen::VectorXd::Zero(model.nq);
   all[0] = 1;
   for (int i = 0; i < leg.size(); ++i) all[model.bodies[model.actuated[leg.joints()[i].actuator]].q] = q[i];
-  std::vector<Pose> X_WB;
-  forward_kinematics(model, all, X_WB);
+  const std::vector<Pose> X_WB = reference_poses(model, all);
   return X_WB;
 }
 
 /// Columns of the leg's joints in the whole robot's Jacobian of a point of a body.
 inline Eigen::Matrix3d columns(const Model& model, const Chain& leg, const std::vector<Pose>& X_WB, int body,
                                const Vec3& p) {
-  const Eigen::Matrix3Xd whole = point_jacobian(model, X_WB, body, p);
+  const Eigen::Matrix3Xd whole = reference_jacobian(model, X_WB, body, p);
   Eigen::Matrix3d J;
   for (int i = 0; i < 3; ++i) J.col(i) = whole.col(model.bodies[model.actuated[leg.joints()[i].actuator]].v);
   return J;

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "engine/control/gait_parameters.h"
-#include "engine/model/kinematics.h"
+#include "tests/reference_kinematics.h"
 
 namespace graze::scalar {
 

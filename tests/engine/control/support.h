@@ -10,8 +10,8 @@
 
 #include "engine/control/policy.h"
 #include "engine/model/fabrication.h"
-#include "engine/model/kinematics.h"
 #include "engine/model/urdf.h"
+#include "tests/reference_kinematics.h"
 
 namespace graze {
 

@@ -51,8 +51,7 @@ Model mixed_tree(bool floating) {
 
 /// The rows of contacts between any two bodies, or a body and the world, are those of the point's velocities.
 void expect_contact_jacobians(const Model& model, const State& state, ScalarEngine& engine) {
-  std::vector<Pose> X;
-  forward_kinematics(model, state.q, X);
+  const std::vector<Pose> X = reference_poses(model, state.q);
   const TreeT<double> tree = tree_of<double>(engine.engine.block());
   Paths paths(tree.topology);
   const int bodies = static_cast<int>(model.bodies.size());
@@ -70,8 +69,8 @@ void expect_contact_jacobians(const Model& model, const State& state, ScalarEngi
     for (int i = 0; i < path.moving_count; ++i) {
       jacobian_rows(tree, path.bodies[i], path.signs[i], contact, rows.data());
     }
-    Eigen::Matrix3Xd J = point_jacobian(model, X, a, p);
-    if (b >= 0) J -= point_jacobian(model, X, b, p);
+    Eigen::Matrix3Xd J = reference_jacobian(model, X, a, p);
+    if (b >= 0) J -= reference_jacobian(model, X, b, p);
     for (int k = 0; k < model.nv; ++k) {
       const Vec3 column = J.col(k);
       const auto along = [&](const Vec3T<double>& d) { return column.dot(Vec3(d.x, d.y, d.z)); };

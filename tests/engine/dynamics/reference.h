@@ -1,14 +1,14 @@
 #pragma once
-// An independent way to the equation of motion: sums of J^T (mass) J over bodies, with J from the scalar kinematics of
-// the model folder, and Kane's equations with classical accelerations. Slow, short, exact but for rounding, and sharing
-// no code with the lane kernels.
+// An independent way to the equation of motion: sums of J^T (mass) J over bodies, and Kane's
+// equations with classical accelerations, of poses and Jacobians by Eigen. Slow, short, exact but for rounding, and
+// sharing no code with engine/dynamics.
 
 #include <Eigen/Dense>
 
 #include "engine/lane_physics/lane_engine.h"
 #include "engine/lanes/isa.h"
-#include "engine/model/kinematics.h"
 #include "engine/model/urdf.h"
+#include "tests/reference_kinematics.h"
 
 namespace graze::testing {
 
@@ -18,15 +18,14 @@ struct BodyJacobian {
 };
 
 inline BodyJacobian body_jacobian(const Model& model, const Eigen::VectorXd& q, int body) {
-  std::vector<Pose> X;
-  forward_kinematics(model, q, X);
+  const std::vector<Pose> X = reference_poses(model, q);
   const Body& b = model.bodies[body];
   const Vec3 com = X[body] * b.com;
   BodyJacobian out;
-  out.linear = point_jacobian(model, X, body, com);
+  out.linear = reference_jacobian(model, X, body, com);
   // w x e_k from the velocities of points at unit distance.
-  const Eigen::Matrix3Xd x = point_jacobian(model, X, body, com + Vec3::UnitX()) - out.linear;
-  const Eigen::Matrix3Xd y = point_jacobian(model, X, body, com + Vec3::UnitY()) - out.linear;
+  const Eigen::Matrix3Xd x = reference_jacobian(model, X, body, com + Vec3::UnitX()) - out.linear;
+  const Eigen::Matrix3Xd y = reference_jacobian(model, X, body, com + Vec3::UnitY()) - out.linear;
   out.angular.resize(3, model.nv);
   out.angular.row(0) = y.row(2);
   out.angular.row(1) = -x.row(2);
@@ -67,8 +66,7 @@ inline BodyMotion next_motion(const Body& body, const BodyMotion& parent, const 
 
 /// bias of M v' + bias = tau by Kane's equations: sum of J_c^T m (a_c - g) + J_w^T (I alpha + w x I w).
 inline Eigen::VectorXd reference_bias(const Model& model, const Eigen::VectorXd& q, const Eigen::VectorXd& v) {
-  std::vector<Pose> X;
-  forward_kinematics(model, q, X);
+  const std::vector<Pose> X = reference_poses(model, q);
   std::vector<BodyMotion> motion(model.bodies.size());
   Eigen::VectorXd bias = Eigen::VectorXd::Zero(model.nv);
   for (std::size_t i = 0; i < model.bodies.size(); ++i) {

@@ -24,16 +24,15 @@ World on_plane(const Shape& shape, double mass, double slope = 0) {
 Eigen::Matrix<double, 6, 1> momentum(const Bench& run) {
   Eigen::Matrix<double, 6, 1> P = Eigen::Matrix<double, 6, 1>::Zero();
   const Eigen::VectorXd v = run.v();
-  std::vector<Pose> X;
-  forward_kinematics(run.model(), run.q(), X);
+  const std::vector<Pose> X = reference_poses(run.model(), run.q());
   for (std::size_t i = 0; i < run.model().bodies.size(); ++i) {
     const Body& body = run.model().bodies[i];
     const Vec3 com = X[i] * body.com;
-    const Eigen::Matrix3Xd J = point_jacobian(run.model(), X, static_cast<int>(i), com);
+    const Eigen::Matrix3Xd J = reference_jacobian(run.model(), X, static_cast<int>(i), com);
     const Vec3 linear = J * v;
     Vec3 spin;  // w from the velocities of points beside the centre of mass
-    const Vec3 vx = point_jacobian(run.model(), X, static_cast<int>(i), com + Vec3::UnitX()) * v - linear;
-    const Vec3 vy = point_jacobian(run.model(), X, static_cast<int>(i), com + Vec3::UnitY()) * v - linear;
+    const Vec3 vx = reference_jacobian(run.model(), X, static_cast<int>(i), com + Vec3::UnitX()) * v - linear;
+    const Vec3 vy = reference_jacobian(run.model(), X, static_cast<int>(i), com + Vec3::UnitY()) * v - linear;
     spin << vy.z(), -vx.z(), vx.y();
     P.head<3>() += body.mass * linear;
     P.tail<3>() += body.mass * com.cross(linear) + X[i].linear() * body.inertia * X[i].linear().transpose() * spin;

@@ -4,10 +4,10 @@
 #include "engine/lane_physics/lane_engine.h"
 #include "engine/lane_physics/lane_physics.h"
 #include "engine/lanes/isa.h"
-#include "engine/model/kinematics.h"
 #include "engine/model/urdf.h"
 #include "sampling/stream.h"
 #include "tests/engine/bullet/worlds.h"
+#include "tests/reference_kinematics.h"
 
 namespace graze::test {
 

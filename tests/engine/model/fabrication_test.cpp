@@ -31,8 +31,7 @@ Pose frame_at_zero(const Model& model, const std::string& link) {
   for (const Body& b : model.bodies) {
     if (b.type == JointType::floating) state.q[b.q] = 1;
   }
-  std::vector<Pose> X_WB;
-  forward_kinematics(model, state.q, X_WB);
+  const std::vector<Pose> X_WB = reference_poses(model, state.q);
   return frame_pose(model, X_WB, model.frame(link));
 }
 
@@ -276,8 +275,7 @@ TEST(Fabrication, InitialOffsets) {
                                        {"initial.base.velocity.x", 0.02},
                                        {"initial.joint.LF_Y_2.position", 0.05},
                                        {"initial.joint.LF_Y_2.velocity", -0.3}});
-  std::vector<Pose> X_WB;
-  forward_kinematics(p.model, p.initial.q, X_WB);
+  const std::vector<Pose> X_WB = reference_poses(p.model, p.initial.q);
   EXPECT_NEAR(lowest_point(p.model, X_WB), 0.005, 1e-12);
   EXPECT_NEAR(p.initial.q[4], 1.01, 1e-15);
   EXPECT_NEAR(rpy_from_rotation(X_WB[0].linear()).z(), 0.2, 1e-12);

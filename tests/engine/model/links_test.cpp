@@ -60,10 +60,9 @@ TEST(Links, HasTheMeanRobotsShinsAndFeet) {
 TEST(Links, HasTheMeanRobotsFrames) {
   const World world = links_world();
   const Model model = compile(world);
-  std::vector<Pose> X_WB;
   State state{Eigen::VectorXd::Zero(model.nq), Eigen::VectorXd::Zero(model.nv)};
   state.q[0] = 1;
-  forward_kinematics(model, state.q, X_WB);
+  const std::vector<Pose> X_WB = reference_poses(model, state.q);
   const auto at = [&](const std::string& link) {
     return frame_pose(model, X_WB, model.frame(link)).translation().eval();
   };
@@ -119,8 +118,7 @@ TEST(Links, PublishedVariant) {
   EXPECT_NEAR(total_mass(world.robot), 3.8, 1e-12);
   const Model model = compile(world);
   EXPECT_EQ(model.colliders.size(), 5u);
-  std::vector<Pose> X_WB;
-  forward_kinematics(model, initial_state(world, model).q, X_WB);
+  const std::vector<Pose> X_WB = reference_poses(model, initial_state(world, model).q);
   for (const std::string leg : kLegs) {
     const double f = leg[1] == 'F' ? 1 : -1, s = leg[0] == 'L' ? 1 : -1;
     const Pose foot = frame_pose(model, X_WB, model.frame(leg + "_FOOT"));
@@ -153,8 +151,7 @@ Vec3 point_in(const Shape& shape, std::mt19937& random) {
 TEST(Links, NoOverlapAtRest) {
   const World world = links_world();
   const Model model = compile(world);
-  std::vector<Pose> X_WB;
-  forward_kinematics(model, initial_state(world, model).q, X_WB);
+  const std::vector<Pose> X_WB = reference_poses(model, initial_state(world, model).q);
   std::mt19937 random(1);
   int watched = 0;
   for (const ColliderPair& pair : model.pairs) {
@@ -176,8 +173,7 @@ TEST(Links, StandsOnItsFeet) {
   World world = links_world();
   const Model model = compile(world);
   const State state = initial_state(world, model);
-  std::vector<Pose> X_WB;
-  forward_kinematics(model, state.q, X_WB);
+  const std::vector<Pose> X_WB = reference_poses(model, state.q);
   double lowest = 1;
   for (const std::string leg : kLegs) {
     const double radius = leg == "RH" ? 0.0095 : 0.0085;

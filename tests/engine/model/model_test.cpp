@@ -181,8 +181,7 @@ TEST(Compile, FixedBaseIsPartOfTheWorld) {
   EXPECT_TRUE(model.bodies[0].X_PB.translation().isApprox(Vec3(1, 3, 3), 1e-12));
   world.initial.on_ground = true;
   model = compile(world);
-  std::vector<Pose> X_WB;
-  forward_kinematics(model, initial_state(world, model).q, X_WB);
+  const std::vector<Pose> X_WB = reference_poses(model, initial_state(world, model).q);
   EXPECT_NEAR(lowest_point(model, X_WB), 0, 1e-12);
 }
 

@@ -10,10 +10,10 @@
 #include <random>
 #include <string>
 
-#include "engine/model/kinematics.h"
 #include "engine/model/model.h"
 #include "engine/model/urdf.h"
 #include "engine/settings/settings.h"
+#include "tests/reference_kinematics.h"
 
 namespace graze {
 

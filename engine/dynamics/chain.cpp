@@ -1,10 +1,11 @@
-#include "engine/control/chain.h"
+#include "engine/dynamics/chain.h"
 
 #include <algorithm>
 #include <stdexcept>
 
-#include "engine/control/chain_motion.h"
-#include "engine/model/kinematics.h"
+#include "engine/dynamics/chain_motion.h"
+#include "engine/dynamics/dynamics_model.h"
+#include "engine/model/placement.h"
 
 namespace graze {
 
@@ -42,8 +43,6 @@ ChainJointView joint_view(const Body& body, const Pose& X_PB, int actuator) {
   std::copy(inertia, inertia + 6, out.inertia);
   return out;
 }
-
-Vec3 to_eigen(const Vec3T<double>& a) { return {a.x, a.y, a.z}; }
 
 }  // namespace
 

@@ -1,8 +1,10 @@
 #pragma once
-// A leg or arm as a serial chain: the joints from the base to one frame of the nominal model, for controllers that run
-// every control step. What is computed of it stands in chain_motion.h.
+// The serial form of a tree's kinematics: a leg or arm, the joints from the base to one frame of the nominal model, for
+// controllers that run every control step. Its numbers are the same in all lanes and its length is known when it is
+// compiled, so that it is straight code on constants; what is computed of it stands in chain_motion.h, and is what
+// tree.h, frames.h and equation.h have for the same joints (tests/engine/dynamics/chain_test.cpp).
 
-#include "engine/control/chain_view.h"
+#include "engine/dynamics/chain_view.h"
 #include "engine/model/model.h"
 
 namespace graze {

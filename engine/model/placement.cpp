@@ -1,10 +1,11 @@
-#include "engine/model/kinematics.h"
+#include "engine/model/placement.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "engine/lanes/scalar.h"
+#include "engine/model/rotation.h"
 
 namespace graze {
 
@@ -27,18 +28,6 @@ Pose joint_motion(const Body& body, const Eigen::Ref<const Eigen::VectorXd>& q) 
       break;
   }
   return X;
-}
-
-/// Columns of one body's joint in the Jacobian of a point that it carries.
-void add_columns(const Body& body, const Pose& X_WB, const Vec3& p_W, Eigen::Matrix3Xd& J) {
-  const Vec3 r = p_W - X_WB.translation();
-  if (body.type == JointType::floating) {
-    for (int k = 0; k < 3; ++k) J.col(body.v + k) = Vec3::Unit(k).cross(r);
-    J.block<3, 3>(0, body.v + 3).setIdentity();
-    return;
-  }
-  const Vec3 axis_W = X_WB.linear() * body.axis;
-  J.col(body.v) = body.type == JointType::revolute ? Vec3(axis_W.cross(r)) : axis_W;
 }
 
 double lowest_of_mesh(const Shape& shape, const Pose& X_WG) {
@@ -73,13 +62,14 @@ double lowest_of_shape(const Shape& shape, const Pose& X_WG) {
 
 }  // namespace
 
-void forward_kinematics(const Model& model, const Eigen::Ref<const Eigen::VectorXd>& q, std::vector<Pose>& X_WB) {
-  X_WB.resize(model.bodies.size());
-  for (std::size_t i = 0; i < model.bodies.size(); ++i) {
-    const Body& body = model.bodies[i];
+std::vector<Pose> place_bodies(const Model& model, const Eigen::Ref<const Eigen::VectorXd>& q) {
+  std::vector<Pose> X_WB;
+  X_WB.reserve(model.bodies.size());
+  for (const Body& body : model.bodies) {
     const Pose X_PC = body.X_PB * joint_motion(body, q);
-    X_WB[i] = body.parent < 0 ? X_PC : X_WB[body.parent] * X_PC;
+    X_WB.push_back(body.parent < 0 ? X_PC : X_WB[body.parent] * X_PC);
   }
+  return X_WB;
 }
 
 Pose frame_pose(const Model& model, const std::vector<Pose>& X_WB, int frame) {
@@ -98,12 +88,6 @@ Pose fixed_base_pose(const Model& model) {
   return base != nullptr ? base->X_BF : Pose::Identity();
 }
 
-Eigen::Matrix3Xd point_jacobian(const Model& model, const std::vector<Pose>& X_WB, int body, const Vec3& p_W) {
-  Eigen::Matrix3Xd J = Eigen::Matrix3Xd::Zero(3, model.nv);
-  for (int b = body; b >= 0; b = model.bodies[b].parent) add_columns(model.bodies[b], X_WB[b], p_W, J);
-  return J;
-}
-
 double lowest_point(const Model& model, const std::vector<Pose>& X_WB) {
   double lowest = std::numeric_limits<double>::infinity();
   for (const Collider& collider : model.colliders) {
@@ -112,36 +96,6 @@ double lowest_point(const Model& model, const std::vector<Pose>& X_WB) {
     lowest = std::min(lowest, lowest_of_shape(collider.shape, X_WG));
   }
   return lowest;
-}
-
-Mat3 rotation_about(const Vec3& axis, double angle) {
-  // As Eigen::AngleAxis, whose sines are the C library's: R = c 1 + (1 - c) a a^T + s [a]x.
-  const auto [s, c] = pinned::sin_cos(angle);
-  const Vec3 sine = s * axis, rest = (1 - c) * axis;
-  const double xy = rest.x() * axis.y(), xz = rest.x() * axis.z(), yz = rest.y() * axis.z();
-  Mat3 R;
-  R << rest.x() * axis.x() + c, xy - sine.z(), xz + sine.y(),  //
-      xy + sine.z(), rest.y() * axis.y() + c, yz - sine.x(),   //
-      xz - sine.y(), yz + sine.x(), rest.z() * axis.z() + c;
-  return R;
-}
-
-Mat3 rotation_from_rpy(const Vec3& rpy) {
-  const auto turned = [&](int k) {
-    const auto [s, c] = pinned::sin_cos(rpy[k] / 2);
-    const Vec3 v = s * Vec3::Unit(k);
-    return Quat(c, v.x(), v.y(), v.z());
-  };
-  return (turned(2) * turned(1) * turned(0)).toRotationMatrix();
-}
-
-Vec3 rpy_from_rotation(const Mat3& R) {
-  const double yaw = pinned::atan2(R(1, 0), R(0, 0));
-  const double pitch = pinned::atan2(0 - R(2, 0), pinned::hypot(R(0, 0), R(1, 0)));  // 0 - 0 is +0
-  // Roll from Rz(-yaw) R, so that what yaw misses near pitch = +-90 deg, where both turn about one axis, roll makes up.
-  const auto [s, c] = pinned::sin_cos(yaw);
-  const double roll = pinned::atan2(s * R(0, 2) - c * R(1, 2), c * R(1, 1) - s * R(0, 1));
-  return {roll, pitch, yaw};
 }
 
 }  // namespace graze

@@ -2,7 +2,7 @@
 // Kinematics and inertia of a chain on lanes: T is double or a Pack; N is the number of joints, or 0 for any number up
 // to kMaxChainJoints. Everything is in base axes about the base's origin.
 
-#include "engine/control/chain_view.h"
+#include "engine/dynamics/chain_view.h"
 #include "engine/lanes/trig.h"
 #include "engine/lanes/vec.h"
 
