@@ -50,10 +50,10 @@ struct Drive {
   explicit Drive(int na = 0) : tau(na), q(na), v(na), kp(na), kd(na), lower(na), upper(na), prescribed(na) {}
 };
 
-/// What came out of a Drive, na rows each: the torque of the step, and the one that was asked for without bounds.
+/// What came out of a Drive, na rows each: the torque of the step, and the demand, which is the torque without bounds.
 struct DriveResult {
-  BlockArray torque, asked;
-  explicit DriveResult(int na = 0) : torque(na), asked(na) {}
+  BlockArray torque, demand;
+  explicit DriveResult(int na = 0) : torque(na), demand(na) {}
 };
 
 /// What the contact solver did in one step of a lane.

@@ -31,7 +31,7 @@ enum class PartKind : std::uint8_t {
 };
 inline constexpr int kNoPart = -1;
 
-/// Who is to blame for a margin.
+/// The culprit of a margin.
 struct Culprit {
   int leaf = -1;  // of an objective: index into leaves(); -1: it has none
   int part = kNoPart;

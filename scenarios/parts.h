@@ -19,7 +19,7 @@ struct Between {
   std::string text;  // "*_FOOT and curb.side"
   int pairs = 0;     // of colliders that may touch
 
-  /// What a witness of them gives as parts, and the number of one (PartKind::pair).
+  /// What a witness of them reports as parts, and the number of one (PartKind::pair).
   PartKind parts() const { return pairs > 1 ? PartKind::pair : PartKind::none; }
   double part_of(int a, int b) const {
     return static_cast<double>(std::min(a, b)) * static_cast<double>(first.features.size()) + std::max(a, b);

@@ -159,7 +159,7 @@ void read_sampling(const Settings& root, Scenario& out) {
   }
 }
 
-/// Frames are kept by steps; who writes a time is told how many steps that is.
+/// Frames are kept by steps; for a time the message says how many steps that is.
 int read_every(const Settings& every, const Timing& timing) {
   const std::string text = every.is_scalar() ? every.text() : "";
   const auto written = split_number(text);  // looks into the text

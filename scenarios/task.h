@@ -53,7 +53,7 @@ struct WitnessRange {
 class Witness {
  public:
   virtual ~Witness() = default;
-  /// What evaluate() gives as parts.
+  /// What evaluate() reports as parts.
   virtual PartKind parts() const { return PartKind::none; }
   /// How many numbers of a particle's own p* the witness needs (limits, places of frames).
   virtual int numbers() const { return 0; }
@@ -98,7 +98,7 @@ struct Task {
   bool stop_at_violation = true;  // a trace ends at its first violated requirement
 };
 
-/// The nodes that have a witness, in the order in which TaskMonitor::values gives theirs.
+/// The nodes that have a witness, in the order in which TaskMonitor::values returns theirs.
 std::vector<const Objective*> leaves(const Objective& objective);
 
 /// Reads `requirements` and `measures` (maps name -> witness; no name in both) and `objective` (map with one name ->

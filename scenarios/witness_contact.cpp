@@ -53,7 +53,7 @@ class NoContact : public Witness {
   }
 
  private:
-  /// Fills `out` and `part` in the lanes in which something touches, and gives these. Of equal overlaps the first
+  /// Fills `out` and `part` in the lanes in which something touches, and returns these. Of equal overlaps the first
   /// pair's counts, in whatever order points come.
   unsigned overlaps(const WitnessInput& in, double* out, double* part) const {
     unsigned all = 0;

@@ -236,7 +236,7 @@ class WorldReader {
     object.shape = read_shape(settings);
     object.X_WO = read_object_pose(settings, object.shape);
     const std::string path = "environment." + name;
-    // NaN, the engine's "as the contact settings say", stays unless the file gives a value.
+    // NaN, the engine's "as the contact settings say", stays unless the file has a value.
     const auto coefficient = [&](const char* key, const Parameter& parameter, double fallback, double& value) {
       if (!settings.has(key)) return;
       value = fallback;
@@ -304,7 +304,7 @@ class WorldReader {
     return box.sizes().minCoeff();
   }
 
-  /// What a mass or density gives must be numbers that can be computed with.
+  /// What a mass or density comes to must be numbers that can be computed with.
   static void check_inertia(const Settings& where, const MassMoments& inertia) {
     const double least = inertia.inertia_about_com().diagonal().minCoeff();
     if (inertia.mass > 0 && std::isfinite(inertia.mass) && inertia.second.allFinite() && std::isnormal(least)) return;

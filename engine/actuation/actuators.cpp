@@ -37,7 +37,7 @@ Actuators::Actuators(const Model& nominal, bool torque_speed)
       drive_(nominal.na()),
       result_(nominal.na()),
       limbs_(limbs_of(nominal)),
-      asked_(nominal.na()),
+      demand_(nominal.na()),
       q_(nominal.nq) {
   for (const int body : nominal.actuated) {
     v_index_.push_back(nominal.bodies[body].v);
@@ -92,25 +92,25 @@ void Actuators::add_damping(const ActuatorCommand& command, const BlockState& st
     for (int i = 0; i < n; ++i) M_(i, i) += h * command.kd(limb[i], lane);
     solver_.compute(M_);
     error_ = solver_.solve(error_);
-    for (int i = 0; i < n; ++i) asked_[limb[i]] += command.kd(limb[i], lane) * error_[i];
+    for (int i = 0; i < n; ++i) demand_[limb[i]] += command.kd(limb[i], lane) * error_[i];
   }
 }
 
 void Actuators::apply_lane(const ActuatorCommand& command, const BlockState& state, const Sensors& sensors, double h,
                            int lane, BlockArray& tau) {
-  std::fill(asked_.begin(), asked_.end(), 0.0);
+  std::fill(demand_.begin(), demand_.end(), 0.0);
   add_damping(command, state, sensors, h, lane);
   for (int k = 0; k < effort_.rows(); ++k) {
     const double q_error = command.q(k, lane) - (state.q(q_index_[k], lane) + sensors.encoder_error()(k, lane));
     const double ki = command.ki(k, lane);
-    const double asked = command.tau(k, lane) + command.kp(k, lane) * q_error + asked_[k] + ki * integral_(k, lane) +
-                         sensors.torque_error()(k, lane);
-    const double limit = available(k, lane, asked < 0 ? -1.0 : 1.0, state.v(v_index_[k], lane));
-    tau(k, lane) = std::clamp(asked, -limit, limit);
-    headroom_(k, lane) = limit - std::abs(asked);
+    const double demand = command.tau(k, lane) + command.kp(k, lane) * q_error + demand_[k] + ki * integral_(k, lane) +
+                          sensors.torque_error()(k, lane);
+    const double limit = available(k, lane, demand < 0 ? -1.0 : 1.0, state.v(v_index_[k], lane));
+    tau(k, lane) = std::clamp(demand, -limit, limit);
+    headroom_(k, lane) = limit - std::abs(demand);
     // Anti-windup by conditional integration: a cut torque is not asked to grow further. Without ki there is no
     // integral, so that switching ki on later starts from nothing.
-    const bool grows = asked * q_error > 0;
+    const bool grows = demand * q_error > 0;
     if (ki == 0) {
       integral_(k, lane) = 0;
     } else if (headroom_(k, lane) >= 0 || !grows) {
@@ -155,15 +155,15 @@ void Actuators::follow_drive(const ActuatorCommand& command, double h, LaneMask 
   bool on[kLanes];
   for (int lane = 0; lane < kLanes; ++lane) on[lane] = active[lane];
   for (int k = 0; k < effort_.rows(); ++k) {
-    const double *torque = result_.torque.row(k), *asked = result_.asked.row(k);
+    const double *torque = result_.torque.row(k), *demand = result_.demand.row(k);
     const double *lower = drive_.lower.row(k), *upper = drive_.upper.row(k);
     const double *q_error = q_error_.row(k), *ki = command.ki.row(k);
     double *out = tau.row(k), *headroom = headroom_.row(k), *integral = integral_.row(k);
     for (int lane = 0; lane < kLanes; ++lane) {
-      const double limit = asked[lane] < 0 ? -lower[lane] : upper[lane];
-      const double room = limit - std::abs(asked[lane]);
+      const double limit = demand[lane] < 0 ? -lower[lane] : upper[lane];
+      const double room = limit - std::abs(demand[lane]);
       // As apply_lane().
-      const bool grows = asked[lane] * q_error[lane] > 0;
+      const bool grows = demand[lane] * q_error[lane] > 0;
       const double more = integral[lane] + (room >= 0 || !grows ? h * q_error[lane] : 0.0);
       const double next = ki[lane] == 0 ? 0.0 : more;
       out[lane] = on[lane] ? torque[lane] : out[lane];

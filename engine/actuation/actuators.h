@@ -43,7 +43,7 @@ class Actuators {
   void apply(const ActuatorCommand& command, const BlockState& state, const Sensors& sensors, double h, LaneMask active,
              BlockArray& tau);
 
-  /// How far each torque stayed from its limit at the last step: limit - |asked|, negative when it was cut. na rows.
+  /// How far each torque stayed from its limit at the last step: limit - |demand|, negative when it was cut. na rows.
   const BlockArray& headroom() const { return headroom_; }
 
  private:
@@ -53,7 +53,7 @@ class Actuators {
   void follow_drive(const ActuatorCommand& command, double h, LaneMask active, BlockArray& tau);
   /// Poses and M of the lane's particle.
   void update_inertia(const BlockState& state, int lane);
-  /// Adds the dampers' torques of a lane to asked_.
+  /// Adds the dampers' torques of a lane to demand_.
   void add_damping(const ActuatorCommand& command, const BlockState& state, const Sensors& sensors, double h, int lane);
   void apply_lane(const ActuatorCommand& command, const BlockState& state, const Sensors& sensors, double h, int lane,
                   BlockArray& tau);
@@ -69,7 +69,7 @@ class Actuators {
   DriveResult result_;
   std::vector<std::vector<int>> limbs_;  // actuators whose joints hang together without the base
   std::array<std::unique_ptr<DynamicsData<double>>, kLanes> dynamics_;  // of each lane's particle
-  std::vector<double> asked_;                                           // na, scratch of one lane
+  std::vector<double> demand_;                                          // na, scratch of one lane
   Eigen::MatrixXd M_;                                                   // scratch of one limb
   Eigen::VectorXd error_;                                               // scratch of one limb
   std::vector<double> q_;                                               // nq, scratch of one lane

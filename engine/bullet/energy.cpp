@@ -29,35 +29,35 @@ constexpr double kLargestTurn = std::numbers::pi / 4;
 }  // namespace
 
 EnergyWatch::EnergyWatch(const Model& model, const Forest& forest) : model_(model) {
-  books_.motion.resize(model.bodies.size());
+  audit_.motion.resize(model.bodies.size());
   for (const Body& body : model.bodies) mass_ += body.mass;
-  books_.last = measure(forest);
+  audit_.last = measure(forest);
 }
 
 EnergyWatch::Sums EnergyWatch::measure(const Forest& forest) {
   Sums sums;
-  for (int i = 0; i < static_cast<int>(books_.motion.size()); ++i) {
+  for (int i = 0; i < static_cast<int>(audit_.motion.size()); ++i) {
     const Body& body = model_.bodies[i];
     const Pose& X = forest.pose(i);
     const Vec3 lever = X.linear() * body.com;
     const BodyMotion now{forest.twist(i).at(lever), forest.twist(i).angular};
-    const Vec3 dv = now.v_com - books_.motion[i].v_com;
+    const Vec3 dv = now.v_com - audit_.motion[i].v_com;
     const Vec3 omega_B = X.linear().transpose() * now.omega;
-    const Vec3 change_B = X.linear().transpose() * (now.omega - books_.motion[i].omega);
+    const Vec3 change_B = X.linear().transpose() * (now.omega - audit_.motion[i].omega);
     sums.kinetic += 0.5 * (body.mass * now.v_com.squaredNorm() + omega_B.dot(body.inertia * omega_B));
     sums.change += 0.5 * (body.mass * dv.squaredNorm() + change_B.dot(body.inertia * change_B));
     sums.potential -= body.mass * model_.gravity.dot(X.translation() + lever);
     sums.weighted_speed += body.mass * now.v_com.norm();
     sums.weighted_change += body.mass * dv.norm();
     sums.spin = std::max(sums.spin, now.omega.norm());
-    books_.motion[i] = now;
+    audit_.motion[i] = now;
   }
   return sums;
 }
 
 std::optional<std::string> EnergyWatch::check(const Forest& forest, const StepInput& input) {
   if (!forest.q().allFinite() || !forest.v().allFinite()) return "state is not finite";
-  const Sums before = books_.last, now = books_.last = measure(forest);
+  const Sums before = audit_.last, now = audit_.last = measure(forest);
   const double h = input.h, g = model_.gravity.norm();
   if (h * now.spin > kLargestTurn) {
     return fmt::format("a body turns at {:.4g} rad/s, more than an eighth of a turn per step", now.spin);
@@ -71,11 +71,11 @@ std::optional<std::string> EnergyWatch::check(const Forest& forest, const StepIn
                          (kLimitRecovery + kSolverSlack) * input.limit_impulse +
                          kRounding * (before.kinetic + now.kinetic + std::abs(now.potential));
   const double rise = now.kinetic + now.potential - before.kinetic - before.potential - input.work;
-  books_.created += std::max(0.0, rise - allowed);
-  books_.peak_kinetic = std::max(books_.peak_kinetic, before.kinetic);
-  const double tolerated = kCreatedLift * g * mass_ + kCreatedShare * books_.peak_kinetic;
-  if (books_.created <= tolerated) return std::nullopt;
-  return fmt::format("{:.4g} J came out of nothing (tolerated: {:.4g} J), {:.4g} J of it in this step", books_.created,
+  audit_.created += std::max(0.0, rise - allowed);
+  audit_.peak_kinetic = std::max(audit_.peak_kinetic, before.kinetic);
+  const double tolerated = kCreatedLift * g * mass_ + kCreatedShare * audit_.peak_kinetic;
+  if (audit_.created <= tolerated) return std::nullopt;
+  return fmt::format("{:.4g} J came out of nothing (tolerated: {:.4g} J), {:.4g} J of it in this step", audit_.created,
                      tolerated, std::max(0.0, rise - allowed));
 }
 

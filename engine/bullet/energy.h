@@ -36,21 +36,21 @@ class EnergyWatch {
     double spin = 0;             // fastest body, rad/s
   };
   /// What a check leaves for the next one.
-  struct Books {
+  struct Audit {
     std::vector<BodyMotion> motion;  // per body, at the last measure
     Sums last;
     double created = 0;       // J, sum of what each step gained beyond its bound
     double peak_kinetic = 0;  // J, at the beginning of any step so far
   };
-  const Books& books() const { return books_; }
-  /// Goes on from the books of a watch over the same particle.
-  void restore(const Books& books) { books_ = books; }
+  const Audit& audit() const { return audit_; }
+  /// Goes on from the audit of a watch over the same particle.
+  void restore(const Audit& audit) { audit_ = audit; }
 
  private:
   Sums measure(const Forest& forest);
 
   const Model& model_;
-  Books books_;
+  Audit audit_;
   double mass_ = 0;  // kg, of all bodies
 };
 

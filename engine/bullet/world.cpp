@@ -36,13 +36,13 @@ World::World(const Saved& saved, HullCache& hulls) : World(saved.model, saved.st
   forest_.restore(saved.raw);
   place_solids(solids_, forest_);
   narrow_phase_.restore(saved.points);
-  energy_.restore(saved.books);
+  energy_.restore(saved.audit);
   contacts_ = saved.contacts;
   fault_ = saved.fault;
 }
 
 World::Saved World::save() const {
-  return {shared_model_, {forest_.q(), forest_.v()}, forest_.raw(), narrow_phase_.memory(), energy_.books(), contacts_,
+  return {shared_model_, {forest_.q(), forest_.v()}, forest_.raw(), narrow_phase_.memory(), energy_.audit(), contacts_,
           fault_};
 }
 

@@ -24,7 +24,7 @@ class World {
     State state;  // q and v as they are shown
     Forest::Raw raw;
     std::vector<NarrowPhase::Memory> points;
-    EnergyWatch::Books books;
+    EnergyWatch::Audit audit;
     std::vector<Contact> contacts;
     std::optional<std::string> fault;
   };

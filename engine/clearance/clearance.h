@@ -1,7 +1,7 @@
 #pragma once
 // How far apart chosen parts are, for witnesses: the least signed gap over some pairs of colliders, from the poses
-// after a step. The physics does not know of it: it looks at a state only, with geometry of its own reach, and so gives
-// the same for every back end. Gaps are exact up to a distance that is asked for.
+// after a step. The physics does not know of it: it looks at a state only, with geometry of its own reach, and so
+// returns the same for every back end. Gaps are exact up to a distance that is asked for.
 //
 // Most steps need no geometry: a gap that was measured once shrinks no faster than its bodies move. And where they have
 // moved by more, the shapes are mostly still apart in the direction in which they were then.

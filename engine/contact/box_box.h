@@ -232,8 +232,8 @@ inline void clip_faces(const FaceT<T>& reference, const FaceT<T>& incident, cons
   }
 }
 
-/// Gives the deepest slot the exact gap and normal, and the exact point if the slot did not have it. An overlap along a
-/// face's normal (`by_face`) has its point from the clipping, if that found one. Gaps within `same` (m) are one
+/// Sets the deepest slot to the exact gap and normal, and the exact point if the slot did not have it. An overlap along
+/// a face's normal (`by_face`) has its point from the clipping, if that found one. Gaps within `same` (m) are one
 /// point's.
 template <class T>
 inline void put_exact(const ClosestT<T>& exact, const mask_of<T>& by_face, const T& margin, ManifoldT<T>& out,

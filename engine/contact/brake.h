@@ -9,7 +9,7 @@ namespace graze {
 inline namespace GRAZE_ISA_NAMESPACE {
 
 /// The most that the impulses may give, J: each times the velocity of its bodies at the end, as far as its constraint
-/// has asked them to part.
+/// has set them a speed to part with.
 template <class T>
 GRAZE_OUT_OF_LINE T recovery_work(const TopologyView& t, const ConstraintsT<T>& set, T* dz) {
   T work(0.0);
@@ -27,11 +27,11 @@ GRAZE_OUT_OF_LINE T recovery_work(const TopologyView& t, const ConstraintsT<T>& 
     const ContactT<T>& c = set.contacts[i];
     const PathView& path = set.paths[c.path];
     change.turn_to(path);
-    // Beyond what was asked, and without the compliances: the velocity of the bodies themselves.
+    // Beyond the target, and without the compliances: the velocity of the bodies themselves.
     const Vec3T<T> past = contact_velocity(path, c, change);
-    const Vec3T<T> u{fnma(c.compliance, c.lambda.x, past.x + c.asked), fnma(c.guard, c.lambda.y, past.y),
+    const Vec3T<T> u{fnma(c.compliance, c.lambda.x, past.x + c.target), fnma(c.guard, c.lambda.y, past.y),
                      fnma(c.guard, c.lambda.z, past.z)};
-    work += max(min(dot(c.lambda, u), c.lambda.x * c.asked), T(0.0));
+    work += max(min(dot(c.lambda, u), c.lambda.x * c.target), T(0.0));
   }
   change.in_memory();
   return work;

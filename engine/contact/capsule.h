@@ -11,8 +11,8 @@ inline namespace GRAZE_ISA_NAMESPACE {
 /// sin^2 of the angle (3 degrees) below which capsules count as side by side.
 inline constexpr double kParallelSine2 = 2.7e-3;
 
-/// Gives the deeper slot the gap and normal of the nearest point, and the point itself if the slot did not have it. An
-/// overlap along a face's normal (`by_face`) has its point from the clipping, if that found one.
+/// Sets the deeper slot to the gap and normal of the nearest point, and the point itself if the slot did not have it.
+/// An overlap along a face's normal (`by_face`) has its point from the clipping, if that found one.
 template <class T>
 inline void put_exact(ManifoldT<T>& out, const T& phi, const Vec3T<T>& p, const Vec3T<T>& n, const mask_of<T>& wanted,
                       const mask_of<T>& by_face) {

@@ -25,7 +25,7 @@ struct ContactLawT {
 /// A contact point over one step, all lanes.
 template <class T>
 struct ContactT : ContactFrameT<T> {
-  // Set by whoever finds contacts, with the frame.
+  // Set by the narrow phase, with the frame.
   T phi;                    // gap, m
   T friction, restitution;  // coefficients of Coulomb and Newton
   T feature_a, feature_b;   // Feature as numbers
@@ -38,7 +38,7 @@ struct ContactT : ContactFrameT<T> {
   T bnn, bss, btt, bns, bnt, bst;  // A^-1 of this contact, kg
   T guard;                         // compliance that keeps A regular, 1/kg; contained in ann, ass and att
   T compliance;                    // R, 1/kg, with the guard; contained in ann
-  T asked;                         // speed at which the solve parts the bodies (recovery, restitution) or 0, m/s
+  T target;                        // speed at which the solve parts the bodies (recovery, restitution) or 0, m/s
   T slips;                         // 1 where the impulse lies on the cone
   T free;                          // normal velocity that the step would end with but for constraints, m/s
   unsigned lanes;                  // where the point is valid
@@ -191,7 +191,7 @@ inline void set_up_contact(const TreeT<T>& tree, const PathView& path, const Con
   c.free = free;
   const T gap = gap_term(law, c, h, c.b.x, free);
   c.b.x += gap;
-  c.asked = max(-gap, T(0.0));
+  c.target = max(-gap, T(0.0));
   // Where nothing can move (prescribed joints hold both sides) no impulse helps, and none is sought.
   const auto held = !(c.ann > T(0.0));
   c.ann = select(held, T(1.0), c.ann);

@@ -1,5 +1,5 @@
 #pragma once
-// Contact of pairs that have no kernel (has_kernel in collide.h): those with convex hulls. Whoever steps a block asks
+// Contact of pairs that have no kernel (has_kernel in collide.h): those with convex hulls. The stepper of a block asks
 // for their manifolds between culling and solving. The implementation stands in convex_pairs.h; this interface keeps
 // the lane engine from knowing it.
 

@@ -13,7 +13,7 @@ constexpr double kParallel = 1e-9;  // on cosines; nominal axes are exact up to 
 
 double angle_of(const Eigen::Vector2d& v) { return pinned::atan2(v.y(), v.x()); }
 
-/// Distance of the angles that a branch gives for the tip's place at the reference from the reference.
+/// Distance of the angles that a branch has for the tip's place at the reference from the reference.
 double branch_error(const HipKneeView& leg, const Vec3& tip) {
   double q[3];
   bool reached = true;

@@ -27,7 +27,7 @@ inline T wrap_near(const T& angle, double reference) {
   return fnma(T(kTurn), round_to_integer((angle - T(reference)) * T(kPerTurn)), angle);
 }
 
-/// Cuts a cosine to [-1, 1] and gives the sine of the angle in [0, pi]; `reached` ends where there is no such angle.
+/// Cuts a cosine to [-1, 1] and returns the sine of the angle in [0, pi]; `reached` ends where there is no such angle.
 template <class T>
 inline T sine_of(T& cosine, mask_of<T>& reached) {
   reached = reached & (abs(cosine) <= T(1.0));

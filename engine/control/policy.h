@@ -56,7 +56,7 @@ class Policy {
   virtual void carry(int /*lane*/, LaneTape& /*tape*/) {
     throw std::logic_error("the policy does not tell what it keeps of a trace (Policy::carry), so it cannot be saved");
   }
-  /// What the policy keeps to itself, for those who look at a trace: names and units, and the numbers of a lane after
+  /// Internal quantities of the policy, for records of a trace: names and units, and the numbers of a lane after
   /// act(), out[inside().size()].
   struct Inside {
     std::string name, unit;
@@ -115,7 +115,7 @@ class Controller {
   void act(const Observation& observation, const double* lag_jitter, LaneMask active, ActuatorCommand& command);
   /// Groups of the observation that policy or tracker read (SensedGroup).
   unsigned reads() const;
-  // What follows is for those who look at a trace, and of the last act.
+  // What follows is for records of a trace, and of the last act.
   TargetKind kind() const;                  // of what the tracker follows
   const Policy& policy() const;             // its effectors and what it keeps to itself
   const Targets& targets() const;           // before the lag

@@ -81,7 +81,7 @@ class DynamicsData {
   DynamicsData& operator=(const DynamicsData&) = delete;
   DynamicsData(DynamicsData&&) = default;  // memory stays where it is
 
-  /// Gives a lane the numbers of another model of the same shape (a particle's, for example).
+  /// Sets a lane to the numbers of another model of the same shape (a particle's, for example).
   void set_lane(int lane, const DynamicsModel& numbers) {
     assert(lane < kWidth<T> && numbers.bodies() == static_cast<int>(body_.size()));
     for (int i = 0; i < numbers.bodies(); ++i) {

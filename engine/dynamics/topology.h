@@ -8,7 +8,7 @@
 //   frames.h     points and frames on bodies: poses, velocities, Jacobians, forces; contacts between two bodies
 //   totals.h     of a whole tree: mass, centre of mass, momentum, energy
 //   chain.h      one leg or arm of the nominal model, as straight code on numbers that all lanes share
-//   dynamics_model.h   a robot's numbers and working memory, for those who are no kernel
+//   dynamics_model.h   a robot's numbers and working memory, outside of kernels
 // Everything is expressed in world axes about the origin O of the tree's base, which moves with it: so spatial vectors
 // of different links add without transforms. In: q, v. Out: poses, M's factors, bias. Kernels are templates on
 // T = double or Pack<W>; they see the tables through TopologyView only.

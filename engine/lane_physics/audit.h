@@ -15,25 +15,25 @@ inline T fastest_spin2(const TreeT<T>& tree) {
   return fastest;
 }
 
-/// Books a step that had kinetic energy `before` and work done on it, and marks lanes that are not physical.
+/// Enters a step that had kinetic energy `before` and work done on it, and marks lanes that are not physical.
 template <class T>
 inline void audit(LaneBlock& block, const TreeT<T>& tree, double h, unsigned active, const T& before,
                   const T& impulse_work, const T& gravity_work, const T& torque_work) {
-  T* ledger = rows<T>(block.ledger);
+  T* energy_audit = rows<T>(block.energy_audit);
   const auto live = mask_from_bits<T>(active);
-  const T now = ledger[kKinetic], spin2 = fastest_spin2(tree);
-  const T turn2 = T(h * h) * max(spin2, ledger[kSpin2]);
+  const T now = energy_audit[kKinetic], spin2 = fastest_spin2(tree);
+  const T turn2 = T(h * h) * max(spin2, energy_audit[kSpin2]);
   const T given = impulse_work + gravity_work + torque_work;
   const T turnover = abs(impulse_work) + abs(gravity_work) + abs(torque_work);
   // The attitude's step leaves an error of third order in the spin of a tree; the rest is rounding.
   const T allowed = fma(turn2 * sqrt(turn2), before, T(1e-10) * (before + now + turnover));
   const T rise = max(now - before - given - allowed, T(0.0));
-  ledger[kSpin2] = spin2;
-  ledger[kRise] = select(live, rise, ledger[kRise]);
-  ledger[kCreated] = select(live, ledger[kCreated] + rise, ledger[kCreated]);
-  ledger[kPeak] = select(live, max(ledger[kPeak], before), ledger[kPeak]);
-  const T tolerated = fma(T(kCreatedShare), ledger[kPeak], ledger[kLift]);
-  const auto sound = (abs(*rows<T>(block.energy)) < T(1e300)) & (ledger[kCreated] <= tolerated) &
+  energy_audit[kSpin2] = spin2;
+  energy_audit[kRise] = select(live, rise, energy_audit[kRise]);
+  energy_audit[kCreated] = select(live, energy_audit[kCreated] + rise, energy_audit[kCreated]);
+  energy_audit[kPeak] = select(live, max(energy_audit[kPeak], before), energy_audit[kPeak]);
+  const T tolerated = fma(T(kCreatedShare), energy_audit[kPeak], energy_audit[kLift]);
+  const auto sound = (abs(*rows<T>(block.energy)) < T(1e300)) & (energy_audit[kCreated] <= tolerated) &
                      (turn2 <= T(kLargestTurn * kLargestTurn));
   block.suspect = active & ~bits(sound);
 }

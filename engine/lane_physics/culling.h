@@ -1,8 +1,8 @@
 #pragma once
 // Which pairs of colliders may touch within a step. The distance of a pair is measured again only when its colliders
-// may have come near since: when the ways that they have gone add up to it. Every lane has its own books, and a lane
-// is near only where its own say so, because bounds round, and a lane that took part in what a neighbour's bounds let
-// through would have other bits than alone.
+// may have come near since: when the ways that they have gone add up to it. Every lane has bounds of its own, and a
+// lane is near only where its own say so, because bounds round, and a lane that took part in what a neighbour's bounds
+// let through would have other bits than alone.
 
 #include "engine/lane_physics/kernel.h"
 #include "engine/lanes/vec.h"

@@ -21,7 +21,7 @@ struct ServoT {
   T mode;    // 0: follows its law; +-1: at its upper, lower bound; 2: a row of the sweeps. Kept for the next step
   T flips;   // changes of mode in this step
   T torque;  // N m or N
-  T asked;   // without bounds
+  T demand;  // without bounds
   T warm;    // torque that a row of the sweeps starts from: of the last round that its lane needed, or the last step
 
   mask_of<T> free() const { return abs(mode) < T(0.5); }
@@ -232,7 +232,7 @@ inline unsigned settle_servos(const LaneBlock& block, const TreeT<T>& tree, cons
     const DriveT<T> drive(block, view, k, h);
     const T v = rows<T>(block.v)[dof] + dv[dof];
     const mask_of<T> free = servo.free(), high = servo.high(), low = servo.low();
-    T torque = select(high, drive.upper, drive.lower), asked = drive.law(h, v);
+    T torque = select(high, drive.upper, drive.lower), demand = drive.law(h, v);
     if ((bits(servo.swept()) & active) != 0) {
       torque = select(servo.swept(), set.joints[row++].dry * T(1.0 / h), torque);
     }
@@ -240,23 +240,23 @@ inline unsigned settle_servos(const LaneBlock& block, const TreeT<T>& tree, cons
       // Off its motion the joint asks for what its composite inertia would need to be back on it.
       const T inertia = rows<T>(block.M_kept)[t.row[dof] + t.dof_depth[dof]];
       const T lacking = fma(inertia * T(1.0 / h), drive.speed - v, torque);
-      asked = select(drive.prescribed, lacking, asked);
+      demand = select(drive.prescribed, lacking, demand);
       if (block.locked[body] != 0) {
         const auto locked = mask_from_bits<T>(block.locked[body]);
-        asked = select(locked, holding_torque<T>(block, tree, set, body, h, dv), asked);
+        demand = select(locked, holding_torque<T>(block, tree, set, body, h, dv), demand);
       }
     }
-    torque = select(free, asked, torque);
+    torque = select(free, demand, torque);
     const T slack = fma(T(1e-9), abs(torque), T(1e-12));
-    T next = select(free & (asked > drive.upper), T(1.0), servo.mode);
-    next = select(free & (asked < drive.lower), T(-1.0), next);
-    next = select((high & (asked < drive.upper - slack)) | (low & (asked > drive.lower + slack)), T(0.0), next);
+    T next = select(free & (demand > drive.upper), T(1.0), servo.mode);
+    next = select(free & (demand < drive.lower), T(-1.0), next);
+    next = select((high & (demand < drive.upper - slack)) | (low & (demand > drive.lower + slack)), T(0.0), next);
     const auto changed = live & (abs(next - servo.mode) > T(0.5));
     next = select(changed & (servo.flips >= T(2.0)), T(2.0), next);
     servo.flips = select(changed, servo.flips + T(1.0), servo.flips);
     servo.mode = select(live, next, servo.mode);
     servo.torque = select(live, torque, servo.torque);
-    servo.asked = select(live, asked, servo.asked);
+    servo.demand = select(live, demand, servo.demand);
     again |= bits(changed);
   }
   // A lane that is done meets its own start again in the rounds of its neighbours.

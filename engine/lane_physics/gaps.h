@@ -1,8 +1,8 @@
 #pragma once
 // The gap of one pair of shapes in all lanes, outside of any step: for witnesses, which want distances beyond what the
-// solver looks at. And the books that tell when a gap need not be measured: from any direction follows a bound, because
-// the gap of two convex bodies is the greatest separation over all directions; and a gap that was measured once shrinks
-// no faster than its bodies move. Bounds may be wrong by rounding, so their readers count them less a little.
+// solver looks at. And the bounds that tell when a gap need not be measured: from any direction follows a bound,
+// because the gap of two convex bodies is the greatest separation over all directions; and a gap that was measured once
+// shrinks no faster than its bodies move. Bounds may be wrong by rounding, so their readers count them less a little.
 
 #include "engine/contact/collide.h"
 #include "engine/lane_physics/kernel.h"

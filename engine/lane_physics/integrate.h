@@ -235,7 +235,7 @@ inline void restore_floating(const TreeT<T>& tree, int base, const BalanceT<T>& 
   for (int k = t.v[base] + 6; k < t.v[base] + 5 + t.end[base] - base; ++k) v[k] = select(live, s * v[k], v[k]);
 }
 
-/// Puts the floating trees where their centres of mass must be, gives them the momentum they must have, by a rigid
+/// Puts the floating trees where their centres of mass must be, sets them to the momentum they must have, by a rigid
 /// motion of the whole tree (of second order in h), and all trees their kinetic energy, by a factor on the motion
 /// within them that has no momentum. After update_poses and update_mass of q+.
 template <class T>

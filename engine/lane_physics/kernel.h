@@ -51,15 +51,15 @@ inline constexpr double kLargestTurn = 0.78539816339744831;
 /// this share of the largest kinetic energy so far; without gravity 1 nJ, for what rests.
 inline constexpr double kCreatedLift = 0.01, kCreatedShare = 0.05, kCreatedLeast = 1e-9;
 
-/// The books of the audit (audit.h), each a row of W lanes.
-enum LedgerRow : int {
+/// What the audit of energy keeps (audit.h), each a row of W lanes.
+enum AuditRow : int {
   kKinetic,  // energy after the last step, J
   kSpin2,    // squared speed of the fastest spin then, rad^2/s^2
   kRise,     // J, what the last step gained out of nothing
   kCreated,  // J, all steps
   kPeak,     // J, largest kinetic energy at the beginning of a step
   kLift,     // J, what lifts everything by kCreatedLift
-  kLedgerRows
+  kAuditRows
 };
 
 /// Manifold slots per pair, and what is kept of each from step to step: impulse (world) and slip rate.
@@ -71,7 +71,7 @@ struct DriveView {
   const double *q, *v, *kp, *kd, *lower, *upper, *prescribed;
 };
 
-/// Numbers of a drive that are kept: mode, flips, torque, asked, warm; see drive_of_step.h.
+/// Numbers of a drive that are kept: mode, flips, torque, demand, warm; see drive_of_step.h.
 inline constexpr int kServoRows = 5;
 /// Rows of SweepMemoryT.
 inline constexpr int kSweepMemory = 12;
@@ -101,11 +101,11 @@ struct LaneBlock {
   // State.
   double *q, *v, *a, *X;
   double* energy;    // 1: kinetic and potential, J
-  double* worth;     // 3 of the last step: sweeps, residual (m/s), work of the joint torques (J)
+  double* effort;    // 3 of the last step: sweeps, residual (m/s), work of the joint torques (J)
   double* measured;  // 4 of the last step, if the settings ask for it: ContactResidualsT, m/s
 
-  double* ledger;    // kLedgerRows
-  unsigned suspect;  // lanes whose last step was not physical
+  double* energy_audit;  // kAuditRows
+  unsigned suspect;      // lanes whose last step was not physical
 
   // Working memory.
   double *motion, *origin, *balance, *M, *inverse_D, *bias, *z, *dz, *free, *scratch;

@@ -172,8 +172,8 @@ std::size_t LaneEngine::lay_out(double* base) {
   b.law = rows(kernel_.law_rows);
   b.limit = rows(3 * nb);
   b.energy = rows(1);
-  b.ledger = rows(kLedgerRows);
-  b.worth = rows(3);
+  b.energy_audit = rows(kAuditRows);
+  b.effort = rows(3);
   b.measured = rows(4);
   b.motion = rows(nb * kernel_.motion_rows);
   b.origin = rows(3 * nb);
@@ -230,8 +230,8 @@ void LaneEngine::load_bodies(int lane, const Model& model) {
   }
   double mass = 0;
   for (const Body& body : model.bodies) mass += body.mass;
-  for (int i = 0; i < kLedgerRows; ++i) block_.ledger[i * W + lane] = 0;
-  block_.ledger[kLift * W + lane] = std::max(kCreatedLift * mass * model.gravity.norm(), kCreatedLeast);
+  for (int i = 0; i < kAuditRows; ++i) block_.energy_audit[i * W + lane] = 0;
+  block_.energy_audit[kLift * W + lane] = std::max(kCreatedLift * mass * model.gravity.norm(), kCreatedLeast);
   for (int k = 0; k < 3; ++k) block_.gravity[k * W + lane] = model.gravity[k];
 }
 
@@ -261,7 +261,7 @@ void LaneEngine::forget_contacts(int lane) {
   };
   clear(block_.slot_impulse, kKept * kSlots * pairs_.size());
   clear(block_.joint_impulse, 3 * block_.topology.bodies);
-  clear(block_.worth, 3);
+  clear(block_.effort, 3);
   clear(block_.servo, static_cast<std::size_t>(kServoRows) * block_.na);
   forget_distances(lane);
   block_.fresh |= 1u << lane;
@@ -316,11 +316,11 @@ void LaneEngine::each_kept_row(const F& f) const {
   // Numbers of the particle.
   f(b.body, nb * kernel_.body_rows), f(b.gravity, 3), f(b.law, kernel_.law_rows), f(b.limit, 3 * nb);
   f(b.collider, b.collider_count * kColliderRows), f(b.pair, 2 * b.pair_count);
-  // State, what settle() makes of it, and the books.
+  // State, what settle() makes of it, and the audit.
   f(b.q, t.nq), f(b.v, t.nv), f(b.a, t.nv), f(b.X, 12 * nb);
   f(b.motion, nb * kernel_.motion_rows), f(b.origin, 3 * nb), f(b.balance, nb * kernel_.balance_rows);
   f(b.M, t.row[t.nv]), f(b.bias, t.nv), f(b.pose, 12 * b.collider_count);
-  f(b.energy, 1), f(b.ledger, kLedgerRows), f(b.worth, 3), f(b.measured, 4);
+  f(b.energy, 1), f(b.energy_audit, kAuditRows), f(b.effort, 3), f(b.measured, 4);
   // Warm starts, but for those of contacts.
   f(b.joint_impulse, 3 * nb), f(b.servo, kServoRows * b.na);
 }

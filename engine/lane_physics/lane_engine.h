@@ -70,9 +70,9 @@ class LaneEngine {
   /// tau: [na][lane]. `active`: bit l is lane l.
   void step(double h, unsigned active, const double* tau);
   void drive(double h, unsigned active, const DriveView& drive);
-  /// Of actuated joint k after drive(), a row of lanes each: the torque of the step, and the one asked for.
+  /// Of actuated joint k after drive(), a row of lanes each: the torque of the step, and the demand.
   const double* torque(int k) const { return block_.servo + (kServoRows * k + 2) * kernel_.lanes; }
-  const double* asked(int k) const { return block_.servo + (kServoRows * k + 3) * kernel_.lanes; }
+  const double* demand(int k) const { return block_.servo + (kServoRows * k + 3) * kernel_.lanes; }
 
   /// The lane's pairs of colliders are all measured in the next step, which costs time and must not change a bit.
   void forget_distances(int lane);
@@ -81,13 +81,13 @@ class LaneEngine {
   LaneBlock& block() { return block_; }
   int lanes() const { return kernel_.lanes; }
   /// Sweeps, residual (m/s) and joint work (J) of the last step; energy (J) after it.
-  double sweeps(int lane) const { return block_.worth[lane]; }
-  double residual(int lane) const { return block_.worth[kernel_.lanes + lane]; }
-  double work(int lane) const { return block_.worth[2 * kernel_.lanes + lane]; }
+  double sweeps(int lane) const { return block_.effort[lane]; }
+  double residual(int lane) const { return block_.effort[kernel_.lanes + lane]; }
+  double work(int lane) const { return block_.effort[2 * kernel_.lanes + lane]; }
   double energy(int lane) const { return block_.energy[lane]; }
-  /// Lanes whose last step was not physical, as bits, and the books that say why.
+  /// Lanes whose last step was not physical, as bits, and what the audit says of why.
   unsigned suspect() const { return block_.suspect; }
-  double ledger(LedgerRow row, int lane) const { return block_.ledger[row * kernel_.lanes + lane]; }
+  double energy_audit(AuditRow row, int lane) const { return block_.energy_audit[row * kernel_.lanes + lane]; }
 
  private:
   void number_contacts(const Model& nominal);

@@ -182,7 +182,7 @@ void LanePhysics::step(double h, LaneMask active, const BlockArray& tau) {
 void LanePhysics::drive(double h, LaneMask active, const Drive& drive, DriveResult& result) {
   active = physical(active);
   const int na = drive.tau.rows();
-  assert(na == parts_[0]->engine->block().na && result.torque.rows() == na && result.asked.rows() == na);
+  assert(na == parts_[0]->engine->block().na && result.torque.rows() == na && result.demand.rows() == na);
   if (na == 0) return step(h, active, drive.tau);
   // Prescribed motion is rare, and costs nothing where there is none.
   bool prescribed = false;
@@ -203,7 +203,7 @@ void LanePhysics::drive(double h, LaneMask active, const Drive& drive, DriveResu
       const double torque = engine(lane).torque(k)[lane % width_];
       // A row's impulse is at its bound to rounding.
       result.torque(k, lane) = std::min(std::max(torque, drive.lower(k, lane)), drive.upper(k, lane));
-      result.asked(k, lane) = engine(lane).asked(k)[lane % width_];
+      result.demand(k, lane) = engine(lane).demand(k)[lane % width_];
     }
   }
 }
@@ -256,14 +256,14 @@ std::string LanePhysics::why_not_physical(int lane) const {
   if (!std::isfinite(energy(lane))) return "state is not finite";
   const LaneEngine& of = engine(lane);
   const int at = lane % width_;
-  const double spin = std::sqrt(of.ledger(kSpin2, at));
-  const double created = of.ledger(kCreated, at);
-  const double tolerated = of.ledger(kLift, at) + kCreatedShare * of.ledger(kPeak, at);
+  const double spin = std::sqrt(of.energy_audit(kSpin2, at));
+  const double created = of.energy_audit(kCreated, at);
+  const double tolerated = of.energy_audit(kLift, at) + kCreatedShare * of.energy_audit(kPeak, at);
   if (created <= tolerated) {
     return fmt::format("a body turns at {:.4g} rad/s, more than an eighth of a turn per step", spin);
   }
   return fmt::format("{:.4g} J came out of nothing (tolerated: {:.4g} J), {:.4g} J of it in this step", created,
-                     tolerated, of.ledger(kRise, at));
+                     tolerated, of.energy_audit(kRise, at));
 }
 
 namespace {

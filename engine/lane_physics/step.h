@@ -21,7 +21,7 @@ template <class T>
 inline void settle_velocity(const LaneBlock& block, const TreeT<T>& tree) {
   const T* v = rows<T>(block.v);
   const T kinetic = update_bias(tree, v);
-  rows<T>(block.ledger)[kKinetic] = kinetic;
+  rows<T>(block.energy_audit)[kKinetic] = kinetic;
   *rows<T>(block.energy) = kinetic + potential_energy(tree);
   BalanceT<T>* balance = rows<BalanceT<T>>(block.balance);
   for (int i = 0; i < tree.topology.bodies; ++i) {
@@ -126,13 +126,13 @@ inline void advance(LaneBlock& block, const TreeT<T>& tree, double h, unsigned a
   const TopologyView& t = tree.topology;
   const auto live = mask_from_bits<T>(active);
   T *v = rows<T>(block.v), *a = rows<T>(block.a), *dz = rows<T>(block.dz), *z = rows<T>(block.z);
-  rows<T>(block.worth)[2] = work<T>(block, dz, h, drive);
+  rows<T>(block.effort)[2] = work<T>(block, dz, h, drive);
   for (int k = 0; k < t.nv; ++k) {
     a[k] = v[k];
     v[k] = select(live, v[k] + dz[k], v[k]);
   }
   const T gravity_work = expect_energy<T>(block, tree, v, z, a, h, drive.q != nullptr);
-  const T before = rows<T>(block.ledger)[kKinetic];
+  const T before = rows<T>(block.energy_audit)[kKinetic];
   integrate<T>(block, tree, h, live);
   update_poses<T>(tree, rows<T>(block.q));
   update_mass<T>(tree);
@@ -145,7 +145,7 @@ inline void advance(LaneBlock& block, const TreeT<T>& tree, double h, unsigned a
     a[k] = (now - a[k]) * rate;
   }
   settle_velocity<T>(block, tree);
-  audit<T>(block, tree, h, active, before, impulse_work, gravity_work, rows<T>(block.worth)[2]);
+  audit<T>(block, tree, h, active, before, impulse_work, gravity_work, rows<T>(block.effort)[2]);
 }
 
 /// Impulses of the step's constraints; dz becomes the change of v. Returns their work, J.
@@ -172,14 +172,14 @@ inline T solve(LaneBlock& block, const TreeT<T>& tree, double h, unsigned active
   times_L<T>(tree, rows<T>(block.v), z);
   for (int k = 0; k < tree.topology.nv; ++k) free[k] = dz[k];
   warm_start<T>(block, set, dz);
-  T* worth = rows<T>(block.worth);
+  T* effort = rows<T>(block.effort);
   solve_constraints<T>(tree.topology, law, block.settings.most_sweeps, block.settings.tolerance, active, set, dz,
-                       worth[0], worth[1]);
+                       effort[0], effort[1]);
   if (block.settings.measure) {
     *reinterpret_cast<ContactResidualsT<T>*>(block.measured) = contact_residuals<T>(law, set, dz);
   }
   // Drives may give energy: lanes in which some are impulses or infinite inertias are neither braked nor, as their work
-  // is not in the books, audited for energy.
+  // is not in the audit of energy.
   unsigned driven = 0;
   for (int i = 0; i < tree.topology.bodies; ++i) driven |= block.locked[i];
   for (int i = set.joint_count - set.servo_count; i < set.joint_count; ++i) driven |= set.joints[i].lanes;
@@ -206,7 +206,7 @@ GRAZE_OUT_OF_LINE void forget_lost(LaneBlock& block, unsigned lanes) {
   forget<T>(rows<T>(block.a), t.nv, lost);
   forget<T>(rows<T>(block.X), 12 * t.bodies, lost);
   forget<T>(rows<T>(block.energy), 1, lost);
-  forget<T>(rows<T>(block.worth) + 1, 2, lost);
+  forget<T>(rows<T>(block.effort) + 1, 2, lost);
   for (int k = 0; k < block.na; ++k) forget<T>(rows<T>(block.servo) + kServoRows * k + 2, 2, lost);
   for (int i = 0; i < block.contact_count; ++i) {
     T* row = rows<T>(block.report) + kContactRows * i;

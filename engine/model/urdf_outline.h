@@ -11,7 +11,7 @@
 namespace graze {
 
 struct UrdfOutline {
-  /// <origin rpy>, rad; urdfdom gives only quaternions of it, by the C library's sines.
+  /// <origin rpy>, rad; urdfdom returns only quaternions of it, by the C library's sines.
   using Angles = std::array<double, 3>;
 
   struct ShapeEntry {

@@ -1,4 +1,4 @@
-// What people mean who write a glob, a percentage or a list with a unit without quotes, which YAML takes for something
+// What is meant by a glob, a percentage or a list with a unit without quotes, which YAML takes for something
 // else.
 #include <fmt/format.h>
 

@@ -1,6 +1,6 @@
 #pragma once
 // Bounds on settings files and on what they name, so that no file can exhaust memory, time or the stack. Each stands
-// far above anything that was written for a robot; whoever meets one has another kind of file, or a hostile one.
+// far above anything that was written for a robot; a file that meets one is of another kind, or hostile.
 
 #include <cstddef>
 #include <string>

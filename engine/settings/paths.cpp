@@ -14,7 +14,7 @@ namespace {
 namespace fs = std::filesystem;
 
 std::vector<std::string> names_in(const fs::path& folder) {
-  constexpr std::size_t kMost = 10'000;  // a suggestion is worth no more
+  constexpr std::size_t kMost = 10'000;  // a suggestion may cost no more
   std::error_code error;
   std::vector<std::string> names;
   for (fs::directory_iterator at(folder.empty() ? "." : folder, error), end; !error && at != end; at.increment(error)) {

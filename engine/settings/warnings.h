@@ -1,5 +1,5 @@
 #pragma once
-// What a scenario may say and hardly means: a warning goes to whoever listens, and reading goes on.
+// What a scenario may say and hardly means: a warning goes to the listener, and reading goes on.
 
 #include <string>
 #include <vector>

@@ -155,9 +155,9 @@ TEST_P(GapBounds, stay_good_where_a_gap_was_measured) {
   }
 }
 
-// A point of a body that tumbles is never farther from where it was than the books say; only a due pair's gap may be
+// A point of a body that tumbles is never farther from where it was than the bounds say; only a due pair's gap may be
 // less than asked for.
-TEST(GapBooks, never_underestimate) {
+TEST(GapBounds, never_underestimate) {
   constexpr int kBodies = 3;
   for (const Isa isa : available_isas()) {
     const LaneKernel& kernel = kernel_of(isa, kLanes);
@@ -196,7 +196,7 @@ TEST(GapBooks, never_underestimate) {
   }
 }
 
-TEST(GapBooks, find_what_is_due) {
+TEST(GapBounds, find_what_is_due) {
   constexpr int kPairs = 5;
   for (const Isa isa : available_isas()) {
     Random random(14);

@@ -87,7 +87,7 @@ class Company {
 
   void look(int lane, Trace& out) const {
     const BlockState& state = physics_->state();
-    for (const BlockArray* array : {&state.q, &state.v, &state.a, &state.X, &result_.torque, &result_.asked}) {
+    for (const BlockArray* array : {&state.q, &state.v, &state.a, &state.X, &result_.torque, &result_.demand}) {
       for (int i = 0; i < array->rows(); ++i) out.add((*array)(i, lane));
     }
     const SolverEffort effort = physics_->effort(lane);
@@ -105,7 +105,7 @@ class Company {
       out.add(event.p_W);
     }
     out.fault = physics_->fault(lane).value_or("");
-    for (int k = 0; k < na(); ++k) result_.torque(k, lane) = result_.asked(k, lane) = 0;
+    for (int k = 0; k < na(); ++k) result_.torque(k, lane) = result_.demand(k, lane) = 0;
     active_.set(lane, false);
   }
 

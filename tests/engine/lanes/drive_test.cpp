@@ -49,7 +49,7 @@ class Driven {
   int q_of(int k) const { return bench.model().bodies[bench.model().actuated[k]].q; }
   int v_of(int k) const { return bench.model().bodies[bench.model().actuated[k]].v; }
   double torque(int k) const { return result.torque(k, lane_); }
-  double asked(int k) const { return result.asked(k, lane_); }
+  double demand(int k) const { return result.demand(k, lane_); }
   /// The servo's law at the end of the step, with the speed that led there.
   double law(int k) const {
     return drive.tau(k, lane_) + drive.kp(k, lane_) * (drive.q(k, lane_) - bench.q(q_of(k))) +
@@ -166,7 +166,7 @@ TEST(Servo, SaturatedServoIsAConstantTorque) {
     constant.step(1e-3);
     for (int k = 0; k < 2; ++k) {
       EXPECT_EQ(driven.torque(k), 0.02);
-      EXPECT_GT(driven.asked(k), 0.02);
+      EXPECT_GT(driven.demand(k), 0.02);
     }
   }
   EXPECT_LT((driven.bench.q() - constant.q()).norm(), 1e-9);

@@ -332,8 +332,8 @@ TEST_P(SavedLanes, LeaveTheirNeighboursAlone) {
   EXPECT_EQ(first.bytes, second.bytes);
 }
 
-// The books of Bullet's energy check go with the lane: what was created before it was saved counts on.
-TEST(SavedLane, OfBulletKeepsItsBooks) {
+// The audit of Bullet's energy check goes with the lane: what was created before it was saved counts on.
+TEST(SavedLane, OfBulletKeepsItsAudit) {
   const World body = free_body(box(0.1, 0.1, 0.1), 1.0);
   const Model model = compile(body);
   State state = particle_of(body).initial;
@@ -344,7 +344,7 @@ TEST(SavedLane, OfBulletKeepsItsBooks) {
   bullet::EnergyWatch watch(model, bullet::Forest(model, state));
   for (int i = 0; i < 6; ++i) EXPECT_FALSE(rise(watch));
   bullet::EnergyWatch on(model, bullet::Forest(model, state));
-  on.restore(watch.books());
+  on.restore(watch.audit());
   int more = 0;
   while (more < 100 && !rise(on)) ++more;
   EXPECT_LE(more, 6) << "1 cm in all";
