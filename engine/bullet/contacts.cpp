@@ -10,7 +10,7 @@
 namespace graze::bullet {
 namespace {
 
-/// Part of an overlap that is taken back per step (Baumgarte; Bullet's erp2).
+/// Part of an overlap that is taken back per step (Baumgarte; Bullet's erp2 at its default).
 constexpr double kRecoveryPerStep = 0.2;
 /// A point beyond Bullet's processing threshold (1e30 in double precision) is left out of the solve.
 constexpr double kOutOfReach = 1e40;
@@ -18,7 +18,7 @@ constexpr double kOutOfReach = 1e40;
 constexpr double kRestSteps = 2;
 /// A gap may close this much faster than at the beginning of the step, m/s (500 m/s^2 for 1 ms).
 constexpr double kSpeedUp = 0.5;
-/// A contact slips when it is faster than this, m/s …
+/// A contact slips when it is faster than this, m/s (our choice, here and below) …
 constexpr double kSlipSpeed = 1e-3;
 /// … or when this share of its friction is used up and it is faster than what the solver may leave of a stick.
 constexpr double kConeShare = 0.999;

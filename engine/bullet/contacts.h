@@ -10,7 +10,7 @@
 
 namespace graze::bullet {
 
-/// Overlaps are pushed apart at a fifth of their depth per step, but never faster than this, m/s.
+/// Overlaps are pushed apart at a fifth of their depth per step, but never faster than this, m/s (our choice).
 inline constexpr double kRecovery = 0.1;
 
 class ContactSet {

@@ -20,7 +20,7 @@ constexpr double kMassMotion = 4;
 constexpr double kLargestShare = 0.5;
 /// What a trace may gain in all beyond what its steps are allowed, before it counts as unphysical: what lifts
 /// everything by this height (m), and this share of the largest kinetic energy so far. Overlaps that are pushed apart
-/// while bodies are wedged create millijoules now and then; a trace that blows up passes both at once.
+/// while bodies are wedged create millijoules now and then; a trace that blows up passes both at once. Ours.
 constexpr double kCreatedLift = 0.01;
 constexpr double kCreatedShare = 0.05;
 /// Bullet turns a body by at most this angle per step; beyond it the state no longer means what it says.

@@ -9,7 +9,7 @@
 
 namespace graze::bullet {
 
-/// Fastest return from beyond a joint limit, rad/s or m/s.
+/// Fastest return from beyond a joint limit, rad/s or m/s (our choice).
 inline constexpr double kLimitRecovery = 0.2;
 
 class JointRows : public btMultiBodyConstraint {

@@ -8,7 +8,7 @@ namespace graze {
 namespace {
 
 /// A joint is at a limit from this near (rad or m), and has left it when it is farther than the second: a limit holds
-/// a joint to rounding only, which must not chatter.
+/// a joint to rounding only, which must not chatter (our choices).
 constexpr double kAtLimit = 1e-5, kOffLimit = 1e-4;
 
 bool named_features(ShapeKind kind) { return kind == ShapeKind::box || kind == ShapeKind::cylinder; }

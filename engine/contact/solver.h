@@ -83,7 +83,7 @@ GRAZE_OUT_OF_LINE T find_slip_rate(const ContactT<T>& c, mask_of<T> searching, c
   return alpha;
 }
 
-/// How near a Newton step must have come: |lambda_t| / (mu lambda_n) - 1.
+/// How near a Newton step must have come: |lambda_t| / (mu lambda_n) - 1. Our choice.
 inline constexpr double kNear = 0.1;
 
 /// The impulse of a sliding contact: u_n = 0, u_t = -alpha lambda_t with alpha > 0, and |lambda_t| = mu lambda_n, which
@@ -280,7 +280,7 @@ struct ConstraintsT {
   SweepMemoryT<T>* memory;  // per contact
 };
 
-/// Bound of gamma: beyond it the two changes are nearly equal, and their difference is noise.
+/// Bound of gamma: beyond it the two changes are nearly equal, and their difference is noise (our choice).
 inline constexpr double kFarthest = 4.0;
 
 /// Anderson's acceleration of depth one (J. ACM 12, 1965; Walker & Ni 2011): with f = change of the impulses in a sweep

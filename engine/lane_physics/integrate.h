@@ -189,7 +189,7 @@ inline void integrate(const LaneBlock& block, const TreeT<T>& tree, double h, co
   }
 }
 
-/// Bounds of s^2: what has come out of nothing is taken out whatever it is; what is missing is given back in part.
+/// Bounds of s^2: what has come out of nothing is taken out whatever it is; what is missing is returned in part (ours).
 inline constexpr double kLeastScale = 0.0, kMostScale = 1.5;
 
 /// s^2 that gives internal motion of twice the energy `has` the energy `wanted`, as far as that is a correction.

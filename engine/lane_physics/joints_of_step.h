@@ -7,7 +7,7 @@
 namespace graze {
 inline namespace GRAZE_ISA_NAMESPACE {
 
-/// rad/s or m/s, fastest return of a joint that is beyond its limit.
+/// rad/s or m/s, fastest return of a joint that is beyond its limit (our choice, as for bullet).
 inline constexpr double kLimitRecovery = 0.2;
 
 /// Rows of the joints that are near a limit or have dry friction.

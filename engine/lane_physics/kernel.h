@@ -45,10 +45,10 @@ enum ColliderRow : int {
   kColliderRows = 19
 };
 
-/// A body that turns more per step is no longer integrated: an eighth of a turn, rad.
+/// A body that turns more per step is no longer integrated: an eighth of a turn, rad (Bullet's bound, too).
 inline constexpr double kLargestTurn = 0.78539816339744831;
 /// What a trace may gain out of nothing before it counts as unphysical: what lifts everything by this height (m), and
-/// this share of the largest kinetic energy so far; without gravity 1 nJ, for what rests.
+/// this share of the largest kinetic energy so far; without gravity 1 nJ, for what rests. Our choices.
 inline constexpr double kCreatedLift = 0.01, kCreatedShare = 0.05, kCreatedLeast = 1e-9;
 
 /// What the audit of energy keeps (audit.h), each a row of W lanes.

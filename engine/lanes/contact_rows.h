@@ -3,7 +3,7 @@
 
 namespace graze {
 
-/// Speed of a contact point over a round surface from which on it rolls, m/s.
+/// Speed of a contact point over a round surface from which on it rolls, m/s (our choice).
 inline constexpr double kRollSpeed = 1e-3;
 
 /// Numbers of a contact point, each a row of W lanes.
