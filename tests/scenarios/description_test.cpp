@@ -4,6 +4,7 @@
 
 #include "engine/model/channels.h"
 #include "engine/model/fabrication.h"
+#include "engine/physics.h"
 #include "engine/settings/units.h"
 #include "scenarios/distributions.h"
 #include "scenarios/keys.h"
