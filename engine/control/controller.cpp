@@ -130,9 +130,11 @@ void Controller::start(int lane, double lag, std::uint32_t particle) {
 }
 
 void Controller::carry(int lane, LaneTape& tape) {
-  tape.same(typeid(*impl_->policy).name());
-  impl_->policy->carry(lane, tape);
-  tape.same(typeid(*impl_->tracker).name());
+  Policy& policy = *impl_->policy;
+  const Tracker& tracker = *impl_->tracker;
+  tape.same(typeid(policy).name());
+  policy.carry(lane, tape);
+  tape.same(typeid(tracker).name());
   tape.carry(impl_->lag[lane]);
   Targets& targets = impl_->targets;
   for (BlockArray* rows : {&targets.q, &targets.v, &targets.tau, &targets.x, &targets.xd}) tape.carry(*rows, lane);
