@@ -36,13 +36,6 @@ void write_text(int descriptor, const fs::path& path, const std::string& text) {
   if (const int error = write_all(descriptor, std::as_bytes(std::span(text)))) fail_writing(path, error);
 }
 
-/// True if the last line of a file was torn: what is appended must begin a line of its own.
-bool torn(int descriptor) {
-  const off_t size = lseek(descriptor, 0, SEEK_END);
-  char last = '\n';
-  return size > 0 && pread(descriptor, &last, 1, size - 1) == 1 && last != '\n';
-}
-
 }  // namespace
 
 std::string manifest_line(const ShardEntry& entry) {
@@ -130,7 +123,7 @@ void ManifestWriter::append(const ShardEntry& entry) {
     const Directory folder = directory_.make(kManifestFolder);
     Descriptor file = folder.open_to_change(name_, O_RDWR | O_APPEND);
     folder.sync();
-    if (torn(file.number())) line.insert(line.begin(), '\n');
+    if (ends_torn(file.number())) line.insert(line.begin(), '\n');
     file_ = std::move(file);
   }
   write_text(file_.number(), path, line);

@@ -34,9 +34,10 @@ void add_unfinished(const Directory& directory, const UnfinishedTrace& trace) {
   line["policy"] = trace.policy;
   line["particle"] = trace.particle;
   line["reason"] = valid_utf8(trace.reason);
-  const std::string text = line.dump() + "\n";
-  const Descriptor file = directory.open_to_change(kUnfinishedFile, O_WRONLY | O_APPEND);
+  std::string text = line.dump() + "\n";
+  const Descriptor file = directory.open_to_change(kUnfinishedFile, O_RDWR | O_APPEND);
   lock(file.number());
+  if (ends_torn(file.number())) text.insert(text.begin(), '\n');
   if (const int error = write_all(file.number(), std::as_bytes(std::span(text)))) {
     fail_writing(directory / kUnfinishedFile, error);
   }

@@ -35,4 +35,10 @@ void for_each_line(int descriptor, std::uint64_t most_bytes, const std::function
   if (!line.empty()) end_line();
 }
 
+bool ends_torn(int descriptor) {
+  const off_t size = lseek(descriptor, 0, SEEK_END);
+  char last = '\n';
+  return size > 0 && pread(descriptor, &last, 1, size - 1) == 1 && last != '\n';
+}
+
 }  // namespace graze

@@ -11,4 +11,8 @@ namespace graze {
 /// than a mebibyte is no line of ours and is left out, and so is what lies beyond `most_bytes` or cannot be read.
 void for_each_line(int descriptor, std::uint64_t most_bytes, const std::function<void(const std::string&)>& take);
 
+/// Whether the last line of an open file has no end: it was cut off in its writing, and what is appended must begin a
+/// line of its own.
+bool ends_torn(int descriptor);
+
 }  // namespace graze

@@ -113,7 +113,7 @@ TraceRecord read_trace(const OpenPart& file, const std::string& policy, std::uin
   trace.particle = index(schema::particle());
   trace.outcome = static_cast<Outcome>(file.slice<std::uint8_t>(group, schema::outcome(), rows, row, 1)[0]);
   trace.violated = file.slice<std::int32_t>(group, schema::violated(), rows, row, 1)[0];
-  if (!possible_outcome(trace.outcome, trace.violated, info.requirements.size())) {
+  if (!possible_outcome(trace.outcome, trace.violated, info.deciding())) {
     file.fail(fmt::format("particle {}: outcome {} with violated requirement {} is not possible", trace.particle,
                           static_cast<int>(trace.outcome), trace.violated));
   }
