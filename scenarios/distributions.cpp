@@ -37,6 +37,9 @@ class SpreadReader {
       if (spread < 0) value.at("spread").fail(fmt::format("{}: must be >= 0", value.at("spread").text()));
       return Distribution::uniform(center_ - spread, center_ + spread);
     }
+    if (value.is_scalar() && value.text().find('[') == std::string::npos) {
+      value.fail(fmt::format("{0}: one number is no range; write [min, max], or {{spread: {0}}}", value.text()));
+    }
     const auto [min, max] = range(value);
     return Distribution::uniform(min, max);
   }
@@ -248,7 +251,10 @@ const Description& noise_description() {
       {{"density",
         {Form::number(Quantity::dimensionless, Bound::not_negative), Form::text("NUMBER UNIT/sqrt(Hz)")},
         Default::required(),
-        "in the channel's unit per sqrt(Hz); the standard deviation of a draw is that over sqrt(control step)"}}};
+        "in the channel's unit per sqrt(Hz); the standard deviation of a draw is that over sqrt(control step)"}},
+      {},
+      {},
+      "Only below `jitter`, of `sensor.…` and `actuator.…`."};
   return text;
 }
 
@@ -257,7 +263,10 @@ const Description& cone_description() {
                                    {{"std",
                                      {Form::number(Quantity::angle, Bound::not_negative)},
                                      Default::required(),
-                                     "standard deviation of the tilt"}}};
+                                     "standard deviation of the tilt"}},
+                                   {},
+                                   {},
+                                   "Only of `robot.joint.JOINT.axis`."};
   return text;
 }
 

@@ -262,7 +262,7 @@ void doubt_last(const Settings& scenario, const Timing& timing) {
   const auto last = record ? record->find("last") : std::nullopt;
   if (!last) return;
   const double seconds = last->number(Quantity::time);
-  const auto fits = [&](double t) { return t <= timing.end; };
+  const auto fits = [&](double t) { return t >= timing.step && t <= timing.end; };
   if (seconds <= 2 * timing.end || record->text_or("telemetry", "none") != "last") return;
   warn(*last,
        fmt::format("{:g} s: no trace is longer than {:g} s, so all of it is kept, as 'telemetry: failures' does{}",

@@ -7,6 +7,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <string_view>
 #include <unordered_map>
@@ -49,12 +50,28 @@ void check_format(const Settings& root) {
   }
 }
 
+/// "a step of 1 ms or 2 ms would do": the steps nearest to `step` that divide `whole` into a round number of parts.
+std::string steps_that_divide(double whole, double step) {
+  std::string below, above;
+  for (double decade = 1; decade <= 1e6; decade *= 10) {
+    for (const double parts : {1.0, 2.0, 4.0, 5.0, 8.0}) {
+      const double one = whole / (parts * decade);
+      const std::string text = one < 0.1 ? fmt::format("{:.10g} ms", one * 1000) : fmt::format("{:.10g} s", one);
+      if (one > step) above = text;
+      if (one < step && below.empty()) below = text;
+    }
+    if (!below.empty()) break;
+  }
+  return fmt::format("a step of {}{}{} would do", below, below.empty() || above.empty() ? "" : " or ", above);
+}
+
 /// Number of `step`s in `whole`, which must be a whole multiple of it.
 double multiple(const Settings& place, double whole, double step, const char* name) {
   const double n = std::round(whole / step);
   // Both numbers are rounded to double, and so is their quotient: a few ulps of n.
   if (n < 1 || std::abs(n * step - whole) > 1e-9 * whole) {
-    place.fail(fmt::format("{:g} s: must be a whole multiple of {} ({:g} s)", whole, name, step));
+    place.fail(fmt::format("{:g} s: must be a whole multiple of {} ({:g} s); {}", whole, name, step,
+                           steps_that_divide(whole, step)));
   }
   return n;
 }
@@ -117,6 +134,27 @@ Timing read_time(const Settings& root) {
   return out;
 }
 
+/// The decimal digits of `0x10` (16) and `1_000` (1000), which other languages read; else empty.
+std::string decimal_meant(const std::string& text) {
+  std::string digits;
+  const bool hexadecimal = text.starts_with("0x") || text.starts_with("0X");
+  std::remove_copy(text.begin() + (hexadecimal ? 2 : 0), text.end(), std::back_inserter(digits), '_');
+  if (digits.size() == text.size()) return "";
+  std::uint64_t value = 0;
+  const char* const end = digits.data() + digits.size();
+  const auto [after, error] = std::from_chars(digits.data(), end, value, hexadecimal ? 16 : 10);
+  return error == std::errc{} && after == end ? std::to_string(value) : "";
+}
+
+/// Refuses short names that other programs give the designs, with ours.
+void refuse_short_name(const Settings& design) {
+  const std::string name = design.is_scalar() ? design.text() : "";
+  for (const char* other : {"latin", "lhs", "LHS", "hypercube"}) {
+    if (name != other) continue;
+    design.fail(name + ": must be one of: random, latin_hypercube, sobol; did you mean 'latin_hypercube'?");
+  }
+}
+
 /// Any number of 64 bits, as --seed; doubles hold those up to 2^53 alone.
 std::uint64_t read_seed(const Settings& seed) {
   constexpr std::uint64_t kMost = std::numeric_limits<std::uint64_t>::max();
@@ -126,6 +164,10 @@ std::uint64_t read_seed(const Settings& seed) {
   const char* const end = text.data() + text.size();
   const auto [after, error] = std::from_chars(text.data(), end, digits);
   if (!text.empty() && error == std::errc{} && after == end) return digits;
+  if (const std::string right = decimal_meant(text); !right.empty()) {
+    seed.fail(fmt::format("{}: must be a whole number from 0 to {}, in decimal digits alone; did you mean {}?", text,
+                          kMost, right));
+  }
   const double value = seed.number();
   if (value >= 0 && value <= kExact && value == std::floor(value)) return static_cast<std::uint64_t>(value);
   const double whole = std::round(value);
@@ -141,6 +183,7 @@ void read_sampling(const Settings& root, Scenario& out) {
   if (!sampling) return;
   sampling->allow(keys_of("sampling"));
   if (const auto design = sampling->find("design")) {
+    refuse_short_name(*design);
     const std::string name = Described(*sampling, section_of("sampling")).word("design");
     out.design = name == "random" ? Design::random : name == "sobol" ? Design::sobol : Design::latin_hypercube;
     constexpr int kSobolDimensions = 3667;
@@ -151,6 +194,10 @@ void read_sampling(const Settings& root, Scenario& out) {
   }
   if (const auto seed = sampling->find("seed")) out.seed = read_seed(*seed);
   if (const auto particles = sampling->find("particles")) {
+    const std::string text = particles->is_scalar() ? particles->text() : "";
+    if (const std::string right = decimal_meant(text); !right.empty()) {
+      particles->fail(fmt::format("{}: must be a whole number in decimal digits alone; did you mean {}?", text, right));
+    }
     const long long value = particles->integer();
     if (value < 1 || value > static_cast<long long>(kParticleLimit)) {
       particles->fail(fmt::format("{}: must lie within [1, {}]", value, kParticleLimit));

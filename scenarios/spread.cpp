@@ -101,6 +101,17 @@ void doubt(const Settings& value, const Parameter& parameter, const Distribution
                           middle / nominal, nominal, unit, path));
 }
 
+/// Refuses `[900, 1000]`, with the distribution that is meant by it.
+[[noreturn]] void refuse_list(const Settings& value) {
+  std::string list;
+  for (const Settings& one : value.items()) {
+    list += (list.empty() ? "" : ", ") + (one.is_scalar() ? one.text() : std::string("…"));
+  }
+  list = clipped(list, 80);
+  const char* const kind = value.items().size() == 2 ? "uniform" : "choice";
+  value.fail(fmt::format("[{0}]: must be a number or a distribution; did you mean {{{1}: [{0}]}}?", list, kind));
+}
+
 /// Refuses keys that stand one level too high, `{mean: 5 ms, std: 1 ms}` and `{noise: …}`, with where they belong.
 void refuse_misplaced(const Settings& value) {
   constexpr const char *kNormal = "{normal: {mean: …, std: …}}", *kUniform = "{uniform: {min: …, max: …}}";
@@ -209,6 +220,7 @@ void check_bounds(const Settings& value, const Parameter& parameter, const Distr
 
 Spread read_spread(const Settings& value, const Parameter& parameter, Standing standing) {
   if (value.is_null()) value.fail("nothing: must be a number or a distribution");
+  if (value.is_list()) refuse_list(value);
   if (!value.is_map()) {
     const Spread out = fixed(value, parameter);
     check_bounds(value, parameter, out.persistent);

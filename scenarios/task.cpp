@@ -57,6 +57,7 @@ class TaskReader {
       settings.fail_key(fmt::format("is a witness; what it is for has a name of its own: NAME: {{{}: …}}", name));
     }
     const std::vector<std::string> beside = requirement_description().names();
+    refuse_predicate(settings);
     settings.allow(with_names(beside));
     Requirement out;
     out.measure = measure;
@@ -120,6 +121,19 @@ class TaskReader {
         fmt::format("is no witness, and as the objective's name it needs a predicate: {}: {{WITNESS: …}}; "
                     "witnesses: {}",
                     key, joined(witness_names())));
+  }
+
+  /// What puts predicates together, or asks for them at some time, in a requirement or a measure.
+  static void refuse_predicate(const Settings& settings) {
+    if (!settings.is_map()) return;
+    const std::vector<std::string> own = requirement_description().names();
+    for (const std::string& key : predicate_description().names()) {
+      if (!settings.has(key) || std::find(own.begin(), own.end(), key) != own.end()) continue;
+      settings.at(key).fail_key(
+          fmt::format("belongs to objectives; a requirement or a measure is one witness, which holds at every step: "
+                      "write several of them, or task: {{objective: {{{}: …}}}}",
+                      key));
+    }
   }
 
   static std::string joined(const std::vector<std::string>& words) {

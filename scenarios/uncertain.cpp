@@ -149,7 +149,21 @@ class UncertainReader {
     const std::string near =
         nearest(pattern, {"correlated"}).empty() ? table_.suggest(pattern) : std::string("correlated");
     value.fail_key(fmt::format("{}: matches no parameter{}", pattern,
-                               near.empty() ? "" : fmt::format("; did you mean '{}'?", near)));
+                               near.empty() ? other_thing(pattern) : fmt::format("; did you mean '{}'?", near)));
+  }
+
+  /// "; there is 'robot.joint.hip.zero'": the same of another joint, link or object, if it is the thing that is not
+  /// there.
+  std::string other_thing(const std::string& pattern) const {
+    const std::size_t first = pattern.find('.'),
+                      begin = pattern.find('.', first == std::string::npos ? first : first + 1);
+    const std::size_t end = begin == std::string::npos ? begin : pattern.find('.', begin + 1);
+    if (end == std::string::npos || pattern.find_first_of("*?{") != std::string::npos) return "";
+    const std::string thing = pattern.substr(0, end + 1);
+    const auto of_it = [&](const Parameter& one) { return one.path.starts_with(thing); };
+    if (std::any_of(table_.all().begin(), table_.all().end(), of_it)) return "";
+    const std::vector<int> others = table_.match(pattern.substr(0, begin + 1) + "*" + pattern.substr(end));
+    return others.empty() ? "" : fmt::format("; there is '{}'", table_.all()[others.front()].path);
   }
 
   /// `robot: {link: {foot: {mass: …}}}`: a name in parts, down the maps to the first distribution.

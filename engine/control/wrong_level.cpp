@@ -49,6 +49,10 @@ void refuse_wrong_level(const Settings& settings, Component component) {
     if (std::all_of(strangers.begin(), strangers.end(), its)) fitting.push_back(name);
   }
   const auto& [key, value] = strangers.front();
+  // What expands policies has taken `over` away by now; none of the names that may stand here is like it.
+  if (component == Component::policy && !nearest(key, {"over"}).empty() && nearest(key, names).empty()) {
+    value.fail_key("unknown key; did you mean 'over'?");
+  }
   if (chosen.size() == 1 && holds(fitting, chosen[0].first)) {
     value.fail_key(
         fmt::format("stands beside {0} and belongs into it: {0}: {{…, {1}}}", chosen[0].first, written(strangers)));

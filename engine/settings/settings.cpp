@@ -25,7 +25,7 @@ std::string joined(const std::vector<std::string>& words) {
 std::string suggestion(std::string_view word, const std::vector<std::string>& choices) {
   const std::string near = nearest(word, choices);
   if (!near.empty()) return fmt::format("; did you mean '{}'?", near);
-  if (choices.empty()) return "";
+  if (choices.empty()) return "; there are no keys here";
   return "; one of: " + joined(choices);
 }
 
