@@ -12,4 +12,8 @@ namespace graze {
 /// knee".
 std::string similar_names(std::string_view word, const std::vector<std::string>& names, bool globs);
 
+/// How many letters must be changed, put in, left out or swapped with their neighbour to make the one word the other;
+/// upper and lower case are the same.
+std::size_t edit_distance(std::string_view a, std::string_view b);
+
 }  // namespace graze

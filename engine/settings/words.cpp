@@ -8,15 +8,17 @@
 
 #include "engine/settings/limits.h"
 #include "engine/settings/settings.h"
+#include "engine/settings/similar.h"
 
 namespace graze {
 namespace {
 
 char lower(char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); }
 
-/// Edit distance with transpositions of neighbours (optimal string alignment); letters that differ only in case are the
-/// same.
-std::size_t distance(std::string_view a, std::string_view b) {
+}  // namespace
+
+/// With transpositions of neighbours: optimal string alignment.
+std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> before(b.size() + 1), previous(b.size() + 1), row(b.size() + 1);
   std::iota(previous.begin(), previous.end(), std::size_t{0});
   for (std::size_t i = 1; i <= a.size(); ++i) {
@@ -33,6 +35,8 @@ std::size_t distance(std::string_view a, std::string_view b) {
   }
   return previous[b.size()];
 }
+
+namespace {
 
 /// `*` and `?` only. Linear in pattern times name: after a mismatch only the last star need be tried again.
 bool matches_wildcards(std::string_view pattern, std::string_view name) {
@@ -92,7 +96,7 @@ std::string nearest(std::string_view word, const std::vector<std::string>& candi
   std::size_t least = std::string::npos;
   for (const std::string& candidate : candidates) {
     if (candidate.size() > kLongest) continue;
-    const std::size_t d = distance(word, candidate);
+    const std::size_t d = edit_distance(word, candidate);
     const std::size_t near = std::max<std::size_t>(1, (std::max(word.size(), candidate.size()) + 1) / 3);
     if (d <= near && d < least) {
       least = d;

@@ -6,17 +6,10 @@
 #include <algorithm>
 #include <array>
 
+#include "jobs/cli/wrapped_text.h"
+
 namespace graze {
 namespace {
-
-/// Characters of a text, for columns; they are not bytes.
-std::size_t width_of(std::string_view text) {
-  return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xc0) != 0x80; }));
-}
-
-std::string padded(const std::string& text, std::size_t width) {
-  return text + std::string(width - std::min(width, width_of(text)), ' ');
-}
 
 /// What a key is, with the key that it goes with.
 std::string meaning(const Key& key) {
@@ -25,12 +18,8 @@ std::string meaning(const Key& key) {
 
 using Row = std::array<std::string, 4>;
 
-std::vector<Row> rows_of(const Description& description) {
-  std::vector<Row> out;
-  for (const KeyRow& row : key_rows(description)) {
-    out.push_back({row.path, value_text(*row.key), default_text(*row.description, *row.key), meaning(*row.key)});
-  }
-  return out;
+Row cells_of(const KeyRow& row) {
+  return {row.path, value_text(*row.key), default_text(*row.description, *row.key), meaning(*row.key)};
 }
 
 /// What stands behind the name, when it is no map.
@@ -65,17 +54,22 @@ std::string meaning(const Description& text) {
 }  // namespace
 
 std::string list_text(const std::string& title, const std::vector<std::pair<std::string, std::string>>& rows,
-                      const std::string& more) {
-  std::size_t width = 0;
-  for (const auto& [name, help] : rows) width = std::max(width, name.size());
-  std::string out = title + "\n\n";
-  for (const auto& [name, help] : rows) {
-    out += help.empty() ? fmt::format("  {}\n", name) : fmt::format("  {:{}}  {}\n", name, width, help);
-  }
-  return out + "\n" + more + "\n";
+                      const std::string& more, std::size_t width) {
+  std::vector<std::vector<std::string>> cells;
+  for (const auto& [name, help] : rows) cells.push_back({name, help});
+  return wrapped(title, width) + "\n\n" + columns_text(cells, width) + "\n" + wrapped(more, width) + "\n";
 }
 
-std::string component_help(const ComponentGroup& group, const Component& component) {
+std::string keys_text(const std::vector<KeyRow>& keys, std::size_t width) {
+  std::vector<std::vector<std::string>> rows = {{"key", "value", "default", "meaning"}};
+  for (const KeyRow& key : keys) {
+    rows.emplace_back();
+    for (const std::string& cell : cells_of(key)) rows.back().push_back(plain(cell));
+  }
+  return columns_text(rows, width);
+}
+
+std::string component_help(const ComponentGroup& group, const Component& component, std::size_t width) {
   const Description& text = component.text;
   const bool vowel = std::string_view("aeiou").find(group.one.front()) != std::string_view::npos;
   std::string out = fmt::format("{}, {} {}: {}\n", component.name, vowel ? "an" : "a", group.one, plain(text.help));
@@ -83,31 +77,21 @@ std::string component_help(const ComponentGroup& group, const Component& compone
   if (!text.instead.empty()) {
     out += fmt::format("Value: {}{}\n", instead_text(text), text.keys.empty() ? "" : ", or a map");
   }
-  std::vector<Row> rows = rows_of(text);
-  if (!rows.empty()) {
-    rows.insert(rows.begin(), {"key", "value", "default", "meaning"});
-    std::array<std::size_t, 3> width{};
-    for (const Row& row : rows) {
-      for (std::size_t i = 0; i < width.size(); ++i) width[i] = std::max(width[i], width_of(row[i]));
-    }
-    out += "\n";
-    for (const Row& row : rows) {
-      std::string line = " ";
-      for (std::size_t i = 0; i < width.size(); ++i) line += " " + padded(plain(row[i]), width[i]) + " ";
-      out += line + " " + plain(row[3]) + "\n";
-    }
-  }
-  if (!text.more.empty()) out += "\n" + plain(text.more) + "\n";
+  out = wrapped(out, width);
+  if (!text.keys.empty()) out += "\n" + keys_text(key_rows(text), width);
+  if (!text.more.empty()) out += "\n" + wrapped(plain(text.more), width) + "\n";
   return out;
 }
 
-std::string group_help(const ComponentGroup& group) {
-  if (group.all.size() == 1) return component_help(group, group.all.front()) + "\n" + group.more + "\n";
+std::string group_help(const ComponentGroup& group, std::size_t width) {
+  if (group.all.size() == 1) {
+    return component_help(group, group.all.front(), width) + "\n" + wrapped(group.more, width) + "\n";
+  }
   std::vector<std::pair<std::string, std::string>> rows;
   for (const Component& component : group.all) rows.emplace_back(component.name, plain(component.text.help));
   const bool keys = std::any_of(group.all.begin(), group.all.end(),
                                 [](const Component& component) { return !component.text.keys.empty(); });
-  return list_text(group.title, rows, (keys ? "graze help NAME tells its keys. " : "") + group.more);
+  return list_text(group.title, rows, (keys ? "graze help NAME tells its keys. " : "") + group.more, width);
 }
 
 std::string group_table(const ComponentGroup& group) {
@@ -125,7 +109,8 @@ std::string group_table(const ComponentGroup& group) {
 
 std::string key_table(const Component& component) {
   std::string out = "| key | value | default | meaning |\n|---|---|---|---|\n";
-  for (const Row& row : rows_of(component.text)) {
+  for (const KeyRow& key : key_rows(component.text)) {
+    const Row row = cells_of(key);
     out += fmt::format("| `{}` | {} | {} | {} |\n", row[0], in_cell(row[1]), in_cell(row[2]), in_cell(row[3]));
   }
   return out;

@@ -14,9 +14,10 @@
 #include "graze_version.h"
 #include "jobs/campaign/crash.h"
 #include "jobs/cli/commands.h"
-#include "jobs/cli/help_topics.h"
+#include "jobs/cli/help_format.h"
 #include "jobs/cli/option_words.h"
 #include "jobs/cli/terminal.h"
+#include "jobs/cli/wrapped_text.h"
 
 namespace graze {
 namespace {
@@ -37,10 +38,14 @@ int parse_and_run(int argc, char** argv) {
   app.set_version_flag("--version", fmt::format("graze {} ({}), physics: {}\n{}", GRAZE_VERSION, GRAZE_REVISION,
                                                 fmt::join(physics_names(), ", "), isa_report()));
   app.require_subcommand(1);
+  const std::size_t width = output_width();
+  app.formatter(help_format(width));  // before the verbs, which take it over
   app.footer(
       "\ngraze VERB --help (or graze help VERB) tells more, with examples; graze help scenarios, policies, trackers, "
-      "sensors, shapes, distributions, witnesses, objectives, physics, contact_models and sections list what there is, "
-      "graze help NAME what one of them takes. Documentation: docs/ beside the source.");
+      "sensors, shapes, distributions, witnesses, objectives, physics, contact_models, sections and units list what "
+      "there "
+      "is, graze help NAME what one of them takes, graze help schema prints the JSON Schema of a scenario. "
+      "Documentation: docs/ beside the source.");
   Action action;
   add_check(app, action);
   add_sample(app, action);
@@ -53,12 +58,10 @@ int parse_and_run(int argc, char** argv) {
   add_pack(app, action);
   add_submit(app, action);
   const std::vector<std::string> given(argv + 1, argv + argc), words = as_help(given);
-  const bool asks = given.size() == 2 && given[0] == "help";
-  if (const auto text = asks ? help_on(given[1]) : std::nullopt) {
+  if (const auto text = topics_asked_for(app, given, width)) {
     std::cout << *text;
     return flushed(kDone);
   }
-  if (asks) check_topic(app, given[1], help_topics(), component_topics());
   check_words(app, words);
   try {
     app.parse(std::vector<std::string>(words.rbegin(), words.rend()));

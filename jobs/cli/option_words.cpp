@@ -9,6 +9,8 @@
 
 #include "archive/files/shell_word.h"
 #include "engine/settings/settings.h"
+#include "engine/settings/similar.h"
+#include "jobs/cli/help_topics.h"
 
 namespace graze {
 namespace {
@@ -23,6 +25,15 @@ std::vector<std::string> verbs_of(const CLI::App& app) {
 std::string did_you_mean(const std::string& word, const std::vector<std::string>& choices) {
   const std::string near = nearest(word, choices);
   return near.empty() ? "" : fmt::format(" (did you mean '{}'?)", near);
+}
+
+/// The same for a topic of help, of which there are hundreds: something is near most words, so it has to be nearer.
+std::string near_topic(const std::string& word, std::vector<std::string> known) {
+  for (const auto& more : {help_topics(), component_topics()}) known.insert(known.end(), more.begin(), more.end());
+  constexpr std::size_t kLettersPerMistake = 5;
+  const std::string near = nearest(word, known);
+  const bool close = edit_distance(word, near) <= std::max<std::size_t>(1, word.size() / kLettersPerMistake);
+  return near.empty() || !close ? "" : fmt::format(" (did you mean '{}'?)", near);
 }
 
 /// A word as the option parser splits it: `--name=value`, `--name`, `-nVALUE`, `-n`.
@@ -145,6 +156,9 @@ void check_words(const CLI::App& app, const std::vector<std::string>& words) {
         fmt::format("{}: is no option of graze itself{}; options of a verb stand behind it; {}", first, near, all));
   }
   if (std::find(verbs.begin(), verbs.end(), first) == verbs.end()) {
+    if (help_on(first)) {
+      throw InputError(fmt::format("'{0}' is not a verb; 'graze help {0}' tells what it is; {1}", first, all));
+    }
     throw InputError(fmt::format("'{}' is not a verb{}; {}", first, did_you_mean(first, verbs), all));
   }
   const CLI::App* verb = app.get_subcommand(first);
@@ -153,14 +167,26 @@ void check_words(const CLI::App& app, const std::vector<std::string>& words) {
   WordCheck(first, apps).check({words.begin() + 1, words.end()});
 }
 
-void check_topic(const CLI::App& app, const std::string& word, const std::vector<std::string>& topics,
-                 const std::vector<std::string>& names) {
-  std::vector<std::string> known = verbs_of(app);
-  if (word.starts_with("-") || std::find(known.begin(), known.end(), word) != known.end()) return;
-  known.insert(known.end(), topics.begin(), topics.end());
-  known.insert(known.end(), names.begin(), names.end());
-  throw InputError(fmt::format("'{}' is not a verb, and no topic of help{}; topics: {}; verbs: {}", word,
-                               did_you_mean(word, known), fmt::join(topics, ", "), fmt::join(verbs_of(app), ", ")));
+std::optional<std::string> topics_asked_for(const CLI::App& app, const std::vector<std::string>& words,
+                                            std::size_t width) {
+  if (words.empty() || words[0] != "help") return std::nullopt;
+  const std::vector<std::string> verbs = verbs_of(app);
+  std::string out;
+  for (std::size_t i = 1; i < words.size(); ++i) {
+    const std::string& word = words[i];
+    if (word.starts_with("-")) continue;  // --help, or an option of the verb before it
+    if (!out.empty()) out += "\n";
+    if (std::find(verbs.begin(), verbs.end(), word) != verbs.end()) {
+      out += app.get_subcommand(word)->help(app.get_name());
+    } else if (const auto text = help_on(word, width)) {
+      out += *text;
+    } else {
+      throw InputError(fmt::format("'{}' is not a verb, and no topic of help{}; 'graze help help' lists the topics",
+                                   word, near_topic(word, verbs)));
+    }
+  }
+  if (out.empty()) return std::nullopt;
+  return out;
 }
 
 std::vector<std::string> as_help(const std::vector<std::string>& words) {

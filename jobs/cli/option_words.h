@@ -4,6 +4,7 @@
 // answer.
 
 #include <CLI/CLI.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,10 +15,11 @@ namespace graze {
 /// time that may be given once. A verb that allows extra words passes them on to `run`, and so has its options, too.
 void check_words(const CLI::App& app, const std::vector<std::string>& words);
 
-/// Throws InputError if what `graze help` was asked for is neither a verb nor one of `topics` or `names`; the former
-/// are listed.
-void check_topic(const CLI::App& app, const std::string& word, const std::vector<std::string>& topics,
-                 const std::vector<std::string>& names);
+/// `graze help TOPIC …`: what is told of each topic (jobs/cli/help_topics.h) or verb, one after the other, in lines of
+/// at most `width` characters; nothing if the words ask for no topic. Throws InputError with the nearest if one of them
+/// is neither.
+std::optional<std::string> topics_asked_for(const CLI::App& app, const std::vector<std::string>& words,
+                                            std::size_t width);
 
 /// The words that ask for what help there is in them: `help`, `help VERB`, `VERB … --help`; else the words as they are.
 std::vector<std::string> as_help(const std::vector<std::string>& words);

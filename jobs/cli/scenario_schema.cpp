@@ -19,24 +19,6 @@ constexpr const char* kNumber = "^\\s*[+-]?([0-9]+\\.?[0-9]*|\\.[0-9]+)([eE][+-]
 /// "[25, 75, 0, 50] %", in quotes.
 const Json kListText = {{"type", "string"}, {"pattern", "^\\s*\\[.*\\].*$"}};
 
-constexpr const char* kQuantities[] = {"dimensionless",
-                                       "length",
-                                       "angle",
-                                       "time",
-                                       "mass",
-                                       "density",
-                                       "velocity",
-                                       "angular_velocity",
-                                       "acceleration",
-                                       "angular_acceleration",
-                                       "force",
-                                       "impulse",
-                                       "torque",
-                                       "stiffness",
-                                       "rotational_stiffness",
-                                       "damping",
-                                       "rotational_damping"};
-
 std::vector<std::string> units_list(Quantity quantity) {
   std::vector<std::string> out;
   const std::string all = units_of(quantity);
@@ -90,7 +72,7 @@ class SchemaWriter {
   // ---- values
 
   Json quantity(Quantity quantity, Bound bound) {
-    const std::string name = std::string("quantity.") + kQuantities[static_cast<std::size_t>(quantity)];
+    const std::string name = std::string("quantity.") + quantity_names()[static_cast<std::size_t>(quantity)];
     if (!defs_.contains(name)) defs_[name] = number_with(units_list(quantity));
     Json out = reference(name);
     if (bound == Bound::positive) out["exclusiveMinimum"] = 0;
@@ -108,7 +90,7 @@ class SchemaWriter {
 
   Json numbers(const Form& form) {
     constexpr const char* kBounds[] = {"", ".positive", ".not_negative", ".fraction"};
-    const std::string name = fmt::format("list.{}{}{}", kQuantities[static_cast<std::size_t>(form.quantity)],
+    const std::string name = fmt::format("list.{}{}{}", quantity_names()[static_cast<std::size_t>(form.quantity)],
                                          form.count < 0 ? "" : fmt::format(".{}", form.count),
                                          kBounds[static_cast<std::size_t>(form.bound)]);
     if (!defs_.contains(name)) {
@@ -253,7 +235,7 @@ class SchemaWriter {
 
   void add_numbers() {
     std::vector<std::string> units;
-    for (std::size_t i = 0; i < std::size(kQuantities); ++i) {
+    for (std::size_t i = 0; i < quantity_names().size(); ++i) {
       for (const std::string& unit : units_list(static_cast<Quantity>(i))) {
         if (std::find(units.begin(), units.end(), unit) == units.end()) units.push_back(unit);
       }
@@ -402,6 +384,27 @@ std::string text_of(const Json& json, std::size_t indent, std::size_t before) {
 }
 
 }  // namespace
+
+const std::vector<std::string>& quantity_names() {
+  static const std::vector<std::string> names = {"dimensionless",
+                                                 "length",
+                                                 "angle",
+                                                 "time",
+                                                 "mass",
+                                                 "density",
+                                                 "velocity",
+                                                 "angular_velocity",
+                                                 "acceleration",
+                                                 "angular_acceleration",
+                                                 "force",
+                                                 "impulse",
+                                                 "torque",
+                                                 "stiffness",
+                                                 "rotational_stiffness",
+                                                 "damping",
+                                                 "rotational_damping"};
+  return names;
+}
 
 std::string scenario_schema() { return text_of(SchemaWriter().write(), 0, 0) + "\n"; }
 

@@ -1,7 +1,12 @@
 #include "jobs/cli/shipped.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstdlib>
+
+#include "engine/settings/paths.h"
+#include "engine/settings/settings.h"
 
 namespace graze {
 namespace {
@@ -45,7 +50,13 @@ std::string scenario_file(const std::string& given) {
   if (folder.empty()) return given;
   const std::string name = given.ends_with(".yaml") ? given : given + ".yaml";
   const fs::path shipped = folder / "scenarios" / name;
-  return fs::is_regular_file(shipped, error) ? shipped.string() : given;
+  if (fs::is_regular_file(shipped, error)) return shipped.string();
+  const std::string near = nearest(fs::path(name).stem().string(), shipped_scenarios());
+  const bool like_a_name = given.find('.') == std::string::npos || given.ends_with(".yaml");
+  if (!near.empty() && like_a_name && path_suggestion(given, {".yaml", ".yml"}).empty()) {
+    throw InputError(fmt::format("{}: there is no such file; did you mean the shipped scenario '{}'?", given, near));
+  }
+  return given;
 }
 
 }  // namespace graze

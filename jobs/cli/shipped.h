@@ -16,6 +16,7 @@ std::vector<std::string> shipped_scenarios();
 
 /// What is meant by a scenario's file as given: the file itself if it is there, is "-" or names a folder; else the
 /// shipped scenario of that name ("pendulum", "pendulum.yaml"), if there is one; else the file, which is missing.
+/// Throws InputError with the nearest shipped scenario if no file here is near the name.
 std::string scenario_file(const std::string& given);
 
 }  // namespace graze

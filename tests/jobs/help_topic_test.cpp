@@ -2,16 +2,26 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+#include <set>
 #include <sstream>
 
 #include "engine/physics.h"
 #include "engine/settings/settings.h"
+#include "engine/settings/units.h"
+#include "jobs/cli/help_topics.h"
+#include "jobs/cli/key_topics.h"
+#include "jobs/cli/scenario_schema.h"
+#include "jobs/cli/wrapped_text.h"
 #include "tests/jobs/program.h"
 
 namespace graze::testing {
 namespace {
 
 using ::testing::HasSubstr;
+
+/// The width of whoever runs the tests is none of theirs.
+[[maybe_unused]] const int forgotten = unsetenv("COLUMNS");
 
 std::string docs(const std::string& page) { return read_file(std::string(GRAZE_SOURCE_DIR) + "/docs/" + page); }
 
@@ -121,9 +131,117 @@ TEST(HelpTopics, NameTheShippedScenarios) {
   EXPECT_THAT(own.out, HasSubstr("\n  good    A good one\n"));
   EXPECT_THAT(shell(folder.path(), "GRAZE_DATA=/nowhere '" + std::string(GRAZE_PROGRAM) + "' help scenarios").out,
               HasSubstr("GRAZE_DATA names the folder"));
+  EXPECT_THAT(graze(folder.path(), "check quadruped_wak").err,
+              HasSubstr("quadruped_wak: there is no such file; did you mean the shipped scenario 'quadruped_walk'?"));
+  EXPECT_THAT(graze(folder.path(), "check rabbit").err, ::testing::Not(HasSubstr("did you mean")));
 }
 
-// Claim: what is no topic is answered with the nearest, verb or topic; the overview names the topics.
+/// In characters.
+std::size_t longest_line(const std::string& text) {
+  std::istringstream lines(text);
+  std::size_t longest = 0;
+  for (std::string line; std::getline(lines, line);) longest = std::max(longest, width_of(line));
+  return longest;
+}
+
+// Claim: help fits the width that COLUMNS tells, every topic of it; the words are those of the whole lines, which a
+// pipe or a file gets without it.
+TEST(HelpTopics, FitTheTerminal) {
+  const TemporaryFolder folder;
+  const auto words = [](const std::string& text) {
+    std::istringstream in(text);
+    std::multiset<std::string> out;
+    for (std::string word; in >> word;) out.insert(word);
+    return out;
+  };
+  std::vector<std::string> topics = help_topics();
+  for (const char* one : {"gait", "noise", "record", "object", "contact", "torque", "environment", "uncertain", "over",
+                          "velocity", "quadruped_walk", "initial", "encoder"}) {
+    topics.push_back(one);
+  }
+  for (const std::string& topic : topics) {
+    if (topic == "schema") continue;  // is JSON
+    SCOPED_TRACE(topic);
+    const std::string narrow = help_on(topic, 80).value_or("");
+    EXPECT_EQ(words(narrow), words(help_on(topic).value_or("")));
+    EXPECT_EQ(narrow.find(" \n"), std::string::npos) << "blanks at an end";
+    if (topic == "scenarios" || topic == "quadruped_walk") continue;  // paths of this machine may be longer
+    EXPECT_LE(longest_line(narrow), topic == "sensors" || topic == "encoder" ? 100u : 80u) << narrow;
+  }
+  EXPECT_EQ(shell(folder.path(), "COLUMNS=80 '" + std::string(GRAZE_PROGRAM) + "' help gait").out, help_on("gait", 80));
+  EXPECT_EQ(graze(folder.path(), "help gait").out, help_on("gait"));
+  for (const char* verb : {"", "check", "run", "score", "replay", "submit"}) {
+    SCOPED_TRACE(verb);
+    const std::string given = "COLUMNS=80 '" + std::string(GRAZE_PROGRAM) + "' " + verb + " --help";
+    const std::string told = shell(folder.path(), given).out;
+    EXPECT_LE(longest_line(told.substr(0, told.find("\nExamples:"))), 80u) << told;
+  }
+}
+
+// Claim: lines break between words, what is wrapped hangs below its column, and a word that is too long stays whole.
+TEST(HelpTopics, WrapLines) {
+  EXPECT_EQ(wrapped("one two three", kUnlimited), "one two three");
+  EXPECT_EQ(wrapped("one two three", 8), "one two\nthree");
+  EXPECT_EQ(wrapped("  one two three\n\nb", 8, 2), "  one\n    two\n    three\n\nb");
+  EXPECT_EQ(wrapped("a unbreakable b", 5), "a\nunbreakable\nb");
+  EXPECT_EQ(columns_text({{"key", "m²"}, {"k", "x"}}, kUnlimited), "  key  m²\n  k    x\n");
+  EXPECT_EQ(columns_text({{"key", "what it is for, in words"}}, 22), "  key  what it is for,\n       in words\n");
+}
+
+// Claim: several topics and verbs are told one after the other; a topic in a verb's place points to its help.
+TEST(HelpTopics, AreToldOneAfterTheOther) {
+  const TemporaryFolder folder;
+  const auto told = [&](const std::string& line) { return graze(folder.path(), line).out; };
+  EXPECT_EQ(told("help gait hold"), told("help gait") + "\n" + told("help hold"));
+  EXPECT_EQ(told("help gait run"), told("help gait") + "\n" + told("run --help"));
+  EXPECT_THAT(graze(folder.path(), "help gait nosuch").err, HasSubstr("'nosuch' is not a verb, and no topic of help"));
+  EXPECT_EQ(told("help gait --help"), told("help gait"));
+  for (const char* line : {"gait", "gait --help", "gait -n 3"}) {
+    const Result run = graze(folder.path(), line);
+    EXPECT_EQ(run.code, 2);
+    EXPECT_THAT(run.err, HasSubstr("'gait' is not a verb; 'graze help gait' tells what it is"));
+  }
+}
+
+// Claim: what is written in a scenario is a topic, too: maps of names that the author gives, keys, paths, words, units,
+// scenarios.
+TEST(HelpTopics, LeadFromWhatIsWritten) {
+  const auto told = [](const std::string& topic) { return help_on(topic).value_or("(none)"); };
+  EXPECT_THAT(told("environment"), ::testing::AllOf(HasSubstr("object, a section"), HasSubstr("\n  heightfield  ")));
+  EXPECT_THAT(told("uncertain"), ::testing::AllOf(HasSubstr("robot.joint.JOINT.axis"), HasSubstr("docs/parameters.md"),
+                                                  HasSubstr("\n  log_normal "), HasSubstr("spread, a section")));
+  EXPECT_THAT(told("over"), HasSubstr("over: {gait.step_height: [1 cm, 2 cm]}"));
+  EXPECT_THAT(told("include"), HasSubstr("include: base.yaml"));
+  EXPECT_THAT(told("requirements"), ::testing::AllOf(HasSubstr("\n  tilt "), HasSubstr("\n  window ")));
+  EXPECT_THAT(told("measures"), HasSubstr("decide nothing"));
+  EXPECT_EQ(told("predicate"), told("objective"));
+  const std::string units = told("units");
+  for (std::size_t i = 1; i < quantity_names().size(); ++i) {
+    EXPECT_THAT(units, HasSubstr("  " + units_of(static_cast<Quantity>(i)) + "\n"));
+  }
+  EXPECT_THAT(told("time.step"), ::testing::ContainsRegex("\n  time.step +s, > 0 +1 ms +of the physics\n"));
+  EXPECT_THAT(told("policies.walk.gait.velocity"), ::testing::ContainsRegex("\n  gait.velocity +3 numbers"));
+  EXPECT_THAT(told("step_height"), HasSubstr("\n  gait.step_height "));
+  EXPECT_EQ(told("robot.initial"), told("initial"));
+  EXPECT_THAT(told("sensor.encoder"), HasSubstr("encoder, a sensor: "));
+  EXPECT_THAT(told("sensor.torque.hip"), HasSubstr("torque, a sensor: "));
+  EXPECT_THAT(told("robot.link.base.mass"), HasSubstr("robot.link.LINK.{density,mass"));
+  EXPECT_THAT(told("sobol"), ::testing::ContainsRegex("a value of:\n\n.*\n  sampling.design "));
+  EXPECT_THAT(told("quadruped_walk"),
+              ::testing::AllOf(HasSubstr(Settings::load(data("scenarios/quadruped_walk.yaml")).at("name").text()),
+                               HasSubstr("quadruped_walk.yaml\n")));
+  EXPECT_THAT(told("help"), HasSubstr("\n  policies "));
+  EXPECT_THAT(told("control"), ::testing::AllOf(HasSubstr("control, a section"), HasSubstr("control: {TRACKER: {…}}")));
+  EXPECT_THAT(told("noise"), HasSubstr("Only below jitter"));
+  EXPECT_THAT(told("cone"), HasSubstr("robot.joint.JOINT.axis"));
+  for (const std::string& topic : key_topics()) EXPECT_NE(told(topic), "(none)") << topic;
+  for (const std::string& topic : component_topics()) EXPECT_NE(told(topic), "(none)") << topic;
+  for (const char* none : {"", ".", "gait.", ".gait", "gait.nosuch", "nosuch.gait.", "time.nosuch"}) {
+    EXPECT_EQ(told(none), "(none)") << none;
+  }
+}
+
+// Claim: what is no topic is answered with the nearest, verb or topic, if one is near; the overview names the topics.
 TEST(HelpTopics, RefuseUnknownOnes) {
   const TemporaryFolder folder;
   const auto refused = [&](const std::string& word) {
@@ -136,12 +254,21 @@ TEST(HelpTopics, RefuseUnknownOnes) {
               HasSubstr("'senarios' is not a verb, and no topic of help (did you mean 'scenarios'?)"));
   EXPECT_THAT(refused("trakers"), HasSubstr("did you mean 'trackers'?"));
   EXPECT_THAT(refused("no_contct"), HasSubstr("did you mean 'no_contact'?"));
+  EXPECT_THAT(refused("gait.velocty"), HasSubstr("did you mean 'gait.velocity'?"));
+  EXPECT_THAT(refused("quadruped_wlk"), HasSubstr("did you mean 'quadruped_walk'?"));
   EXPECT_THAT(refused("table:gaits"), HasSubstr("no topic of help"));
   EXPECT_THAT(refused("chekc"), HasSubstr("did you mean 'check'?"));
-  EXPECT_THAT(refused("elephants"),
-              HasSubstr("topics: scenarios, sections, policies, trackers, sensors, shapes, distributions, witnesses, "
-                        "objectives, physics, contact_models, schema; verbs: check, "));
-  EXPECT_THAT(graze(folder.path(), "--help").out, HasSubstr("graze help scenarios, policies, trackers"));
+  EXPECT_EQ(refused("elephants"),
+            "graze: 'elephants' is not a verb, and no topic of help; 'graze help help' lists the topics\n");
+  for (const char* far : {"planets", "rabbit", "jointing"}) {
+    EXPECT_THAT(refused(far), ::testing::Not(HasSubstr("did you mean"))) << far;
+  }
+  const std::string overview = graze(folder.path(), "--help").out, topics = graze(folder.path(), "help help").out;
+  EXPECT_THAT(overview, HasSubstr("graze help scenarios, policies, trackers"));
+  for (const std::string& topic : help_topics()) {
+    EXPECT_THAT(overview, HasSubstr(topic));
+    EXPECT_THAT(topics, HasSubstr(topic));
+  }
 }
 
 }  // namespace
