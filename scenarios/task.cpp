@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "engine/settings/merged.h"
+#include "engine/settings/warnings.h"
 #include "scenarios/doubts.h"
 #include "scenarios/keys.h"
 #include "scenarios/limits.h"
@@ -53,6 +54,7 @@ class TaskReader {
 
   /// As a measure it decides nothing: a bound that never holds is warned of, not refused.
   Requirement requirement(const std::string& name, const Settings& settings, bool measure = false) const {
+    if (name.empty()) settings.fail_key(measure ? "a measure needs a name" : "a requirement needs a name");
     if (is_witness(name) && !names_a_predicate(settings)) {
       settings.fail_key(fmt::format("is a witness; what it is for has a name of its own: NAME: {{{}: …}}", name));
     }
@@ -90,6 +92,7 @@ class TaskReader {
         entries.size() == 1 && !is_predicate_key(entries[0].first) && names_a_predicate(entries[0].second);
     if (entries.size() == 1 && !named) refuse_empty_name(entries[0].first, entries[0].second);
     const Settings& meant = named ? entries[0].second : settings;
+    if (named) check_objective_name(entries[0].first, meant);
     Objective out = predicate(meant);
     out.name = named ? entries[0].first : "objective";
     if (out.range.never_holds() && !out.range.of_nominal) {
@@ -120,6 +123,18 @@ class TaskReader {
         fmt::format("is no witness, and as the objective's name it needs a predicate: {}: {{WITNESS: …}}; "
                     "witnesses: {}",
                     key, joined(witness_names())));
+  }
+
+  /// `{nto: {height: …}}`: what is taken as a name, and is hardly meant as one, would turn the verdict around.
+  static void check_objective_name(const std::string& name, const Settings& meant) {
+    if (name.empty()) meant.fail_key("an objective needs a name, or none and no map around it");
+    // One predicate under 'all' or 'any' is judged as it is alone, and a list under their like is refused.
+    const std::string near = nearest(name, {"not", "once", "always"});
+    if (near.empty()) return;
+    const bool inner = near == "not";
+    warn(meant, fmt::format("'{}' is taken as the objective's name, so the predicate is judged without it; did you "
+                            "mean '{}'{}?",
+                            name, near, inner ? "" : ", which stands beside the witness"));
   }
 
   static std::string joined(const std::vector<std::string>& words) {
