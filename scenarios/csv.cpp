@@ -70,10 +70,12 @@ class Lines {
   int number_ = 0;
 };
 
-double parse(std::string_view cell, const std::string& file, int line) {
+/// `column`: its name, if it has one.
+double parse(std::string_view cell, const std::string& file, int line, const std::string& column = "") {
   const auto number = split_number(cell);
   if (!number || !number->unit.empty() || !std::isfinite(number->value)) {
-    throw InputError(fmt::format("{}:{}: '{}': must be a number", file, line, clipped(cell, 40)));
+    throw InputError(fmt::format("{}:{}: {}'{}': must be a number", file, line,
+                                 column.empty() ? "" : fmt::format("column {}: ", column), clipped(cell, 40)));
   }
   return number->value;
 }
@@ -128,8 +130,10 @@ std::vector<double> read_column(const Settings& settings, Quantity quantity) {
   std::vector<double> out;
   while (lines.next()) {
     const std::vector<std::string_view> row = columns(lines, file);
-    if (index >= row.size()) throw InputError(fmt::format("{}:{}: too few columns", file, lines.number()));
-    out.push_back(*to_si(quantity, parse(row[index], file, lines.number()), unit));
+    if (index >= row.size())
+      throw InputError(
+          fmt::format("{}:{}: too few columns; {} is number {}", file, lines.number(), column.text(), index + 1));
+    out.push_back(*to_si(quantity, parse(row[index], file, lines.number(), column.text()), unit));
   }
   return out;
 }

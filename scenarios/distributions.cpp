@@ -63,7 +63,14 @@ class SpreadReader {
       const std::vector<double> at = value.numbers(3, parameter_.quantity);
       return Distribution::triangular(at[0], at[1], at[2]);
     }
-    return Distribution::triangular(number(value.at("min")), number_or_center(value, "mode"), number(value.at("max")));
+    const double min = number(value.at("min")), max = number(value.at("max")), mode = number_or_center(value, "mode");
+    if (!value.has("mode") && min <= max && !(min <= mode && mode <= max)) {
+      value.fail(
+          fmt::format("the nominal value {:g} of {}, which is the mode if none is given, is outside [{:g}, {:g}]; "
+                      "give it a 'mode'",
+                      mode, parameter_.path, min, max));
+    }
+    return Distribution::triangular(min, mode, max);
   }
 
   Distribution empirical(const Settings& value) const {
@@ -140,17 +147,16 @@ DistributionReader by(Read read) {
 Spread choice(const Described& own, const DrawnFor& drawn) {
   const Settings& value = own.settings();
   const Parameter& parameter = drawn.parameter;
-  const std::vector<Settings> values = (value.is_map() ? value.at("values") : value).items();
-  std::vector<double> weights;
-  if (value.is_map() && value.has("weights")) {
-    weights = value.at("weights").numbers(static_cast<int>(values.size()));
-  } else {
-    weights.assign(values.size(), 1.0);
-  }
+  const Settings list = value.is_map() ? value.at("values") : value;
+  const bool named = !parameter.choices.empty();
+  const std::vector<Settings> values = named ? list.items() : std::vector<Settings>{};
+  // Numbers may share a unit, which is no value of its own.
+  const std::vector<double> numbers = named ? std::vector<double>{} : list.numbers(-1, parameter.quantity);
+  const std::size_t count = named ? values.size() : numbers.size();
+  std::vector<double> weights(count, 1.0);
+  if (value.is_map() && value.has("weights")) weights = value.at("weights").numbers(static_cast<int>(count));
   Spread out;
-  if (parameter.choices.empty()) {
-    std::vector<double> numbers;
-    for (const Settings& one : values) numbers.push_back(one.number(parameter.quantity));
+  if (!named) {
     out.persistent = Distribution::discrete(numbers, weights);
     return out;
   }

@@ -155,10 +155,9 @@ void refuse_short_name(const Settings& design) {
   }
 }
 
-/// Any number of 64 bits, as --seed; doubles hold those up to 2^53 alone.
+/// Any number of 64 bits, in digits as --seed; doubles hold those up to 2^53 alone.
 std::uint64_t read_seed(const Settings& seed) {
   constexpr std::uint64_t kMost = std::numeric_limits<std::uint64_t>::max();
-  constexpr double kExact = 9007199254740992.0;
   const std::string text = seed.is_scalar() ? seed.text() : "";
   std::uint64_t digits = 0;
   const char* const end = text.data() + text.size();
@@ -169,10 +168,8 @@ std::uint64_t read_seed(const Settings& seed) {
                           kMost, right));
   }
   const double value = seed.number();
-  if (value >= 0 && value <= kExact && value == std::floor(value)) return static_cast<std::uint64_t>(value);
   const double whole = std::round(value);
-  seed.fail(fmt::format("{}: must be a whole number from 0 to {}{}; nearest right answer: {}", text, kMost,
-                        value > kExact ? ", in digits" : "",
+  seed.fail(fmt::format("{}: must be a whole number from 0 to {}, in digits; nearest right answer: {}", text, kMost,
                         whole <= 0                            ? 0
                         : whole >= static_cast<double>(kMost) ? kMost
                                                               : static_cast<std::uint64_t>(whole)));

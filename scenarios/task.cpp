@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "engine/settings/merged.h"
+#include "engine/settings/warnings.h"
 #include "scenarios/doubts.h"
 #include "scenarios/keys.h"
 #include "scenarios/limits.h"
@@ -53,6 +54,7 @@ class TaskReader {
 
   /// As a measure it decides nothing: a bound that never holds is warned of, not refused.
   Requirement requirement(const std::string& name, const Settings& settings, bool measure = false) const {
+    if (name.empty()) settings.fail_key(measure ? "a measure needs a name" : "a requirement needs a name");
     if (is_witness(name) && !names_a_predicate(settings)) {
       settings.fail_key(fmt::format("is a witness; what it is for has a name of its own: NAME: {{{}: …}}", name));
     }
@@ -91,6 +93,7 @@ class TaskReader {
         entries.size() == 1 && !is_predicate_key(entries[0].first) && names_a_predicate(entries[0].second);
     if (entries.size() == 1 && !named) refuse_empty_name(entries[0].first, entries[0].second);
     const Settings& meant = named ? entries[0].second : settings;
+    if (named) check_objective_name(entries[0].first, meant);
     Objective out = predicate(meant);
     out.name = named ? entries[0].first : "objective";
     if (out.range.never_holds() && !out.range.of_nominal) {
@@ -125,15 +128,26 @@ class TaskReader {
 
   /// What puts predicates together, or asks for them at some time, in a requirement or a measure.
   static void refuse_predicate(const Settings& settings) {
-    if (!settings.is_map()) return;
     const std::vector<std::string> own = requirement_description().names();
     for (const std::string& key : predicate_description().names()) {
-      if (!settings.has(key) || std::find(own.begin(), own.end(), key) != own.end()) continue;
+      if (!settings.is_map() || !settings.has(key) || std::find(own.begin(), own.end(), key) != own.end()) continue;
       settings.at(key).fail_key(
           fmt::format("belongs to objectives; a requirement or a measure is one witness, which holds at every step: "
                       "write several of them, or task: {{objective: {{{}: …}}}}",
                       key));
     }
+  }
+
+  /// `{nto: {height: …}}`: what is taken as a name, and is hardly meant as one, would turn the verdict around.
+  static void check_objective_name(const std::string& name, const Settings& meant) {
+    if (name.empty()) meant.fail_key("an objective needs a name, or none and no map around it");
+    // One predicate under 'all' or 'any' is judged as it is alone, and a list under their like is refused.
+    const std::string near = nearest(name, {"not", "once", "always"});
+    if (near.empty()) return;
+    const bool inner = near == "not";
+    warn(meant, fmt::format("'{}' is taken as the objective's name, so the predicate is judged without it; did you "
+                            "mean '{}'{}?",
+                            name, near, inner ? "" : ", which stands beside the witness"));
   }
 
   static std::string joined(const std::vector<std::string>& words) {

@@ -48,9 +48,21 @@ class UncertainReader {
     }
     const std::vector<int> found = parameters(pattern, value);
     for (const int i : found) {
-      set(i, value, read_spread(value, table_.all()[i]));
+      set(i, value, spread_of(pattern, value, table_.all()[i]));
       doubt_width(value, table_.all()[i], extent_, distance(table_.all()[i]));
       if (i == found.front()) check_kept(value, found.size(), spreads_[i]->persistent.kept_numbers());
+    }
+  }
+
+  /// A glob may match parameters of several quantities, as of joints that turn and that slide: a unit that does not fit
+  /// is refused with the parameter.
+  static Spread spread_of(const std::string& pattern, const Settings& value, const Parameter& parameter) {
+    try {
+      return read_spread(value, parameter);
+    } catch (const InputError& e) {
+      const std::string message = e.what();
+      if (pattern == parameter.path || message.find(": the unit '") == std::string::npos) throw;
+      throw InputError(fmt::format("{} ({} is in {})", message, parameter.path, unit_of(parameter.quantity)));
     }
   }
 
@@ -72,15 +84,23 @@ class UncertainReader {
     settings.allow(keys_of("correlated"));
     CorrelationGroup out;
     for (const Settings& glob : settings.at("parameters").items()) {
-      for (const int i : parameters(glob.glob(), glob)) {
+      const std::string pattern = glob.glob();
+      const bool of_many = pattern.find_first_of("*?{") != std::string::npos;
+      const std::size_t before = out.members.size();
+      for (const int i : parameters(pattern, glob)) {
         const int member = index_[i];
         if (member < 0 || space.parameters[member].persistent.is_constant()) {
+          if (of_many) continue;  // a glob means those that are uncertain
           glob.fail(fmt::format("{} has no spread, so it cannot be correlated", table_.all()[i].path));
         }
         out.members.push_back(member);
         if (out.members.size() > kMaxGroup) {
           settings.fail(fmt::format("more than {0} parameters in one group; at most {0}", kMaxGroup));
         }
+      }
+      if (out.members.size() == before) {
+        glob.fail(fmt::format("{}: none of the parameters that match has a spread, so there is nothing to correlate",
+                              pattern));
       }
     }
     if (out.members.size() == 1) {

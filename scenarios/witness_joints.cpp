@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/control/joint_values.h"
 #include "scenarios/names.h"
 #include "scenarios/witnesses.h"
 
@@ -16,6 +17,7 @@ namespace {
 constexpr double kAtStop = 1e-7;
 
 constexpr const char* kAll = "*";
+constexpr double kUnlimited = std::numeric_limits<double>::infinity();
 
 /// Indices into Model::actuated; all of them by default.
 std::vector<int> read_joints(const Described& own, const Model& nominal) {
@@ -142,48 +144,85 @@ class JointSpeed : public OverJoints {
     const double *v = in.state.v.row(joint.v), *velocity = limit(limits, kVelocity);
     for (int i = 0; i < kLanes; ++i) out[i] = std::min(below_, velocity[i]) - std::abs(v[i]);
   }
-  double below_;  // rad/s; infinite: the joint's own limit
+  double below_;  // rad/s or m/s; infinite: the joint's own limit
 };
+
+/// The unit of a margin over some joints: of those that turn, of those that slide, or both, "rad or m".
+std::string unit_over(const Model& nominal, const std::vector<int>& joints, Quantity turning, Quantity sliding) {
+  const auto slides = [&](int k) { return nominal.bodies[nominal.actuated[k]].type == JointType::prismatic; };
+  if (std::all_of(joints.begin(), joints.end(), slides)) return std::string(unit_of(sliding));
+  if (std::none_of(joints.begin(), joints.end(), slides)) return std::string(unit_of(turning));
+  return fmt::format("{} or {}", unit_of(turning), unit_of(sliding));
+}
+
+std::string torque_unit(const Model& nominal, const std::vector<int>& joints) {
+  return unit_over(nominal, joints, Quantity::torque, Quantity::force);
+}
 
 ReadWitness read_joint_limits(const Described& own, const Model& nominal) {
   const std::vector<int> joints = only(own, nominal, "position limits",
                                        [](const Body& b) { return std::isfinite(b.lower) || std::isfinite(b.upper); });
-  const double spare = own.number("margin");
+  const auto written = own.find("margin");
+  const double spare =
+      written ? written->non_negative(quantity_of_joints(nominal, *written, joints, Quantity::angle, Quantity::length))
+              : own.default_number("margin");
   WitnessRange range;
   for (const int k : joints) {
     const Body& body = nominal.bodies[nominal.actuated[k]];
     const double middle = 0.5 * (body.upper - body.lower) - spare;
     if (!(middle < range.high)) continue;
     range.high = middle;
-    range.why = fmt::format("joint {} has {:g} rad from limit to limit, and a margin of {:g} at both leaves nothing",
-                            body.joint, body.upper - body.lower, spare);
+    range.why =
+        fmt::format("joint {} has {:g} {} from limit to limit, and a margin of {:g} at both leaves nothing", body.joint,
+                    body.upper - body.lower, body.type == JointType::prismatic ? "m" : "rad", spare);
   }
   std::string text = "position limits of " + joints_text(own);
-  if (spare > 0) text += fmt::format(", less {:g} rad", spare);
-  return {std::make_shared<JointLimits>(nominal, joints, spare), text, "rad", range};
+  const std::string unit = unit_over(nominal, joints, Quantity::angle, Quantity::length);
+  if (spare > 0) text += fmt::format(", less {:g} {}", spare, unit);
+  return {std::make_shared<JointLimits>(nominal, joints, spare), text, unit, range};
 }
 
 ReadWitness read_torque_limits(const Described& own, const Model& nominal) {
   const std::vector<int> joints =
       only(own, nominal, "an effort limit", [](const Body& b) { return std::isfinite(b.effort); });
-  return {std::make_shared<TorqueLimits>(nominal, joints), "torque limits of " + joints_text(own), "N m"};
+  return {std::make_shared<TorqueLimits>(nominal, joints), "torque limits of " + joints_text(own),
+          torque_unit(nominal, joints)};
 }
 
 ReadWitness read_torque_speed(const Described& own, const Model& nominal) {
   const std::vector<int> joints = only(own, nominal, "both an effort and a velocity limit", [](const Body& b) {
     return std::isfinite(b.effort) && std::isfinite(b.velocity);
   });
-  return {std::make_shared<TorqueSpeed>(nominal, joints), "torque-speed line of " + joints_text(own), "N m"};
+  return {std::make_shared<TorqueSpeed>(nominal, joints), "torque-speed line of " + joints_text(own),
+          torque_unit(nominal, joints)};
+}
+
+/// " below 2 m/s", the bound that is in force: where the URDF's limits are lower, they are.
+std::string speed_bound(const Model& nominal, const std::vector<int>& joints, double below, const std::string& unit) {
+  double least = kUnlimited, most = 0;
+  for (const int k : joints) {
+    least = std::min(least, nominal.bodies[nominal.actuated[k]].velocity);
+    most = std::max(most, nominal.bodies[nominal.actuated[k]].velocity);
+  }
+  if (below <= least) return fmt::format(" below {:g} {}", below, unit);
+  if (below < most) return fmt::format(" below {:g} {} or the URDF's limits, where they are lower", below, unit);
+  if (least < most) return " below the URDF's limits";
+  return fmt::format(" below the URDF's limit{}, {:g} {}", joints.size() > 1 ? "s" : "", least, unit);
 }
 
 ReadWitness read_joint_speed(const Described& own, const Model& nominal) {
-  const auto limit = own.find_number("below");
-  const double below = limit.value_or(std::numeric_limits<double>::infinity());
+  const auto limit = own.find("below");
   const std::vector<int> joints =
       limit ? read_joints(own, nominal)
             : only(own, nominal, "a velocity limit", [](const Body& b) { return std::isfinite(b.velocity); });
-  const std::string bound = limit ? fmt::format(" below {:g} rad/s", below) : " below the URDF's limits";
-  return {std::make_shared<JointSpeed>(nominal, joints, below), "speed of " + joints_text(own) + bound, "rad/s"};
+  const std::string unit = unit_over(nominal, joints, Quantity::angular_velocity, Quantity::velocity);
+  double below = kUnlimited;
+  if (limit) {
+    below =
+        limit->positive(quantity_of_joints(nominal, *limit, joints, Quantity::angular_velocity, Quantity::velocity));
+  }
+  const std::string bound = limit ? speed_bound(nominal, joints, below, unit) : " below the URDF's limits";
+  return {std::make_shared<JointSpeed>(nominal, joints, below), "speed of " + joints_text(own) + bound, unit};
 }
 
 }  // namespace
@@ -195,9 +234,9 @@ std::vector<WitnessKind> joint_witnesses() {
        {"joints stay within their position limits, less a margin",
         {joints,
          {"margin",
-          {Form::number(Quantity::angle, Bound::not_negative)},
-          Default::value("0 rad"),
-          "to keep from the limits, rad or m"}},
+          {Form::number(Quantity::angle, Bound::not_negative), Form::number(Quantity::length, Bound::not_negative)},
+          Default::value("0"),
+          "to keep from the limits; m of joints that slide"}},
         {},
         {},
         "Beyond by up to 1e-7 counts as 0, because a joint that its stop holds is there up to what the solver leaves; "
@@ -211,7 +250,7 @@ std::vector<WitnessKind> joint_witnesses() {
         {},
         "The margin is the limit minus the torque that was demanded, so below 0 where more was demanded than there "
         "is."},
-       "N m",
+       "N m or N",
        read_torque_limits},
       {"torque_speed",
        {"joints stay below their motors' linear torque-speed line",
@@ -221,16 +260,17 @@ std::vector<WitnessKind> joint_witnesses() {
         "The line is effort · (1 − |q̇| / q̇_max), in all four quadrants. It judges the torque that the joint got after "
         "it "
         "was cut at its limits; what was demanded beyond them `torque_limits` judges."},
-       "N m",
+       "N m or N",
        read_torque_speed},
       {"joint_speed",
        {"joints stay slower than a bound, by default the URDF's",
         {joints,
          {"below",
-          {Form::number(Quantity::angular_velocity, Bound::positive)},
+          {Form::number(Quantity::angular_velocity, Bound::positive),
+           Form::number(Quantity::velocity, Bound::positive)},
           Default::words("the URDF's velocity limits"),
           "the bound, where the URDF's is not lower"}}},
-       "rad/s",
+       "rad/s or m/s",
        read_joint_speed},
   };
 }

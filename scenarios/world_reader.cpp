@@ -230,6 +230,9 @@ class WorldReader {
     Object object;
     object.name = name;
     if (name.empty()) settings.fail_key("an object needs a name");
+    if (name.find_first_of("*?{}") != std::string::npos) {
+      settings.fail_key("an object's name must have none of * ? { }, which globs of names are made of");
+    }
     for (const Link& link : world().robot.links) {
       if (link.name == name) settings.fail_key("a link of the robot has this name");
     }

@@ -11,7 +11,7 @@ namespace graze {
 
 namespace {
 
-constexpr int kForward = 0, kStrafe = 1, kTurn = 5;  // rows of a command
+constexpr int kForward = 0, kStrafe = 1, kTurn = 5, kFirstTurn = 3;  // rows of a command
 
 const Description& speed_description() {
   const Form speed = Form::number(Quantity::velocity, Bound::not_negative);
@@ -116,17 +116,20 @@ class Waypoints : public Steering {
 };
 
 std::array<double, kCommandRows> read_velocity(const Settings& settings) {
-  const std::vector<double> values = settings.numbers(-1);
-  std::array<double, kCommandRows> command{};
-  if (values.size() == 3) {
-    command[kForward] = values[0];
-    command[kStrafe] = values[1];
-    command[kTurn] = values[2];
-  } else if (values.size() == kCommandRows) {
-    std::copy(values.begin(), values.end(), command.begin());
-  } else {
-    settings.fail("has " + std::to_string(values.size()) +
+  const std::vector<Settings> items = settings.items();
+  // A list in quotes has one unit for all, which none of these has: its numbers are bare.
+  const std::vector<double> bare = settings.is_scalar() ? settings.numbers(-1) : std::vector<double>{};
+  const std::size_t count = settings.is_scalar() ? bare.size() : items.size();
+  static const std::vector<int> kPlanar = {kForward, kStrafe, kTurn}, kAll = {0, 1, 2, 3, 4, 5};
+  if (count != kPlanar.size() && count != kAll.size()) {
+    settings.fail("has " + std::to_string(count) +
                   " numbers; it must be [forward, strafe, turn] or [vx, vy, vz, wx, wy, wz] in m/s and rad/s");
+  }
+  std::array<double, kCommandRows> command{};
+  const std::vector<int>& rows = count == kAll.size() ? kAll : kPlanar;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Quantity quantity = rows[i] < kFirstTurn ? Quantity::velocity : Quantity::angular_velocity;
+    command[rows[i]] = settings.is_scalar() ? bare[i] : items[i].number(quantity);
   }
   return command;
 }

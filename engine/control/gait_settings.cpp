@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <limits>
 
 #include "engine/control/gait_doubts.h"
 #include "engine/control/gait_timing.h"
@@ -81,12 +82,16 @@ std::vector<int> read_feet(const ControlContext& context, const Settings& settin
   if (!list) return default_feet(context, settings);
   std::vector<std::string> names;
   for (const Frame& frame : context.nominal.frames) names.push_back(frame.name);
+  if (list->is_scalar()) list->fail(fmt::format("{0}: must be a list of links: [{0}]", list->text()));
   std::vector<int> frames;
   for (const Settings& item : list->items()) {
     const int frame = context.nominal.frame(item.text());
     if (frame < 0) {
       const std::string near = nearest(item.text(), names);
       item.fail(fmt::format("'{}' is no link of the robot{}", item.text(), did_you_mean(near)));
+    }
+    if (std::find(frames.begin(), frames.end(), frame) != frames.end()) {
+      item.fail(fmt::format("'{}' stands twice; each foot is named once", item.text()));
     }
     frames.push_back(frame);
   }
@@ -166,8 +171,50 @@ double read_height(const std::optional<Settings>& value, const std::vector<Leg>&
   return is_absolute(*value) ? value->positive(Quantity::length) : value->positive() * shortest;
 }
 
+/// The largest height of a base, m, whose foot is within the leg's reach when it is `origin` but for its height;
+/// nothing if it is too far away sideways.
+std::optional<double> largest_height(const Leg& leg, const Mat3& R_GB, const Vec3& origin) {
+  const Vec3 hip_G = R_GB * leg.hip;
+  const double side = (origin - hip_G).head<2>().norm();
+  if (!(side < leg.reach)) return std::nullopt;
+  const double height = std::sqrt(leg.reach * leg.reach - side * side) - hip_G.z();
+  return height > 0 ? std::optional(height) : std::nullopt;
+}
+
+/// Which foot cannot stand where it should, and what would let it.
+struct OutOfReach {
+  std::string foot;
+  double distance, reach;                // m
+  std::optional<double> height, factor;  // the largest that fits all legs, m and as a multiple of the shortest reach
+};
+
+[[noreturn]] void refuse_stance(const Settings& settings, const OutOfReach& out) {
+  const std::string rule =
+      fmt::format("{} would stand {:.4g} m from its hip, and its reach is {:.4g} m", out.foot, out.distance, out.reach);
+  const auto attitude = settings.find("orientation");
+  if (attitude) {
+    std::string typed;
+    for (const double angle : attitude->numbers(3, Quantity::angle))
+      typed += fmt::format("{}{:g}", typed.empty() ? "" : ", ", angle);
+    attitude->fail(
+        fmt::format("with the base at [{}] rad {}; tilt it less, or lower the height (a unit for all stands "
+                    "behind: [0, 0, 10, deg])",
+                    typed, rule));
+  }
+  const auto stance = settings.find("stance");
+  const auto height = stance ? stance->find("height") : std::nullopt;
+  const std::string right =
+      out.height ? fmt::format("; the largest height that fits is {:.4g} m ({:.4g} of the shortest leg's reach)",
+                               std::floor(*out.height * 1e4) / 1e4, std::floor(*out.factor * 1e3) / 1e3)
+                 : std::string("; no height fits: narrow the stance");
+  const Settings& place = height && out.height ? *height : stance ? *stance : settings;
+  const std::string typed = height && out.height ? height->text() + ": " : "";
+  place.fail(typed + rule + right);
+}
+
 /// Foot origins in the level frame (Table 17: stance length and width, base linear offset).
-void read_stance(const Settings& settings, const std::vector<Leg>& legs, const Mat3& R_GB, GaitParameters& p) {
+void read_stance(const Model& model, const Settings& settings, const std::vector<Leg>& legs, const Mat3& R_GB,
+                 GaitParameters& p) {
   const Settings stance = settings.find("stance").value_or(settings);
   const bool given = settings.has("stance");
   if (given) stance.allow(stance_description().names());
@@ -178,6 +225,9 @@ void read_stance(const Settings& settings, const std::vector<Leg>& legs, const M
     const std::vector<double> xy = list->numbers(2, Quantity::length);
     offset = {xy[0], xy[1], 0};
   }
+  std::optional<OutOfReach> far;
+  std::optional<double> most = std::numeric_limits<double>::infinity();
+  double shortest = most.value();
   for (std::size_t i = 0; i < legs.size(); ++i) {
     const Vec3& hip = legs[i].hip;
     const Vec3 origin = Vec3(place(key("length"), hip.x()), place(key("width"), hip.y()), -height) - offset;
@@ -185,12 +235,16 @@ void read_stance(const Settings& settings, const std::vector<Leg>& legs, const M
     Vec3::Map(p.hip[i]) = hip;
     p.reach[i] = legs[i].reach;
     const double distance = (R_GB.transpose() * origin - hip).norm();
-    if (distance > legs[i].reach) {
-      stance.fail(fmt::format(
-          "foot {} would stand {:.4g} m from its hip; its reach is {:.4g} m, so lower the height or narrow the stance",
-          i + 1, distance, legs[i].reach));
-    }
+    const std::optional<double> highest = largest_height(legs[i], R_GB, origin);
+    most = most && highest ? std::optional(std::min(*most, *highest)) : std::nullopt;
+    shortest = std::min(shortest, legs[i].reach);
+    if (distance > legs[i].reach && !far)
+      far = OutOfReach{model.frames[legs[i].frame].name, distance, legs[i].reach, {}, {}};
   }
+  if (!far) return;
+  far->height = most;
+  if (most) far->factor = *most / shortest;
+  refuse_stance(settings, *far);
 }
 
 }  // namespace
@@ -233,7 +287,7 @@ const Description& gait_description() {
         Default::value("1 m/s"),
         "limit of the velocity at touchdown, as published"},
        {"contact_force",
-        {Form::number(Quantity::force, Bound::not_negative)},
+        {Form::number(Quantity::force, Bound::not_negative), Form::text("% of the robot's weight")},
         Default::words(fmt::format("{:g} % of the robot's weight", 100 * kCarryingShare)),
         "a foot that presses more than this carries"},
        {"feet",
@@ -259,8 +313,12 @@ GaitSetup read_gait(const ControlContext& context, const Settings& settings) {
   p.global_up = own.flag("global_up");
   p.recovery = own.flag("recovery");
   p.max_speed = own.number("max_foot_speed");
-  p.contact_force = kCarryingShare * robot_weight(context.nominal);
-  if (const auto force = own.find_number("contact_force")) p.contact_force = *force;
+  const double weight = robot_weight(context.nominal);
+  p.contact_force = kCarryingShare * weight;
+  if (const auto force = settings.find("contact_force")) {
+    const bool share = force->is_scalar() && force->text().ends_with('%');
+    p.contact_force = share ? force->non_negative() * weight : own.number("contact_force");
+  }
   p.gravity = context.nominal.gravity.norm();
   Mat3 R_GB = Mat3::Identity();
   if (const auto attitude = settings.find("orientation")) {
@@ -268,7 +326,7 @@ GaitSetup read_gait(const ControlContext& context, const Settings& settings) {
     R_GB = rotation_from_rpy({rpy[0], rpy[1], rpy[2]});
     Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>{p.R_GB} = R_GB;
   }
-  read_stance(settings, setup.legs, R_GB, p);
+  read_stance(context.nominal, settings, setup.legs, R_GB, p);
   setup.steering = read_steering(settings, context.nominal.floating_base);
   doubt_gait(settings, setup);
   return setup;

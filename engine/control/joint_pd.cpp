@@ -17,14 +17,19 @@ const Description& description() {
   static const Description text = {
       "a servo in each joint: spring kp, damper kd and integral ki towards the policy's positions",
       {{"kp",
-        {Form::joint_numbers(Quantity::rotational_stiffness, Bound::not_negative)},
+        {Form::joint_numbers(Quantity::rotational_stiffness, Bound::not_negative),
+         Form::joint_numbers(Quantity::stiffness, Bound::not_negative)},
         Default::required(),
         "spring"},
-       {"kd", {Form::joint_numbers(Quantity::rotational_damping, Bound::not_negative)}, Default::value("0"), "damper"},
+       {"kd",
+        {Form::joint_numbers(Quantity::rotational_damping, Bound::not_negative),
+         Form::joint_numbers(Quantity::damping, Bound::not_negative)},
+        Default::value("0"),
+        "damper"},
        {"ki",
         {Form::joint_numbers(Quantity::dimensionless, Bound::not_negative)},
         Default::value("0"),
-        "integral, N m/(rad s); it stands still while the torque is cut"}}};
+        "integral, N m/(rad s) or N/(m s); it stands still while the torque is cut"}}};
   return text;
 }
 
@@ -52,8 +57,8 @@ class JointPd : public Tracker {
   JointPd(const ControlContext& context, const Settings& settings) {
     const Described own(settings, description());
     doubt_unnamed(context.nominal, own.at("kp"));
-    kp_ = read_gains(context.nominal, own, "kp");
-    kd_ = read_gains(context.nominal, own, "kd");
+    kp_ = read_gains(context.nominal, own, "kp", Quantity::stiffness);
+    kd_ = read_gains(context.nominal, own, "kd", Quantity::damping);
     ki_ = read_gains(context.nominal, own, "ki");
   }
 

@@ -16,15 +16,20 @@ namespace graze {
 
 namespace {
 
+constexpr const char* kNever = "never";
+
 const Description& sinusoid_description() {
   static const Description text = {
       "q = q0 + amplitude sin(frequency t + phase) about the nominal initial position q0",
-      {{"amplitude", {Form::joint_numbers(Quantity::angle)}, Default::required(), "of the motion"},
+      {{"amplitude",
+        {Form::joint_numbers(Quantity::angle), Form::joint_numbers(Quantity::length)},
+        Default::required(),
+        "of the motion"},
        {"frequency", {Form::joint_numbers(Quantity::angular_velocity)}, Default::required(), "angular frequency"},
        {"phase", {Form::joint_numbers(Quantity::angle)}, Default::value("0 rad"), "at the start"},
        {"until",
-        {Form::number(Quantity::time, Bound::not_negative)},
-        Default::words("never"),
+        {Form::number(Quantity::time, Bound::not_negative), Form::word({kNever})},
+        Default::words(kNever),
         "when the motion is frozen"}}};
   return text;
 }
@@ -54,10 +59,11 @@ class Sinusoid : public Motion {
   Sinusoid(const ControlContext& context, const Settings& settings)
       : q0_(actuated_positions(context.nominal, context.initial)) {
     const Described own(settings, sinusoid_description());
-    amplitude_ = read_joint_values(context.nominal, settings.at("amplitude"), Quantity::angle, 0.0);
+    amplitude_ = read_joint_values(context.nominal, settings.at("amplitude"), Quantity::angle, 0.0, Quantity::length);
     frequency_ = read_joint_values(context.nominal, settings.at("frequency"), Quantity::angular_velocity, 0.0);
     phase_ = read_joint_values_or(context.nominal, own, "phase");
-    until_ = own.find_number("until").value_or(until_);
+    const auto until = settings.find("until");
+    if (until && !(until->is_scalar() && until->text() == kNever)) until_ = own.number("until");
     for (int k = 0; k < static_cast<int>(q0_.size()); ++k) {
       const double most = std::abs(amplitude_[k]);
       if (most == 0) continue;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include "engine/settings/similar.h"
 #include "engine/settings/units.h"
@@ -42,22 +43,52 @@ void for_each_match(const Model& model, const Settings& settings, const Visit& v
   }
 }
 
+/// The quantity of a number of actuated joint k. Refuses a unit that fits joints of the other type alone.
+Quantity quantity_of_joint(const Model& model, const Settings& value, int k, Quantity turning, Quantity sliding) {
+  const Body& body = model.bodies[model.actuated[k]];
+  const bool slides = body.type == JointType::prismatic;
+  const Quantity own = slides ? sliding : turning, other = slides ? turning : sliding;
+  const std::string text = value.is_scalar() ? value.text() : "";
+  const auto written = split_number(text);  // looks into the text
+  if (written && !to_si(own, 1, written->unit) && to_si(other, 1, written->unit)) {
+    value.fail(fmt::format("{}: the unit '{}' does not fit joint {}, which {}; one of: {}", text, written->unit,
+                           body.joint, slides ? "slides" : "turns", units_of(own)));
+  }
+  return own;
+}
+
 }  // namespace
 
-std::vector<double> read_joint_values(const Model& model, const Settings& settings, Quantity quantity,
-                                      double fallback) {
+Quantity quantity_of_joints(const Model& model, const Settings& value, const std::vector<int>& joints, Quantity turning,
+                            Quantity sliding) {
+  Quantity out = joints.empty() ? turning : sliding;
+  for (const int k : joints) {
+    if (quantity_of_joint(model, value, k, turning, sliding) == turning) out = turning;
+  }
+  return out;
+}
+
+std::vector<double> read_joint_values(const Model& model, const Settings& settings, Quantity quantity, double fallback,
+                                      std::optional<Quantity> sliding) {
   std::vector<double> values(model.na(), fallback);
   if (!settings.is_map()) {
-    values.assign(values.size(), settings.number(quantity));
+    std::vector<int> all(values.size());
+    std::iota(all.begin(), all.end(), 0);
+    const Quantity common = quantity_of_joints(model, settings, all, quantity, sliding.value_or(quantity));
+    values.assign(values.size(), settings.number(common));
     return values;
   }
-  for_each_match(model, settings, [&](std::size_t k, const Settings& value) { values[k] = value.number(quantity); });
+  for_each_match(model, settings, [&](std::size_t k, const Settings& value) {
+    const int joint = static_cast<int>(k);
+    values[k] = value.number(quantity_of_joint(model, value, joint, quantity, sliding.value_or(quantity)));
+  });
   return values;
 }
 
-std::vector<double> read_joint_values_or(const Model& model, const Described& settings, std::string_view key) {
+std::vector<double> read_joint_values_or(const Model& model, const Described& settings, std::string_view key,
+                                         std::optional<Quantity> sliding) {
   const std::optional<Settings> found = settings.find(key);
-  if (found) return read_joint_values(model, *found, settings.quantity(key), 0.0);
+  if (found) return read_joint_values(model, *found, settings.quantity(key), 0.0, sliding);
   return std::vector<double>(model.na(), settings.default_number(key));
 }
 
@@ -115,11 +146,16 @@ void doubt_targets(const Model& model, int k, double low, double high, const Set
                           meant ? fmt::format("; are they meant in {}?", room.turns ? "deg" : "mm") : ""));
 }
 
-std::vector<double> read_gains(const Model& model, const Described& settings, std::string_view key) {
-  const std::vector<double> gains = read_joint_values_or(model, settings, key);
-  for (const double gain : gains) {
-    if (gain < 0)
-      settings.at(key).fail("a gain is negative; it must be >= 0, or the servo pushes away from its target");
+std::vector<double> read_gains(const Model& model, const Described& settings, std::string_view key,
+                               std::optional<Quantity> sliding) {
+  const std::vector<double> gains = read_joint_values_or(model, settings, key, sliding);
+  for (int k = 0; k < model.na(); ++k) {
+    if (gains[k] >= 0) continue;
+    const Settings typed = joint_entry(model, settings.at(key), k);
+    typed.fail(
+        fmt::format("{}: a gain is negative, of joint {}; it must be >= 0, or the servo pushes away from its "
+                    "target",
+                    typed.text(), model.bodies[model.actuated[k]].joint));
   }
   return gains;
 }

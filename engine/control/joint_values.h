@@ -6,10 +6,17 @@
 namespace graze {
 
 /// `{"*_Y_*": 20, "LF_X_1": 25}`: in file order, later entries win; joints that no entry names get `fallback`. A glob
-/// that matches no actuated joint is refused with the nearest name. na values, SI.
-std::vector<double> read_joint_values(const Model& model, const Settings& settings, Quantity quantity, double fallback);
+/// that matches no actuated joint is refused with the nearest name. `sliding`: of prismatic joints, if that is another
+/// quantity than of those that turn; a unit of the other is refused with the joint that it does not fit. na values, SI.
+std::vector<double> read_joint_values(const Model& model, const Settings& settings, Quantity quantity, double fallback,
+                                      std::optional<Quantity> sliding = std::nullopt);
 /// The same for a key with a default value, which all joints have if it is not written.
-std::vector<double> read_joint_values_or(const Model& model, const Described& settings, std::string_view key);
+std::vector<double> read_joint_values_or(const Model& model, const Described& settings, std::string_view key,
+                                         std::optional<Quantity> sliding = std::nullopt);
+/// The quantity of one number for several actuated joints, by their types; of joints of both types `turning`. Refuses a
+/// unit that fits only some of them, with one that it does not fit.
+Quantity quantity_of_joints(const Model& model, const Settings& value, const std::vector<int>& joints, Quantity turning,
+                            Quantity sliding);
 
 /// Names of the actuated joints, in order.
 std::vector<std::string> actuated_names(const Model& model);
@@ -17,7 +24,8 @@ std::vector<std::string> actuated_names(const Model& model);
 std::vector<double> actuated_positions(const Model& model, const State& state);
 
 /// Gains of a servo: stiffness and damping must not be negative.
-std::vector<double> read_gains(const Model& model, const Described& settings, std::string_view key);
+std::vector<double> read_gains(const Model& model, const Described& settings, std::string_view key,
+                               std::optional<Quantity> sliding = std::nullopt);
 
 /// Of a map as read_joint_values() takes it: where the value of actuated joint k stands, the last entry that names it.
 /// Else: `settings`.

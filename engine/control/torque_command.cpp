@@ -12,7 +12,10 @@ namespace {
 const Description& description() {
   static const Description text = {
       "gives the joints torques, constant or by a table over time",
-      {{"constant", {Form::joint_numbers(Quantity::torque)}, Default::value("0 N m"), "all along"},
+      {{"constant",
+        {Form::joint_numbers(Quantity::torque), Form::joint_numbers(Quantity::force)},
+        Default::value("0"),
+        "all along"},
        {"table", {Form::text("FILE")}, {}, "CSV `time,JOINT,…` of what is added to it over time"},
        interpolation_key()}};
   return text;
@@ -23,7 +26,7 @@ class TorqueCommand : public Policy {
   TorqueCommand(const ControlContext& context, const Settings& settings)
       : q0_(actuated_positions(context.nominal, context.initial)), constant_(q0_.size(), 0.0) {
     if (const auto constant = settings.find("constant")) {
-      constant_ = read_joint_values(context.nominal, *constant, Quantity::torque, 0.0);
+      constant_ = read_joint_values(context.nominal, *constant, Quantity::torque, 0.0, Quantity::force);
     }
     if (const auto table = settings.find("table")) {
       table_ = JointTable::load(*table, actuated_names(context.nominal),

@@ -262,6 +262,11 @@ std::string value_text(const Form& form) {
 }
 
 std::string value_text(const Key& key) {
+  const auto by_joint = [](const Form& form) { return form.kind == Form::Kind::joint_numbers; };
+  if (key.forms.size() == 2 && std::all_of(key.forms.begin(), key.forms.end(), by_joint)) {
+    // Of hinges and of sliders: "rad or m, or by joint".
+    return fmt::format("{} or {}", unit_of(key.forms[0].quantity), value_text(key.forms[1]));
+  }
   std::vector<std::string> ways;
   for (const Form& form : key.forms) ways.push_back(value_text(form));
   return joined(ways, " or ");
@@ -305,6 +310,10 @@ std::string plain(std::string_view text) {
 Described::Described(const Settings& settings, const Description& description)
     : settings_(settings), description_(&description) {
   if (settings.is_map() || description.instead.empty()) settings.allow(description.names());
+  for (const Key& key : description.keys) {
+    if (key.with.empty() || !settings.has(key.name) || settings.has(key.with)) continue;
+    settings.at(key.name).fail_key(fmt::format("goes with '{}', which does not stand here", key.with));
+  }
 }
 
 const Key& Described::key_of(std::string_view name) const {

@@ -25,7 +25,10 @@ Row cells_of(const KeyRow& row) {
 /// What stands behind the name, when it is no map.
 std::string instead_text(const Description& description) {
   std::vector<std::string> ways;
-  for (const Form& form : description.instead) ways.push_back(value_text(form));
+  for (const Form& form : description.instead) {
+    // In the place of a map, true says that it is there; false would say nothing.
+    ways.push_back(form.kind == Form::Kind::flag ? "true" : value_text(form));
+  }
   return fmt::format("{}", fmt::join(ways, " or "));
 }
 

@@ -336,6 +336,13 @@ class SchemaWriter {
     defs_["policy"] = policy;
     defs_["policies"] = by_name("Policies by name", reference("policy"), "policy");
     defs_["policies"]["minProperties"] = 1;
+    // A velocity's items are of two quantities.
+    Json& velocity = defs_["policy.gait"]["properties"]["velocity"];
+    if (velocity.is_null()) return;
+    const Json item =
+        one_or_any({quantity(Quantity::velocity, Bound::none), quantity(Quantity::angular_velocity, Bound::none)});
+    const Json planar = array_of(item, 3), all = array_of(item, 6);
+    velocity["anyOf"] = {planar, all, kListText};
   }
 
   void add_task() {

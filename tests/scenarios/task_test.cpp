@@ -49,6 +49,7 @@ TEST(TaskDescriptions, AreWhole) {
   requirements:
     lane: {position: {link: base, x: {above: -1}, y: {above: -0.5, below: 0.5}}}
     slow: {joint_speed: {joints: hip, below: 10}, window: [0.5 s, 1 s]}
+    slider: {joint_speed: {joints: slide, below: 1}}
     rated: {joint_speed: {joints: hip}}
     spare: {joint_limits: {joints: hip, margin: 0.5}}
     free: {joint_limits: {joints: hip}}
@@ -57,8 +58,8 @@ TEST(TaskDescriptions, AreWhole) {
   std::vector<std::string> texts;
   for (const Requirement& one : scenario.task.requirements) texts.push_back(one.description);
   EXPECT_EQ(texts, (std::vector<std::string>{"base x > -1 m, y > -0.5 m and y < 0.5 m",
-                                             "speed of hip below 10 rad/s, from 0.5 to 1 s",
-                                             "speed of hip below the URDF's limits",
+                                             "speed of hip below the URDF's limit, 5 rad/s, from 0.5 to 1 s",
+                                             "speed of slide below 1 m/s", "speed of hip below the URDF's limits",
                                              "position limits of hip, less 0.5 rad", "position limits of hip"}));
   EXPECT_EQ(scenario.task.objective.description, "base z > 0 m and z < 1 m, from 0.25 to 0.5 s");
 }

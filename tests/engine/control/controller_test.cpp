@@ -316,10 +316,19 @@ TEST_F(ControllerTest, GaitErrors) {
   has(gait("velocity: [0.2, 0, 0], duty: 75 %"), "either `liftoff` or `touchdown`");
   has(gait("velocity: [0.2, 0, 0], duty: 75 %, liftoff: '[25, 75, 0] %'"), "has 3 values; one per foot (4)");
   has(gait("velocity: [0.2, 0, 0], duty: 75, liftoff: '[25, 75, 0, 50] %'"), "75 is not a fraction");
-  has(gait("velocity: [0.2, 0, 0], stance: {height: 1 m}, " + timing), "its reach is");
+  has(gait("velocity: [0.2, 0, 0], stance: {height: 1 m}, " + timing), "height: 1 m: LF_FOOT would stand");
+  has(gait("velocity: [0.2, 0, 0], stance: {height: 1 m}, " + timing), "the largest height that fits is 0.");
+  has(gait("velocity: [0.2, 0, 0], orientation: [0, 0, 90], " + timing),
+      "orientation: with the base at [0, 0, 90] rad");
+  has(gait("velocity: [0.2, 0, 0], feet: [LF_FOOT, LF_FOOT], " + timing), "'LF_FOOT' stands twice");
+  has(gait("velocity: [0.2, 0, 0], feet: LF_FOOT, " + timing), "feet: LF_FOOT: must be a list of links: [LF_FOOT]");
+  has(gait("velocity: [0.2 rad/s, 0, 0], " + timing), "velocity[0]: 0.2 rad/s: the unit 'rad/s' does not fit");
+  has(gait("velocity: [0.2, 0, 0], contact_force: -2 %, " + timing), "contact_force: -2 %: must be >= 0");
   has(gait("velocity: [0.2, 0, 0], feet: [LF_FOOT, RF_FOT], " + timing), "did you mean RF_FOOT?");
   has(gait("velocity: [0.2, 0, 0], feet: [BODY0], " + timing), "does not move relative to the base");
   has(gait("velocity: [0.2, 0, 0], step_hight: 1, " + timing), "step_height");
+  EXPECT_NO_THROW(make("{gait: {velocity: [20 cm/s, 0, -30 deg/s], duration: 0.3, step_height: 3 cm, " + timing +
+                       "}, control: {operational_pd: {kp: 1000}}}"));
   has(gait("waypoints: {points: [], speed: {forward: 0.1, turn: 0.5}}, " + timing), "has no points");
 }
 
@@ -332,6 +341,8 @@ TEST_F(ControllerTest, GaitWeighsTheRobotAlone) {
   const double force = read_gait(crowded.context(), gait).parameters.contact_force;
   EXPECT_EQ(force, read_gait(scene.context(), gait).parameters.contact_force);
   EXPECT_DOUBLE_EQ(force, 0.02 * robot_weight(scene.model));
+  const Settings share = gait.with("contact_force", Settings::parse("value: 5 %", "test.yaml").at("value"));
+  EXPECT_DOUBLE_EQ(read_gait(scene.context(), share).parameters.contact_force, 0.05 * robot_weight(scene.model));
 }
 
 // Waypoints: a base that moves as commanded passes every point and stops behind the last; driving never strafes,
