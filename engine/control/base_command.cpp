@@ -115,6 +115,8 @@ class Waypoints : public Steering {
   std::array<std::size_t, kLanes> next_{};
 };
 
+}  // namespace
+
 std::array<double, kCommandRows> read_velocity(const Settings& settings) {
   const std::vector<Settings> items = settings.items();
   // A list in quotes has one unit for all, which none of these has: its numbers are bare.
@@ -133,8 +135,6 @@ std::array<double, kCommandRows> read_velocity(const Settings& settings) {
   }
   return command;
 }
-
-}  // namespace
 
 Key velocity_key() {
   return {"velocity",

@@ -27,6 +27,10 @@ class Steering {
 Key velocity_key();
 Key waypoints_key();
 
+/// The value of a gait's `velocity`: vx, vy, vz, wx, wy, wz in the base's level frame, m/s and rad/s; each item may
+/// have its unit. Throws InputError.
+std::array<double, kCommandRows> read_velocity(const Settings& settings);
+
 /// Reads one of these keys of a gait. Throws InputError.
 std::unique_ptr<Steering> read_steering(const Settings& gait, bool floating_base);
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/control/base_command.h"
 #include "engine/settings/units.h"
 #include "engine/settings/warnings.h"
 
@@ -70,10 +71,9 @@ void doubt_turn(const Settings& settings, double rate, const GaitSetup& gait) {
 }
 
 void doubt_velocity(const Settings& settings, const GaitSetup& gait) {
-  const std::vector<double> v = settings.numbers(-1);
-  const bool planar = v.size() == 3;
-  doubt_speed(settings, std::hypot(v[0], v[1], planar ? 0 : v[2]), gait);
-  doubt_turn(settings, planar ? std::abs(v[2]) : std::hypot(v[3], v[4], v[5]), gait);
+  const std::array<double, kCommandRows> v = read_velocity(settings);
+  doubt_speed(settings, std::hypot(v[0], v[1], v[2]), gait);
+  doubt_turn(settings, std::hypot(v[3], v[4], v[5]), gait);
 }
 
 void doubt_waypoints(const Settings& speed, const GaitSetup& gait) {

@@ -179,9 +179,20 @@ class SchemaWriter {
     }
   }
 
+  /// Numbers by joint of several quantities: one map may name joints that turn and joints that slide.
+  std::vector<Json> joint_ways(const Key& key) {
+    std::vector<Json> out;
+    for (const Form& form : key.forms) out.push_back(quantity(form.quantity, form.bound));
+    const Json one = one_or_any(out);
+    out.push_back({{"type", "object"}, {"additionalProperties", one}});
+    return out;
+  }
+
   Json property(const Key& key) {
     std::vector<Json> ways;
     for (const Form& form : key.forms) ways.push_back(value(form));
+    const auto by_joint = [](const Form& form) { return form.kind == Form::Kind::joint_numbers; };
+    if (key.forms.size() > 1 && std::all_of(key.forms.begin(), key.forms.end(), by_joint)) ways = joint_ways(key);
     Json out = one_or_any(std::move(ways));
     const bool words = key.otherwise.kind == Default::Kind::words;
     const std::string help = key.help + (words ? "; default: " + key.otherwise.text : "");
