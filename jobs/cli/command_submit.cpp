@@ -13,8 +13,10 @@
 #include "engine/settings/inputs.h"
 #include "jobs/campaign/communicator.h"
 #include "jobs/cli/commands.h"
+#include "jobs/cli/help_format.h"
 #include "jobs/cli/option_values.h"
 #include "jobs/cli/run_request.h"
+#include "jobs/cli/wrapped_text.h"
 #include "jobs/slurm/batch_queue.h"
 #include "jobs/slurm/batch_script.h"
 
@@ -201,13 +203,6 @@ int submit(const Arguments& arguments, const std::vector<std::string>& line) {
   return kDone;
 }
 
-/// The scenario is read by run's own parser, so this one does not know that there is one.
-struct SubmitHelp : CLI::Formatter {
-  std::string make_usage(const CLI::App* /*app*/, std::string /*name*/) const override {
-    return "Usage: graze submit [OPTIONS] SCENARIO [OPTIONS OF graze run]\n";
-  }
-};
-
 /// One word that Slurm and the script take as it is.
 std::string word_problem(const std::string& text) {
   const bool fine = !text.empty() && text.find_first_of(" \t\n\"'$`\\") == std::string::npos;
@@ -225,11 +220,10 @@ void add_submit(CLI::App& app, Action& action) {
       "  graze submit curb.yaml --time 1-12 --until 'ci < 0.01' --policy 'step/4cm' --dry-run\n"
       "  graze submit curb.yaml --array 50 --cpus-per-task 8 --time 4:00:00 -n 1000000 -o /scratch/curb.graze\n\n"
       "graze submit SCENARIO …: the scenario and all other options are those of graze run. The script resumes what is "
-      "there, so that it may "
-      "be\n"
-      "queued again at any time. docs/cluster.md tells more.\n");
+      "there, so that it may be queued again at any time. docs/cluster.md tells more.\n");
   verb->allow_extras();
-  verb->formatter(std::make_shared<SubmitHelp>());
+  // The scenario is read by run's own parser, so this one does not know that there is one.
+  verb->formatter(help_format(output_width(), "Usage: graze submit [OPTIONS] SCENARIO [OPTIONS OF graze run]"));
   verb->add_option("--time", arguments->time, "Time limit as Slurm's: minutes, M:S, H:M:S, D-H, D-H:M:S")->required();
   add_whole(*verb, "--nodes", request.nodes, 1, 100000, "Nodes")->default_str("1");
   add_whole(*verb, "--ntasks-per-node", request.tasks_per_node, 1, 4096, "MPI ranks on each node")->default_str("1");

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <sstream>
+#include <utility>
 
 #include "jobs/cli/wrapped_text.h"
 
@@ -12,7 +13,11 @@ namespace {
 
 class WrappedHelp : public CLI::Formatter {
  public:
-  explicit WrappedHelp(std::size_t width) : width_(width) {}
+  WrappedHelp(std::size_t width, std::string usage) : width_(width), usage_(std::move(usage)) {}
+
+  std::string make_usage(const CLI::App* app, std::string name) const override {
+    return usage_.empty() ? Formatter::make_usage(app, name) : usage_ + "\n";
+  }
 
   std::string make_option_desc(const CLI::Option* option) const override {
     return in_column(Formatter::make_option_desc(option));
@@ -46,10 +51,13 @@ class WrappedHelp : public CLI::Formatter {
   }
 
   std::size_t width_;
+  std::string usage_;
 };
 
 }  // namespace
 
-std::shared_ptr<CLI::Formatter> help_format(std::size_t width) { return std::make_shared<WrappedHelp>(width); }
+std::shared_ptr<CLI::Formatter> help_format(std::size_t width, const std::string& usage) {
+  return std::make_shared<WrappedHelp>(width, usage);
+}
 
 }  // namespace graze
