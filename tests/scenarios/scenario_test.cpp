@@ -304,11 +304,11 @@ TEST(Policies, MultiplyOver) {
   const Scenario s = read(
       "graze: 1\nrobot: {urdf: robots/hopper.urdf}\npolicies:\n"
       "  a: {hold: {}, control: {joint_pd: {kp: 1}}}\n"
-      "  b: {hold: {}, control: {joint_pd: {kp: 1}}, over: {control.joint_pd.kp: [10, 2e1 N/m], "
+      "  b: {hold: {}, control: {joint_pd: {kp: {slide: 1}}}, over: {control.joint_pd.kp.slide: [10, 2e1 N/m], "
       "control.joint_pd.kd: [1, 2]}}\n");
   EXPECT_THAT(names_of(s.policies), ElementsAre("a", "b/10/1", "b/10/2", "b/2e1N_m/1", "b/2e1N_m/2"));
   const Settings gains = s.policies[3].settings.at("control").at("joint_pd");
-  EXPECT_DOUBLE_EQ(gains.at("kp").number(Quantity::stiffness), 20);
+  EXPECT_DOUBLE_EQ(gains.at("kp").at("slide").number(Quantity::stiffness), 20);
   EXPECT_DOUBLE_EQ(gains.at("kd").number(), 1);
   EXPECT_FALSE(s.policies[3].settings.has("over"));
 }
