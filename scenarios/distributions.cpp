@@ -168,6 +168,36 @@ Spread choice(const Described& own, const DrawnFor& drawn) {
   return out;
 }
 
+DistributionKind choice_kind() {
+  const Key values = {"values", {Form::labels()}, Default::required(), "numbers, or names of the parameter's values"};
+  return {"choice",
+          {"one of some values",
+           {values,
+            {"weights",
+             {Form::numbers(-1, Quantity::dimensionless, Bound::not_negative)},
+             Default::words("all alike"),
+             "how likely each is, in proportion",
+             "values"}},
+           {},
+           {Form::labels()},
+           "A list alone stands for `{values: […]}`."},
+          choice,
+          true};
+}
+
+DistributionKind empirical_kind() {
+  return {"empirical",
+          {"as measured: interpolates between the sorted values",
+           {{"values", {Form::drawn_list(-1)}, {}, "the measured values"},
+            {"file", {Form::text("FILE")}, {}, "CSV with a header line that holds them"},
+            {"column", {Form::text("NAME")}, {}, "of the file; required with it", "file"},
+            {"unit", {Form::text("UNIT")}, Default::words("SI"), "of the column", "file"}},
+           {{"values", "file"}},
+           {Form::drawn_list(-1)},
+           "A list alone stands for `{values: […]}`."},
+          by(&SpreadReader::empirical)};
+}
+
 std::vector<DistributionKind> own_kinds() {
   const Default nominal = Default::words("the nominal value"), none = Default::words("none");
   const auto at = [](const char* name, const Default& otherwise, const char* help) {
@@ -175,7 +205,6 @@ std::vector<DistributionKind> own_kinds() {
   };
   const Key min = at("min", Default::required(), "the least value"),
             max = at("max", Default::required(), "the greatest value");
-  const Key values = {"values", {Form::labels()}, Default::required(), "numbers, or names of the parameter's values"};
   return {
       {"normal",
        {"normal about a mean, cut at bounds if they are given",
@@ -211,29 +240,8 @@ std::vector<DistributionKind> own_kinds() {
         {Form::drawn_list(3)},
         "`[min, mode, max]` is short for the map."},
        by(&SpreadReader::triangular)},
-      {"choice",
-       {"one of some values",
-        {values,
-         {"weights",
-          {Form::numbers(-1, Quantity::dimensionless, Bound::not_negative)},
-          Default::words("all alike"),
-          "how likely each is, in proportion",
-          "values"}},
-        {},
-        {Form::labels()},
-        "A list alone stands for `{values: […]}`."},
-       choice,
-       true},
-      {"empirical",
-       {"as measured: interpolates between the sorted values",
-        {{"values", {Form::drawn_list(-1)}, {}, "the measured values"},
-         {"file", {Form::text("FILE")}, {}, "CSV with a header line that holds them"},
-         {"column", {Form::text("NAME")}, {}, "of the file; required with it", "file"},
-         {"unit", {Form::text("UNIT")}, Default::words("SI"), "of the column", "file"}},
-        {{"values", "file"}},
-        {Form::drawn_list(-1)},
-        "A list alone stands for `{values: […]}`."},
-       by(&SpreadReader::empirical)},
+      choice_kind(),
+      empirical_kind(),
   };
 }
 
