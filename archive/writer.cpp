@@ -24,12 +24,12 @@ constexpr std::size_t kShardBytes = std::size_t{32} << 20;
 }  // namespace
 
 struct CampaignWriter::Impl {
-  Impl(std::filesystem::path path, const CampaignInfo& facts, bool force)
-      : directory(std::move(path), facts, force), buffer(facts.policies.size()) {}
-  Impl(std::filesystem::path path, const CampaignInfo& facts, ExistingCampaign existing)
-      : directory(std::move(path), facts, std::move(existing)), buffer(facts.policies.size()) {}
-  Impl(std::filesystem::path path, const CampaignInfo& facts, CampaignMember member)
-      : directory(std::move(path), facts, member),
+  Impl(const std::filesystem::path& path, const CampaignInfo& facts, bool force)
+      : directory(path, facts, force), buffer(facts.policies.size()) {}
+  Impl(const std::filesystem::path& path, const CampaignInfo& facts, ExistingCampaign existing)
+      : directory(path, facts, std::move(existing)), buffer(facts.policies.size()) {}
+  Impl(const std::filesystem::path& path, const CampaignInfo& facts, CampaignMember member)
+      : directory(path, facts, member),
         buffer(facts.policies.size()),
         age(std::max<Clock::duration>(kShardAge, member.ranks * kShardAgePerRank)) {}
 
@@ -52,13 +52,13 @@ struct CampaignWriter::Impl {
 };
 
 CampaignWriter::CampaignWriter(std::filesystem::path directory, const CampaignInfo& info, bool force)
-    : impl_(std::make_unique<Impl>(std::move(directory), info, force)) {}
+    : impl_(std::make_unique<Impl>(directory, info, force)) {}
 
 CampaignWriter::CampaignWriter(std::filesystem::path directory, const CampaignInfo& info, ExistingCampaign existing)
-    : impl_(std::make_unique<Impl>(std::move(directory), info, std::move(existing))) {}
+    : impl_(std::make_unique<Impl>(directory, info, std::move(existing))) {}
 
 CampaignWriter::CampaignWriter(std::filesystem::path directory, const CampaignInfo& info, CampaignMember member)
-    : impl_(std::make_unique<Impl>(std::move(directory), info, member)) {}
+    : impl_(std::make_unique<Impl>(directory, info, member)) {}
 
 CampaignWriter::~CampaignWriter() {
   try {

@@ -202,20 +202,25 @@ std::size_t LaneEngine::lay_out(double* base) {
   b.slot_impulse = rows(kKept * kSlots * np);
   b.travel = rows(1);
   b.due = rows(np);
-  b.na = na;
+  link_tables();
+  return used;
+}
+
+void LaneEngine::link_tables() {
+  LaneBlock& b = block_;
+  b.na = static_cast<int>(actuated_dof_.size());
   b.actuated_body = actuated_body_.data();
   b.locked = locked_.data();
   b.actuated_dof = actuated_dof_.data();
-  b.collider_count = nc;
+  b.collider_count = static_cast<int>(colliders_.size());
   b.colliders = colliders_.data();
-  b.pair_count = np;
+  b.pair_count = static_cast<int>(pairs_.size());
   b.pairs = pairs_.data();
   b.paths = paths_.views().data();
   b.slot_used = slot_used_.data();
   b.soonest = soonest_.data();
   b.near = near_.data();
   b.near_lanes = near_lanes_.data();
-  return used;
 }
 
 void LaneEngine::load_bodies(int lane, const Model& model) {

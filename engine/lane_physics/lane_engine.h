@@ -93,6 +93,7 @@ class LaneEngine {
   void number_contacts(const Model& nominal);
   /// Places all arrays behind `base`; returns how many doubles they take.
   std::size_t lay_out(double* base);
+  void link_tables();  // what is the same for all lanes, which the block points to
   /// Calls f(rows, count) for all arrays of rows that a step reads and the step before it, or start(), has left.
   template <class F>
   void each_kept_row(const F& f) const;

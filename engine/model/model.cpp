@@ -179,7 +179,7 @@ class Compiler {
     const Mat3& inertia = model_.bodies[i].inertia;
     if (!inertia.allFinite()) refuse(i, "inertia is not finite");
     const Eigen::SelfAdjointEigenSolver<Mat3> solver(inertia, Eigen::EigenvaluesOnly);
-    const Vec3 moments = solver.eigenvalues();  // ascending
+    const Vec3& moments = solver.eigenvalues();  // ascending
     const double tolerance = 1e-9 * moments.sum();
     if (moments[0] <= std::max(0.0, 1e-3 * tolerance)) {
       refuse(i, fmt::format("principal moments of inertia {:g}, {:g}, {:g} kg m^2: all must be positive", moments[0],

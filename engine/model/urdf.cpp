@@ -213,7 +213,7 @@ class Builder {
   Mat3 physical(const Mat3& inertia, const UrdfOutline::LinkEntry& entry) const {
     const std::string where = fmt::format("link '{}': <inertia>", entry.name);
     const Eigen::SelfAdjointEigenSolver<Mat3> solver(inertia);
-    const Vec3 I = solver.eigenvalues();  // ascending
+    const Vec3& I = solver.eigenvalues();  // ascending
     if (!I.allFinite()) fail(entry.inertial_line, where + ": too large to compute with");
     if (I[0] < 0) {
       fail(entry.inertial_line,
