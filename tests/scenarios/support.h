@@ -5,6 +5,7 @@
 #include <string>
 
 #include "scenarios/scenario.h"
+#include "tests/message_of.h"
 
 namespace graze::testing {
 
@@ -22,14 +23,5 @@ policies: {rest: {hold: {}, control: {joint_pd: {kp: 10}}}}
 
 /// Named as if it stood in this folder, so that it finds the robot; messages begin with "<folder>test.yaml:".
 inline Scenario read(const std::string& text) { return parse_scenario(text, kFolder + "test.yaml"); }
-
-inline std::string message_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const InputError& e) {
-    return e.what();
-  }
-  return "(accepted)";
-}
 
 }  // namespace graze::testing

@@ -8,9 +8,12 @@
 #include "engine/physics.h"
 #include "simulation/simulation.h"
 #include "tests/jobs/program.h"
+#include "tests/message_of.h"
 
 namespace graze {
 namespace {
+
+using testing::message_of;
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -53,15 +56,6 @@ class Drift : public BlockPhysics {
 const PhysicsRegistration registration("a-drift",
                                        {"bodies on which nothing acts", {{"none", "they pass through each other"}}},
                                        [](const Model& nominal) { return std::make_unique<Drift>(nominal); });
-
-std::string message_of(const std::function<void()>& what) {
-  try {
-    what();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "(no error)";
-}
 
 TEST(BackEnd, IsChosenByTheNameUnderWhichItRegistered) {
   testing::TemporaryFolder folder;

@@ -10,11 +10,14 @@
 #include "engine/control/policy.h"
 #include "simulation/simulation.h"
 #include "tests/jobs/program.h"
+#include "tests/message_of.h"
 #include "tests/sanitized.h"
 #include "tests/trace_bits.h"
 
 namespace graze {
 namespace {
+
+using testing::message_of;
 
 using ::testing::HasSubstr;
 using Saved = std::shared_ptr<const SavedTrace>;
@@ -168,15 +171,6 @@ TEST(SavedTrace, GoesOnOtherwise) {
   }
 }
 
-std::string message_of(const std::function<void()>& what) {
-  try {
-    what();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "(no error)";
-}
-
 /// The trace of particle 0 at a step.
 Saved saved_of(const Simulation& simulation, const std::string& policy, std::uint32_t step) {
   Keeper keeper({step});
@@ -192,7 +186,7 @@ TEST(SavedTrace, OfAnotherIsRefused) {
                            const std::vector<Saved>& from) {
     return message_of([&] { Simulator(where, under).run(particle, 1, {.saved = from}); });
   };
-  EXPECT_EQ(refused(curb, policy, 0, saved), "(no error)");
+  EXPECT_EQ(refused(curb, policy, 0, saved), "(accepted)");
   EXPECT_THAT(refused(curb, policy, 1, saved), HasSubstr("particle 1 cannot go on from a trace that was saved of "
                                                          "particle 0"));
   EXPECT_THAT(refused(curb, policy, 0, none), HasSubstr("particle 0 has no saved trace"));

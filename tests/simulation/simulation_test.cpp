@@ -10,10 +10,13 @@
 #include <thread>
 
 #include "tests/jobs/program.h"
+#include "tests/message_of.h"
 #include "tests/trace_bits.h"
 
 namespace graze {
 namespace {
+
+using testing::message_of;
 
 using testing::bits_of;
 using ::testing::ElementsAre;
@@ -31,15 +34,6 @@ std::vector<std::string> bits(const std::vector<TraceRecord>& traces) {
   std::vector<std::string> out;
   for (const TraceRecord& trace : traces) out.push_back(bits_of(trace));
   return out;
-}
-
-std::string message_of(const std::function<void()>& what) {
-  try {
-    what();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "(no error)";
 }
 
 /// Keeps the state of every step by particle; ends the traces of one particle at a step.

@@ -14,18 +14,12 @@
 
 #include "engine/settings/units.h"
 #include "engine/settings/warnings.h"
+#include "tests/message_of.h"
 
 namespace graze {
 namespace {
 
-std::string message_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const InputError& e) {
-    return e.what();
-  }
-  return "(no error)";
-}
+using testing::message_of;
 
 Settings parse(const std::string& text) { return Settings::parse(text, "a.yaml"); }
 
@@ -188,7 +182,7 @@ TEST(Overrides, PathsAreBounded) {
     const std::size_t at = whole.find("=1: ");
     return at == std::string::npos ? whole : whole.substr(at);
   };
-  EXPECT_EQ(message(63), "(no error)");
+  EXPECT_EQ(message(63), "(accepted)");
   EXPECT_EQ(message(64), "=1: with it, values are nested deeper than 64");
   EXPECT_EQ(message(20'000), "=1: a path of 20000 parts; at most 1000");
 }
@@ -403,9 +397,9 @@ TEST(Hostile, BytesGiveInputErrorsOnly) {
        {deep, bomb, std::string("a: [b"), std::string("\0\xff\xfe", 3), std::string("&a [*a]"), std::string("*b"),
         std::string("? [a]\n: b"), std::string("a: 1\n---\nb: 2"), std::string("%YAML 9"), std::string("[1]: 2"),
         std::string("~: 2")}) {
-    EXPECT_NE(parse_message(text), "(no error)") << text.substr(0, 40);
+    EXPECT_NE(parse_message(text), "(accepted)") << text.substr(0, 40);
   }
-  EXPECT_EQ(parse_message(""), "(no error)");
+  EXPECT_EQ(parse_message(""), "(accepted)");
   EXPECT_TRUE(parse("").is_null());
 }
 
