@@ -242,7 +242,10 @@ class Packer {
  private:
   void pack_policy(const std::string& policy) {
     const std::string group = schema::traces_group(policy);
-    const std::vector<std::string> flat = {schema::events_group(policy), schema::telemetry_group(policy)};
+    const std::vector<std::string> flat = {schema::events_group(policy), schema::phases_group(policy),
+                                           schema::telemetry_group(policy)};
+    const std::vector<std::vector<hdf5::Spec>> columns = {schema::events(), schema::phases(),
+                                                          schema::telemetry(widths_)};
     WindowWalk walk(parts_, group, policy, flat);
     const std::uint64_t rows = walk.rows();
     if (rows == 0) return;
@@ -252,8 +255,7 @@ class Packer {
     std::vector<FlatPacker> flats;
     for (std::size_t i = 0; i < flat.size(); ++i) {
       if (walk.flat_rows(i) == 0) continue;
-      flats.emplace_back(parts_, out_, flat[i], policy, rows, walk.flat_rows(i),
-                         i == 0 ? schema::events() : schema::telemetry(widths_));
+      flats.emplace_back(parts_, out_, flat[i], policy, rows, walk.flat_rows(i), columns[i]);
     }
     while (const std::optional<RowWindow> window = walk.next()) {
       table.add(*window);

@@ -141,6 +141,21 @@ void write_events(const ReplayFile& replay, CsvFile out) {
   out.publish();
 }
 
+void write_phases(const ReplayFile& replay, CsvFile out) {
+  out.row({"begin [s]", "end [s]", "a", "b", "feature_a", "feature_b", "peak [N s]", "impulse [N s]", "slip", "roll"});
+  for (const ContactPhase& phase : replay.trace.phases) {
+    out.cell(phase.begin);
+    out.cell(phase.end);
+    out.cell(replay.info.colliders.at(phase.a));
+    out.cell(replay.info.colliders.at(phase.b));
+    out.cell(feature_text(phase.feature_a));
+    out.cell(feature_text(phase.feature_b));
+    for (const double number : {phase.peak, phase.impulse, phase.slip, phase.roll}) out.cell(number);
+    out.end_row();
+  }
+  out.publish();
+}
+
 void write_parameters(const ReplayFile& replay, CsvFile out) {
   out.row({"name", "unit", "nominal", "value", "deviations", "nominal_label", "value_label", "distribution"});
   for (const ReplayedParameter& parameter : replay.parameters) {
@@ -223,9 +238,10 @@ void write_replay_csv(const ReplayFile& replay, const std::vector<fs::path>& fil
   write_frames(replay, CsvFile(files.at(0), force));
   write_contacts(replay, CsvFile(files.at(1), force));
   write_events(replay, CsvFile(files.at(2), force));
-  write_parameters(replay, CsvFile(files.at(3), force));
-  write_derived(replay, CsvFile(files.at(4), force));
-  write_trace(replay, CsvFile(files.at(5), force));
+  write_phases(replay, CsvFile(files.at(3), force));
+  write_parameters(replay, CsvFile(files.at(4), force));
+  write_derived(replay, CsvFile(files.at(5), force));
+  write_trace(replay, CsvFile(files.at(6), force));
 }
 
 }  // namespace graze

@@ -28,6 +28,7 @@ class Hdf5Writer {
     write_frames();
     write_contacts();
     write_events();
+    write_phases();
     write_requirements();
     write_parameters();
     write_derived();
@@ -113,6 +114,20 @@ class Hdf5Writer {
     write_sides<Event>("events", events);
     column("events", schema::impulse(), gather<double>(events, [](const Event& e) { return e.impulse; }));
     column("events", schema::position(), vectors(events, [](const Event& e) { return e.p_W; }));
+  }
+
+  void write_phases() {
+    const std::vector<ContactPhase>& phases = replay_.trace.phases;
+    const auto numbers = [&](const Spec& spec, double ContactPhase::*member) {
+      column("phases", spec, gather<double>(phases, [&](const ContactPhase& p) { return p.*member; }));
+    };
+    numbers(schema::begin(), &ContactPhase::begin);
+    numbers(schema::end(), &ContactPhase::end);
+    write_sides<ContactPhase>("phases", phases);
+    numbers(schema::peak(), &ContactPhase::peak);
+    numbers(schema::impulse(), &ContactPhase::impulse);
+    numbers(schema::share("slip"), &ContactPhase::slip);
+    numbers(schema::share("roll"), &ContactPhase::roll);
   }
 
   /// a, b and their features.
@@ -225,7 +240,8 @@ std::vector<std::filesystem::path> replay_files(const std::filesystem::path& out
                Endings::only);
   if (ending_of(output) != ".csv") return {output};
   std::vector<std::filesystem::path> files = {output};
-  for (const char* what : {".contacts.csv", ".events.csv", ".parameters.csv", ".derived.csv", ".trace.csv"}) {
+  for (const char* what :
+       {".contacts.csv", ".events.csv", ".phases.csv", ".parameters.csv", ".derived.csv", ".trace.csv"}) {
     files.push_back(std::filesystem::path(output).replace_extension(what));
   }
   return files;

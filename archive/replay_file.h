@@ -49,8 +49,8 @@ struct ReplayFile {
 };
 
 /// The files that write_replay() makes for `output`: one ending in .h5, or, for one ending in .csv, NAME.csv (frames),
-/// NAME.contacts.csv, NAME.events.csv, NAME.parameters.csv, NAME.derived.csv and NAME.trace.csv. Throws InputError for
-/// other endings.
+/// NAME.contacts.csv, NAME.events.csv, NAME.phases.csv, NAME.parameters.csv, NAME.derived.csv and NAME.trace.csv.
+/// Throws InputError for other endings.
 std::vector<std::filesystem::path> replay_files(const std::filesystem::path& output);
 
 /// Throws InputError unless a replay of `archive` may be written: a known ending, none of the files exists (unless

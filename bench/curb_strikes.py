@@ -3,9 +3,9 @@
 
 usage: curb_strikes.py ARCHIVE.h5 [POLICY …]
 
-ARCHIVE.h5 is a packed campaign of data/scenarios/quadruped_curb.yaml. The curb is 1 cm thick about y = -0.2 m; the robot
-comes from greater y. A touch is a beginning of contact in the archive's events; the impulse of a whole contact is what the
-measures (task.measures) have as limit minus margin.
+ARCHIVE.h5 is a packed campaign of data/scenarios/quadruped_curb.yaml, run with --set record.events=true. The curb is
+1 cm thick about y = -0.2 m; the robot comes from greater y. A touch is a beginning of contact in the archive's events; the
+impulse of a whole contact is what the measures (task.measures) have as limit minus margin.
 """
 
 import re

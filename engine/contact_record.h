@@ -59,4 +59,22 @@ struct Event {
   Vec3 p_W = Vec3::Zero();
 };
 
+/// Two parts in contact, from a touch-down to a lift-off. Touches of the two that follow each other closely are one
+/// phase (PhaseRules).
+struct ContactPhase {
+  double begin = 0, end = 0;  // s: the first touch; the end of the last step in which they touched
+  int a = 0, b = 0;           // colliders, a < b
+  Feature feature_a = Feature::surface, feature_b = Feature::surface;  // where they pressed most
+  double peak = 0;                                                     // largest normal impulse of one step, N s
+  double impulse = 0;                                                  // normal impulse of all steps, N s
+  double slip = 0, roll = 0;  // shares of the steps in which they touched; the rest is stick
+};
+
+/// What makes a phase of touches of two parts.
+struct PhaseRules {
+  double gap = 0;      // s: a touch that follows the one before within this time continues its phase
+  double dwell = 0;    // s   } a phase that is shorter than `dwell` and carries less than `impulse` is none
+  double impulse = 0;  // N s }
+};
+
 }  // namespace graze

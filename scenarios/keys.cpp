@@ -1,5 +1,7 @@
 #include "scenarios/keys.h"
 
+#include <fmt/format.h>
+
 #include <cassert>
 
 #include "engine/physics.h"
@@ -193,7 +195,30 @@ Description record() {
             {Form::number(Quantity::time, Bound::positive)},
             Default::value("0.5 s"),
             "with `telemetry: last`: how long before the first violation, or the trace's end"},
-           {"events", {Form::flag()}, Default::value("true"), "contacts that begin, slip, end"}}};
+           {"phases",
+            {Form::flag(), Form::section("phases")},
+            Default::value("true"),
+            "contact phases: which parts touch from when to when, how hard, sticking, slipping or rolling"},
+           {"events",
+            {Form::flag()},
+            Default::value("false"),
+            "every touch, lift-off, change between stick, slip and roll, and joint limit"}}};
+}
+
+Description phases() {
+  return {"what makes a contact phase of the touches of two parts",
+          {{"gap",
+            {Form::number(Quantity::time, Bound::not_negative)},
+            Default::value("20 ms"),
+            "a touch within this time after the last continues its phase"},
+           {"dwell",
+            {Form::number(Quantity::time, Bound::not_negative)},
+            Default::value("2 ms"),
+            "a phase that is shorter, and carries less than `impulse`, is none"},
+           {"impulse",
+            {Form::number(Quantity::impulse, Bound::not_negative)},
+            Default::words(fmt::format("what the robot's weight makes in {:g} ms", 1e3 * kPhaseWeightTime)),
+            "see `dwell`"}}};
 }
 
 Description task() {
@@ -237,6 +262,7 @@ const std::map<std::string, Description>& scenario_sections() {
         {number_or_spread("lag", Quantity::time, Bound::not_negative, Default::value("0 s"),
                           "from the policy's command to the tracker")}}},
       {"record", record()},
+      {"phases", phases()},
       {"task", task()},
       {"requirement", requirement_description()},
       {"predicate", predicate_description()},

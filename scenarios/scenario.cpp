@@ -220,9 +220,18 @@ int read_every(const Settings& every, const Timing& timing) {
   return static_cast<int>(value);
 }
 
-Recording read_record(const Settings& root, const Timing& timing) {
+/// `weight`: of the robot, N.
+PhaseRules read_phases(const Described& own, double weight) {
+  return {own.number("gap"), own.number("dwell"), own.find_number("impulse").value_or(weight * kPhaseWeightTime)};
+}
+
+Recording read_record(const Settings& root, const Timing& timing, double weight) {
   Recording out;
   const auto record = root.find("record");
+  const auto phases = record && record->is_map() ? record->find("phases") : std::nullopt;
+  const bool ruled = phases && phases->is_map();
+  const Settings nothing = Settings::parse("{}", "");
+  out.rules = read_phases(Described(ruled ? *phases : nothing, section_of("phases")), weight);
   if (!record) return out;
   const Described own(*record, section_of("record"));
   const std::string word = own.word("telemetry");
@@ -233,6 +242,7 @@ Recording read_record(const Settings& root, const Timing& timing) {
   if (const auto every = record->find("every")) out.every = read_every(*every, timing);
   out.last = own.number("last");
   out.events = own.flag("events");
+  if (!ruled) out.phases = own.flag("phases");
   return out;
 }
 
@@ -329,7 +339,7 @@ Scenario read_scenario(const Settings& root, const std::string& file, const Scen
   if (const auto actuators = root.find("actuators")) {
     out.torque_speed = Described(*actuators, section_of("actuators")).flag("torque_speed");
   }
-  out.recording = read_record(root, out.timing);
+  out.recording = read_record(root, out.timing, robot_weight(out.model));
   doubt_last(root, out.timing);
   check_frames(root, out);
   const auto task = root.find("task");

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/contact_record.h"
 #include "engine/control/policy.h"
 #include "engine/model/fabrication.h"
 #include "engine/settings/settings.h"
@@ -39,9 +40,11 @@ enum class Telemetry { none, failures, last, all };
 
 struct Recording {
   Telemetry telemetry = Telemetry::none;
-  int every = 10;     // physics steps between frames
-  double last = 0.5;  // s, with Telemetry::last
-  bool events = true;
+  int every = 10;      // physics steps between frames
+  double last = 0.5;   // s, with Telemetry::last
+  bool phases = true;  // contact phases
+  PhaseRules rules;
+  bool events = false;  // every touch, lift-off, change of mode and joint limit
 };
 
 struct Scenario {

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "engine/contact/events.h"
+#include "engine/contact/phases.h"
 #include "engine/model/limits.h"
 #include "engine/physics.h"
 #include "sampling/stream.h"
@@ -111,6 +112,7 @@ struct BlockRun::Impl final : TraceSaver {
   Actuators actuators;
   TaskMonitor monitor;
   EventTracker events;
+  PhaseTracker phases;
   TelemetryRecorder telemetry;
   LaneNoise lag_jitter;
   Observation observation;
@@ -144,6 +146,7 @@ struct BlockRun::Impl final : TraceSaver {
         actuators(s.model, s.torque_speed),
         monitor(s.task),
         events(s.model),
+        phases(s.recording.rules),
         telemetry(s.recording, s.timing.step),
         lag_jitter(lag_noise(s, root_seed)),
         command(s.model.na()),
@@ -163,7 +166,8 @@ struct BlockRun::Impl final : TraceSaver {
     lanes[lane] = {&particle, &record, first, first};
     if (watch) watch->begin(lane);
     digests[lane] = particle.id;
-    events.start(lane, particle.model);
+    if (scenario.recording.events) events.start(lane, particle.model);
+    phases.start(lane);
     sensors.start(lane, particle);
     if (observer) watched->start(lane, particle);
     actuators.start(lane, particle);
@@ -195,7 +199,8 @@ struct BlockRun::Impl final : TraceSaver {
     actuators.carry(lane, tape);
     controller.carry(lane, tape);
     monitor.carry(lane, tape);
-    events.carry(lane, tape);
+    if (scenario.recording.events) events.carry(lane, tape);
+    phases.carry(lane, tape);
     telemetry.carry(lane, tape);
     tape.end();
   }
@@ -307,7 +312,8 @@ struct BlockRun::Impl final : TraceSaver {
     record.q = to_vector(physics->state().q, lane);
     record.v = to_vector(physics->state().v, lane);
     record.events = events.take(lane);
-    record.sequence = contact_sequence(scenario.model, record.events);
+    record.phases = phases.take(lane);
+    record.sequence = contact_sequence(scenario.model, record.phases);
     record.objective_margin = monitor.objective_margin(lane);
     if (physics->fault(lane) || is_astray(lane)) {
       record.outcome = Outcome::invalid;
@@ -321,7 +327,7 @@ struct BlockRun::Impl final : TraceSaver {
       record.outcome = monitor.objective_met(lane) ? Outcome::success : Outcome::unknown_failure;
     }
     if (telemetry.on()) record.telemetry = telemetry.hand_over(lane, record.outcome != Outcome::success);
-    if (!scenario.recording.events) record.events.clear();
+    if (!scenario.recording.phases) record.phases.clear();
     active.set(lane, false);
     if (watch) watch->end(lane);
   }
@@ -370,7 +376,8 @@ struct BlockRun::Impl final : TraceSaver {
     fold(digests, physics->state().v);
     fold(digests, tau);
     clock.ended(Phase::digest);
-    events.update(times(), physics->contact_points(), physics->state(), active);
+    if (scenario.recording.events) events.update(times(), physics->contact_points(), physics->state(), active);
+    phases.update(times(), physics->contact_points(), active);
     clock.ended(Phase::events);
     LaneMask ended = judge(active);
     clock.ended(Phase::witnesses);

@@ -10,9 +10,10 @@ namespace graze {
 /// What moved results, by epoch:
 ///   1  the first that is counted; before it, archives tell a hash of the sources ("0.1.0+3f2ac1b09d4e")
 ///   2  sines, exponentials and the like no longer come from the C library
-inline constexpr int kResultsEpoch = 2;
+///   3  contact sequences are those of contact phases; servos on `bullet` round their damping otherwise
+inline constexpr int kResultsEpoch = 3;
 
-/// Names what this program computes, for archives and messages ("epoch 2"): programs of the same results version give
+/// Names what this program computes, for archives and messages ("epoch 3"): programs of the same results version give
 /// the same bits.
 inline std::string results_version() { return "epoch " + std::to_string(kResultsEpoch); }
 

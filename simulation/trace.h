@@ -66,11 +66,12 @@ struct TraceRecord {
   Culprit objective_culprit;
   std::vector<double> q, v;  // final state
   std::uint64_t digest = 0;  // of q, v and torques of every step: equal digests, equal traces
-  std::string sequence;      // contact sequence, by named parts
+  std::string sequence;      // of its contact phases, by named parts
   std::string invalid_reason;
   bool stopped = false;  // an observer ended it here, where it was judged; never in campaigns
   SolverLog solver;
   std::vector<Event> events;
+  std::vector<ContactPhase> phases;
   FrameLog telemetry;
 };
 

@@ -30,6 +30,14 @@ inline void add_bits(const std::vector<Event>& events, std::string& out) {
   }
 }
 
+inline void add_bits(const std::vector<ContactPhase>& phases, std::string& out) {
+  for (const ContactPhase& phase : phases) {
+    out += fmt::format("{} {} {} {} ", phase.a, phase.b, static_cast<int>(phase.feature_a),
+                       static_cast<int>(phase.feature_b));
+    add_bits({phase.begin, phase.end, phase.peak, phase.impulse, phase.slip, phase.roll}, out);
+  }
+}
+
 template <class Frames>
 void add_frame_bits(const Frames& telemetry, std::string& out) {
   for (std::size_t i = 0; i < telemetry.size(); ++i) {
@@ -48,6 +56,7 @@ inline std::string bits_of(const TraceRecord& trace) {
     for (const int part : *parts) out += fmt::format("{} ", part);
   }
   add_bits(trace.events, out);
+  add_bits(trace.phases, out);
   add_frame_bits(trace.telemetry, out);
   return out;
 }

@@ -127,6 +127,15 @@ std::vector<const Row*> flatten(const hdf5::Handle& file, const std::string& gro
   return rows;
 }
 
+/// Parts and features of events or phases.
+template <class Rows>
+void write_sides(const TableWriter& table, const Rows& rows) {
+  table.column<std::int32_t>(schema::collider("a"), rows, [](auto row) { return row->a; });
+  table.column<std::int32_t>(schema::collider("b"), rows, [](auto row) { return row->b; });
+  table.column<std::uint8_t>(schema::feature("feature_a"), rows, [](auto row) { return row->feature_a; });
+  table.column<std::uint8_t>(schema::feature("feature_b"), rows, [](auto row) { return row->feature_b; });
+}
+
 void write_events(const hdf5::Handle& file, const std::string& policy, const Traces& traces) {
   using E = const Event*;
   const std::string group = schema::events_group(policy);
@@ -137,13 +146,26 @@ void write_events(const hdf5::Handle& file, const std::string& policy, const Tra
   const TableWriter table(file, group, kDeflate), numbers(file, group, 0);
   numbers.column<double>(schema::time(), rows, [](E e) { return e->time; });
   table.column<std::uint8_t>(schema::kind(), rows, [](E e) { return e->kind; });
-  table.column<std::int32_t>(schema::collider("a"), rows, [](E e) { return e->a; });
-  table.column<std::int32_t>(schema::collider("b"), rows, [](E e) { return e->b; });
-  table.column<std::uint8_t>(schema::feature("feature_a"), rows, [](E e) { return e->feature_a; });
-  table.column<std::uint8_t>(schema::feature("feature_b"), rows, [](E e) { return e->feature_b; });
+  write_sides(table, rows);
   numbers.column<double>(schema::impulse(), rows, [](E e) { return e->impulse; });
   numbers.matrix(
       schema::position(), rows, [](E e) -> const auto& { return e->p_W; });
+}
+
+void write_phases(const hdf5::Handle& file, const std::string& policy, const Traces& traces) {
+  using P = const ContactPhase*;
+  const std::string group = schema::phases_group(policy);
+  const auto rows = flatten<ContactPhase>(
+      file, group, traces, [](const TraceRecord& t) -> const auto& { return t.phases; });
+  if (rows.empty()) return;
+  const TableWriter table(file, group, kDeflate), numbers(file, group, 0);
+  numbers.column<double>(schema::begin(), rows, [](P p) { return p->begin; });
+  numbers.column<double>(schema::end(), rows, [](P p) { return p->end; });
+  write_sides(table, rows);
+  numbers.column<double>(schema::peak(), rows, [](P p) { return p->peak; });
+  numbers.column<double>(schema::impulse(), rows, [](P p) { return p->impulse; });
+  numbers.column<double>(schema::share("slip"), rows, [](P p) { return p->slip; });
+  numbers.column<double>(schema::share("roll"), rows, [](P p) { return p->roll; });
 }
 
 /// One column of all traces' frames, trace after trace, straight from where they lie.
@@ -184,7 +206,7 @@ std::size_t memory_of(const TraceRecord& trace) {
   const std::size_t doubles = trace.margins.size() * 2 + trace.q.size() + trace.v.size() + frames.time().size() +
                               frames.q().size() + frames.v().size() + frames.tau().size();
   return sizeof(TraceRecord) + 8 * doubles + 8 * trace.margin_parts.size() + trace.sequence.size() +
-         trace.events.size() * sizeof(Event);
+         trace.events.size() * sizeof(Event) + trace.phases.size() * sizeof(ContactPhase);
 }
 
 }  // namespace
@@ -227,6 +249,7 @@ void ShardBuffer::write(const hdf5::Handle& file, const CampaignInfo& info) {
               [](const TraceRecord& a, const TraceRecord& b) { return a.particle < b.particle; });
     write_traces(file, info.policies[policy], traces, widths, sequences, reasons);
     write_events(file, info.policies[policy], traces);
+    write_phases(file, info.policies[policy], traces);
     write_telemetry(file, info.policies[policy], traces, widths);
   }
   hdf5::write_strings(file.id(), schema::kSequences, sequences.texts());

@@ -79,7 +79,7 @@ std::vector<std::uint64_t> OpenPart::offsets(const std::string& group, std::uint
   if (!has(group)) return {};
   std::vector<std::uint64_t> offset = read<std::uint64_t>(group, schema::offset(), traces + 1);
   if (offset.front() != 0 || !std::is_sorted(offset.begin(), offset.end()) ||
-      offset.back() != column(group, schema::time()).rows()) {
+      offset.back() != column(group, has(group + "/time") ? schema::time() : schema::begin()).rows()) {
     fail(fmt::format("dataset '{}/offset' does not divide its table", group));
   }
   return offset;

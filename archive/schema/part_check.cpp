@@ -68,6 +68,14 @@ class PartCheck {
         check_time(events, "time", event.time);
       }
     });
+    const std::string phases = schema::phases_group(policy);
+    const std::uint64_t all_phases = flat_rows(phases, rows);
+    for_each_piece(all_phases, [&](std::uint64_t first, std::uint64_t count) {
+      for (const ContactPhase& phase : read_phases(part_, phases, {all_phases, first, count}, info_)) {
+        check_time(phases, "begin", phase.begin);
+        check_time(phases, "end", phase.end);
+      }
+    });
     if (frames == 0) return;
     for (const hdf5::Spec& spec : schema::telemetry(widths_)) {
       if (spec.name == "time") check_times(telemetry, spec, frames);

@@ -8,16 +8,55 @@
 namespace graze {
 namespace {
 
+bool within(int index, const std::vector<std::string>& names) {
+  return index >= 0 && index < static_cast<int>(names.size());
+}
+
 bool possible(const Event& event, const CampaignInfo& info) {
-  const auto within = [](int index, const std::vector<std::string>& names) {
-    return index >= 0 && index < static_cast<int>(names.size());
-  };
   if (event.kind > EventKind::roll_to_slip || event.feature_a > Feature::rim || event.feature_b > Feature::rim)
     return false;
   const bool limit = event.kind == EventKind::limit_begin || event.kind == EventKind::limit_end;
   return limit ? within(event.a, info.bodies) && (event.b == -1 || event.b == 1)
                : within(event.a, info.colliders) && within(event.b, info.colliders);
 }
+
+bool possible(const ContactPhase& phase, const CampaignInfo& info) {
+  const auto share = [](double x) { return x >= 0 && x <= 1; };
+  return phase.feature_a <= Feature::rim && phase.feature_b <= Feature::rim && within(phase.a, info.colliders) &&
+         within(phase.b, info.colliders) && phase.begin <= phase.end && phase.peak >= 0 && phase.impulse >= 0 &&
+         share(phase.slip) && share(phase.roll);
+}
+
+/// Reads flat rows column by column into what they stand for.
+template <class Row>
+class RowFiller {
+ public:
+  RowFiller(const OpenPart& file, const std::string& group, RowRange range)
+      : file_(file), group_(group), range_(range), rows_(range.count) {}
+
+  template <class T, class Set>
+  void fill(const hdf5::Spec& spec, const Set& set) {
+    const auto data = file_.slice<T>(group_, spec, range_.rows, range_.first, range_.count);
+    for (std::uint64_t i = 0; i < range_.count; ++i) set(rows_[i], data.data() + i * spec.width);
+  }
+  /// What events and phases have in common.
+  void fill_sides() {
+    fill<std::int32_t>(schema::collider("a"), [](Row& row, const auto* x) { row.a = *x; });
+    fill<std::int32_t>(schema::collider("b"), [](Row& row, const auto* x) { row.b = *x; });
+    fill<std::uint8_t>(schema::feature("feature_a"),
+                       [](Row& row, const auto* x) { row.feature_a = static_cast<Feature>(*x); });
+    fill<std::uint8_t>(schema::feature("feature_b"),
+                       [](Row& row, const auto* x) { row.feature_b = static_cast<Feature>(*x); });
+    fill<double>(schema::impulse(), [](Row& row, const double* x) { row.impulse = *x; });
+  }
+  std::vector<Row> take() { return std::move(rows_); }
+
+ private:
+  const OpenPart& file_;
+  const std::string& group_;
+  const RowRange range_;
+  std::vector<Row> rows_;
+};
 
 }  // namespace
 
@@ -56,33 +95,32 @@ std::vector<Culprit> read_culprits(const OpenPart& file, const std::string& poli
 
 std::vector<Event> read_events(const OpenPart& file, const std::string& group, RowRange range,
                                const CampaignInfo& info) {
-  std::vector<Event> events(range.count);
-  const auto fill = [&]<class T>(const hdf5::Spec& spec, auto&& set, T) {
-    const auto data = file.slice<T>(group, spec, range.rows, range.first, range.count);
-    for (std::uint64_t i = 0; i < range.count; ++i) set(events[i], data.data() + i * spec.width);
-  };
-  using Byte = std::uint8_t;
-  using Int = std::int32_t;
-  fill(
-      schema::time(), [](Event& e, const double* x) { e.time = *x; }, double{});
-  fill(
-      schema::kind(), [](Event& e, const Byte* x) { e.kind = static_cast<EventKind>(*x); }, Byte{});
-  fill(
-      schema::collider("a"), [](Event& e, const Int* x) { e.a = *x; }, Int{});
-  fill(
-      schema::collider("b"), [](Event& e, const Int* x) { e.b = *x; }, Int{});
-  fill(
-      schema::feature("feature_a"), [](Event& e, const Byte* x) { e.feature_a = static_cast<Feature>(*x); }, Byte{});
-  fill(
-      schema::feature("feature_b"), [](Event& e, const Byte* x) { e.feature_b = static_cast<Feature>(*x); }, Byte{});
-  fill(
-      schema::impulse(), [](Event& e, const double* x) { e.impulse = *x; }, double{});
-  fill(
-      schema::position(), [](Event& e, const double* x) { e.p_W = Vec3(x[0], x[1], x[2]); }, double{});
+  RowFiller<Event> filler(file, group, range);
+  filler.fill_sides();
+  filler.fill<double>(schema::time(), [](Event& e, const double* x) { e.time = *x; });
+  filler.fill<std::uint8_t>(schema::kind(), [](Event& e, const auto* x) { e.kind = static_cast<EventKind>(*x); });
+  filler.fill<double>(schema::position(), [](Event& e, const double* x) { e.p_W = Vec3(x[0], x[1], x[2]); });
+  std::vector<Event> events = filler.take();
   for (const Event& event : events) {
     if (!possible(event, info)) file.fail(fmt::format("'{}': an event with an index out of range", group));
   }
   return events;
+}
+
+std::vector<ContactPhase> read_phases(const OpenPart& file, const std::string& group, RowRange range,
+                                      const CampaignInfo& info) {
+  RowFiller<ContactPhase> filler(file, group, range);
+  filler.fill_sides();
+  filler.fill<double>(schema::begin(), [](ContactPhase& p, const double* x) { p.begin = *x; });
+  filler.fill<double>(schema::end(), [](ContactPhase& p, const double* x) { p.end = *x; });
+  filler.fill<double>(schema::peak(), [](ContactPhase& p, const double* x) { p.peak = *x; });
+  filler.fill<double>(schema::share("slip"), [](ContactPhase& p, const double* x) { p.slip = *x; });
+  filler.fill<double>(schema::share("roll"), [](ContactPhase& p, const double* x) { p.roll = *x; });
+  std::vector<ContactPhase> phases = filler.take();
+  for (const ContactPhase& phase : phases) {
+    if (!possible(phase, info)) file.fail(fmt::format("'{}': a phase that no trace can have", group));
+  }
+  return phases;
 }
 
 std::vector<TelemetryFrame> read_frames(const OpenPart& file, const std::string& group, RowRange range,
@@ -139,6 +177,10 @@ TraceRecord read_trace(const OpenPart& file, const std::string& policy, std::uin
   const std::string events = schema::events_group(policy);
   if (const auto offset = file.offsets(events, rows); !offset.empty()) {
     trace.events = read_events(file, events, {offset.back(), offset[row], offset[row + 1] - offset[row]}, info);
+  }
+  const std::string phases = schema::phases_group(policy);
+  if (const auto offset = file.offsets(phases, rows); !offset.empty()) {
+    trace.phases = read_phases(file, phases, {offset.back(), offset[row], offset[row + 1] - offset[row]}, info);
   }
   return trace;
 }

@@ -30,9 +30,12 @@ std::vector<Culprit> read_culprits(const OpenPart& file, const std::string& poli
 /// Events in file order. Indices into the campaign's names are in range.
 std::vector<Event> read_events(const OpenPart& file, const std::string& group, RowRange range,
                                const CampaignInfo& info);
+/// Contact phases, as read_events().
+std::vector<ContactPhase> read_phases(const OpenPart& file, const std::string& group, RowRange range,
+                                      const CampaignInfo& info);
 std::vector<TelemetryFrame> read_frames(const OpenPart& file, const std::string& group, RowRange range,
                                         const Widths& widths);
-/// Row `row` of /traces/<policy> with its events, without telemetry and contact sequence.
+/// Row `row` of /traces/<policy> with its events and phases, without telemetry and contact sequence.
 TraceRecord read_trace(const OpenPart& file, const std::string& policy, std::uint64_t row, const CampaignInfo& info);
 
 }  // namespace graze

@@ -60,6 +60,11 @@ Spec feature(const char* name) {
 Spec impulse() { return plain("impulse", Type::f64, "N s"); }
 Spec position() { return matrix("position", 3, "m"); }
 
+Spec begin() { return plain("begin", Type::f64, "s"); }
+Spec end() { return plain("end", Type::f64, "s"); }
+Spec peak() { return plain("peak", Type::f64, "N s"); }
+Spec share(const char* name) { return plain(name, Type::f64); }
+
 Spec telemetry_q(const Widths& widths) { return matrix("q", widths.q); }
 Spec telemetry_v(const Widths& widths) { return matrix("v", widths.v); }
 Spec telemetry_tau(const Widths& widths) { return matrix("tau", widths.actuators); }
@@ -69,12 +74,18 @@ std::vector<Spec> events() {
           impulse(), position()};
 }
 
+std::vector<Spec> phases() {
+  return {begin(), end(),     collider("a"), collider("b"), feature("feature_a"), feature("feature_b"),
+          peak(),  impulse(), share("slip"), share("roll")};
+}
+
 std::vector<Spec> telemetry(const Widths& widths) {
   return {time(), telemetry_q(widths), telemetry_v(widths), telemetry_tau(widths)};
 }
 
 std::string traces_group(const std::string& policy) { return "traces/" + policy; }
 std::string events_group(const std::string& policy) { return "events/" + policy; }
+std::string phases_group(const std::string& policy) { return "phases/" + policy; }
 std::string telemetry_group(const std::string& policy) { return "telemetry/" + policy; }
 
 }  // namespace schema

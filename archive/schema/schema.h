@@ -44,7 +44,8 @@ hdf5::Spec digest();
 hdf5::Spec sequence();        // index into /sequences/text
 hdf5::Spec invalid_reason();  // index into /reasons/text
 
-/// /events/<policy> and /telemetry/<policy>: rows of trace t are offset[t] … offset[t + 1]; one more row than traces.
+/// /events/<policy>, /phases/<policy> and /telemetry/<policy>: rows of trace t are offset[t] … offset[t + 1]; one more
+/// row than traces.
 hdf5::Spec offset();
 hdf5::Spec time();
 
@@ -54,16 +55,23 @@ hdf5::Spec feature(const char* name);   // "feature_a", "feature_b"
 hdf5::Spec impulse();
 hdf5::Spec position();
 
+hdf5::Spec begin();
+hdf5::Spec end();
+hdf5::Spec peak();
+hdf5::Spec share(const char* name);  // "slip", "roll"
+
 hdf5::Spec telemetry_q(const Widths& widths);
 hdf5::Spec telemetry_v(const Widths& widths);
 hdf5::Spec telemetry_tau(const Widths& widths);
 
 /// The flat columns, without the offsets.
 std::vector<hdf5::Spec> events();
+std::vector<hdf5::Spec> phases();
 std::vector<hdf5::Spec> telemetry(const Widths& widths);
 
 std::string traces_group(const std::string& policy);
 std::string events_group(const std::string& policy);
+std::string phases_group(const std::string& policy);
 std::string telemetry_group(const std::string& policy);
 inline constexpr const char* kParticles = "particles";
 inline constexpr const char* kSequences = "sequences/text";

@@ -24,7 +24,23 @@ enum TraceColumn : unsigned {
   kSequence = 1u << 8,
   kInvalidReason = 1u << 9,
   kEvents = 1u << 10,
-  kAllColumns = (1u << 11) - 1,
+  kContactPhases = 1u << 11,
+  kAllColumns = (1u << 12) - 1,
+};
+
+/// Rows of which each trace has any number: events, contact phases.
+template <class Row>
+class FlatRows {
+ public:
+  std::span<const Row> of(std::size_t trace) const {
+    if (offset_.empty()) return {};
+    return std::span(rows_).subspan(offset_[trace] - offset_[0], offset_[trace + 1] - offset_[trace]);
+  }
+
+ private:
+  friend class TraceScan;
+  std::vector<std::uint64_t> offset_;  // one more than traces of the piece
+  std::vector<Row> rows_;
 };
 
 /// Some traces of one policy. What was not asked for must not be looked at. Valid during the call that gets it.
@@ -46,7 +62,8 @@ class TraceRows {
   std::uint64_t digest(std::size_t i) const { return digest_[rows_[i]]; }
   const std::string& sequence(std::size_t i) const { return (*sequences_)[sequence_[rows_[i]]]; }
   const std::string& invalid_reason(std::size_t i) const { return (*reasons_)[reason_[rows_[i]]]; }
-  std::span<const Event> events(std::size_t i) const;
+  std::span<const Event> events(std::size_t i) const { return events_.of(rows_[i]); }
+  std::span<const ContactPhase> phases(std::size_t i) const { return phases_.of(rows_[i]); }  // none in older archives
 
  private:
   friend class TraceScan;
@@ -62,8 +79,9 @@ class TraceRows {
   std::vector<std::int32_t> violated_;
   std::vector<double> end_time_, objective_margin_, margins_, violations_, solver_, final_q_, final_v_;
   std::vector<Culprit> culprits_;
-  std::vector<std::uint64_t> digest_, offset_;  // offset_: of the piece's events, one more than traces
-  std::vector<Event> events_;
+  std::vector<std::uint64_t> digest_;
+  FlatRows<Event> events_;
+  FlatRows<ContactPhase> phases_;
   const std::vector<std::string>*sequences_ = nullptr, *reasons_ = nullptr;  // of the part
 };
 

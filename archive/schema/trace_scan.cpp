@@ -10,8 +10,8 @@
 namespace graze {
 namespace {
 
-constexpr std::uint64_t kPiece = std::uint64_t{1} << 16;       // rows
-constexpr std::uint64_t kEventPiece = std::uint64_t{1} << 18;  // events, unless one trace has more
+constexpr std::uint64_t kPiece = std::uint64_t{1} << 16;      // rows
+constexpr std::uint64_t kFlatPiece = std::uint64_t{1} << 18;  // events or phases, unless one trace has more
 
 /// Particles that have been met. Ids that do not count are none of it.
 class Once {
@@ -61,19 +61,14 @@ SolverLog TraceRows::solver(std::size_t i) const {
   return {log[0], log[1], log[2], log[3]};
 }
 
-std::span<const Event> TraceRows::events(std::size_t i) const {
-  if (offset_.empty()) return {};
-  const std::uint64_t begin = offset_[rows_[i]], end = offset_[rows_[i] + 1];
-  return std::span(events_).subspan(begin - offset_[0], end - begin);
-}
-
 class TraceScan {
  public:
   TraceScan(const std::string& policy, const CampaignInfo& info, std::uint64_t particles, unsigned columns,
             const TraceFilter& wanted)
       : policy_(policy),
         group_(schema::traces_group(policy)),
-        events_(schema::events_group(policy)),
+        events_{kEvents, schema::events_group(policy), {}},
+        phases_{kContactPhases, schema::phases_group(policy), {}},
         info_(info),
         particles_(particles),
         widths_(widths_of(info)),
@@ -102,18 +97,23 @@ class TraceScan {
   void open(const OpenPart& file, std::uint64_t rows) {
     if (columns_ & kSequence) sequences_ = file.texts(schema::kSequences);
     if (columns_ & kInvalidReason) reasons_ = file.texts(schema::kReasons);
-    if (columns_ & kEvents) offsets_ = file.offsets(events_, rows);
+    for (Flat* flat : {&events_, &phases_}) {
+      if (columns_ & flat->column) flat->offsets = file.offsets(flat->group, rows);
+    }
     rows_.sequences_ = &sequences_;
     rows_.reasons_ = &reasons_;
   }
 
   /// Rows of the piece that begins at `first`.
   std::uint64_t piece_from(std::uint64_t first, std::uint64_t rows) const {
-    const std::uint64_t most = std::min(kPiece, rows - first);
-    if (!(columns_ & kEvents) || offsets_.empty()) return most;
-    const auto begin = offsets_.begin() + static_cast<std::ptrdiff_t>(first);
-    const auto end = std::upper_bound(begin + 1, begin + static_cast<std::ptrdiff_t>(most) + 1, *begin + kEventPiece);
-    return std::max<std::uint64_t>(1, static_cast<std::uint64_t>(end - begin) - 1);
+    std::uint64_t most = std::min(kPiece, rows - first);
+    for (const Flat* flat : {&events_, &phases_}) {
+      if (flat->offsets.empty()) continue;
+      const auto begin = flat->offsets.begin() + static_cast<std::ptrdiff_t>(first);
+      const auto end = std::upper_bound(begin + 1, begin + static_cast<std::ptrdiff_t>(most) + 1, *begin + kFlatPiece);
+      most = std::max<std::uint64_t>(1, static_cast<std::uint64_t>(end - begin) - 1);
+    }
+    return most;
   }
 
   /// Which rows of a piece count.
@@ -158,7 +158,10 @@ class TraceScan {
     if (columns_ & kDigest) rows_.digest_ = file.slice<std::uint64_t>(group_, schema::digest(), rows, first, count);
     if (columns_ & kSequence) words(file, schema::sequence(), range, sequences_.size(), rows_.sequence_);
     if (columns_ & kInvalidReason) words(file, schema::invalid_reason(), range, reasons_.size(), rows_.reason_);
-    if (columns_ & kEvents) read_events_of(file, range);
+    read_flat(events_, range, rows_.events_,
+              [&](const RowRange& of) { return read_events(file, events_.group, of, info_); });
+    read_flat(phases_, range, rows_.phases_,
+              [&](const RowRange& of) { return read_phases(file, phases_.group, of, info_); });
   }
 
   /// Indices into one of the part's dictionaries.
@@ -170,17 +173,26 @@ class TraceScan {
     }
   }
 
-  void read_events_of(const OpenPart& file, const RowRange& range) {
-    rows_.offset_.clear();
-    rows_.events_.clear();
-    if (offsets_.empty()) return;
-    const auto begin = offsets_.begin() + static_cast<std::ptrdiff_t>(range.first);
-    rows_.offset_.assign(begin, begin + static_cast<std::ptrdiff_t>(range.count) + 1);
-    const std::uint64_t first = rows_.offset_.front(), count = rows_.offset_.back() - first;
-    rows_.events_ = read_events(file, events_, {offsets_.back(), first, count}, info_);
+  /// A table with any number of rows per trace, and where each trace's begin in the part; no offsets: it has none.
+  struct Flat {
+    TraceColumn column;
+    std::string group;
+    std::vector<std::uint64_t> offsets;
+  };
+
+  template <class Row, class Read>
+  static void read_flat(const Flat& flat, const RowRange& range, FlatRows<Row>& out, const Read& read) {
+    out.offset_.clear();
+    out.rows_.clear();
+    if (flat.offsets.empty()) return;
+    const auto begin = flat.offsets.begin() + static_cast<std::ptrdiff_t>(range.first);
+    out.offset_.assign(begin, begin + static_cast<std::ptrdiff_t>(range.count) + 1);
+    const std::uint64_t first = out.offset_.front(), count = out.offset_.back() - first;
+    out.rows_ = read({flat.offsets.back(), first, count});
   }
 
-  const std::string policy_, group_, events_;
+  const std::string policy_, group_;
+  Flat events_, phases_;
   const CampaignInfo& info_;
   const std::uint64_t particles_;  // that count
   const Widths widths_;
@@ -190,7 +202,6 @@ class TraceScan {
   Once once_;
   std::vector<std::uint32_t> twice_;
   std::vector<std::string> sequences_, reasons_;  // of the part
-  std::vector<std::uint64_t> offsets_;            // of its events
 };
 
 void scan_traces(Parts& parts, const std::string& policy, const CampaignInfo& info, unsigned columns,

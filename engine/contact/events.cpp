@@ -11,14 +11,6 @@ namespace {
 /// a joint to rounding only, which must not chatter (our choices).
 constexpr double kAtLimit = 1e-5, kOffLimit = 1e-4;
 
-bool named_features(ShapeKind kind) { return kind == ShapeKind::box || kind == ShapeKind::cylinder; }
-
-std::string part(const Model& model, int collider, Feature feature) {
-  const Collider& c = model.colliders[collider];
-  if (!named_features(c.shape.kind)) return c.name;
-  return c.name + "." + std::string(feature_name(feature));
-}
-
 Event event_at(double time, EventKind kind, const ContactPoint& point, int lane) {
   const Contact contact = point.contact(lane);
   return {time,       kind, contact.a, contact.b, contact.feature_a, contact.feature_b, point(kNormalImpulse, lane),
@@ -207,16 +199,6 @@ void EventTracker::add_limit_events(int lane, double time) {
     if (now != 0) events_[lane].push_back(plain_event(time, EventKind::limit_begin, limit.body, now));
     limit.side[lane] = limit.now[lane];
   }
-}
-
-std::string contact_sequence(const Model& nominal, const std::vector<Event>& events) {
-  std::string out;
-  for (const Event& event : events) {
-    if (event.kind != EventKind::contact_begin) continue;
-    if (!out.empty()) out += ' ';
-    out += part(nominal, event.a, event.feature_a) + "-" + part(nominal, event.b, event.feature_b);
-  }
-  return out;
 }
 
 }  // namespace graze

@@ -1,5 +1,5 @@
 #pragma once
-// Events: mode switches of a trace (Eq. 2's index sets change). Contact sequences come from them.
+// Events: mode switches of a trace (Eq. 2's index sets change). What becomes of them as contact phases: phases.h.
 
 #include <array>
 #include <cstdint>
@@ -57,9 +57,5 @@ class EventTracker {
   std::vector<Limit> limits_;
   std::array<std::vector<Event>, kLanes> events_;
 };
-
-/// "LF_FOOT-ground LF_FOOT-curb.side …": beginnings of contact in order, as named parts; the feature is written when
-/// the shape has named ones (box, cylinder).
-std::string contact_sequence(const Model& nominal, const std::vector<Event>& events);
 
 }  // namespace graze

@@ -214,16 +214,30 @@ class Differences {
     lines_.push_back(
         fmt::format("{} {}: {} in the archive, {} now{}", what, names.at(first), archived[first], now[first], more));
   }
+  /// How many there are, and the first that differs.
+  template <class Row, class Tell>
+  void rows(const std::string& what, const std::vector<Row>& archived, const std::vector<Row>& now, const Tell& tell) {
+    text("number of " + what + "s", std::to_string(archived.size()), std::to_string(now.size()));
+    for (std::size_t i = 0; i < std::min(archived.size(), now.size()); ++i) {
+      if (same(archived[i], now[i])) continue;
+      return text("first " + what + " that differs", tell(archived[i]), tell(now[i]) + " (or its impulse or place)");
+    }
+  }
   std::vector<std::string> take() { return std::move(lines_); }
 
  private:
+  static bool same(const Event& a, const Event& b) {
+    return same_bits(a.time, b.time) && a.kind == b.kind && a.a == b.a && a.b == b.b && a.feature_a == b.feature_a &&
+           a.feature_b == b.feature_b && same_bits(a.impulse, b.impulse) && a.p_W == b.p_W;
+  }
+  static bool same(const ContactPhase& a, const ContactPhase& b) {
+    return same_bits(a.begin, b.begin) && same_bits(a.end, b.end) && a.a == b.a && a.b == b.b &&
+           a.feature_a == b.feature_a && a.feature_b == b.feature_b && same_bits(a.peak, b.peak) &&
+           same_bits(a.impulse, b.impulse) && same_bits(a.slip, b.slip) && same_bits(a.roll, b.roll);
+  }
+
   std::vector<std::string> lines_;
 };
-
-bool same(const Event& a, const Event& b) {
-  return same_bits(a.time, b.time) && a.kind == b.kind && a.a == b.a && a.b == b.b && a.feature_a == b.feature_a &&
-         a.feature_b == b.feature_b && same_bits(a.impulse, b.impulse) && a.p_W == b.p_W;
-}
 
 std::vector<std::string> names_of(const std::vector<CampaignInfo::RequirementRow>& requirements) {
   std::vector<std::string> out;
@@ -248,7 +262,7 @@ void compare_values(const std::vector<double>& archived, const Replay& replay, s
 }  // namespace
 
 std::vector<std::string> trace_differences(const TraceRecord& archived, const TraceRecord& replayed,
-                                           const CampaignInfo& info, bool events) {
+                                           const CampaignInfo& info, const Recording& kept) {
   Differences out;
   const std::vector<std::string> requirements = names_of(info.requirements);
   out.text("digest", fmt::format("{:#018x}", archived.digest), fmt::format("{:#018x}", replayed.digest));
@@ -260,15 +274,15 @@ std::vector<std::string> trace_differences(const TraceRecord& archived, const Tr
   out.number("margin of the objective", archived.objective_margin, replayed.objective_margin);
   out.numbers("final position", archived.q, replayed.q, info.q_names);
   out.numbers("final velocity", archived.v, replayed.v, info.v_names);
-  if (!events) return out.take();
-  const auto& then = archived.events;
-  const auto& now = replayed.events;
-  out.text("number of events", std::to_string(then.size()), std::to_string(now.size()));
-  for (std::size_t i = 0; i < std::min(then.size(), now.size()); ++i) {
-    if (same(then[i], now[i])) continue;
-    out.text("first event that differs", fmt::format("{} at {} s", event_kind_name(then[i].kind), then[i].time),
-             fmt::format("{} at {} s (or its impulse or place)", event_kind_name(now[i].kind), now[i].time));
-    break;
+  const bool older = !kept.events && !archived.events.empty();  // events were the default, and phases unknown
+  if (kept.events || older) {
+    out.rows("event", archived.events, replayed.events,
+             [](const Event& e) { return fmt::format("{} at {} s", event_kind_name(e.kind), e.time); });
+  }
+  if (kept.phases && !older) {
+    out.rows("contact phase", archived.phases, replayed.phases, [&](const ContactPhase& p) {
+      return fmt::format("{}-{} from {} to {} s", info.colliders.at(p.a), info.colliders.at(p.b), p.begin, p.end);
+    });
   }
   return out.take();
 }
@@ -290,8 +304,9 @@ Replay replay(const ReplayRequest& request) {
   if (!out.archived) check_there(request, info, policy.name);
   const std::vector<double> archived_values = archive.particle_values(request.particle);
   end_of_reading();
-  const bool events = scenario.recording.events;
-  scenario.recording = Recording{.telemetry = Telemetry::none};
+  const Recording kept = scenario.recording;
+  scenario.recording.telemetry = Telemetry::none;
+  scenario.recording.events = scenario.recording.phases = true;
 
   ReplayFile& file = out.file;
   file.archive = request.archive;
@@ -308,7 +323,7 @@ Replay replay(const ReplayRequest& request) {
   }
   if (out.archived) {
     file.archived_digest = out.archived->digest;
-    out.differences = trace_differences(*out.archived, file.trace, file.info, events);
+    out.differences = trace_differences(*out.archived, file.trace, file.info, kept);
     compare_values(archived_values, out, out.differences);
   }
   file.verification = !out.archived ? "unverified" : out.differences.empty() ? "identical" : "different";

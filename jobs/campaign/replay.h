@@ -38,9 +38,9 @@ struct Replay {
 Replay replay(const ReplayRequest& request);
 
 /// What differs between a trace as archived and as it came out now, bit by bit, a line each. Without telemetry and
-/// contact sequence, which follow from the rest. `events`: whether the archive has them.
+/// contact sequence, which follow from the rest. `kept`: what the archive has.
 std::vector<std::string> trace_differences(const TraceRecord& archived, const TraceRecord& replayed,
-                                           const CampaignInfo& info, bool events);
+                                           const CampaignInfo& info, const Recording& kept);
 
 /// For people; `all`: every parameter and event instead of the most telling ones.
 std::string format_replay(const Replay& replay, bool all);

@@ -73,7 +73,7 @@ void add_replay(CLI::App& app, Action& action) {
       ->required();
   verb->add_option("--policy", request.policy, "Which policy; may be left out if there is one only");
   verb->add_option("-o,--output", arguments->output,
-                   "Export every step: a file ending in .h5, or in .csv (with .contacts.csv, .events.csv, "
+                   "Export every step: a file ending in .h5, or in .csv (with .contacts.csv, .events.csv, .phases.csv, "
                    ".parameters.csv, .derived.csv and .trace.csv beside it)");
   add_whole(*verb, "--every", request.every, 1, 1'000'000'000, "Export one of so many physics steps (default: 1)");
   verb->add_flag("--force", arguments->force, "Replace existing files");

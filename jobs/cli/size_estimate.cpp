@@ -16,8 +16,10 @@ namespace graze {
 namespace {
 
 constexpr double kEventBytes = 51;        // columns of /events, plain
-constexpr double kEventsPerSecond = 200;  // the curb's, as a guess for others; --probe measures
-constexpr double kSequenceBytes = 8;      // of a contact sequence, per event: two names now and then
+constexpr double kEventsPerSecond = 450;  // the curb's, as a guess for others; --probe measures
+constexpr double kPhaseBytes = 58;        // columns of /phases, plain
+constexpr double kPhasesPerSecond = 25;   // the curb's
+constexpr double kSequenceBytes = 20;     // of a contact sequence, per phase: two names
 constexpr double kTraceBytes = 4 + 1 + 4 + 8 + 8 + 32 + 8 + 4 + 4 + 8 + 16;  // columns that all have, offsets
 
 double row_bytes(const Scenario& s) {
@@ -58,8 +60,11 @@ SizeEstimate base(const Scenario& s, const ParticleRange& part) {
 SizeEstimate estimate_size(const Scenario& s, const ParticleRange& part) {
   SizeEstimate out = base(s, part);
   const double traces = static_cast<double>(out.particles * out.policies);
-  const double events = s.recording.events && !s.model.pairs.empty() ? kEventsPerSecond * s.timing.end : 0;
-  out.events = traces * events * (kEventBytes + kSequenceBytes);
+  if (!s.model.pairs.empty()) {
+    out.events = traces * s.timing.end *
+                 (kPhasesPerSecond * (kSequenceBytes + (s.recording.phases ? kPhaseBytes : 0)) +
+                  (s.recording.events ? kEventsPerSecond * kEventBytes : 0));
+  }
   out.telemetry = traces * frames_per_trace(s) * frame_bytes(s);
   return out;
 }
@@ -80,7 +85,8 @@ SizeEstimate probe_size(const Scenario& s) {
   for (const PolicySpec& policy : s.policies) {
     BlockRun run(s, policy, s.seed);
     for (const TraceRecord& trace : run.run(particles)) {
-      out.events += kEventBytes * static_cast<double>(trace.events.size()) + static_cast<double>(trace.sequence.size());
+      out.events += kEventBytes * static_cast<double>(trace.events.size()) +
+                    kPhaseBytes * static_cast<double>(trace.phases.size()) + static_cast<double>(trace.sequence.size());
       out.telemetry += frame_bytes(s) * static_cast<double>(trace.telemetry.size());
       ++out.probed;
     }

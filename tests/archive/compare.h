@@ -31,6 +31,14 @@ inline void expect_same(const Event& a, const Event& b) {
   EXPECT_EQ(a.p_W, b.p_W);
 }
 
+inline void expect_same(const ContactPhase& a, const ContactPhase& b) {
+  expect_same({a.begin, a.end, a.peak, a.impulse, a.slip, a.roll}, {b.begin, b.end, b.peak, b.impulse, b.slip, b.roll});
+  EXPECT_EQ(a.a, b.a);
+  EXPECT_EQ(a.b, b.b);
+  EXPECT_EQ(a.feature_a, b.feature_a);
+  EXPECT_EQ(a.feature_b, b.feature_b);
+}
+
 inline void expect_row(const TraceTable& table, std::size_t i, const TraceRecord& want) {
   SCOPED_TRACE(table.policy + ", particle " + std::to_string(want.particle));
   EXPECT_EQ(table.particle[i], want.particle);
@@ -73,6 +81,8 @@ inline void expect_trace(const Archive& archive, const std::string& policy, cons
   expect_same(got->v, want.v);
   ASSERT_EQ(got->events.size(), want.events.size());
   for (std::size_t k = 0; k < want.events.size(); ++k) expect_same(got->events[k], want.events[k]);
+  ASSERT_EQ(got->phases.size(), want.phases.size());
+  for (std::size_t k = 0; k < want.phases.size(); ++k) expect_same(got->phases[k], want.phases[k]);
 }
 
 /// Everything about particles 0 … count - 1 of one policy.

@@ -208,6 +208,9 @@ TEST(ReplayCsv, IsThisText) {
             "time [s],kind,a,b,feature_a,feature_b,impulse [N s],x [m],y [m],z [m]\n"
             "0.1,contact_begin,LF_FOOT,curb,cap,rim,0.5,1,2,3\n"
             "0.2,limit_end,LF_SHIN,upper,surface,surface,0,0,0,0\n");
+  EXPECT_EQ(text("r.phases.csv"),
+            "begin [s],end [s],a,b,feature_a,feature_b,peak [N s],impulse [N s],slip,roll\n"
+            "0.1,0.2,LF_FOOT,curb,cap,side,0.5,1.25,0.75,0.125\n");
   EXPECT_EQ(text("r.parameters.csv"),
             "name,unit,nominal,value,deviations,nominal_label,value_label,distribution\n"
             "mass,kg,1,2,2,,,\"normal(mean=1, std=0.5)\"\n"
@@ -267,8 +270,9 @@ TEST(ReplayCsv, HasAllOfALongTrace) {
 TEST(Replay, OutputsAreCheckedBeforeTheyAreWritten) {
   EXPECT_THAT(replay_files("out/r.h5"), ElementsAre("out/r.h5"));
   EXPECT_THAT(replay_files("out/R.HDF5"), ElementsAre("out/R.HDF5"));
-  EXPECT_THAT(replay_files("out/r.CSV"), ElementsAre("out/r.CSV", "out/r.contacts.csv", "out/r.events.csv",
-                                                     "out/r.parameters.csv", "out/r.derived.csv", "out/r.trace.csv"));
+  EXPECT_THAT(replay_files("out/r.CSV"),
+              ElementsAre("out/r.CSV", "out/r.contacts.csv", "out/r.events.csv", "out/r.phases.csv",
+                          "out/r.parameters.csv", "out/r.derived.csv", "out/r.trace.csv"));
   for (const char* wrong : {"r.txt", "r", "r.1", ".csv", "r.h5/", "r.graze"}) {
     EXPECT_THAT(message_of<InputError>([&] { replay_files(wrong); }),
                 AllOf(HasSubstr(std::string("--output ") + wrong + ": "), HasSubstr("nearest right answer: ")));

@@ -67,6 +67,17 @@ inline ReplayFile replayed() {
   limit.a = 1;
   limit.b = 1;
   trace.events = {begin, limit};
+  ContactPhase phase;
+  phase.begin = 0.1;
+  phase.end = 0.2;
+  phase.b = 1;
+  phase.feature_a = Feature::cap;
+  phase.feature_b = Feature::side;
+  phase.peak = 0.5;
+  phase.impulse = 1.25;
+  phase.slip = 0.75;
+  phase.roll = 0.125;
+  trace.phases = {phase};
   out.verification = "different";
   out.archived_digest = 0x123;
   for (const CampaignInfo::RequirementRow& row : out.info.requirements) {

@@ -95,6 +95,20 @@ inline Event event(int policy, std::uint32_t particle, std::uint32_t number) {
   return event;
 }
 
+inline ContactPhase phase(int policy, std::uint32_t particle, std::uint32_t index) {
+  ContactPhase out;
+  out.begin = 0.1 * index + 0.01 * draw(policy, particle, 600 + index);
+  out.end = out.begin + 0.05 * draw(policy, particle, 700 + index);
+  out.a = static_cast<int>(index % 2);
+  out.b = 2;
+  out.feature_b = static_cast<Feature>((particle + index) % 8);
+  out.peak = draw(policy, particle, 800 + index);
+  out.impulse = 2 * out.peak;
+  out.slip = 0.5 * draw(policy, particle, 900 + index);
+  out.roll = 0.25;
+  return out;
+}
+
 /// Success, known, unknown failure and invalid in proportions that differ between policies.
 inline TraceRecord trace(const CampaignInfo& info, int policy, std::uint32_t particle) {
   TraceRecord record;
@@ -123,6 +137,9 @@ inline TraceRecord trace(const CampaignInfo& info, int policy, std::uint32_t par
   if (record.outcome == Outcome::invalid) record.invalid_reason = "state is not finite after step 12";
   for (std::uint32_t i = 0; i < (particle * 7 + static_cast<std::uint32_t>(policy)) % 9; ++i) {
     record.events.push_back(event(policy, particle, i));
+  }
+  for (std::uint32_t i = 0; i < (particle * 5 + static_cast<std::uint32_t>(policy)) % 7; ++i) {
+    record.phases.push_back(phase(policy, particle, i));
   }
   for (std::uint32_t i = 0; i < (record.outcome == Outcome::unknown_failure ? 5 + particle % 3 : 0); ++i) {
     record.telemetry.add({0.01 * i, row(policy, particle, 1000 + 10 * i, info.q_names.size()),

@@ -22,6 +22,7 @@ struct TraceTable {
   std::vector<std::uint64_t> digest;
   std::vector<std::string> sequence, invalid_reason;
   std::vector<std::vector<Event>> events;
+  std::vector<std::vector<ContactPhase>> phases;
   std::size_t size() const { return particle.size(); }
 };
 
@@ -53,6 +54,8 @@ inline TraceTable table_of(const Archive& archive, const std::string& policy, un
     add(kInvalidReason, out.invalid_reason, [&](std::size_t i) { return rows.invalid_reason(i); });
     add(kEvents, out.events,
         [&](std::size_t i) { return std::vector<Event>(rows.events(i).begin(), rows.events(i).end()); });
+    add(kContactPhases, out.phases,
+        [&](std::size_t i) { return std::vector<ContactPhase>(rows.phases(i).begin(), rows.phases(i).end()); });
   });
   std::vector<std::size_t> order(out.size());
   std::iota(order.begin(), order.end(), 0);
@@ -64,12 +67,16 @@ inline TraceTable table_of(const Archive& archive, const std::string& policy, un
     column = std::move(sorted);
   };
   sort(out.particle), sort(out.outcome), sort(out.violated), sort(out.end_time), sort(out.objective_margin);
-  sort(out.solver), sort(out.digest), sort(out.sequence), sort(out.invalid_reason), sort(out.events);
+  sort(out.solver), sort(out.digest), sort(out.sequence), sort(out.invalid_reason), sort(out.events), sort(out.phases);
   for (auto& column : out.margins) sort(column);
   for (auto& column : out.first_violations) sort(column);
   return out;
 }
 
+/// [trace]
+inline std::vector<std::vector<ContactPhase>> phases_of(const Archive& archive, const std::string& policy) {
+  return table_of(archive, policy, kContactPhases).phases;
+}
 /// [trace]
 inline std::vector<std::vector<Event>> events_of(const Archive& archive, const std::string& policy) {
   return table_of(archive, policy, kEvents).events;

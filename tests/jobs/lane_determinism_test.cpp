@@ -75,6 +75,7 @@ TEST(LaneDeterminism, TracesDifferFromEachOther) {
   for (const TraceRecord& one : BlockRun(scenario, scenario.policies.back(), 11).run(particles)) {
     ends.insert(one.end_time);
     EXPECT_FALSE(one.events.empty());
+    EXPECT_FALSE(one.phases.empty());
     EXPECT_FALSE(one.telemetry.empty());
   }
   EXPECT_GT(ends.size(), 4u);

@@ -380,16 +380,16 @@ TEST(Replay, DifferencesAreNamedOneByOne) {
   a.first_violations = {std::nan("")};
   a.q.assign(7, 0.0);
   a.v.assign(6, 0.0);
-  EXPECT_TRUE(trace_differences(a, a, info, true).empty()) << "NaN equals itself";
+  EXPECT_TRUE(trace_differences(a, a, info, {.events = true}).empty()) << "NaN equals itself";
   TraceRecord b = a;
   b.q[6] = -0.0;
   b.outcome = Outcome::success;
   b.violated = -1;
   b.events.emplace_back();
-  EXPECT_THAT(trace_differences(a, b, info, true),
+  EXPECT_THAT(trace_differences(a, b, info, {.events = true}),
               ElementsAre(HasSubstr("known failure (high) in the archive, success now"),
                           HasSubstr("final position base.z: 0 in the archive, -0 now"), HasSubstr("number of events")));
-  EXPECT_EQ(trace_differences(a, b, info, false).size(), 2u) << "an archive without events";
+  EXPECT_EQ(trace_differences(a, b, info, {}).size(), 2u) << "an archive without events";
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "engine/contact/features.h"
+#include "engine/contact/phases.h"
 #include "tests/engine/bullet/worlds.h"
 
 namespace graze::test {
@@ -179,12 +180,18 @@ TEST_F(Events, LanesDoNotDisturbEachOther) {
   EXPECT_GT(seen, 1000u);
 }
 
-// Sequences name the beginnings in order, with the feature where the shape has named ones.
+// Sequences name the phases in order, with the feature where the shape has named ones.
 TEST_F(Events, SequenceNamesPartsAndFeatures) {
-  step({touch(0, 3, 1)});
-  step({touch(0, 3, 1), touch(1, 2, 1, ContactMode::stick, Feature::side)});
-  step({touch(0, 2, 1, ContactMode::slip, Feature::edge)});
-  EXPECT_EQ(contact_sequence(model, events()), "LF_FOOT-ground RF_FOOT-curb.side LF_FOOT-curb.edge");
+  const auto phase = [](int a, int b, Feature feature_b) {
+    ContactPhase out;
+    out.a = a;
+    out.b = b;
+    out.feature_b = feature_b;
+    return out;
+  };
+  EXPECT_EQ(
+      contact_sequence(model, {phase(0, 3, Feature::surface), phase(1, 2, Feature::side), phase(0, 2, Feature::edge)}),
+      "LF_FOOT-ground RF_FOOT-curb.side LF_FOOT-curb.edge");
   EXPECT_EQ(contact_sequence(model, {}), "");
 }
 
