@@ -1,0 +1,340 @@
+#include "analysis/event_tree.h"
+
+#include <algorithm>
+#include <boost/math/distributions/chi_squared.hpp>
+#include <cmath>
+#include <map>
+#include <numeric>
+
+namespace graze {
+namespace {
+
+/// Which branch a trace takes: a word, or what stands for its absence.
+constexpr std::uint64_t kNothing = std::uint64_t{1} << 32, kCut = kNothing + 1, kOthers = kNothing + 2;
+
+/// The tokens of one part in each trace.
+class PartStories {
+ public:
+  PartStories(const Stories& stories, int part) {
+    for (std::size_t i = 0; i < stories.size(); ++i) {
+      first_.push_back(tokens_.size());
+      for (const Token& token : stories[i].tokens) {
+        if (part_a(token.word) == part || part_b(token.word) == part) tokens_.push_back(token);
+      }
+    }
+    first_.push_back(tokens_.size());
+  }
+  std::span<const Token> of(std::size_t trace) const {
+    return std::span(tokens_).subspan(first_[trace], first_[trace + 1] - first_[trace]);
+  }
+
+ private:
+  std::vector<Token> tokens_;
+  std::vector<std::size_t> first_;
+};
+
+/// Traces that stand at the same node of a part.
+struct Place {
+  int part;
+  std::size_t depth;  // contacts before
+  std::vector<std::size_t> traces;
+};
+
+struct Candidate {
+  int part = 0;
+  std::size_t depth = 0;
+  double p_value = 1, information = 0, time = 0;
+  std::vector<std::size_t> traces;
+  std::map<std::uint64_t, std::vector<std::size_t>> ways;
+};
+
+double median(std::vector<double>& x) {
+  const auto middle = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
+  std::nth_element(x.begin(), middle, x.end());
+  return *middle;
+}
+
+Quantiles quantiles(std::vector<double> x) {
+  if (x.empty()) return {std::nan(""), std::nan(""), std::nan("")};
+  std::sort(x.begin(), x.end());
+  const auto at = [&](double q) {
+    return x[static_cast<std::size_t>(std::lround(q * static_cast<double>(x.size() - 1)))];
+  };
+  return {at(0.05), at(0.5), at(0.95)};
+}
+
+double entropy(const std::vector<double>& counts) {
+  const double sum = std::accumulate(counts.begin(), counts.end(), 0.0);
+  double out = 0;
+  for (const double count : counts) {
+    if (count > 0) out -= count / sum * std::log(count / sum);
+  }
+  return out;
+}
+
+class Grower {
+ public:
+  Grower(const Stories& stories, const std::vector<int>& parts, std::size_t requirements, double end,
+         const EventTreeRules& rules)
+      : stories_(stories), parts_(parts), classes_(requirements + 2), end_(end), rules_(rules) {
+    for (const int part : parts) of_part_.emplace_back(stories, part);
+  }
+
+  EventTree grow() {
+    std::vector<std::size_t> all(stories_.size());
+    std::iota(all.begin(), all.end(), std::size_t{0});
+    tree_.all = count(all);
+    split(all, 0, -1, -1);
+    return std::move(tree_);
+  }
+
+ private:
+  /// 0: success, 1 …: violated requirement, last: objective unmet.
+  std::size_t class_of(std::size_t trace) const {
+    const Story story = stories_[trace];
+    if (story.outcome == Outcome::success) return 0;
+    return story.outcome == Outcome::known_failure ? static_cast<std::size_t>(story.violated) + 1 : classes_ - 1;
+  }
+
+  OutcomeCounts count(const std::vector<std::size_t>& traces) const {
+    OutcomeCounts out;
+    out.violated.assign(classes_ - 2, 0);
+    for (const std::size_t trace : traces) {
+      const std::size_t k = class_of(trace);
+      ++out.n;
+      if (k == 0) ++out.success;
+      if (k == classes_ - 1) ++out.unknown;
+      if (k > 0 && k < classes_ - 1) ++out.violated[k - 1];
+    }
+    return out;
+  }
+
+  std::uint64_t way_of(std::size_t part, std::size_t trace, std::size_t depth) const {
+    const auto tokens = of_part_[part].of(trace);
+    if (depth < tokens.size()) return tokens[depth].word;
+    return stories_[trace].end_time > end_ * (1 - 1e-9) ? kNothing : kCut;
+  }
+
+  /// Every node at which traces part, with what their outcomes say.
+  std::vector<Candidate> candidates(const std::vector<std::size_t>& traces) const {
+    std::vector<Candidate> out;
+    for (std::size_t part = 0; part < parts_.size(); ++part) {
+      std::vector<Place> places = {{static_cast<int>(part), 0, traces}};
+      while (!places.empty()) {
+        const Place place = std::move(places.back());
+        places.pop_back();
+        std::map<std::uint64_t, std::vector<std::size_t>> ways;
+        for (const std::size_t trace : place.traces) ways[way_of(part, trace, place.depth)].push_back(trace);
+        for (const auto& [way, those] : ways) {
+          if (way < kNothing && those.size() >= 2 * rules_.fewest) {
+            places.push_back({place.part, place.depth + 1, those});
+          }
+        }
+        if (std::optional<Candidate> one = weigh(place, std::move(ways))) out.push_back(std::move(*one));
+      }
+    }
+    return out;
+  }
+
+  /// None if fewer than two branches have enough traces. Traces that were cut off before say nothing about what their
+  /// part would have done.
+  std::optional<Candidate> weigh(const Place& place, std::map<std::uint64_t, std::vector<std::size_t>> ways) const {
+    std::vector<std::size_t> rare;
+    for (auto way = ways.begin(); way != ways.end();) {
+      const bool keep = way->first == kCut || way->second.size() >= rules_.fewest;
+      if (!keep) rare.insert(rare.end(), way->second.begin(), way->second.end());
+      way = keep ? std::next(way) : ways.erase(way);
+    }
+    if (rare.size() >= rules_.fewest) ways[kOthers] = rare;
+    if (ways.size() - ways.count(kCut) < 2) return std::nullopt;
+    std::vector<std::vector<double>> table;  // [branch][class]
+    std::vector<double> sums(classes_), sizes;
+    for (const auto& [way, those] : ways) {
+      if (way == kCut) continue;
+      table.emplace_back(classes_);
+      for (const std::size_t trace : those) ++table.back()[class_of(trace)];
+      for (std::size_t k = 0; k < classes_; ++k) sums[k] += table.back()[k];
+      sizes.push_back(static_cast<double>(those.size()));
+    }
+    Candidate out;
+    out.part = place.part;
+    out.depth = place.depth;
+    out.traces = place.traces;
+    out.p_value = p_value(table, sums, sizes);
+    double within = 0;
+    const double all = std::accumulate(sizes.begin(), sizes.end(), 0.0);
+    for (std::size_t b = 0; b < table.size(); ++b) within += sizes[b] / all * entropy(table[b]);
+    // In nats, times the share of traces that it is about, so that nodes of few traces do not outdo the root's.
+    out.information = (entropy(sums) - within) * all;
+    out.time = std::numeric_limits<double>::infinity();
+    for (const auto& [way, those] : ways) {
+      if (way >= kNothing) continue;
+      std::vector<double> begins;
+      for (const std::size_t trace : those) begins.push_back(of_part_[place.part].of(trace)[place.depth].begin);
+      out.time = std::min(out.time, median(begins));
+    }
+    out.ways = std::move(ways);
+    return out;
+  }
+
+  double p_value(const std::vector<std::vector<double>>& table, const std::vector<double>& sums,
+                 const std::vector<double>& sizes) const {
+    const double all = std::accumulate(sizes.begin(), sizes.end(), 0.0);
+    double least = 1;
+    std::size_t tests = 0;
+    for (std::size_t k = 0; k < classes_; ++k) {
+      if (sums[k] == 0 || sums[k] == all) continue;
+      for (std::size_t b = 0; b < table.size(); ++b) {
+        if (b == 1 && table.size() == 2) continue;  // the same as b == 0
+        const auto n = [](double x) { return static_cast<std::uint64_t>(x); };
+        least = std::min(least, fisher_exact(n(table[b][k]), n(sizes[b] - table[b][k]), n(sums[k] - table[b][k]),
+                                             n(all - sizes[b] - sums[k] + table[b][k])));
+        ++tests;
+      }
+    }
+    return std::min(1.0, least * static_cast<double>(tests));
+  }
+
+  void split(const std::vector<std::size_t>& traces, int depth, int parent, int parent_branch) {
+    if (depth >= rules_.depth || traces.size() < 2 * rules_.fewest) return;
+    std::vector<Candidate> all = candidates(traces);
+    tree_.tested += all.size();
+    std::vector<double> raw;
+    for (const Candidate& one : all) raw.push_back(one.p_value);
+    const std::vector<double> corrected = holm(raw);
+    double most = 0;
+    const double error_rate = rules_.error_rate * std::pow(0.5, depth);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      if (corrected[i] <= error_rate) most = std::max(most, all[i].information);
+    }
+    if (most == 0) return;
+    std::size_t best = all.size();
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      if (corrected[i] > error_rate || all[i].information < 0.5 * most) continue;
+      if (best == all.size() || all[i].time < all[best].time) best = i;
+    }
+    add(all[best], corrected[best], depth, parent, parent_branch);
+    const int node = static_cast<int>(tree_.nodes.size()) - 1;
+    for (std::size_t b = 0; b < tree_.nodes[node].branches.size(); ++b) {
+      const std::vector<std::size_t> those = tree_.nodes[node].branches[b].traces;  // nodes_ grows meanwhile
+      split(those, depth + 1, node, static_cast<int>(b));
+    }
+  }
+
+  void add(const Candidate& one, double p_value, int depth, int parent, int parent_branch) {
+    EventNode node;
+    const PartStories& of_part = of_part_[static_cast<std::size_t>(one.part)];
+    node.part = parts_[static_cast<std::size_t>(one.part)];
+    for (std::size_t k = 0; k < one.depth; ++k) node.past.push_back(of_part.of(one.traces.front())[k].word);
+    node.time = one.time;
+    node.p_value = p_value;
+    std::vector<double> classes(classes_);
+    for (const std::size_t trace : one.traces) ++classes[class_of(trace)];
+    node.information = one.information / (entropy(classes) * static_cast<double>(one.traces.size()));
+    node.depth = depth;
+    node.parent = parent;
+    node.parent_branch = parent_branch;
+    for (const auto& [way, those] : one.ways) {
+      EventBranch branch;
+      branch.kind = way == kNothing  ? EventBranch::Kind::nothing
+                    : way == kCut    ? EventBranch::Kind::cut
+                    : way == kOthers ? EventBranch::Kind::others
+                                     : EventBranch::Kind::contact;
+      branch.word = way < kNothing ? static_cast<std::uint32_t>(way) : 0;
+      branch.outcomes = count(those);
+      std::vector<double> times, impulses;
+      for (const std::size_t trace : those) {
+        const auto tokens = of_part.of(trace);
+        if (one.depth >= tokens.size()) continue;
+        times.push_back(tokens[one.depth].begin);
+        impulses.push_back(tokens[one.depth].impulse);
+      }
+      branch.time = quantiles(std::move(times));
+      branch.impulse = quantiles(std::move(impulses));
+      branch.traces = those;
+      node.branches.push_back(std::move(branch));
+    }
+    std::stable_sort(node.branches.begin(), node.branches.end(), [](const EventBranch& a, const EventBranch& b) {
+      const bool cut_a = a.kind == EventBranch::Kind::cut, cut_b = b.kind == EventBranch::Kind::cut;
+      return cut_a != cut_b ? cut_b : a.outcomes.n > b.outcomes.n;
+    });
+    if (parent >= 0) {
+      tree_.nodes[static_cast<std::size_t>(parent)].branches[static_cast<std::size_t>(parent_branch)].node =
+          static_cast<int>(tree_.nodes.size());
+    }
+    tree_.nodes.push_back(std::move(node));
+  }
+
+  const Stories& stories_;
+  const std::vector<int>& parts_;
+  const std::size_t classes_;
+  const double end_;
+  const EventTreeRules rules_;
+  std::vector<PartStories> of_part_;
+  EventTree tree_;
+};
+
+double log_choose(double n, double k) { return std::lgamma(n + 1) - std::lgamma(k + 1) - std::lgamma(n - k + 1); }
+
+}  // namespace
+
+double OutcomeCounts::rate() const {
+  return n == 0 ? std::nan("") : static_cast<double>(success) / static_cast<double>(n);
+}
+
+Interval OutcomeCounts::interval() const { return clopper_pearson(success, n); }
+
+double fisher_exact(std::uint64_t a, std::uint64_t b, std::uint64_t c, std::uint64_t d) {
+  const auto x = static_cast<double>(a), row = static_cast<double>(a + b), column = static_cast<double>(a + c);
+  const auto n = static_cast<double>(a + b + c + d);
+  if (row == 0 || column == 0 || row == n || column == n) return 1;
+  constexpr double kLarge = 1000;
+  if (std::min(row, n - row) * std::min(column, n - column) / n > kLarge) {
+    const double difference = x * n - row * column;
+    const double chi2 = n * (difference / row) * (difference / column) / ((n - row) * (n - column));
+    return boost::math::cdf(boost::math::complement(boost::math::chi_squared(1), chi2));
+  }
+  const double low = std::max(0.0, row + column - n), high = std::min(row, column);
+  const double all = log_choose(n, column);
+  const auto chance = [&](double k) { return std::exp(log_choose(row, k) + log_choose(n - row, column - k) - all); };
+  const double own = chance(x) * (1 + 1e-7);
+  double sum = 0;
+  for (double k = low; k <= high; ++k) {
+    const double one = chance(k);
+    if (one <= own) sum += one;
+  }
+  return std::min(1.0, sum);
+}
+
+std::vector<double> holm(const std::vector<double>& p_values) {
+  std::vector<std::size_t> order(p_values.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return p_values[a] < p_values[b]; });
+  std::vector<double> out(p_values.size());
+  double largest = 0;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    largest = std::max(largest, std::min(1.0, p_values[order[i]] * static_cast<double>(order.size() - i)));
+    out[order[i]] = largest;
+  }
+  return out;
+}
+
+std::vector<int> moving_parts(const CampaignInfo& info) {
+  std::vector<int> out;
+  for (std::size_t i = 0; i < info.colliders.size(); ++i) {
+    const std::string& name = info.colliders[i];
+    const bool moves = std::any_of(info.links.begin(), info.links.end(), [&](const std::string& link) {
+      return name == link || (name.starts_with(link + ".") &&
+                              name.find_first_not_of("0123456789", link.size() + 1) == std::string::npos);
+    });
+    if (moves) out.push_back(static_cast<int>(i));
+  }
+  return out;
+}
+
+EventTree event_tree(const Stories& stories, const std::vector<int>& parts, std::size_t requirements, double end,
+                     const EventTreeRules& rules) {
+  return Grower(stories, parts, requirements, end, rules).grow();
+}
+
+}  // namespace graze

@@ -1,0 +1,84 @@
+#pragma once
+// Where traces of a policy part: the contacts at which what happens next decides how a trace ends (§3.6.1, Figures 5,
+// 6), found from the stories of many traces.
+//
+// A trace is followed part by part: the contacts of one part (a foot, the body) alone, in their order. Traces whose
+// part has had the same contacts so far stand at the same node; its next contact (or that it has none until the trace's
+// natural end) parts them. A node is a bifurcation if the classes of outcomes (success, each requirement that was
+// violated first, objective unmet) differ between its branches: Fisher's exact test of each branch against the rest and
+// each class against the rest, times their number, Holm's correction over all nodes. Among those the earliest is taken
+// that tells at least half as much about the outcome (mutual information) as the one that tells most; its branches are
+// looked at in the same way, at half the error rate. So where outcomes hang on nothing that touches, a node is found
+// with at most the probability `error_rate`.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "analysis/score.h"
+#include "analysis/stories.h"
+
+namespace graze {
+
+struct EventTreeRules {
+  double error_rate = 0.01;
+  int depth = 4;             // bifurcations one below another at most
+  std::uint64_t fewest = 5;  // traces of a branch; smaller ones are put together
+};
+
+/// How some traces ended.
+struct OutcomeCounts {
+  std::uint64_t n = 0, success = 0, unknown = 0;
+  std::vector<std::uint64_t> violated;  // by requirement
+  double rate() const;                  // of success; NaN: none
+  Interval interval() const;            // 95 %, Clopper-Pearson
+};
+
+/// Of a number over the traces of a branch: 5 %, 50 % and 95 % quantiles; NaN: it has none.
+struct Quantiles {
+  double low, median, high;
+};
+
+/// What a part does next: touches something, or nothing until the natural end of its trace.
+struct EventBranch {
+  enum class Kind { contact, nothing, others /* rare contacts together */, cut /* the trace ended before */ };
+  Kind kind = Kind::contact;
+  std::uint32_t word = 0;  // of a contact
+  OutcomeCounts outcomes;
+  Quantiles time{}, impulse{};      // s, N s: of the contact
+  std::vector<std::size_t> traces;  // rows of Stories
+  int node = -1;                    // bifurcation further down
+};
+
+/// A bifurcation.
+struct EventNode {
+  int part = 0;                     // whose contacts, row of CampaignInfo::colliders
+  std::vector<std::uint32_t> past;  // its contacts before, words
+  double time = 0;                  // s: of the median trace, the earliest branch's
+  double p_value = 1;               // after correction
+  double information = 0;           // about the class of outcomes, as a share of what there is to know
+  int depth = 0, parent = -1, parent_branch = -1;
+  std::vector<EventBranch> branches;  // most traces first; `cut` last
+};
+
+struct EventTree {
+  OutcomeCounts all;
+  std::vector<EventNode> nodes;  // parents first
+  std::uint64_t tested = 0;      // nodes that were looked at, in all
+};
+
+/// `parts`: which are followed, rows of CampaignInfo::colliders (moving_parts()). `end`: s, when traces end naturally.
+EventTree event_tree(const Stories& stories, const std::vector<int>& parts, std::size_t requirements, double end,
+                     const EventTreeRules& rules = {});
+
+/// Parts of the robot and of movable objects.
+std::vector<int> moving_parts(const CampaignInfo& info);
+
+/// Two-sided p-value of Fisher's exact test of [a b; c d]; where all expected counts exceed 1000, of the chi-square
+/// test.
+double fisher_exact(std::uint64_t a, std::uint64_t b, std::uint64_t c, std::uint64_t d);
+
+/// p-values after Holm's correction, in the same order.
+std::vector<double> holm(const std::vector<double>& p_values);
+
+}  // namespace graze

@@ -1,0 +1,53 @@
+#pragma once
+// What `graze events` tells of a campaign: where behaviour divides, which contact sequences there are, what is new.
+
+#include <string>
+#include <vector>
+
+#include "analysis/sequences.h"
+
+namespace graze {
+
+struct EventsRequest {
+  std::string name;                   // the archive as commands that are printed shall name it; empty: its path
+  std::vector<std::string> policies;  // empty: all
+  StoryRules rules;
+  EventTreeRules tree;
+  double cycle = 0;       // s, of a gait; 0: not told by cycles
+  std::string reference;  // another archive of the same robot and world; empty: the policy's own successes
+};
+
+struct PolicyEvents {
+  std::string policy;
+  EventTree tree;
+  std::vector<SequenceCount> sequences;
+  std::vector<CycleCount> cycles;
+  std::vector<Novelty> novelties;
+  std::uint64_t reference = 0;  // traces that novelties are told against
+  /// About a bifurcation and a branch, [node][branch]: the sequence of all parts that most of its traces have from
+  /// before until after the moment at which they part.
+  struct Around {
+    double from = 0, to = 0;  // s
+    std::vector<std::uint32_t> words;
+    std::uint64_t alike = 0, n = 0;
+  };
+  std::vector<std::vector<Around>> around;
+};
+
+struct CampaignEvents {
+  std::string archive, campaign;
+  EventsRequest request;
+  CampaignInfo info;
+  std::vector<PolicyEvents> policies;
+};
+
+/// Throws InputError: no phases in the archive, another robot in the reference, no such policy.
+CampaignEvents campaign_events(const Archive& archive, const EventsRequest& request);
+
+/// For people; `most`: sequences and novelties listed of each kind.
+std::string format_events(const CampaignEvents& events, std::size_t most);
+std::string events_json(const CampaignEvents& events);
+/// One line per sequence: policy, traces, outcomes, share of success with its interval, an example, the sequence.
+std::string sequences_csv(const CampaignEvents& events);
+
+}  // namespace graze

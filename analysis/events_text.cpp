@@ -1,0 +1,309 @@
+// Events as text for people, as JSON and CSV for scripts.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "analysis/events.h"
+#include "analysis/failures.h"
+#include "analysis/text_table.h"
+#include "archive/files/csv.h"
+
+namespace graze {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Rows = std::vector<std::vector<std::string>>;
+
+constexpr std::size_t kMostWords = 24;  // of a sequence in a line
+
+/// What one policy's numbers are told with.
+class Teller {
+ public:
+  Teller(const CampaignEvents& events, Detail detail) : info_(events.info), detail_(detail) {}
+
+  std::string word(std::uint32_t word) const { return word_text(word, detail_, info_); }
+
+  /// "3 x (LF_FOOT-ground RH_FOOT-ground), RF_FOOT-curb": no more than so many words.
+  std::string sequence(const std::vector<std::uint32_t>& words, std::size_t most = kMostWords) const {
+    if (words.empty()) return "(no contact)";
+    std::string out;
+    for (std::size_t i = 0; i < std::min(most, words.size()); ++i) out += (i > 0 ? " " : "") + word(words[i]);
+    return words.size() > most ? out + fmt::format(" … {} in all", words.size()) : out;
+  }
+
+  std::string branch(const EventBranch& branch) const {
+    switch (branch.kind) {
+      case EventBranch::Kind::contact:
+        return word(branch.word);
+      case EventBranch::Kind::nothing:
+        return "nothing more";
+      case EventBranch::Kind::others:
+        return "other contacts";
+      case EventBranch::Kind::cut:
+        return "(ended before)";
+    }
+    return "";
+  }
+
+  /// "S 3, clears-curb 12, objective 1"
+  std::string outcomes(const OutcomeCounts& counts) const {
+    std::string out = fmt::format("S {}", counts.success);
+    for (std::size_t r = 0; r < counts.violated.size(); ++r) {
+      if (counts.violated[r] > 0) out += fmt::format(", {} {}", info_.requirements[r].name, counts.violated[r]);
+    }
+    return counts.unknown > 0 ? out + fmt::format(", objective {}", counts.unknown) : out;
+  }
+
+  Json outcomes_json(const OutcomeCounts& counts) const {
+    const Interval interval = counts.interval();
+    Json known = Json::object();
+    for (std::size_t r = 0; r < counts.violated.size(); ++r) known[info_.requirements[r].name] = counts.violated[r];
+    return {{"n", counts.n},
+            {"success", counts.success},
+            {"violated", known},
+            {"unknown", counts.unknown},
+            {"rate", counts.n > 0 ? Json(counts.rate()) : Json()},
+            {"interval", {interval.low, interval.high}}};
+  }
+
+  Json words_json(const std::vector<std::uint32_t>& words) const {
+    Json out = Json::array();
+    for (const std::uint32_t one : words) out.push_back(word(one));
+    return out;
+  }
+
+ private:
+  const CampaignInfo& info_;
+  Detail detail_;
+};
+
+std::string rate_text(const OutcomeCounts& counts) {
+  if (counts.n == 0) return "-";
+  const Interval interval = counts.interval();
+  return fmt::format("{:.3f} ({:.3f} .. {:.3f})", counts.rate(), interval.low, interval.high);
+}
+
+std::string range_text(const Quantiles& x, double scale) {
+  if (std::isnan(x.median)) return "-";
+  return fmt::format("{:.3g} ({:.3g} .. {:.3g})", scale * x.median, scale * x.low, scale * x.high);
+}
+
+std::string ordinal(std::size_t n) {
+  const std::size_t tens = n % 100;
+  const char* ending = tens >= 11 && tens <= 13 ? "th"
+                       : n % 10 == 1            ? "st"
+                       : n % 10 == 2            ? "nd"
+                       : n % 10 == 3            ? "rd"
+                                                : "th";
+  return fmt::format("{}{}", n, ending);
+}
+
+std::string node_text(const PolicyEvents& policy, std::size_t at, const Teller& tell, const CampaignInfo& info) {
+  const EventNode& node = policy.tree.nodes[at];
+  const std::string indent(2 + 4 * static_cast<std::size_t>(node.depth), ' ');
+  std::string out = indent + fmt::format("{:.3f} s: the {} contact of {}", node.time, ordinal(node.past.size() + 1),
+                                         info.colliders[static_cast<std::size_t>(node.part)]);
+  if (node.parent >= 0) {
+    const EventNode& above = policy.tree.nodes[static_cast<std::size_t>(node.parent)];
+    out += ", where " + tell.branch(above.branches[static_cast<std::size_t>(node.parent_branch)]);
+  }
+  out += fmt::format(" (p = {:.2g}; tells {:.0f} % about the outcome)\n", node.p_value, 100 * node.information);
+  Rows rows = {{"next contact", "traces", "success, 95 % interval", "s, median (5 .. 95 %)", "mN s", "outcomes"}};
+  for (const EventBranch& branch : node.branches) {
+    rows.push_back({tell.branch(branch), std::to_string(branch.outcomes.n), rate_text(branch.outcomes),
+                    range_text(branch.time, 1), range_text(branch.impulse, 1e3), tell.outcomes(branch.outcomes)});
+  }
+  std::string table = text_table(rows, 1);
+  std::size_t begin = 0;
+  while (begin < table.size()) {
+    const std::size_t end = table.find('\n', begin);
+    out += indent + "  " + table.substr(begin, end - begin + 1);
+    begin = end == std::string::npos ? table.size() : end + 1;
+  }
+  for (std::size_t b = 0; b < node.branches.size(); ++b) {
+    const PolicyEvents::Around& around = policy.around[at][b];
+    if (node.branches[b].kind == EventBranch::Kind::cut || around.n == 0) continue;
+    out += indent + fmt::format("  {}: {} of {} have, from {:.2f} to {:.2f} s: {}\n", tell.branch(node.branches[b]),
+                                around.alike, around.n, around.from, around.to, tell.sequence(around.words));
+  }
+  return out;
+}
+
+std::string tree_text(const PolicyEvents& policy, const CampaignEvents& events, const Teller& tell) {
+  const EventTree& tree = policy.tree;
+  const double error_rate = events.request.tree.error_rate;
+  if (tree.nodes.empty()) {
+    return fmt::format("No contact decides how a trace ends ({} nodes tested, error rate {:g}).\n", tree.tested,
+                       error_rate);
+  }
+  std::string out =
+      fmt::format("Where behaviour divides ({} nodes tested, error rate {:g})\n", tree.tested, error_rate);
+  for (std::size_t i = 0; i < tree.nodes.size(); ++i) out += node_text(policy, i, tell, events.info);
+  return out;
+}
+
+std::string sequences_text(const PolicyEvents& policy, const Teller& tell, std::size_t most) {
+  Rows rows = {{"traces", "success, 95 % interval", "example", "sequence"}};
+  for (std::size_t i = 0; i < std::min(most, policy.sequences.size()); ++i) {
+    const SequenceCount& one = policy.sequences[i];
+    rows.push_back({std::to_string(one.outcomes.n), rate_text(one.outcomes), std::to_string(one.example),
+                    tell.sequence(one.words)});
+  }
+  std::string out = fmt::format("\nSequences, {} different ones\n{}", policy.sequences.size(), text_table(rows, 4));
+  if (policy.cycles.empty()) return out;
+  rows = {{"from", "to", "traces", "alike", "share", "different", "most frequent"}};
+  for (const CycleCount& one : policy.cycles) {
+    rows.push_back({fmt::format("{:.3f} s", one.from), fmt::format("{:.3f} s", one.to), std::to_string(one.n),
+                    std::to_string(one.alike),
+                    fmt::format("{:.0f} %", 100.0 * static_cast<double>(one.alike) / static_cast<double>(one.n)),
+                    std::to_string(one.distinct), tell.sequence(one.words)});
+  }
+  return out + "\nBy cycle\n" + text_table(rows, 7);
+}
+
+constexpr const char* kNoveltyNames[] = {"new contact", "new sequence", "new feature", "both outcomes"};
+
+std::string novelties_text(const PolicyEvents& policy, const CampaignEvents& events, std::size_t most) {
+  Detail detail = std::max(events.request.rules.detail, Detail::features);
+  const Teller fine(events, detail), coarse(events, Detail::parts);
+  const std::string against = events.request.reference.empty()
+                                  ? fmt::format("the {} successes", policy.reference)
+                                  : fmt::format("the {} traces of {}", policy.reference, events.request.reference);
+  if (policy.novelties.empty()) return fmt::format("\nNothing new against {}.\n", against);
+  Rows rows = {{"what", "contact", "traces", "success, 95 % interval", "first", "particle"}};
+  std::size_t listed[4] = {}, left = 0;
+  for (const Novelty& one : policy.novelties) {
+    if (++listed[static_cast<int>(one.kind)] > most) {
+      ++left;
+      continue;
+    }
+    const bool parts = one.kind == Novelty::Kind::event || one.kind == Novelty::Kind::outcomes;
+    rows.push_back({kNoveltyNames[static_cast<int>(one.kind)],
+                    one.kind == Novelty::Kind::sequence ? "(all contacts)" : (parts ? coarse : fine).word(one.word),
+                    std::to_string(one.outcomes.n), rate_text(one.outcomes), fmt::format("{:.3f} s", one.first),
+                    std::to_string(one.example)});
+  }
+  std::string out = fmt::format("\nNew against {}\n{}", against, text_table(rows, 2));
+  return left == 0 ? out : out + fmt::format("… and {} more (--top)\n", left);
+}
+
+Json quantiles_json(const Quantiles& x) {
+  if (std::isnan(x.median)) return nullptr;
+  return {{"p5", x.low}, {"median", x.median}, {"p95", x.high}};
+}
+
+Json node_json(const PolicyEvents& policy, std::size_t at, const Teller& tell, const CampaignEvents& events) {
+  const EventNode& node = policy.tree.nodes[at];
+  Json branches = Json::array();
+  constexpr const char* kKinds[] = {"contact", "nothing", "others", "cut"};
+  for (std::size_t b = 0; b < node.branches.size(); ++b) {
+    const EventBranch& branch = node.branches[b];
+    const PolicyEvents::Around& around = policy.around[at][b];
+    branches.push_back({{"kind", kKinds[static_cast<int>(branch.kind)]},
+                        {"label", tell.branch(branch)},
+                        {"outcomes", tell.outcomes_json(branch.outcomes)},
+                        {"time", quantiles_json(branch.time)},
+                        {"impulse", quantiles_json(branch.impulse)},
+                        {"node", branch.node < 0 ? Json() : Json(branch.node)},
+                        {"around",
+                         {{"from", around.from},
+                          {"to", around.to},
+                          {"traces", around.alike},
+                          {"sequence", tell.words_json(around.words)}}}});
+  }
+  return {{"part", events.info.colliders[static_cast<std::size_t>(node.part)]},
+          {"past", tell.words_json(node.past)},
+          {"time", node.time},
+          {"p_value", node.p_value},
+          {"information", node.information},
+          {"depth", node.depth},
+          {"parent", node.parent < 0 ? Json() : Json(node.parent)},
+          {"parent_branch", node.parent_branch < 0 ? Json() : Json(node.parent_branch)},
+          {"branches", branches}};
+}
+
+Json policy_json(const PolicyEvents& policy, const CampaignEvents& events) {
+  const Teller tell(events, events.request.rules.detail), coarse(events, Detail::parts);
+  const Teller fine(events, std::max(events.request.rules.detail, Detail::features));
+  Json out = {{"policy", policy.policy}, {"outcomes", tell.outcomes_json(policy.tree.all)}};
+  Json nodes = Json::array(), sequences = Json::array(), cycles = Json::array(), novel = Json::array();
+  for (std::size_t i = 0; i < policy.tree.nodes.size(); ++i) nodes.push_back(node_json(policy, i, tell, events));
+  for (const SequenceCount& one : policy.sequences) {
+    sequences.push_back({{"outcomes", tell.outcomes_json(one.outcomes)},
+                         {"example", one.example},
+                         {"sequence", tell.words_json(one.words)}});
+  }
+  for (const CycleCount& one : policy.cycles) {
+    cycles.push_back({{"from", one.from},
+                      {"to", one.to},
+                      {"n", one.n},
+                      {"alike", one.alike},
+                      {"different", one.distinct},
+                      {"sequence", tell.words_json(one.words)}});
+  }
+  for (const Novelty& one : policy.novelties) {
+    const bool parts = one.kind == Novelty::Kind::event || one.kind == Novelty::Kind::outcomes;
+    novel.push_back(
+        {{"what", kNoveltyNames[static_cast<int>(one.kind)]},
+         {"contact", one.kind == Novelty::Kind::sequence ? Json() : Json((parts ? coarse : fine).word(one.word))},
+         {"outcomes", tell.outcomes_json(one.outcomes)},
+         {"first", one.first},
+         {"particle", one.example}});
+  }
+  out["tested"] = policy.tree.tested;
+  out["bifurcations"] = nodes;
+  out["sequences"] = sequences;
+  if (events.request.cycle > 0) out["cycles"] = cycles;
+  out["reference_traces"] = policy.reference;
+  out["novelties"] = novel;
+  return out;
+}
+
+}  // namespace
+
+std::string format_events(const CampaignEvents& events, std::size_t most) {
+  std::string out;
+  const Teller tell(events, events.request.rules.detail);
+  for (const PolicyEvents& policy : events.policies) {
+    if (!out.empty()) out += "\n";
+    out +=
+        fmt::format("{}: {} valid traces, success {}\n", policy.policy, policy.tree.all.n, rate_text(policy.tree.all));
+    out += tree_text(policy, events, tell) + sequences_text(policy, tell, most) + novelties_text(policy, events, most);
+  }
+  return out;
+}
+
+std::string events_json(const CampaignEvents& events) {
+  constexpr const char* kDetails[] = {"parts", "features", "modes"};
+  const EventsRequest& request = events.request;
+  Json policies = Json::array();
+  for (const PolicyEvents& policy : events.policies) policies.push_back(policy_json(policy, events));
+  const Json out = {{"archive", events.archive},
+                    {"campaign", events.campaign},
+                    {"detail", kDetails[static_cast<int>(request.rules.detail)]},
+                    {"simultaneous", request.rules.simultaneous},
+                    {"light", request.rules.light},
+                    {"from", request.rules.from},
+                    {"to", std::isinf(request.rules.to) ? Json() : Json(request.rules.to)},
+                    {"error_rate", request.tree.error_rate},
+                    {"reference", request.reference.empty() ? "success" : request.reference},
+                    {"policies", policies}};
+  return out.dump(2, ' ', false, Json::error_handler_t::replace);
+}
+
+std::string sequences_csv(const CampaignEvents& events) {
+  const Teller tell(events, events.request.rules.detail);
+  std::string out = "policy,traces,success,unknown,rate,low,high,example,sequence\n";
+  for (const PolicyEvents& policy : events.policies) {
+    for (const SequenceCount& one : policy.sequences) {
+      const Interval interval = one.outcomes.interval();
+      out += fmt::format("{},{},{},{},{},{},{},{},{}\n", csv_cell(policy.policy), one.outcomes.n, one.outcomes.success,
+                         one.outcomes.unknown, one.outcomes.rate(), interval.low, interval.high, one.example,
+                         csv_cell(tell.sequence(one.words, one.words.size())));
+    }
+  }
+  return out;
+}
+
+}  // namespace graze

@@ -1,0 +1,137 @@
+#include "analysis/stories.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "engine/settings/settings.h"
+
+namespace graze {
+namespace {
+
+// A word: collider a (12 bits), collider b (12), features of a and b (3 each), mode (2).
+constexpr int kParts = 1 << 12;
+
+std::uint32_t word_of(const ContactPhase& phase, Detail detail) {
+  auto word = static_cast<std::uint32_t>(phase.a) << 20 | static_cast<std::uint32_t>(phase.b) << 8;
+  if (detail == Detail::parts) return word;
+  word |= static_cast<std::uint32_t>(phase.feature_a) << 5 | static_cast<std::uint32_t>(phase.feature_b) << 2;
+  if (detail == Detail::features) return word;
+  const double stick = 1 - phase.slip - phase.roll;
+  const ContactMode mode = phase.slip > std::max(stick, phase.roll) ? ContactMode::slip
+                           : phase.roll > stick                     ? ContactMode::roll
+                                                                    : ContactMode::stick;
+  return word | static_cast<std::uint32_t>(mode);
+}
+
+std::string part_text(int part, std::uint32_t feature, const CampaignInfo& info) {
+  const std::string& name = info.colliders.at(static_cast<std::size_t>(part));
+  if (feature == static_cast<std::uint32_t>(Feature::surface)) return name;
+  return name + "." + std::string(feature_name(static_cast<Feature>(feature)));
+}
+
+/// What nine in ten contacts of two parts carry at most, N s.
+class Usual {
+ public:
+  void add(const ContactPhase& phase) { impulses_[{phase.a, phase.b}].push_back(static_cast<float>(phase.impulse)); }
+  void settle() {
+    for (auto& [pair, all] : impulses_) {
+      const auto ninth = all.begin() + static_cast<std::ptrdiff_t>(0.9 * static_cast<double>(all.size() - 1));
+      std::nth_element(all.begin(), ninth, all.end());
+      usual_[pair] = *ninth;
+    }
+    impulses_.clear();
+  }
+  float of(std::uint32_t word) const { return usual_.at({part_a(word), part_b(word)}); }
+
+ private:
+  std::map<std::pair<int, int>, std::vector<float>> impulses_;
+  std::map<std::pair<int, int>, float> usual_;
+};
+
+}  // namespace
+
+int part_a(std::uint32_t word) { return static_cast<int>(word >> 20); }
+int part_b(std::uint32_t word) { return static_cast<int>(word >> 8 & 0xfff); }
+std::uint32_t parts_only(std::uint32_t word) { return word & ~0xffu; }
+
+std::string word_text(std::uint32_t word, Detail detail, const CampaignInfo& info) {
+  std::string out = part_text(part_a(word), word >> 5 & 7, info) + "-" + part_text(part_b(word), word >> 2 & 7, info);
+  constexpr const char* kModes[] = {" stick", " slip", " roll"};
+  return detail == Detail::modes ? out + kModes[word & 3] : out;
+}
+
+Story Stories::operator[](std::size_t i) const {
+  const Head& head = heads_[i];
+  return {head.particle, head.outcome, head.violated, head.end_time,
+          std::span(tokens_).subspan(head.first, head.count)};
+}
+
+void order_simultaneous(std::span<Token> tokens, double simultaneous) {
+  for (std::size_t first = 0; first < tokens.size();) {
+    std::size_t last = first + 1;
+    while (last < tokens.size() && tokens[last].begin - tokens[first].begin <= simultaneous) ++last;
+    std::sort(tokens.begin() + static_cast<std::ptrdiff_t>(first), tokens.begin() + static_cast<std::ptrdiff_t>(last),
+              [](const Token& a, const Token& b) { return a.word != b.word ? a.word < b.word : a.begin < b.begin; });
+    first = last;
+  }
+}
+
+std::vector<Stories> read_stories(const Archive& archive, const std::vector<std::string>& policies,
+                                  const StoryRules& rules) {
+  const CampaignInfo& info = archive.info();
+  if (info.colliders.size() > kParts) {
+    throw InputError(fmt::format("{}: {} parts that can touch; contacts are told apart of at most {}",
+                                 archive.path().string(), info.colliders.size(), kParts));
+  }
+  std::vector<Stories> out(policies.size());
+  Usual usual;
+  bool any_phase = false;
+  for (std::size_t p = 0; p < policies.size(); ++p) {
+    Stories& stories = out[p];
+    stories.policy_ = policies[p];
+    archive.scan(policies[p], kEndTime | kContactPhases, [&](const TraceRows& rows) {
+      for (std::size_t i = 0; i < rows.size(); ++i) {
+        if (rows.outcome(i) == Outcome::invalid) continue;
+        const std::uint64_t first = stories.tokens_.size();
+        const double end = rows.end_time(i);
+        for (const ContactPhase& phase : rows.phases(i)) {
+          any_phase = true;
+          usual.add(phase);
+          if (phase.begin < rules.from || phase.begin >= rules.to) continue;
+          const bool under_way = phase.end > end - 1.5 * info.step;
+          const auto impulse = static_cast<float>(phase.impulse);
+          stories.tokens_.push_back({word_of(phase, rules.detail), static_cast<float>(phase.begin),
+                                     under_way ? -impulse : impulse});  // negative: counts, whatever it is
+        }
+        stories.heads_.push_back(
+            {rows.particle(i), rows.outcome(i), rows.violated(i), end, first, stories.tokens_.size() - first});
+      }
+    });
+  }
+  if (!any_phase && !info.colliders.empty()) {
+    throw InputError(
+        fmt::format("{}: has no contact phases: nothing touched, or record.phases was false, or an older "
+                    "program made it; simulate it again with record.phases",
+                    archive.path().string()));
+  }
+  usual.settle();
+  for (Stories& stories : out) {
+    for (Stories::Head& head : stories.heads_) {
+      const auto first = stories.tokens_.begin() + static_cast<std::ptrdiff_t>(head.first);
+      const auto last = std::remove_if(first, first + static_cast<std::ptrdiff_t>(head.count), [&](const Token& token) {
+        return !std::signbit(token.impulse) && token.impulse < static_cast<float>(rules.light) * usual.of(token.word);
+      });
+      std::for_each(first, last, [](Token& token) { token.impulse = std::abs(token.impulse); });
+      head.count = static_cast<std::uint64_t>(last - first);
+      order_simultaneous({first, last}, rules.simultaneous);
+    }
+    std::sort(stories.heads_.begin(), stories.heads_.end(),
+              [](const auto& a, const auto& b) { return a.particle < b.particle; });
+  }
+  return out;
+}
+
+}  // namespace graze

@@ -1,0 +1,115 @@
+// graze events: where behaviour divides, which contact sequences there are, what is new in some traces.
+#include <fmt/format.h>
+
+#include <iostream>
+#include <memory>
+
+#include "analysis/events.h"
+#include "jobs/cli/commands.h"
+#include "jobs/cli/option_values.h"
+#include "jobs/cli/reading_verb.h"
+
+namespace graze {
+namespace {
+
+struct Arguments {
+  std::string archive, detail = "parts", reference;
+  std::vector<std::string> policies;
+  EventsRequest request;
+  std::uint64_t top = 5;
+  bool json = false, csv = false;
+};
+
+/// Within [least, most]; as it is written on a command line.
+double parse_share(const std::string& text, const std::string& option, double least, double most) {
+  std::size_t read = 0;
+  double value = std::numeric_limits<double>::quiet_NaN();
+  try {
+    value = std::stod(text, &read);
+  } catch (const std::exception&) {
+    read = 0;
+  }
+  if (read != text.size() || !(value >= least && value <= most)) {
+    throw InputError(fmt::format("{} {}: must be a number within [{:g}, {:g}]", option, text, least, most));
+  }
+  return value;
+}
+
+int tell_events(const Arguments& arguments) {
+  const Archive archive(arguments.archive);
+  warn(archive.warnings());
+  EventsRequest request = arguments.request;
+  request.name = arguments.archive;
+  request.policies = chosen_names(archive.info().policies, arguments.policies, arguments.archive);
+  request.reference = arguments.reference;
+  request.rules.detail = arguments.detail == "parts"      ? Detail::parts
+                         : arguments.detail == "features" ? Detail::features
+                                                          : Detail::modes;
+  if (request.rules.from >= request.rules.to) {
+    throw InputError(fmt::format("--from {:g} s lies at or after --to {:g} s", request.rules.from, request.rules.to));
+  }
+  const CampaignEvents events = campaign_events(archive, request);
+  if (arguments.json) {
+    std::cout << events_json(events) << "\n";
+  } else {
+    std::cout << (arguments.csv ? sequences_csv(events) : format_events(events, arguments.top));
+  }
+  return archive.complete() ? kDone : kMachineFailed;
+}
+
+}  // namespace
+
+void add_events(CLI::App& app, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* verb = add_verb(app, "events", "Where behaviour divides, contact sequences, what is new in some traces",
+                            "  graze events quadruped_curb.graze\n"
+                            "  graze events curb.h5 --policy step/3cm --detail features\n"
+                            "  graze events trot.h5 --cycle '0.3 s'             # what each step of a gait is like\n"
+                            "  graze events new.h5 --reference old.h5           # new against last week's campaign\n"
+                            "  graze events curb.h5 --csv > sequences.csv\n");
+  Arguments& a = *arguments;
+  verb->add_option("archive", a.archive, "Campaign directory or packed file")->required();
+  verb->add_option("--policy", a.policies, "Only these policies (globs; may be repeated)")->allow_extra_args(false);
+  add_choice(
+      *verb, "--detail", a.detail, {"parts", "features", "modes"},
+      "How finely contacts are told apart: which parts touch, with what feature of them, or sticking, slipping or "
+      "rolling, too");
+  const auto seconds = [verb](const char* names, double& value, double most, const char* description) {
+    add_read_option(*verb, names, description, [&value, most](const std::string& text, const std::string& option) {
+      value = parse_seconds(text, option, 1e-9, most);
+    })->type_name("TIME");
+  };
+  seconds("--from", a.request.rules.from, 1e9, "Only contacts that begin here or later");
+  seconds("--to", a.request.rules.to, 1e9, "Only contacts that begin before");
+  seconds("--simultaneous", a.request.rules.simultaneous, 1e9,
+          "Contacts that begin within this time of each other have no order (20 ms)");
+  seconds("--cycle", a.request.cycle, 1e9, "Tell sequences by cycles of this duration, too");
+  add_read_option(*verb, "--light",
+                  "A contact counts if it carries this share of what contacts of its two parts usually do "
+                  "(0.1)",
+                  [&a](const std::string& text, const std::string& option) {
+                    a.request.rules.light = parse_share(text, option, 0, 1);
+                  })
+      ->type_name("SHARE");
+  add_read_option(*verb, "--error-rate", "How often a bifurcation may be told where there is none (0.01)",
+                  [&a](const std::string& text, const std::string& option) {
+                    a.request.tree.error_rate = parse_share(text, option, 1e-12, 0.5);
+                  })
+      ->type_name("SHARE");
+  verb->add_option(
+          "--reference", a.reference,
+          "Tell what is new against this archive, of the same robot and world, instead of against the successes")
+      ->type_name("ARCHIVE");
+  add_whole(*verb, "--top", a.top, 1, 1'000'000, "So many sequences and novelties of each kind (5)");
+  CLI::Option* json = verb->add_flag("--json", a.json, "Print JSON: everything");
+  verb->add_flag("--csv", a.csv, "Print the sequences as CSV")->excludes(json);
+  verb->callback([arguments, &action] {
+    action = [arguments] {
+      std::vector<std::string> archives = {arguments->archive};
+      if (!arguments->reference.empty()) archives.push_back(arguments->reference);
+      return in_reading_child(archives, [&] { return tell_events(*arguments); });
+    };
+  });
+}
+
+}  // namespace graze
