@@ -32,25 +32,6 @@ std::string part_text(int part, std::uint32_t feature, const CampaignInfo& info)
   return name + "." + std::string(feature_name(static_cast<Feature>(feature)));
 }
 
-/// What nine in ten contacts of two parts carry at most, N s.
-class Usual {
- public:
-  void add(const ContactPhase& phase) { impulses_[{phase.a, phase.b}].push_back(static_cast<float>(phase.impulse)); }
-  void settle() {
-    for (auto& [pair, all] : impulses_) {
-      const auto ninth = all.begin() + static_cast<std::ptrdiff_t>(0.9 * static_cast<double>(all.size() - 1));
-      std::nth_element(all.begin(), ninth, all.end());
-      usual_[pair] = *ninth;
-    }
-    impulses_.clear();
-  }
-  float of(std::uint32_t word) const { return usual_.at({part_a(word), part_b(word)}); }
-
- private:
-  std::map<std::pair<int, int>, std::vector<float>> impulses_;
-  std::map<std::pair<int, int>, float> usual_;
-};
-
 }  // namespace
 
 int part_a(std::uint32_t word) { return static_cast<int>(word >> 20); }
@@ -79,6 +60,65 @@ void order_simultaneous(std::span<Token> tokens, double simultaneous) {
   }
 }
 
+/// What nine in ten contacts of two parts carry at most, N s.
+struct StoryTeller::Usual {
+  std::map<std::pair<int, int>, std::vector<float>> impulses;
+  std::map<std::pair<int, int>, float> most;
+
+  void settle() {
+    for (auto& [pair, all] : impulses) {
+      const auto ninth = all.begin() + static_cast<std::ptrdiff_t>(0.9 * static_cast<double>(all.size() - 1));
+      std::nth_element(all.begin(), ninth, all.end());
+      most[pair] = *ninth;
+    }
+    impulses.clear();
+  }
+  float of(std::uint32_t word) const { return most.at({part_a(word), part_b(word)}); }
+};
+
+StoryTeller::StoryTeller(const std::vector<std::string>& policies, const StoryRules& rules, double step)
+    : rules_(rules), step_(step), usual_(std::make_unique<Usual>()), stories_(policies.size()) {
+  for (std::size_t p = 0; p < policies.size(); ++p) stories_[p].policy_ = policies[p];
+}
+
+StoryTeller::~StoryTeller() = default;
+
+void StoryTeller::add(std::size_t policy, std::uint32_t particle, Outcome outcome, int violated, double end_time,
+                      std::span<const ContactPhase> phases) {
+  if (outcome == Outcome::invalid) return;
+  Stories& stories = stories_[policy];
+  const std::uint64_t first = stories.tokens_.size();
+  for (const ContactPhase& phase : phases) {
+    const auto impulse = static_cast<float>(phase.impulse);
+    usual_->impulses[{phase.a, phase.b}].push_back(impulse);
+    if (phase.begin < rules_.from || phase.begin >= rules_.to) continue;
+    const bool under_way = phase.end > end_time - 1.5 * step_;
+    // Negative: counts, whatever it carries.
+    stories.tokens_.push_back(
+        {word_of(phase, rules_.detail), static_cast<float>(phase.begin), under_way ? -impulse : impulse});
+  }
+  stories.heads_.push_back({particle, outcome, violated, end_time, first, stories.tokens_.size() - first});
+}
+
+std::vector<Stories> StoryTeller::take() {
+  usual_->settle();
+  for (Stories& stories : stories_) {
+    for (Stories::Head& head : stories.heads_) {
+      const auto first = stories.tokens_.begin() + static_cast<std::ptrdiff_t>(head.first);
+      const auto last = std::remove_if(first, first + static_cast<std::ptrdiff_t>(head.count), [&](const Token& token) {
+        return !std::signbit(token.impulse) &&
+               token.impulse < static_cast<float>(rules_.light) * usual_->of(token.word);
+      });
+      std::for_each(first, last, [](Token& token) { token.impulse = std::abs(token.impulse); });
+      head.count = static_cast<std::uint64_t>(last - first);
+      order_simultaneous({first, last}, rules_.simultaneous);
+    }
+    std::sort(stories.heads_.begin(), stories.heads_.end(),
+              [](const auto& a, const auto& b) { return a.particle < b.particle; });
+  }
+  return std::move(stories_);
+}
+
 std::vector<Stories> read_stories(const Archive& archive, const std::vector<std::string>& policies,
                                   const StoryRules& rules) {
   const CampaignInfo& info = archive.info();
@@ -86,52 +126,23 @@ std::vector<Stories> read_stories(const Archive& archive, const std::vector<std:
     throw InputError(fmt::format("{}: {} parts that can touch; contacts are told apart of at most {}",
                                  archive.path().string(), info.colliders.size(), kParts));
   }
-  std::vector<Stories> out(policies.size());
-  Usual usual;
+  StoryTeller teller(policies, rules, info.step);
   bool any_phase = false;
   for (std::size_t p = 0; p < policies.size(); ++p) {
-    Stories& stories = out[p];
-    stories.policy_ = policies[p];
     archive.scan(policies[p], kEndTime | kContactPhases, [&](const TraceRows& rows) {
       for (std::size_t i = 0; i < rows.size(); ++i) {
-        if (rows.outcome(i) == Outcome::invalid) continue;
-        const std::uint64_t first = stories.tokens_.size();
-        const double end = rows.end_time(i);
-        for (const ContactPhase& phase : rows.phases(i)) {
-          any_phase = true;
-          usual.add(phase);
-          if (phase.begin < rules.from || phase.begin >= rules.to) continue;
-          const bool under_way = phase.end > end - 1.5 * info.step;
-          const auto impulse = static_cast<float>(phase.impulse);
-          stories.tokens_.push_back({word_of(phase, rules.detail), static_cast<float>(phase.begin),
-                                     under_way ? -impulse : impulse});  // negative: counts, whatever it is
-        }
-        stories.heads_.push_back(
-            {rows.particle(i), rows.outcome(i), rows.violated(i), end, first, stories.tokens_.size() - first});
+        any_phase = any_phase || !rows.phases(i).empty();
+        teller.add(p, rows.particle(i), rows.outcome(i), rows.violated(i), rows.end_time(i), rows.phases(i));
       }
     });
   }
-  if (!any_phase && !info.colliders.empty()) {
+  if (!any_phase) {
     throw InputError(
         fmt::format("{}: has no contact phases: nothing touched, or record.phases was false, or an older "
                     "program made it; simulate it again with record.phases",
                     archive.path().string()));
   }
-  usual.settle();
-  for (Stories& stories : out) {
-    for (Stories::Head& head : stories.heads_) {
-      const auto first = stories.tokens_.begin() + static_cast<std::ptrdiff_t>(head.first);
-      const auto last = std::remove_if(first, first + static_cast<std::ptrdiff_t>(head.count), [&](const Token& token) {
-        return !std::signbit(token.impulse) && token.impulse < static_cast<float>(rules.light) * usual.of(token.word);
-      });
-      std::for_each(first, last, [](Token& token) { token.impulse = std::abs(token.impulse); });
-      head.count = static_cast<std::uint64_t>(last - first);
-      order_simultaneous({first, last}, rules.simultaneous);
-    }
-    std::sort(stories.heads_.begin(), stories.heads_.end(),
-              [](const auto& a, const auto& b) { return a.particle < b.particle; });
-  }
-  return out;
+  return teller.take();
 }
 
 }  // namespace graze

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -58,7 +59,7 @@ class Stories {
   const std::string& policy() const { return policy_; }
 
  private:
-  friend std::vector<Stories> read_stories(const Archive&, const std::vector<std::string>&, const StoryRules&);
+  friend class StoryTeller;
   struct Head {
     std::uint32_t particle;
     Outcome outcome;
@@ -71,7 +72,27 @@ class Stories {
   std::vector<Token> tokens_;
 };
 
-/// Of each policy. What contacts of two parts usually carry is taken over all of them. Throws InputError if the archive
+/// Makes stories of traces that come in any order. What contacts of two parts usually carry is taken over all policies.
+class StoryTeller {
+ public:
+  /// `step`: of the physics, s.
+  StoryTeller(const std::vector<std::string>& policies, const StoryRules& rules, double step);
+  ~StoryTeller();
+  /// Invalid traces are passed over.
+  void add(std::size_t policy, std::uint32_t particle, Outcome outcome, int violated, double end_time,
+           std::span<const ContactPhase> phases);
+  /// One per policy. Nothing can be added afterwards.
+  std::vector<Stories> take();
+
+ private:
+  struct Usual;
+  StoryRules rules_;
+  double step_;
+  std::unique_ptr<Usual> usual_;
+  std::vector<Stories> stories_;
+};
+
+/// Of each policy. Throws InputError if the archive
 /// keeps no contact phases.
 std::vector<Stories> read_stories(const Archive& archive, const std::vector<std::string>& policies,
                                   const StoryRules& rules);

@@ -31,7 +31,7 @@ inline void expect_same(const Event& a, const Event& b) {
   EXPECT_EQ(a.p_W, b.p_W);
 }
 
-inline void expect_same(const ContactPhase& a, const ContactPhase& b) {
+inline void expect_same_phase(const ContactPhase& a, const ContactPhase& b) {
   expect_same({a.begin, a.end, a.peak, a.impulse, a.slip, a.roll}, {b.begin, b.end, b.peak, b.impulse, b.slip, b.roll});
   EXPECT_EQ(a.a, b.a);
   EXPECT_EQ(a.b, b.b);
@@ -82,7 +82,7 @@ inline void expect_trace(const Archive& archive, const std::string& policy, cons
   ASSERT_EQ(got->events.size(), want.events.size());
   for (std::size_t k = 0; k < want.events.size(); ++k) expect_same(got->events[k], want.events[k]);
   ASSERT_EQ(got->phases.size(), want.phases.size());
-  for (std::size_t k = 0; k < want.phases.size(); ++k) expect_same(got->phases[k], want.phases[k]);
+  for (std::size_t k = 0; k < want.phases.size(); ++k) expect_same_phase(got->phases[k], want.phases[k]);
 }
 
 /// Everything about particles 0 … count - 1 of one policy.
