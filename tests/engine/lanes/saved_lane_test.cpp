@@ -19,7 +19,7 @@
 namespace graze::test {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 using Maker = std::function<std::unique_ptr<BlockPhysics>(const Model&)>;
 
 /// A particle with what drives it, and as many steps as its trace takes.
