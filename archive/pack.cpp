@@ -17,7 +17,7 @@
 namespace graze {
 namespace {
 
-constexpr int kDeflate = 4;
+constexpr int kPackedDeflate = 4;
 constexpr std::size_t kSegmentBytes = std::size_t{8} << 20;  // of flat rows that are held at a time
 
 using Bytes = std::vector<std::byte>;
@@ -143,9 +143,9 @@ class FlatPacker {
       : parts_(parts),
         group_(std::move(group)),
         policy_(std::move(policy)),
-        offset_(out, group_, schema::offset(), traces + 1, kDeflate) {
+        offset_(out, group_, schema::offset(), traces + 1, kPackedDeflate) {
     for (const hdf5::Spec& spec : specs) {
-      targets_.emplace_back(out, group_, spec, rows, kDeflate);
+      targets_.emplace_back(out, group_, spec, rows, kPackedDeflate);
       widest_ = std::max(widest_, spec.row_bytes());
     }
     write_offsets({0});

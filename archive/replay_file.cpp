@@ -16,7 +16,7 @@ namespace {
 using hdf5::Spec;
 using hdf5::Type;
 
-constexpr int kDeflate = 4;
+constexpr int kReplayDeflate = 4;
 constexpr std::uint64_t kReplayFormatVersion = 1;
 
 class Hdf5Writer {
@@ -195,7 +195,7 @@ class Hdf5Writer {
     if (spec.matrix && spec.width == 0) {  // no columns: still a row per frame
       hdf5::Column::create(file_, group, spec, replay_.log.time.size(), 0);
     } else {
-      hdf5::write_column(file_, group, spec, data, kDeflate);
+      hdf5::write_column(file_, group, spec, data, kReplayDeflate);
     }
   }
 

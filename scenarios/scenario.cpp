@@ -303,7 +303,7 @@ Model compiled(const Settings& root, const World& world) {
 }
 
 /// What has its place elsewhere, where a list of the keys that are allowed would not lead to it.
-void refuse_misplaced(const Settings& root) {
+void refuse_misplaced_sections(const Settings& root) {
   const auto sampling = root.find("sampling");
   for (const auto& map : {std::optional<Settings>(root), sampling}) {
     const auto found = map && map->is_map() ? map->find("correlated") : std::nullopt;
@@ -313,7 +313,7 @@ void refuse_misplaced(const Settings& root) {
 
 Scenario read_scenario(const Settings& root, const std::string& file, const ScenarioOptions& options) {
   check_format(root);
-  refuse_misplaced(root);
+  refuse_misplaced_sections(root);
   root.allow(keys_of("scenario"));
   const Warnings warnings;
   Scenario out;

@@ -113,7 +113,7 @@ void doubt(const Settings& value, const Parameter& parameter, const Distribution
 }
 
 /// Refuses keys that stand one level too high, `{mean: 5 ms, std: 1 ms}` and `{noise: …}`, with where they belong.
-void refuse_misplaced(const Settings& value) {
+void refuse_misplaced_spread(const Settings& value) {
   constexpr const char *kNormal = "{normal: {mean: …, std: …}}", *kUniform = "{uniform: {min: …, max: …}}";
   constexpr std::pair<const char*, const char*> kRight[] = {
       {"mean", kNormal},
@@ -227,7 +227,7 @@ Spread read_spread(const Settings& value, const Parameter& parameter, Standing s
     doubt(value, parameter, out.persistent);
     return out;
   }
-  refuse_misplaced(value);
+  refuse_misplaced_spread(value);
   value.allow(keys_of("spread"));
   if (value.entries().empty()) value.fail("{}: must be a number or a distribution");
   const auto jitter = value.find("jitter");

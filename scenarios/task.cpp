@@ -46,7 +46,7 @@ Window read_window(const Settings& settings) {
 }
 
 /// ", from 1 to 2 s" behind what is judged within it.
-std::string window_text(const Window& window) { return fmt::format(", from {:g} to {:g} s", window.from, window.to); }
+std::string from_to(const Window& window) { return fmt::format(", from {:g} to {:g} s", window.from, window.to); }
 
 class TaskReader {
  public:
@@ -71,7 +71,7 @@ class TaskReader {
     const auto window = settings.find("window");
     if (window) {
       out.window = read_window(*window);
-      out.description += window_text(out.window);
+      out.description += from_to(out.window);
     }
     const char* const then = measure ? "so nothing is measured" : "so the requirement is never violated";
     if (window && warn_of_window(*window, out.window, times_, then)) return out;
@@ -237,7 +237,7 @@ class TaskReader {
     if (window && settings.has("at")) window->fail_key("a window goes with 'always' or 'once', not with 'at: end'");
     if (window) {
       out.window = read_window(*window);
-      out.description += window_text(out.window);
+      out.description += from_to(out.window);
     }
     // A window alone means throughout it.
     out.kind = once ? Objective::Kind::once : always || window ? Objective::Kind::always : Objective::Kind::at_end;

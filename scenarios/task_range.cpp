@@ -9,9 +9,7 @@
 namespace graze {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-std::string window_text(const Window& window) { return fmt::format("[{:g}, {:g}] s", window.from, window.to); }
+std::string bracketed(const Window& window) { return fmt::format("[{:g}, {:g}] s", window.from, window.to); }
 
 }  // namespace
 
@@ -47,23 +45,24 @@ WitnessRange range_of_parts(const Objective& node) {
 }
 
 WitnessRange unopened(const Window& window, bool once) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const double margin = once ? -kInfinity : kInfinity;
-  return {margin, margin, fmt::format("no trace comes to its window {}", window_text(window)), false};
+  return {margin, margin, fmt::format("no trace comes to its window {}", bracketed(window)), false};
 }
 
 bool warn_of_window(const Settings& settings, const Window& window, const TraceTimes& times, const char* then) {
   if (window.from > times.end) {
     warn(settings,
-         fmt::format("{}: begins after the end of the trace at {:g} s, {}", window_text(window), times.end, then));
+         fmt::format("{}: begins after the end of the trace at {:g} s, {}", bracketed(window), times.end, then));
     return true;
   }
   if (!window.opens(times)) {
-    warn(settings, fmt::format("{}: lies between two steps of {:g} s, {}", window_text(window), times.step, then));
+    warn(settings, fmt::format("{}: lies between two steps of {:g} s, {}", bracketed(window), times.step, then));
     return true;
   }
   if (std::isfinite(window.to) && window.to > times.end * (1 + 1e-9)) {
     warn(settings, fmt::format("{}: goes on beyond the end of the trace at {:g} s; what would come then is not judged",
-                               window_text(window), times.end));
+                               bracketed(window), times.end));
   }
   return false;
 }

@@ -23,7 +23,7 @@ using Json = nlohmann::ordered_json;
 constexpr const char* kMerged = "all.jsonl";
 
 /// A line takes some 200 bytes; more than a million of them are no campaign's.
-constexpr std::uint64_t kMostBytes = std::uint64_t{256} << 20;
+constexpr std::uint64_t kMostManifestBytes = std::uint64_t{256} << 20;
 
 /// Files of the manifest, sorted, so that it reads the same each time.
 std::vector<std::string> manifest_files(const Directory& folder) {
@@ -75,7 +75,7 @@ Manifest read_manifest(const Directory& directory) {
   for (const std::string& name : manifest_files(*folder)) {
     const auto file = folder->find_file(name);
     if (!file) continue;  // the writer has just made one file of all
-    for_each_line(file->number(), kMostBytes, [&](const std::string& line) {
+    for_each_line(file->number(), kMostManifestBytes, [&](const std::string& line) {
       if (auto entry = parse_manifest_line(line)) manifest[entry->shard] = std::move(*entry);
     });
   }

@@ -14,7 +14,7 @@ namespace {
 
 using Traces = std::vector<TraceRecord>;
 
-constexpr int kDeflate = 1;  // shards are passing things: fast
+constexpr int kShardDeflate = 1;  // shards are passing things: fast
 
 /// Numbers texts in order of first appearance.
 class Dictionary {
@@ -123,7 +123,7 @@ std::vector<const Row*> flatten(const hdf5::Handle& file, const std::string& gro
     for (const Row& row : get(trace)) rows.push_back(&row);
     offset.push_back(rows.size());
   }
-  if (!rows.empty()) hdf5::write_column(file.id(), group, schema::offset(), offset, kDeflate);
+  if (!rows.empty()) hdf5::write_column(file.id(), group, schema::offset(), offset, kShardDeflate);
   return rows;
 }
 
@@ -143,7 +143,7 @@ void write_events(const hdf5::Handle& file, const std::string& policy, const Tra
       file, group, traces, [](const TraceRecord& t) -> const auto& { return t.events; });
   if (rows.empty()) return;
   // Numbers of events hardly compress, and would take longer to than all the rest of an archive: left to `pack`.
-  const TableWriter table(file, group, kDeflate), numbers(file, group, 0);
+  const TableWriter table(file, group, kShardDeflate), numbers(file, group, 0);
   numbers.column<double>(schema::time(), rows, [](E e) { return e->time; });
   table.column<std::uint8_t>(schema::kind(), rows, [](E e) { return e->kind; });
   write_sides(table, rows);
@@ -190,7 +190,7 @@ void write_telemetry(const hdf5::Handle& file, const std::string& policy, const 
   for (const TraceRecord& trace : traces) offset.push_back(offset.back() + trace.telemetry.size());
   const std::uint64_t rows = offset.back();
   if (rows == 0) return;
-  hdf5::write_column(file.id(), group, schema::offset(), offset, kDeflate);
+  hdf5::write_column(file.id(), group, schema::offset(), offset, kShardDeflate);
   const auto write = [&](const hdf5::Spec& spec, const std::vector<double>& (Log::*column)() const) {
     write_frames(
         file, group, spec, rows, traces, [&](const Log& log) -> const auto& { return (log.*column)(); });

@@ -16,7 +16,7 @@
 namespace graze {
 namespace {
 
-constexpr std::uint64_t kMostBytes = std::uint64_t{64} << 20;  // some 400,000 lines
+constexpr std::uint64_t kMostUnfinishedBytes = std::uint64_t{64} << 20;  // some 400,000 lines
 
 /// Waits for its turn: on network file systems appending is only safe under a lock.
 void lock(int descriptor) {
@@ -49,7 +49,7 @@ std::vector<UnfinishedTrace> read_unfinished(const Directory& directory) {
   std::vector<UnfinishedTrace> traces;
   const auto file = directory.find_file(kUnfinishedFile);
   if (!file) return traces;
-  for_each_line(file->number(), kMostBytes, [&](const std::string& line) {
+  for_each_line(file->number(), kMostUnfinishedBytes, [&](const std::string& line) {
     const auto json = nlohmann::json::parse(line, nullptr, false);
     if (!json.is_object()) return;
     try {

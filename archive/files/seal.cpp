@@ -21,7 +21,7 @@ constexpr std::size_t kStripe = 32;
 constexpr std::size_t kSealBytes = 24;
 constexpr std::array<unsigned char, 8> kMagic = {'G', 'R', 'A', 'Z', 'E', 'E', 'N', 'D'};
 constexpr std::array<unsigned char, 8> kHdf5 = {0x89, 'H', 'D', 'F', '\r', '\n', 0x1A, '\n'};
-constexpr std::size_t kPiece = std::size_t{1} << 17;  // stays in a core's own cache until it is hashed
+constexpr std::size_t kHashedAtOnce = std::size_t{1} << 17;  // stays in a core's own cache until it is hashed
 
 template <class T>
 T load(const std::byte* from) {
@@ -43,9 +43,9 @@ std::array<std::byte, kSealBytes> make_seal(const Seal& seal) {
 
 /// Hashes the first `length` bytes of a file. Returns 0 or errno; EIO for a file that ends early.
 int hash_file(int descriptor, std::uint64_t length, Xxh64& hash) {
-  std::vector<std::byte> piece(kPiece);
+  std::vector<std::byte> piece(kHashedAtOnce);
   for (std::uint64_t done = 0; done < length;) {
-    const std::size_t wanted = std::min<std::uint64_t>(kPiece, length - done);
+    const std::size_t wanted = std::min<std::uint64_t>(kHashedAtOnce, length - done);
     const ssize_t got = pread(descriptor, piece.data(), wanted, static_cast<off_t>(done));
     if (got < 0 && errno == EINTR) continue;
     if (got <= 0) return got < 0 ? errno : EIO;

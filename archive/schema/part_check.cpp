@@ -11,12 +11,12 @@
 namespace graze {
 namespace {
 
-constexpr std::uint64_t kPiece = std::uint64_t{1} << 14;  // rows
+constexpr std::uint64_t kRowsOfPart = std::uint64_t{1} << 14;  // rows
 
 /// Calls act(first, count) for all pieces of so many rows.
 template <class Act>
 void for_each_piece(std::uint64_t rows, const Act& act) {
-  for (std::uint64_t first = 0; first < rows; first += kPiece) act(first, std::min(kPiece, rows - first));
+  for (std::uint64_t first = 0; first < rows; first += kRowsOfPart) act(first, std::min(kRowsOfPart, rows - first));
 }
 
 class PartCheck {

@@ -10,7 +10,7 @@
 namespace graze {
 namespace {
 
-constexpr std::uint64_t kPiece = std::uint64_t{1} << 16;      // rows
+constexpr std::uint64_t kRowsAtOnce = std::uint64_t{1} << 16;      // rows
 constexpr std::uint64_t kFlatPiece = std::uint64_t{1} << 18;  // events or phases, unless one trace has more
 
 /// Particles that have been met. Ids that do not count are none of it.
@@ -39,8 +39,8 @@ void check_again(Parts& parts, const std::string& policy, const std::vector<std:
   for (std::size_t part = 0; part < parts.size(); ++part) {
     const OpenPart& file = parts.open(part);
     const std::uint64_t rows = file.traces(policy);
-    for (std::uint64_t first = 0; first < rows; first += kPiece) {
-      const std::uint64_t count = std::min(kPiece, rows - first);
+    for (std::uint64_t first = 0; first < rows; first += kRowsAtOnce) {
+      const std::uint64_t count = std::min(kRowsAtOnce, rows - first);
       const auto particle = file.slice<std::uint32_t>(group, schema::particle(), rows, first, count);
       const auto digest = file.slice<std::uint64_t>(group, schema::digest(), rows, first, count);
       for (std::size_t i = 0; i < count; ++i) {
@@ -106,7 +106,7 @@ class TraceScan {
 
   /// Rows of the piece that begins at `first`.
   std::uint64_t piece_from(std::uint64_t first, std::uint64_t rows) const {
-    std::uint64_t most = std::min(kPiece, rows - first);
+    std::uint64_t most = std::min(kRowsAtOnce, rows - first);
     for (const Flat* flat : {&events_, &phases_}) {
       if (flat->offsets.empty()) continue;
       const auto begin = flat->offsets.begin() + static_cast<std::ptrdiff_t>(first);
@@ -220,8 +220,8 @@ void scan_values(Parts& parts, const CampaignInfo& info,
     const OpenPart& file = *held;
     if (!file.has(schema::kParticles)) continue;
     const std::uint64_t rows = file.column(schema::kParticles, schema::particle()).rows();
-    for (std::uint64_t first = 0; first < rows; first += kPiece) {
-      const std::uint64_t count = std::min(kPiece, rows - first);
+    for (std::uint64_t first = 0; first < rows; first += kRowsAtOnce) {
+      const std::uint64_t count = std::min(kRowsAtOnce, rows - first);
       const auto id = file.slice<std::uint32_t>(schema::kParticles, schema::particle(), rows, first, count);
       const auto values = file.slice<double>(schema::kParticles, spec, rows, first, count);
       for (std::size_t i = 0; i < count; ++i) {

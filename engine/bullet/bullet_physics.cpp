@@ -94,7 +94,7 @@ void BulletPhysics::publish(int lane) {
 
 namespace {
 
-const PhysicsRegistration registration(
+const PhysicsRegistration bullet_registration(
     kName,
     {"multibodies and contact solvers of Bullet in double precision, one particle after the other",
      {{"sequential_impulse", "projected Gauss-Seidel on impulses, circular friction cone"},

@@ -11,7 +11,7 @@ namespace graze::bullet {
 namespace {
 
 /// Part of an overlap that is taken back per step (Baumgarte; Bullet's erp2 at its default).
-constexpr double kRecoveryPerStep = 0.2;
+constexpr double kOverlapRecovery = 0.2;
 /// A point beyond Bullet's processing threshold (1e30 in double precision) is left out of the solve.
 constexpr double kOutOfReach = 1e40;
 /// Slower approach than gravity makes in two steps is rest, not an impact.
@@ -70,7 +70,7 @@ void ContactSet::set_target(Point& point, const Forest& forest, double h) {
     if (bounces || !reachable) cp.setDistance(kOutOfReach);
     return;
   }
-  const double recovery = std::min(-gap * kRecoveryPerStep / h, kRecovery);
+  const double recovery = std::min(-gap * kOverlapRecovery / h, kRecovery);
   cp.m_contactPointFlags |= BT_CONTACT_FLAG_HAS_CONTACT_ERP;
   cp.m_contactERP = bounces ? std::max(recovery, point.pair->restitution * approach) : recovery;
   cp.setDistance(-h);

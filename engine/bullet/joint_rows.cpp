@@ -8,13 +8,13 @@ namespace graze::bullet {
 namespace {
 
 /// Part of an overshoot that is taken back per step, as for contacts.
-constexpr double kRecoveryPerStep = 0.2;
+constexpr double kOvershootRecovery = 0.2;
 /// Contact or torque may speed a joint up within a step: rows start this fast a joint early, rad/s or m/s.
 constexpr double kWatchSpeed = 5.0;
 constexpr double kUnbounded = 1e10;  // Bullet's own upper bound of impulses
 
 double target_speed(double gap, double h) {
-  return gap > 0 ? -gap / h : std::min(-gap * kRecoveryPerStep / h, kLimitRecovery);
+  return gap > 0 ? -gap / h : std::min(-gap * kOvershootRecovery / h, kLimitRecovery);
 }
 
 }  // namespace

@@ -115,11 +115,11 @@ class Gait : public Policy {
   BlockArray command_, last_time_, feet_, guess_;
 };
 
-const PolicyRegistration registration("gait", gait_description(),
-                                      [](const ControlContext& context, const Settings& settings,
-                                         TargetKind kind) -> std::unique_ptr<Policy> {
-                                        return std::make_unique<Gait>(context, read_gait(context, settings), kind);
-                                      });
+const PolicyRegistration gait_registration("gait", gait_description(),
+                                           [](const ControlContext& context, const Settings& settings,
+                                              TargetKind kind) -> std::unique_ptr<Policy> {
+                                             return std::make_unique<Gait>(context, read_gait(context, settings), kind);
+                                           });
 
 }  // namespace
 

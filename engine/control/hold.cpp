@@ -28,14 +28,15 @@ class Hold : public Policy {
   std::vector<double> q_;
 };
 
-const PolicyRegistration registration("hold", {"keeps the joints where the nominal robot begins", {}},
-                                      [](const ControlContext& context, const Settings& settings,
-                                         TargetKind kind) -> std::unique_ptr<Policy> {
-                                        if (kind != TargetKind::joint) {
-                                          settings.fail_key("hold gives joint targets; use control: {joint_pd: …}");
-                                        }
-                                        return std::make_unique<Hold>(context);
-                                      });
+const PolicyRegistration hold_registration("hold", {"keeps the joints where the nominal robot begins", {}},
+                                           [](const ControlContext& context, const Settings& settings,
+                                              TargetKind kind) -> std::unique_ptr<Policy> {
+                                             if (kind != TargetKind::joint) {
+                                               settings.fail_key(
+                                                   "hold gives joint targets; use control: {joint_pd: …}");
+                                             }
+                                             return std::make_unique<Hold>(context);
+                                           });
 
 }  // namespace
 

@@ -13,7 +13,7 @@ namespace graze {
 
 namespace {
 
-const Description& description() {
+const Description& joint_pd_description() {
   static const Description text = {
       "a servo in each joint: spring kp, damper kd and integral ki towards the policy's positions",
       {{"kp",
@@ -55,7 +55,7 @@ void doubt_unnamed(const Model& model, const Settings& kp) {
 class JointPd : public Tracker {
  public:
   JointPd(const ControlContext& context, const Settings& settings) {
-    const Described own(settings, description());
+    const Described own(settings, joint_pd_description());
     doubt_unnamed(context.nominal, own.at("kp"));
     kp_ = read_gains(context.nominal, own, "kp", Quantity::stiffness);
     kd_ = read_gains(context.nominal, own, "kd", Quantity::damping);
@@ -85,11 +85,11 @@ class JointPd : public Tracker {
   std::vector<double> kp_, kd_, ki_;
 };
 
-const TrackerRegistration registration("joint_pd", description(), TargetKind::joint,
-                                       [](const ControlContext& context, const Settings& settings,
-                                          const std::vector<int>&) -> std::unique_ptr<Tracker> {
-                                         return std::make_unique<JointPd>(context, settings);
-                                       });
+const TrackerRegistration joint_pd_registration("joint_pd", joint_pd_description(), TargetKind::joint,
+                                                [](const ControlContext& context, const Settings& settings,
+                                                   const std::vector<int>&) -> std::unique_ptr<Tracker> {
+                                                  return std::make_unique<JointPd>(context, settings);
+                                                });
 
 }  // namespace
 

@@ -34,7 +34,7 @@ const Description& sinusoid_description() {
   return text;
 }
 
-const Description& description() {
+const Description& joint_trajectory_description() {
   static const Description text = {
       "moves the joints along sinusoids or a table over time",
       {{"sinusoid", {Form::map(sinusoid_description())}, {}, sinusoid_description().help},
@@ -89,7 +89,7 @@ class Table : public Motion {
   Table(const ControlContext& context, const Settings& settings)
       : q0_(actuated_positions(context.nominal, context.initial)),
         table_(JointTable::load(settings.at("table"), actuated_names(context.nominal),
-                                read_interpolation(Described(settings, description())))),
+                                read_interpolation(Described(settings, joint_trajectory_description())))),
         column_(q0_.size(), -1) {
     doubt_times(settings.at("table"), context.end);
     for (std::size_t c = 0; c < table_.columns().size(); ++c) {
@@ -189,7 +189,7 @@ std::unique_ptr<Policy> make(const ControlContext& context, const Settings& sett
   return std::make_unique<JointTrajectory>(std::make_unique<Sinusoid>(context, settings.at("sinusoid")), context);
 }
 
-const PolicyRegistration registration("joint_trajectory", description(), make);
+const PolicyRegistration joint_trajectory_registration("joint_trajectory", joint_trajectory_description(), make);
 
 }  // namespace
 

@@ -17,7 +17,7 @@ namespace graze {
 
 namespace {
 
-const Description& description() {
+const Description& operational_pd_description() {
   static const Description text = {
       "pulls each foot to its target by a spring and a damper in space; torques by the leg's transposed Jacobian",
       {{"kp", {Form::number(Quantity::stiffness, Bound::not_negative)}, Default::required(), "spring"},
@@ -36,7 +36,7 @@ class OperationalPd : public Tracker {
  public:
   OperationalPd(const ControlContext& context, const Settings& settings, const std::vector<int>& effectors)
       : kernel_(GRAZE_KERNEL(chosen_isa(), find_control_kernel)) {
-    const Described own(settings, description());
+    const Described own(settings, operational_pd_description());
     view_.kp = own.number("kp");
     view_.kd = own.number("kd");
     view_.period = own.flag("implicit") ? context.period : 0.0;
@@ -64,11 +64,10 @@ class OperationalPd : public Tracker {
   OperationalPdView view_{};
 };
 
-const TrackerRegistration registration("operational_pd", description(), TargetKind::effector,
-                                       [](const ControlContext& context, const Settings& settings,
-                                          const std::vector<int>& effectors) -> std::unique_ptr<Tracker> {
-                                         return std::make_unique<OperationalPd>(context, settings, effectors);
-                                       });
+const TrackerRegistration operational_pd_registration(
+    "operational_pd", operational_pd_description(), TargetKind::effector,
+    [](const ControlContext& context, const Settings& settings, const std::vector<int>& effectors)
+        -> std::unique_ptr<Tracker> { return std::make_unique<OperationalPd>(context, settings, effectors); });
 
 }  // namespace
 

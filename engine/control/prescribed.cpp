@@ -8,7 +8,7 @@ namespace graze {
 
 namespace {
 
-const Description& description() {
+const Description& prescribed_description() {
   static const Description text = {
       "each joint is where the policy wants it, by whatever torque that takes (physics: lanes alone)",
       {{"limited", {Form::flag()}, Default::value("true"), "by no more torque than the actuators have"}}};
@@ -23,7 +23,7 @@ class Prescribed : public Tracker {
           "prescribed motion is part of the contact solve of physics: lanes; other back ends know torques "
           "only (joint_pd comes nearest)");
     }
-    value_ = Described(settings, description()).flag("limited") ? 1 : 2;
+    value_ = Described(settings, prescribed_description()).flag("limited") ? 1 : 2;
   }
 
   TargetKind kind() const override { return TargetKind::joint; }
@@ -45,11 +45,11 @@ class Prescribed : public Tracker {
   double value_ = 1;  // see ActuatorCommand
 };
 
-const TrackerRegistration registration("prescribed", description(), TargetKind::joint,
-                                       [](const ControlContext& context, const Settings& settings,
-                                          const std::vector<int>&) -> std::unique_ptr<Tracker> {
-                                         return std::make_unique<Prescribed>(context, settings);
-                                       });
+const TrackerRegistration prescribed_registration("prescribed", prescribed_description(), TargetKind::joint,
+                                                  [](const ControlContext& context, const Settings& settings,
+                                                     const std::vector<int>&) -> std::unique_ptr<Tracker> {
+                                                    return std::make_unique<Prescribed>(context, settings);
+                                                  });
 
 }  // namespace
 

@@ -9,7 +9,7 @@ namespace graze {
 
 namespace {
 
-const Description& description() {
+const Description& torque_command_description() {
   static const Description text = {
       "gives the joints torques, constant or by a table over time",
       {{"constant",
@@ -30,7 +30,7 @@ class TorqueCommand : public Policy {
     }
     if (const auto table = settings.find("table")) {
       table_ = JointTable::load(*table, actuated_names(context.nominal),
-                                read_interpolation(Described(settings, description())));
+                                read_interpolation(Described(settings, torque_command_description())));
     } else if (const auto interpolation = settings.find("interpolation")) {
       interpolation->fail_key("belongs to a table, and there is none");
     }
@@ -59,14 +59,15 @@ class TorqueCommand : public Policy {
   std::optional<JointTable> table_;
 };
 
-const PolicyRegistration registration("torque", description(),
-                                      [](const ControlContext& context, const Settings& settings,
-                                         TargetKind kind) -> std::unique_ptr<Policy> {
-                                        if (kind != TargetKind::joint) {
-                                          settings.fail_key("torque gives joint torques; use control: {torque: {}}");
-                                        }
-                                        return std::make_unique<TorqueCommand>(context, settings);
-                                      });
+const PolicyRegistration torque_command_registration("torque", torque_command_description(),
+                                                     [](const ControlContext& context, const Settings& settings,
+                                                        TargetKind kind) -> std::unique_ptr<Policy> {
+                                                       if (kind != TargetKind::joint) {
+                                                         settings.fail_key(
+                                                             "torque gives joint torques; use control: {torque: {}}");
+                                                       }
+                                                       return std::make_unique<TorqueCommand>(context, settings);
+                                                     });
 
 }  // namespace
 

@@ -22,10 +22,11 @@ class TorqueTracker : public Tracker {
   }
 };
 
-const TrackerRegistration registration("torque", {"passes the policy's torques on; without any, the robot is limp", {}},
-                                       TargetKind::joint,
-                                       [](const ControlContext&, const Settings&, const std::vector<int>&)
-                                           -> std::unique_ptr<Tracker> { return std::make_unique<TorqueTracker>(); });
+const TrackerRegistration torque_tracker_registration(
+    "torque", {"passes the policy's torques on; without any, the robot is limp", {}}, TargetKind::joint,
+    [](const ControlContext&, const Settings&, const std::vector<int>&) -> std::unique_ptr<Tracker> {
+      return std::make_unique<TorqueTracker>();
+    });
 
 }  // namespace
 

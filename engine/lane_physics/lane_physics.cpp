@@ -268,7 +268,7 @@ std::string LanePhysics::why_not_physical(int lane) const {
 
 namespace {
 
-const PhysicsRegistration registration(
+const PhysicsRegistration lanes_registration(
     kName,
     {"many particles at once, one per SIMD lane: articulated bodies, impulses at velocity level, servos in the solve",
      {{"complementarity", "rigid contact, Coulomb's cone (Stewart-Trinkle, Anitescu-Potra)"},

@@ -23,7 +23,7 @@
 namespace graze {
 namespace {
 
-struct Arguments {
+struct CheckArguments {
   ScenarioArguments scenario;
   DrawArguments draw;
   RecordArguments record;
@@ -230,7 +230,7 @@ void look_at(const std::filesystem::path& output) {
   }
 }
 
-int check(const Arguments& arguments) {
+int check(const CheckArguments& arguments) {
   if (!arguments.output.empty()) check_campaign_output(arguments.output);
   ScenarioArguments source = arguments.scenario;
   arguments.record.apply_to(source);
@@ -255,7 +255,7 @@ int check(const Arguments& arguments) {
 }  // namespace
 
 void add_check(CLI::App& app, Action& action) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<CheckArguments>();
   CLI::App* verb = add_verb(app, "check", "Validate a scenario, simulate nothing, print the resolved parameter table",
                             "  graze check data/scenarios/quadruped_curb.yaml\n"
                             "  graze check data/scenarios/drop_and_stand.yaml --set robot.urdf=my_robot.urdf\n"

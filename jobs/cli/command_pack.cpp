@@ -16,7 +16,7 @@
 namespace graze {
 namespace {
 
-struct Arguments {
+struct PackArguments {
   std::vector<std::string> directories;
   std::string output;
   bool force = false;
@@ -33,7 +33,7 @@ void warn_if_incomplete(const std::filesystem::path& file) {
                info.particles * info.policies.size());
 }
 
-int pack_campaign(const Arguments& arguments) {
+int pack_campaign(const PackArguments& arguments) {
   namespace fs = std::filesystem;
   std::vector<fs::path> directories;
   for (const fs::path directory : arguments.directories) {
@@ -59,7 +59,7 @@ int pack_campaign(const Arguments& arguments) {
 }  // namespace
 
 void add_pack(CLI::App& app, Action& action) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<PackArguments>();
   CLI::App* verb = add_verb(app, "pack", "Make one HDF5 file of a campaign directory",
                             "  graze pack quadruped_curb.graze\n"
                             "  graze pack quadruped_curb.graze -o curb.h5 --force\n"

@@ -18,13 +18,13 @@
 namespace graze {
 namespace {
 
-struct Arguments {
+struct ReplayArguments {
   ReplayRequest request;
   std::string output;
   bool force = false, all = false, json = false;
 };
 
-int replay(const Arguments& arguments) {
+int replay(const ReplayArguments& arguments) {
   if (!arguments.output.empty()) check_replay_output(arguments.output, arguments.force, arguments.request.archive);
   std::optional<ParentFolders> folders;
   if (!arguments.output.empty()) folders.emplace(arguments.output);
@@ -59,7 +59,7 @@ int replay(const Arguments& arguments) {
 }  // namespace
 
 void add_replay(CLI::App& app, Action& action) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ReplayArguments>();
   ReplayRequest& request = arguments->request;
   CLI::App* verb = add_verb(
       app, "replay", "Simulate one trace of an archive again, bit for bit, with everything at each step",

@@ -21,7 +21,7 @@
 namespace graze {
 namespace {
 
-struct Arguments {
+struct ResumeArguments {
   std::string directory;
   std::uint64_t particles = 0;  // 0: as many as before
   int threads = 0;
@@ -31,7 +31,7 @@ struct Arguments {
 };
 
 /// As many as before, or more.
-std::uint64_t number_of_particles(const Arguments& arguments, const CampaignInfo& info) {
+std::uint64_t number_of_particles(const ResumeArguments& arguments, const CampaignInfo& info) {
   if (arguments.particles == 0 || arguments.particles == info.particles) return info.particles;
   if (arguments.particles < info.particles) {
     throw InputError(
@@ -114,7 +114,7 @@ std::shared_ptr<const DirectoryLock> hold(const Directory& directory) {
   return lock;
 }
 
-int resume(const Arguments& arguments) {
+int resume(const ResumeArguments& arguments) {
   const std::unique_ptr<Communicator> comm = make_communicator();
   if (comm->rank() > 0) return assist(*comm, arguments.threads);
   Start start(*comm);
@@ -160,7 +160,7 @@ int resume(const Arguments& arguments) {
 }  // namespace
 
 void add_resume(CLI::App& app, Action& action) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ResumeArguments>();
   CLI::App* verb = add_verb(app, "resume", "Finish a campaign that was stopped or killed, or make it larger",
                             "  graze resume quadruped_curb.graze\n"
                             "  graze resume quadruped_curb.graze -n 1000\n"

@@ -23,7 +23,7 @@
 namespace graze {
 namespace {
 
-struct Arguments {
+struct SampleArguments {
   ScenarioArguments scenario;
   DrawArguments draw;
   std::string output = "-";
@@ -111,7 +111,7 @@ std::string derived_cells(const ParticleSource& source, std::uint32_t particle, 
   return line;
 }
 
-int sample(const Arguments& arguments) {
+int sample(const SampleArguments& arguments) {
   Scenario scenario = arguments.scenario.load();
   arguments.draw.apply_to(scenario);
   namespace fs = std::filesystem;
@@ -140,7 +140,7 @@ int sample(const Arguments& arguments) {
 }  // namespace
 
 void add_sample(CLI::App& app, Action& action) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<SampleArguments>();
   CLI::App* verb = add_verb(app, "sample", "Write the particles as CSV without simulating",
                             "  graze sample data/scenarios/quadruped_curb.yaml -n 1000 -o particles.csv\n"
                             "  graze sample my.yaml -n 5 --seed 7 --set sampling.design=sobol\n"

@@ -12,7 +12,7 @@
 namespace graze {
 namespace {
 
-struct Arguments {
+struct ScoreArguments {
   std::vector<std::string> archives;
   std::vector<std::string> require;
   std::vector<std::string> policies;
@@ -79,7 +79,7 @@ struct Asked {
 };
 
 /// Opens all of them: what one of them must refuse is said before another one's table is printed.
-std::vector<Asked> open_all(const Arguments& arguments, const std::vector<Question>& gates) {
+std::vector<Asked> open_all(const ScoreArguments& arguments, const std::vector<Question>& gates) {
   std::vector<Asked> out;
   for (const std::string& file : arguments.archives) {
     auto archive = std::make_unique<const Archive>(file);
@@ -91,7 +91,7 @@ std::vector<Asked> open_all(const Arguments& arguments, const std::vector<Questi
   return out;
 }
 
-int score_archives(const Arguments& arguments) {
+int score_archives(const ScoreArguments& arguments) {
   std::vector<Question> gates;
   for (const std::string& text : arguments.require) gates.push_back(parse_question(text, "--require"));
   const std::vector<Asked> asked = open_all(arguments, gates);
@@ -119,7 +119,7 @@ int score_archives(const Arguments& arguments) {
 }  // namespace
 
 void add_score(CLI::App& app, Action& action) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ScoreArguments>();
   CLI::App* verb =
       add_verb(app, "score", "Success rates with intervals, failures by requirement, paired comparison",
                "  graze score quadruped_curb.graze\n"

@@ -25,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Arguments {
+struct SubmitArguments {
   BatchRequest request;
   std::string time, memory;
   bool force = false, dry_run = false;
@@ -171,7 +171,7 @@ void print(const std::vector<BatchFile>& files) {
   }
 }
 
-int submit(const Arguments& arguments, const std::vector<std::string>& line) {
+int submit(const SubmitArguments& arguments, const std::vector<std::string>& line) {
   BatchRequest request = arguments.request;
   const RunWords words(line);
   request.seconds = parse_slurm_time(arguments.time);
@@ -212,7 +212,7 @@ std::string word_problem(const std::string& text) {
 }  // namespace
 
 void add_submit(CLI::App& app, Action& action) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<SubmitArguments>();
   BatchRequest& request = arguments->request;
   CLI::App* verb = add_verb(
       app, "submit", "Write a Slurm batch script for a campaign, and submit it",

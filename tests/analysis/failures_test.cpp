@@ -19,16 +19,10 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-CampaignInfo facts() {
-  CampaignInfo facts = info();
-  facts.particles = 200;
-  return facts;
-}
-
 // Claim: the table of failures is that of the records, in order of particle, from a directory and from one file.
 TEST(Failures, AreThoseOfTheRecords) {
   const Folder folder;
-  const CampaignInfo want = facts();
+  const CampaignInfo want = info(200);
   write(folder / "a.graze", want);
   pack(folder / "a.graze", folder / "a.h5", false);
   for (const char* name : {"a.graze", "a.h5"}) {
@@ -65,7 +59,7 @@ TEST(Failures, AreThoseOfTheRecords) {
 // Claim: asked for some particles, the table has the rows of these, in the same order.
 TEST(Failures, CanBeOfSomeParticles) {
   const Folder folder;
-  write(folder / "a.graze", facts());
+  write(folder / "a.graze", info(200));
   const Archive archive(folder / "a.graze");
   const auto wanted = [](std::uint32_t particle) { return particle % 7 == 3; };
   std::size_t found = 0;
@@ -89,7 +83,7 @@ TEST(Failures, CanBeOfSomeParticles) {
 // Claim: an objective's margin has the unit of the witness that gave it, in the table, the list and JSON.
 TEST(Failures, MarginsOfObjectivesHaveUnits) {
   const Folder folder;
-  CampaignInfo want = facts();
+  CampaignInfo want = info(200);
   want.leaves[1].unit = "rad";  // all synthetic objectives are missed there
   write(folder / "a.graze", want);
   const Archive archive(folder / "a.graze");
@@ -108,7 +102,7 @@ TEST(Failures, MarginsOfObjectivesHaveUnits) {
 // Claim: of each policy and way of failing the lowest particle stands for all, and the counts are the score's.
 TEST(Failures, TheFirstOfEachKindStandsForAll) {
   const Folder folder;
-  write(folder / "a.graze", facts());
+  write(folder / "a.graze", info(200));
   const Archive archive(folder / "a.graze");
   const Score result = score(archive, "a.graze");
   std::map<std::string, std::uint64_t> known, others;
@@ -132,7 +126,7 @@ TEST(Failures, TheFirstOfEachKindStandsForAll) {
 // Claim: the whole list, as text and as JSON, has a line for every failure.
 TEST(Failures, TheWholeListHasEveryFailure) {
   const Folder folder;
-  write(folder / "a.graze", facts());
+  write(folder / "a.graze", info(200));
   const Archive archive(folder / "a.graze");
   std::size_t failed = 0;
   for (const PolicyScore& policy : score(archive).policies) failed += policy.known + policy.unknown + policy.invalid;

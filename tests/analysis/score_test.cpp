@@ -13,21 +13,15 @@ namespace graze {
 namespace {
 
 using namespace synthetic;
-using testing::AllOf;
-using testing::ContainsRegex;
-using testing::HasSubstr;
-
-CampaignInfo facts() {
-  CampaignInfo facts = info();
-  facts.particles = 200;
-  return facts;
-}
+using ::testing::AllOf;
+using ::testing::ContainsRegex;
+using ::testing::HasSubstr;
 
 // Claim: S, K, U and invalid are what the records say; invalid traces count in no rate; S + K + U = N and K is the sum
 // over requirements.
 TEST(Score, CountsWhatTheRecordsSay) {
   const Folder folder;
-  const CampaignInfo want = facts();
+  const CampaignInfo want = info(200);
   write(folder / "a.graze", want);
   const Score got = score(Archive(folder / "a.graze"));
   EXPECT_EQ(got.campaign, want.scenario_name);
@@ -59,7 +53,7 @@ TEST(Score, CountsWhatTheRecordsSay) {
 // simulated on some of the particles only is compared on those.
 TEST(Score, PairsCountCommonValidParticles) {
   const Folder folder;
-  const CampaignInfo want = facts();
+  const CampaignInfo want = info(200);
   {
     CampaignWriter writer(folder / "a.graze", want, false);
     Block all = block(want, 0, range(0, 200)), some = block(want, 1, range(50, 120));
@@ -93,11 +87,11 @@ TEST(Score, PairsCountCommonValidParticles) {
 // Claim: an unfinished campaign says so in table and JSON, and a policy without traces has no rate.
 TEST(Score, IncompleteSaysSo) {
   const Folder folder;
-  { CampaignWriter(folder / "a.graze", facts(), false).finish(false); }
+  { CampaignWriter(folder / "a.graze", info(200), false).finish(false); }
   EXPECT_FALSE(std::filesystem::exists(folder / "a.graze"));  // not one trace: as if it had never been
   {
-    CampaignWriter writer(folder / "b.graze", facts(), false);
-    Block one = block(facts(), 0, range(0, 3));
+    CampaignWriter writer(folder / "b.graze", info(200), false);
+    Block one = block(info(200), 0, range(0, 3));
     writer.append(0, std::move(one.traces), std::move(one.values));
     writer.finish(false);
   }
@@ -123,7 +117,7 @@ TEST(Score, ObjectiveMetAfterAViolationHasAColumn) {
 // table; no known failure is put down to one.
 TEST(Score, MeasuresAreCountedBesideTheOutcome) {
   const Folder folder;
-  CampaignInfo want = facts();
+  CampaignInfo want = info(200);
   want.requirements.push_back({"gentle", "impulse", "N s", true});
   std::uint64_t kept = 0, met = 0;
   {
@@ -181,7 +175,7 @@ Score score_of_cut_traces(const Folder& folder, const CampaignInfo& info) {
 // objective; it is undecided unless the measure fell below 0 before, and table and JSON say so.
 TEST(Score, CutTracesKeepNoMeasuresThatTheyDidNotSeeToTheEnd) {
   const Folder folder;
-  CampaignInfo want = facts();
+  CampaignInfo want = info(200);
   want.particles = 4;
   want.requirements.push_back({"always", "", "m", true});
   want.requirements.push_back({"early", "", "m", true, "", {0.1, 0.5}});
@@ -207,7 +201,7 @@ TEST(Score, CutTracesKeepNoMeasuresThatTheyDidNotSeeToTheEnd) {
 // Claim: archives that do not know windows are read as if measures were to be kept to the end.
 TEST(Score, MeasuresWithoutWindowsReachToTheEnd) {
   const Folder folder;
-  CampaignInfo want = facts();
+  CampaignInfo want = info(200);
   want.particles = 4;
   want.requirements.push_back({"early", "", "m", true, "", {0.1, 0.5}});
   score_of_cut_traces(folder, want);
@@ -259,7 +253,7 @@ TEST(Score, PandasFindsTheSameTable) {
   const std::string program = python();
   if (program.empty()) GTEST_SKIP() << "no Python with h5py and pandas";
   const Folder folder;
-  write(folder / "a.graze", facts());
+  write(folder / "a.graze", info(200));
   pack(folder / "a.graze", folder / "a.h5", false);
   put(folder / "score.json", score_json(score(Archive(folder / "a.h5"))));
   const std::string script = std::string(GRAZE_SOURCE_DIR) + "/tests/analysis/read_with_pandas.py";

@@ -19,8 +19,8 @@ namespace graze {
 namespace {
 
 using namespace synthetic;
-using testing::AllOf;
-using testing::HasSubstr;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 namespace fs = std::filesystem;
 
 CampaignInfo small() {

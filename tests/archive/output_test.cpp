@@ -18,8 +18,8 @@ namespace graze {
 namespace {
 
 using namespace synthetic;
-using testing::AllOf;
-using testing::HasSubstr;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 namespace fs = std::filesystem;
 
 /// A campaign that may have as many particles as there is space for.

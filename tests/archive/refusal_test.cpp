@@ -9,8 +9,8 @@ namespace graze {
 namespace {
 
 using namespace synthetic;
-using testing::AllOf;
-using testing::HasSubstr;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
 namespace fs = std::filesystem;
 
 // Claim: each way of not being an archive has its message, naming the path.

@@ -14,9 +14,9 @@ namespace graze {
 namespace {
 
 using namespace synthetic;
-using testing::AllOf;
-using testing::ElementsAre;
-using testing::HasSubstr;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
 namespace fs = std::filesystem;
 
 /// One shard of these particles.

@@ -39,7 +39,7 @@ inline double draw(int policy, std::uint32_t particle, std::uint32_t place) {
   return uniform(7, particle, static_cast<std::uint64_t>(policy) + 1, place);
 }
 
-inline CampaignInfo info() {
+inline CampaignInfo info(std::uint64_t particles = 40) {
   CampaignInfo info;
   info.scenario_name = "Quadruped and curb: α = 3 cm";
   info.scenario_text = "graze: 1\nname: synthetic\n" + std::string(100'000, '#');  // larger than 64 kB
@@ -52,7 +52,7 @@ inline CampaignInfo info() {
   info.physics = "bullet";
   info.design = "random";
   info.seed = 0xFFFFFFFFFFFFFFF0;
-  info.particles = 40;
+  info.particles = particles;
   info.step = 0.001;
   info.control = 0.002;
   info.end = 1.5;

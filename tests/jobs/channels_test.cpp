@@ -14,10 +14,10 @@ using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 using ::testing::Optional;
 
-using Digests = std::map<testing::Traces::key_type, std::uint64_t>;
+using ByTrace = std::map<testing::Traces::key_type, std::uint64_t>;
 
-Digests digests_of(const Scenario& scenario) {
-  Digests out;
+ByTrace digests_of(const Scenario& scenario) {
+  ByTrace out;
   for (const auto& [key, trace] : testing::simulate(scenario, 2, 5, 1)) out[key] = trace.digest;
   return out;
 }
@@ -47,7 +47,7 @@ Scenario short_curb(const std::vector<Override>& overrides) {
 void expect_readers_are_true(const Scenario& scenario, int idle_wanted, const std::string& listed = "none") {
   ASSERT_EQ(scenario.policies.size(), 1u);
   const ChannelReaders readers(scenario);
-  const Digests as_is = digests_of(scenario);
+  const ByTrace as_is = digests_of(scenario);
   int idle = 0;
   for (const UncertainParameter& parameter : scenario.space.parameters) idle += readers.idle(parameter.name);
   EXPECT_EQ(idle, idle_wanted);
@@ -55,7 +55,7 @@ void expect_readers_are_true(const Scenario& scenario, int idle_wanted, const st
   for (const UncertainParameter& parameter : scenario.space.parameters) {
     const auto policies = readers.of(parameter.name);
     if (!policies || policies->empty() || !parameter.jitter || parameter.name.starts_with(listed)) continue;
-    const Digests other =
+    const ByTrace other =
         digests_of(louder(scenario, 3, [&](const std::string& name) { return name == parameter.name; }));
     for (const auto& [key, digest] : other) EXPECT_NE(digest, as_is.at(key)) << parameter.name;
   }

@@ -35,7 +35,7 @@ const PolicyRegistration registration("drunk", {"gives the joints random torques
                                         return std::make_unique<Drunk>(context);
                                       });
 
-using Digests = std::map<std::pair<int, std::uint32_t>, std::uint64_t>;  // by policy and particle
+using DigestByTrace = std::map<std::pair<int, std::uint32_t>, std::uint64_t>;  // by policy and particle
 
 Scenario pendulum() {
   const std::string text = R"(graze: 1
@@ -49,13 +49,13 @@ policies:
   return parse_scenario(text, data("test.yaml"));
 }
 
-Digests digests(const Scenario& scenario, int threads, std::uint64_t seed, std::uint32_t every = 1) {
+DigestByTrace digests(const Scenario& scenario, int threads, std::uint64_t seed, std::uint32_t every = 1) {
   CampaignOptions options;
   options.particles = scenario.particles;
   options.threads = threads;
   options.seed = seed;
   if (every > 1) options.is_finished = [every](const std::string&, std::uint64_t particle) { return particle % every; };
-  Digests out;
+  DigestByTrace out;
   std::mutex mutex;
   const std::unique_ptr<Communicator> comm = make_local_communicator();
   run_campaign(scenario, options, *comm, [&](int policy, const std::vector<TraceRecord>& traces, const auto&) {
@@ -67,10 +67,10 @@ Digests digests(const Scenario& scenario, int threads, std::uint64_t seed, std::
 
 TEST(PolicyDraws, MakeTheSameTracesInAnyRun) {
   const Scenario scenario = pendulum();
-  const Digests all = digests(scenario, 1, 3);
+  const DigestByTrace all = digests(scenario, 1, 3);
   ASSERT_EQ(all.size(), 40u);
   EXPECT_EQ(digests(scenario, 2, 3), all);
-  const Digests left = digests(scenario, 1, 3, 3);
+  const DigestByTrace left = digests(scenario, 1, 3, 3);
   EXPECT_EQ(left.size(), 14u);
   for (const auto& [key, digest] : left) EXPECT_EQ(digest, all.at(key)) << key.first << " " << key.second;
 }
@@ -78,7 +78,7 @@ TEST(PolicyDraws, MakeTheSameTracesInAnyRun) {
 // Nothing else differs between these traces, but that digests begin with the particle's number.
 TEST(PolicyDraws, DifferBetweenPoliciesAndSeeds) {
   const Scenario scenario = pendulum();
-  const Digests one = digests(scenario, 1, 3), other = digests(scenario, 1, 4);
+  const DigestByTrace one = digests(scenario, 1, 3), other = digests(scenario, 1, 4);
   for (std::uint32_t particle = 0; particle < 20; ++particle) {
     EXPECT_NE(one.at({0, particle}), one.at({1, particle})) << particle;
     EXPECT_NE(one.at({0, particle}), other.at({0, particle})) << particle;

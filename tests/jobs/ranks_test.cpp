@@ -97,7 +97,7 @@ TEST(Ranks, AMistakeIsToldOnceAndEndsAll) {
 }
 
 /// Kills a rank or the whole job at a random instant, several times, and resumes under other numbers of ranks.
-void torture(int rounds) {
+void kill_ranks(int rounds) {
   if (!kHaveMpi) GTEST_SKIP() << "built without MPI";
   const TemporaryFolder folder;
   testing::write_ball(folder);
@@ -134,10 +134,10 @@ void torture(int rounds) {
   EXPECT_GT(killed, 0) << "no round killed anything";
 }
 
-TEST(Ranks, SurviveKillsAtRandomInstants) { torture(5); }
+TEST(Ranks, SurviveKillsAtRandomInstants) { kill_ranks(5); }
 TEST(Ranks, SurviveManyKillsAtRandomInstants) {
   if (!std::getenv("GRAZE_LONG")) GTEST_SKIP() << "tests/run --long runs it";
-  torture(50);
+  kill_ranks(50);
 }
 
 /// A job of two ranks that goes on until it is ended; the launcher and whoever is left are killed with it.

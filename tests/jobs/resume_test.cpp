@@ -31,7 +31,7 @@ struct Campaign : BallCampaign {
 };
 
 /// Kills `rounds` campaigns, each several times, and compares what comes out with an undisturbed one.
-void torture(int rounds) {
+void kill_campaigns(int rounds) {
   const Campaign campaign;
   ASSERT_EQ(campaign.graze(campaign.run + "whole.graze").code, 0);
   const auto wanted = digests(campaign.folder / "whole.graze");
@@ -59,10 +59,10 @@ void torture(int rounds) {
   }
 }
 
-TEST(Resume, SurvivesKillsAtRandomInstants) { torture(5); }
+TEST(Resume, SurvivesKillsAtRandomInstants) { kill_campaigns(5); }
 TEST(Resume, SurvivesManyKillsAtRandomInstants) {
   if (!std::getenv("GRAZE_LONG")) GTEST_SKIP() << "tests/run --long runs it";
-  torture(50);
+  kill_campaigns(50);
 }
 
 TEST(Resume, StoppedBySignalSaysHowToGoOn) {

@@ -25,13 +25,6 @@ UncertainParameter parameter(const std::string& name, const Distribution& distri
   return p;
 }
 
-ParameterSpace cube(int dimensions) {
-  ParameterSpace space;
-  for (int i = 0; i < dimensions; ++i)
-    space.parameters.push_back(parameter(fmt::format("p{}", i), Distribution::uniform(0, 1)));
-  return space;
-}
-
 constexpr std::array kDesigns = {Design::random, Design::latin_hypercube, Design::sobol};
 
 // Claim: the reproducibility promise: these draws never change.

@@ -10,20 +10,10 @@
 
 #include "sampling/design.h"
 #include "sampling/stream.h"
+#include "tests/sampling/statistics.h"
 
 namespace graze {
 namespace {
-
-ParameterSpace cube(int dimensions) {
-  ParameterSpace space;
-  for (int i = 0; i < dimensions; ++i) {
-    UncertainParameter p;
-    p.name = fmt::format("p{}", i);
-    p.persistent = Distribution::uniform(0, 1);
-    space.parameters.push_back(p);
-  }
-  return space;
-}
 
 // Claim: before scrambling, the points are Sobol's: the first four in two dimensions as printed in Joe and Kuo's notes
 // (natural order), and the first 2^10 in 50 dimensions are, dimension by dimension and point by point, those of Boost's

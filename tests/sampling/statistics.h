@@ -2,11 +2,14 @@
 // What the statistical tests of this folder share. Seeds are fixed, so a test passes always or never; the false-alarm
 // rate stated with each is the chance that an arbitrary seed would have failed a correct generator.
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <vector>
 
+#include "sampling/design.h"
 #include "sampling/distribution.h"
 
 namespace graze {
@@ -24,6 +27,18 @@ inline std::vector<Distribution> sample_distributions() {
           Distribution::triangular(-1, 0.5, 1),
           Distribution::choice(5, {1, 2, 3, 4, 0.5}),
           Distribution::empirical({0.3, -1, 2.5, 0.31, 7, 1.5})};
+}
+
+/// Parameters p0, p1, … that are uniform in [0, 1].
+inline ParameterSpace cube(int dimensions) {
+  ParameterSpace space;
+  for (int i = 0; i < dimensions; ++i) {
+    UncertainParameter p;
+    p.name = fmt::format("p{}", i);
+    p.persistent = Distribution::uniform(0, 1);
+    space.parameters.push_back(p);
+  }
+  return space;
 }
 
 /// Kolmogorov-Smirnov distance of samples from U(0,1), times sqrt(n).

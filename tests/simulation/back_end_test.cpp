@@ -53,9 +53,10 @@ class Drift : public BlockPhysics {
   std::vector<Body> bodies_;
 };
 
-const PhysicsRegistration registration("a-drift",
-                                       {"bodies on which nothing acts", {{"none", "they pass through each other"}}},
-                                       [](const Model& nominal) { return std::make_unique<Drift>(nominal); });
+const PhysicsRegistration drift_registration("a-drift",
+                                             {"bodies on which nothing acts",
+                                              {{"none", "they pass through each other"}}},
+                                             [](const Model& nominal) { return std::make_unique<Drift>(nominal); });
 
 TEST(BackEnd, IsChosenByTheNameUnderWhichItRegistered) {
   testing::TemporaryFolder folder;

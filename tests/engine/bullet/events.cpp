@@ -81,7 +81,7 @@ class Events : public testing::Test {
   std::array<double, kLanes> time{};
 };
 
-using testing::ElementsAre;
+using ::testing::ElementsAre;
 using testing::IsEmpty;
 
 // A contact begins when a pair first touches, whatever the number of its points, and ends when none does. Near points

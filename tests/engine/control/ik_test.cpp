@@ -9,7 +9,7 @@ namespace {
 
 using Jacobian = Eigen::Matrix3Xd;
 
-Vec3T<double> lane(const Vec3& a) { return {a.x(), a.y(), a.z()}; }
+Vec3T<double> lane_of(const Vec3& a) { return {a.x(), a.y(), a.z()}; }
 
 /// Tip and Jacobian from the lane code.
 Vec3 tip_of(const Chain& chain, const Chain::Values& q, Jacobian& J) {
@@ -22,7 +22,7 @@ Vec3 tip_of(const Chain& chain, const Chain::Values& q, Jacobian& J) {
 
 bool solve_closed(const HipKneeView& leg, const Vec3& x, Chain::Values& q) {
   q.resize(3);
-  return solve_hip_knee(leg, lane(x), q.data());
+  return solve_hip_knee(leg, lane_of(x), q.data());
 }
 
 /// Joint-space inertia from the lane code.
@@ -43,7 +43,7 @@ Eigen::MatrixXd inertia_of(const Chain& chain, const Chain::Values& q) {
 }
 
 double solve_damped(const Chain& chain, const Vec3& x, Chain::Values& q) {
-  return solve_damped(chain.view(), lane(x), q.data());
+  return solve_damped(chain.view(), lane_of(x), q.data());
 }
 
 class LinksLegs : public testing::Test {
@@ -217,7 +217,7 @@ TEST_F(LinksLegs, OtherLegsFallBackToIteration) {
   const Vec3 xd(0.1, -0.2, 0.3);
   Jacobian J;
   tip_of(leg, q, J);
-  tip_velocity_to_joints<double, 3>(leg.view(), q.data(), lane(xd), v.data());
+  tip_velocity_to_joints<double, 3>(leg.view(), q.data(), lane_of(xd), v.data());
   EXPECT_LT((J * v - xd).norm(), xd.norm() * (1e-3 / 0.02) * (1e-3 / 0.02));
 }
 

@@ -10,7 +10,7 @@
 namespace graze::test {
 namespace {
 
-constexpr double kStep = 1e-3;
+constexpr double kMillisecond = 1e-3;
 
 std::uint64_t fold(std::uint64_t digest, double x) {
   std::uint64_t bits;
@@ -49,7 +49,7 @@ std::uint64_t alone(std::uint32_t id, int lane, int steps, const std::string& mo
   mask.set(lane);
   for (int k = 0; k < steps; ++k) {
     for (int j = 0; j < tau.rows(); ++j) tau(j, lane) = torque(j, k);
-    physics.step(kStep, mask, tau);
+    physics.step(kMillisecond, mask, tau);
     follower.add(physics, lane);
   }
   EXPECT_GT(follower.touching, 20) << "the test is of contact";
@@ -83,7 +83,7 @@ TEST_P(Bits, DoNotDependOnNeighboursOrThePast) {
     for (int j = 0; j < tau.rows(); ++j) {
       for (int l = 0; l < kLanes; ++l) tau(j, l) = torque(j, l == lane ? k - late : 2 * k + l);
     }
-    physics.step(kStep, mask, tau);
+    physics.step(kMillisecond, mask, tau);
     if (k >= late) follower.add(physics, lane);
   }
   EXPECT_EQ(follower.digest, want);
@@ -103,7 +103,7 @@ std::vector<double> run_kernel(Isa isa, int lanes, const std::string& model) {
     for (int j = 0; j < nominal.na(); ++j) {
       for (int lane = 0; lane < lanes; ++lane) tau.row(0)[j * lanes + lane] = torque(j, k);
     }
-    engine.step(kStep, (1u << lanes) - 1u, tau.row(0));
+    engine.step(kMillisecond, (1u << lanes) - 1u, tau.row(0));
   }
   std::vector<double> out;
   for (int i = 0; i < nominal.nq; ++i) out.push_back(engine.block().q[i * lanes + lanes - 1]);

@@ -9,15 +9,12 @@
 
 #include "engine/lanes/arc.h"
 #include "engine/lanes/log.h"
+#include "tests/ulps.h"
 
 namespace graze {
 namespace {
 
-double ulps(double got, long double want) {
-  const double near = std::fabs(static_cast<double>(want));
-  const double ulp = std::nextafter(near, INFINITY) - near;
-  return static_cast<double>(std::fabs(got - want) / ulp);
-}
+using test::ulps;
 
 /// Largest error of f over `n` random arguments, ulp; the reference is the C library's in 64 bits of mantissa.
 template <class Argument, class Function, class Reference>

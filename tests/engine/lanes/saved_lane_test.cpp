@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <functional>
 #include <stdexcept>
 
@@ -19,7 +20,7 @@
 namespace graze::test {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 using Maker = std::function<std::unique_ptr<BlockPhysics>(const Model&)>;
 
 /// A particle with what drives it, and as many steps as its trace takes.
@@ -137,6 +138,9 @@ void expect_goes_on(const Case& one, const Case& other, int k, const Maker& firs
   EXPECT_EQ(difference(expected, fresh.run(one, 0, k, one.steps)), "") << "of what was restored";
 }
 
+/// How many steps to make of `all` if step k is what matters: under a sanitizer few after it, which touch all memory.
+constexpr int steps_from(int k, int all) { return GRAZE_SANITIZED ? std::min(k + 30, all) : all; }
+
 Case with_servos(const Particle& particle, int steps, bool torques_alone, std::uint64_t seed) {
   Dice dice(seed);
   Case out{particle, Driver(particle.model.na(), torques_alone, dice), steps};
@@ -213,7 +217,6 @@ class SavedLanes : public testing::TestWithParam<std::string> {};
 INSTANTIATE_TEST_SUITE_P(Physics, SavedLanes, testing::ValuesIn(physics_names()));
 
 TEST_P(SavedLanes, GoOnWithTheSameBits) {
-  constexpr int kSteps = 400;
   for (const Place& place : {Place{"walker", walker}, {"climber", climber}, {"heap", heap}, {"flail", flail}}) {
     for (const std::string& model : contact_models_of(GetParam())) {
       SCOPED_TRACE(place.name + ", " + model);
@@ -226,10 +229,12 @@ TEST_P(SavedLanes, GoOnWithTheSameBits) {
       }
       for (const bool torques_alone : {true, false}) {
         if (!torques_alone && (particle.model.na() == 0 || GetParam() != kDefaultPhysics)) continue;
-        const Case one = with_servos(particle, kSteps, torques_alone, 3);
-        const Case other = with_servos(particle_of(elsewhere), kSteps, torques_alone, 4);
-        expect_goes_on(one, other, 1, by_name(GetParam()), by_name(GetParam()));
-        expect_goes_on(one, other, 150, by_name(GetParam()), by_name(GetParam()));
+        for (const int k : {1, 150}) {
+          const int steps = steps_from(k, 400);
+          const Case one = with_servos(particle, steps, torques_alone, 3);
+          const Case other = with_servos(particle_of(elsewhere), steps, torques_alone, 4);
+          expect_goes_on(one, other, k, by_name(GetParam()), by_name(GetParam()));
+        }
       }
     }
   }
@@ -237,6 +242,7 @@ TEST_P(SavedLanes, GoOnWithTheSameBits) {
 
 // The places are what they are said to be: in the middle there is contact, stops are met, servos reach their bounds.
 TEST_P(SavedLanes, AreSavedInTheMiddleOfThings) {
+  if (GRAZE_SANITIZED) GTEST_SKIP() << "about figures";
   for (const Place& place : {Place{"walker", walker}, {"climber", climber}, {"heap", heap}, {"flail", flail}}) {
     for (const std::string& model : contact_models_of(GetParam())) {
       const Case one = with_servos(particle_of(place.make(model)), 400, true, 3);
@@ -286,7 +292,7 @@ TEST_P(SavedLanes, OfRandomWorldsGoOnWithTheSameBits) {
 TEST(SavedLane, FitsEveryWidth) {
   for (const std::string& model : lane_contact_models()) {
     for (const auto& place : {walker, heap}) {
-      const Case one = with_servos(particle_of(place(model)), 250, false, 3);
+      const Case one = with_servos(particle_of(place(model)), steps_from(120, 250), false, 3);
       expect_goes_on(one, one, 120, of_width(1), of_width(8));
       expect_goes_on(one, one, 120, of_width(8), of_width(1));
     }

@@ -10,6 +10,8 @@
 #include <cstring>
 #include <random>
 
+#include "tests/ulps.h"
+
 namespace graze {
 namespace {
 
@@ -19,11 +21,7 @@ void reference(double x, long double& s, long double& c) {
   c = std::cos(static_cast<long double>(x));
 }
 
-double ulps(double got, long double want) {
-  const double near = std::fabs(static_cast<double>(want));
-  const double ulp = std::nextafter(near, INFINITY) - near;
-  return static_cast<double>(std::fabs(got - want) / ulp);
-}
+using test::ulps;
 
 TEST(SineAndCosine, ErrByLessThanTwoUlp) {
   std::mt19937_64 random(1);

@@ -17,8 +17,8 @@
 namespace graze {
 namespace {
 
-using testing::HasSubstr;
-using testing::StartsWith;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
 
 const std::string kBody =
     R"(<inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>)";
@@ -39,19 +39,19 @@ std::string chain(std::size_t links, const std::string& type, const std::string&
   return out + "</robot>";
 }
 
-std::string refusal(const std::string& xml) {
+std::string refusal_of_file(const std::string& xml) {
   return input_error([&] { parse_urdf(xml, "r.urdf"); });
 }
 
 double processor_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
 TEST(Limits, LinksJointsAndShapes) {
-  EXPECT_EQ(refusal(chain(20'010, "fixed")), "r.urdf:40002: more than 20000 links; a robot has at most 20000");
-  EXPECT_EQ(refusal(chain(1'010, "continuous")),
+  EXPECT_EQ(refusal_of_file(chain(20'010, "fixed")), "r.urdf:40002: more than 20000 links; a robot has at most 20000");
+  EXPECT_EQ(refusal_of_file(chain(1'010, "continuous")),
             "r.urdf:2005: more than 1000 joints that move; a robot has at most 1000");
   std::string shapes;
   for (int i = 0; i < 2'001; ++i) shapes += kSphere + "\n";
-  EXPECT_EQ(refusal("<robot name=\"r\"><link name=\"a\">" + kBody + shapes + "</link></robot>"),
+  EXPECT_EQ(refusal_of_file("<robot name=\"r\"><link name=\"a\">" + kBody + shapes + "</link></robot>"),
             "r.urdf:2001: more than 2000 collision shapes; a robot has at most 2000");
 }
 
@@ -89,9 +89,9 @@ TEST(Limits, Pairs) {
 
 TEST(Limits, NamesAndWarnings) {
   const std::string mega(1 << 20, 'n');
-  const std::string text = refusal("<robot name=\"r\"><link name=\"" + mega + "\"/></robot>");
+  const std::string text = refusal_of_file("<robot name=\"r\"><link name=\"" + mega + "\"/></robot>");
   EXPECT_EQ(text, "r.urdf:1: link: <link> name: " + std::string(40, 'n') + "…: 1048576 bytes; at most 1000");
-  EXPECT_LT(refusal("<" + mega + "/>").size(), 200u);
+  EXPECT_LT(refusal_of_file("<" + mega + "/>").size(), 200u);
   std::vector<std::string> warnings;
   UrdfOptions options;
   options.warn = [&](const std::string& warning) { warnings.push_back(warning); };
@@ -187,7 +187,7 @@ TEST(Limits, HullCorners) {
 // Lengths beyond 1e6 m, at which a double's neighbours are 1.2e-10 m away, are refused wherever a robot has them.
 TEST(Limits, Lengths) {
   const auto link = [&](const std::string& inside) {
-    return refusal("<robot name=\"r\"><link name=\"a\">\n" + kBody + inside + "</link></robot>");
+    return refusal_of_file("<robot name=\"r\"><link name=\"a\">\n" + kBody + inside + "</link></robot>");
   };
   const auto shape = [&](const std::string& one) {
     return link("<collision><geometry>\n" + one + "</geometry></collision>");
@@ -203,7 +203,7 @@ TEST(Limits, Lengths) {
            "</link>\n<joint name=\"j\" type=\"prismatic\"><parent link=\"a\"/><child link=\"b\"/>" + inside +
            "</joint></robot>";
   };
-  const auto joint = [&](const std::string& inside) { return refusal(sliding(inside)); };
+  const auto joint = [&](const std::string& inside) { return refusal_of_file(sliding(inside)); };
   EXPECT_EQ(joint("<origin xyz=\"1e7 0 0\"/>"), "r.urdf:2: joint 'j': <origin> xyz: 1e+07" + rule);
   EXPECT_EQ(joint("<limit lower=\"2e6\" upper=\"3e6\" effort=\"1\" velocity=\"1\"/>"),
             "r.urdf:2: joint 'j': <limit> lower: 2e+06" + rule);

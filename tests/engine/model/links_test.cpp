@@ -128,7 +128,7 @@ TEST(Links, PublishedVariant) {
   }
 }
 
-bool inside(const Shape& shape, const Vec3& p) {
+bool contains(const Shape& shape, const Vec3& p) {
   if (shape.kind == ShapeKind::box) return (p.cwiseAbs() - shape.size / 2).maxCoeff() <= 0;
   if (shape.kind == ShapeKind::sphere) return p.norm() <= shape.size.x();
   return std::hypot(p.x(), p.y()) <= shape.size.x() && std::abs(p.z()) <= shape.size.y() / 2;
@@ -142,7 +142,7 @@ Vec3 point_in(const Shape& shape, std::mt19937& random) {
                                                         : Vec3(Vec3::Constant(shape.size.x()));
   for (;;) {
     const Vec3 p = half.cwiseProduct(Vec3(u(random), u(random), u(random)));
-    if (inside(shape, p)) return p;
+    if (contains(shape, p)) return p;
   }
 }
 
@@ -160,7 +160,7 @@ TEST(Links, NoOverlapAtRest) {
     ++watched;
     const Pose X_BA = (X_WB[b.body] * b.X_BG).inverse() * (X_WB[a.body] * a.X_BG);
     for (int i = 0; i < 20000; ++i) {
-      ASSERT_FALSE(inside(b.shape, X_BA * point_in(a.shape, random))) << a.name << " and " << b.name;
+      ASSERT_FALSE(contains(b.shape, X_BA * point_in(a.shape, random))) << a.name << " and " << b.name;
     }
   }
   // 17 shapes make 136 pairs; per leg base-hip, hip-thigh, thigh-shin, thigh-foot are adjacent, shin-foot one body.

@@ -10,8 +10,6 @@
 namespace graze {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 Shape shape(ShapeKind kind, const Vec3& size) { return {kind, size, nullptr, nullptr}; }
 
 /// A convex mesh with the corners of a box.
@@ -152,7 +150,7 @@ TEST(Compile, MergesFixedJoints) {
   EXPECT_EQ(model.nv, 6 + 4);
   EXPECT_THAT(model.actuated, testing::ElementsAre(1, 2, 3, 4));
   const Body& shin = model.bodies[model.joint("knee1")];
-  const double ball = 1000 * 4.0 / 3 * kPi * 1e-3;  // one sphere of radius 0.1 m
+  const double ball = 1000 * 4.0 / 3 * std::numbers::pi * 1e-3;  // one sphere of radius 0.1 m
   EXPECT_NEAR(shin.mass, 2 * ball, 1e-10);
   // The shin's ball is at (0.5, 0, 0); the foot's frame is at (1, 0, 0) turned by 90 deg about z: its ball at (1, .5,
   // 0).
@@ -172,7 +170,7 @@ TEST(Compile, FixedBaseIsPartOfTheWorld) {
   World world = small_robot();
   world.robot.floating_base = false;
   world.initial.position = {1, 2, 3};
-  world.initial.rpy = {0, 0, kPi / 2};
+  world.initial.rpy = {0, 0, std::numbers::pi / 2};
   Model model = compile(world);
   EXPECT_EQ(model.nq, 4);
   const Frame& torso = model.frames[model.frame("torso")];
