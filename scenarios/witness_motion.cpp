@@ -89,6 +89,13 @@ void write(const Vec3& u, int first, int lane, BlockArray& own) {
   for (int i = 0; i < 3; ++i) own(first + i, lane) = u[i];
 }
 
+/// The greatest tilt of a lane that was looked at: a smaller one needs no angle, as its margin is greater.
+struct TiltMemory final : WitnessMemory {
+  Lanes key, value;  // of Tilt::evaluate
+  void start(int lane, const Model&) override { key[lane] = -1; }
+  void carry(int, LaneTape&) override {}  // what it keeps saves time, and changes no margin
+};
+
 /// Angle between the link's z axis and the world's, against the largest that is allowed. Numbers: the z axes, [3] each.
 class Tilt : public Witness {
  public:
@@ -105,6 +112,7 @@ class Tilt : public Witness {
   }
 
   PartKind parts() const override { return parts_of(frames_); }
+  std::unique_ptr<WitnessMemory> remember() const override { return std::make_unique<TiltMemory>(); }
 
   void evaluate(const WitnessInput& in, const BlockArray& own, double* out, double* part) const override {
     // The most tilted has the greatest key; only its angle is computed.
@@ -123,12 +131,21 @@ class Tilt : public Witness {
         cosine[l] = more ? z_W.z[l] : cosine[l];
       }
     }
+    TiltMemory& most = *static_cast<TiltMemory*>(in.memory);
     for (int l = 0; l < kLanes; ++l) {
-      if (in.lanes[l]) out[l] = below_ - pinned::atan2(std::sqrt(sine2[l]), cosine[l]);
+      if (!in.lanes[l]) continue;
+      if (in.enough && greatest[l] < most.key[l] - kKeySlack && in.enough[l] <= most.value[l]) {
+        out[l] = most.value[l];
+        continue;
+      }
+      out[l] = below_ - pinned::atan2(std::sqrt(sine2[l]), cosine[l]);
+      if (in.enough && greatest[l] > most.key[l]) most.key[l] = greatest[l], most.value[l] = out[l];
     }
   }
 
  private:
+  /// Keys that differ by more are of angles in the same order: far beyond the rounding of rotations (1e-15).
+  static constexpr double kKeySlack = 1e-9;
   std::vector<int> frames_, body_;
   double below_;  // rad
 };

@@ -143,7 +143,7 @@ struct BlockRun::Impl final : TraceSaver {
                                   policy.name},
                    policy.settings),
         sensors(s.model, channel_names(s.world->robot), sensor_noise(s, root_seed), controller.reads()),
-        actuators(s.model, s.torque_speed),
+        actuators(s.model, s.torque_speed, physics->solves_drives()),
         monitor(s.task),
         events(s.model),
         phases(s.recording.rules),

@@ -1,6 +1,7 @@
 #include "engine/actuation/actuators.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <limits>
 
@@ -26,9 +27,10 @@ std::vector<std::vector<int>> limbs_of(const Model& model) {
 
 }  // namespace
 
-Actuators::Actuators(const Model& nominal, bool torque_speed)
+Actuators::Actuators(const Model& nominal, bool torque_speed, bool drives_solved)
     : nominal_(nominal),
       torque_speed_(torque_speed),
+      drives_solved_(drives_solved),
       effort_(nominal.na()),
       speed_(nominal.na()),
       integral_(nominal.na()),
@@ -46,8 +48,10 @@ Actuators::Actuators(const Model& nominal, bool torque_speed)
 }
 
 void Actuators::start(int lane, const Particle& particle) {
-  if (!dynamics_[lane]) dynamics_[lane] = std::make_unique<DynamicsData<double>>(nominal_);
-  dynamics_[lane]->set_lane(0, DynamicsModel(particle.model));
+  if (!drives_solved_) {
+    if (!dynamics_[lane]) dynamics_[lane] = std::make_unique<DynamicsData<double>>(nominal_);
+    dynamics_[lane]->set_lane(0, DynamicsModel(particle.model));
+  }
   for (int k = 0; k < effort_.rows(); ++k) {
     const Body& body = particle.model.bodies[particle.model.actuated[k]];
     effort_(k, lane) = body.effort;
@@ -187,6 +191,7 @@ void Actuators::step(const ActuatorCommand& command, BlockPhysics& physics, cons
 
 void Actuators::apply(const ActuatorCommand& command, const BlockState& state, const Sensors& sensors, double h,
                       LaneMask active, BlockArray& tau) {
+  assert(!drives_solved_);
   for (int lane = 0; lane < kLanes; ++lane) {
     if (active[lane]) apply_lane(command, state, sensors, h, lane, tau);
   }

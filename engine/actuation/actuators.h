@@ -27,7 +27,8 @@ struct ActuatorCommand {
 class Actuators {
  public:
   /// `torque_speed`: the available torque falls linearly to 0 at the joint's no-load speed in the direction of motion.
-  Actuators(const Model& nominal, bool torque_speed);
+  /// `drives_solved`: only for back ends that solve drives, so that apply() is never called and no trace pays for it.
+  Actuators(const Model& nominal, bool torque_speed, bool drives_solved = false);
 
   void start(int lane, const Particle& particle);
   /// Writes down, or reads back after start(), all that the lane's further way depends on.
@@ -62,7 +63,7 @@ class Actuators {
 
   DynamicsModel nominal_;
   std::vector<int> v_index_, q_index_;
-  bool torque_speed_;
+  bool torque_speed_, drives_solved_;
   BlockArray effort_, speed_, integral_, headroom_;  // na
   BlockArray q_error_;                               // na, of the encoder at the beginning of the step
   Drive drive_;

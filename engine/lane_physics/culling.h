@@ -1,8 +1,8 @@
 #pragma once
 // Which pairs of colliders may touch within a step. The distance of a pair is measured again only when its colliders
-// may have come near since: when the ways that they have gone add up to it. Every lane has bounds of its own, and a
-// lane is near only where its own say so, because bounds round, and a lane that took part in what a neighbour's bounds
-// let through would have other bits than alone.
+// may have come near since: when the ways that they have gone add up to it. Every lane has bounds of its own, which are
+// looked at only when those of some lane may be used up. A lane is near only where its own bounds say so, so that it
+// does not take part in contacts that only a neighbour may have.
 
 #include "engine/lane_physics/kernel.h"
 #include "engine/lanes/vec.h"
@@ -85,30 +85,79 @@ struct WayT {
   T bound() const { return origin + sqrt(turn2); }
 };
 
+/// Added to what counts as near, m. Gaps at the rims of cylinders, which take iterations, are wrong by up to 1e-6, and
+/// sums of ways by rounding: a pair that is passed over has no contact for certain. So it does not matter when a pair
+/// was last measured, and all lanes may be measured together.
+inline constexpr double kCullingSlack = 2e-6;
+
+/// The ways that have been gone, twice: travel[0] of each lane's own colliders; travel[1] the sum of each step's
+/// greatest, as it was when the lane last took part. Returns that of now. block.soonest holds for lanes that have taken
+/// part since it was written: where another one joins, it begins anew.
+template <class T>
+inline double add_way(LaneBlock& block, unsigned active, const WayT<T>& way) {
+  constexpr double kFarthest = 100, kLeast = 1e-9;  // m; beyond the first, or after a NaN, the sum begins anew
+  constexpr unsigned kAll = ~0u >> (32 - kWidth<T>);
+  T* travel = reinterpret_cast<T*>(block.travel);
+  const mask_of<T> fresh = mask_from_bits<T>(block.fresh);
+  const T gone = select(fresh, T(0.0), T(2.0) * way.bound());
+  block.fresh &= ~active;
+  travel[0] = select(fresh, T(0.0), travel[0] + gone);
+  const double last = greatest(travel[1], kAll);
+  const unsigned joining = active & ~bits(travel[1] == T(last));
+  double most = last + max(greatest(gone, active), kLeast);  // grows, so that who stands still is behind
+  const bool anew = !(most < kFarthest);
+  if (anew) {
+    most = 0;
+    travel[1] = T(-1.0);
+  }
+  travel[1] = select(mask_from_bits<T>(active), T(most), travel[1]);
+  if (anew || joining != 0) {
+    for (int i = 0; i < block.pair_count; ++i) block.soonest[i] = -1e300;
+  }
+  return most;
+}
+
+/// Measures a pair where it may have come near: in `active` lanes whose `due` lies within the horizon. Returns the
+/// lanes in which it is near.
+template <class T>
+inline unsigned look_at_pair(const LaneBlock& block, int i, double h, unsigned active, const T& travel,
+                             const T& horizon) {
+  T& due = reinterpret_cast<T*>(block.due)[i];
+  const unsigned pending = active & ~bits(due > horizon);
+  if (pending == 0) return 0;
+  const PairView& pair = block.pairs[i];
+  const T distance = separation<T>(block, pair);
+  const unsigned near = pending & ~bits(distance - reach<T>(block, pair, h) > T(0.0));
+  // Pairs without a kernel are measured less exactly, so what they are asked for depends on their lane alone.
+  const mask_of<T> measured = mask_from_bits<T>(pair.external ? pending : active);
+  const T next = select(mask_from_bits<T>(near), T(-1e300), max(due, travel + distance));
+  due = select(measured, next, due);
+  return near;
+}
+
 /// Fills block.near. `fastest`: bound of the speeds of all colliders, m/s; `way`: that they have gone since the last
 /// step.
 template <class T>
 inline void find_near_pairs(LaneBlock& block, double h, unsigned active, const T& fastest, const WayT<T>& way) {
-  T& travel = *reinterpret_cast<T*>(block.travel);
-  travel = select(mask_from_bits<T>(block.fresh), T(0.0), travel + way.bound());
-  block.fresh &= ~active;
-  const T horizon = fma(T(2.0), travel, fma(T(2.0 * h), fastest, T(reserve(h))));
-  const double furthest = greatest(horizon, active);
-  T* due = reinterpret_cast<T*>(block.due);
+  constexpr int W = kWidth<T>;
+  const double most = add_way<T>(block, active, way);
+  const T travel = *reinterpret_cast<T*>(block.travel);
+  const T ahead = fma(T(2.0 * h), fastest, T(reserve(h) + kCullingSlack)), horizon = travel + ahead;
+  const double furthest = most + greatest(ahead, active) + 1e-3 * kCullingSlack;  // more than either sum rounds
   block.near_count = 0;
-  for (int i = 0; i < block.pair_count; ++i) {
-    if (block.soonest[i] > furthest) continue;
-    const unsigned pending = active & ~bits(due[i] > horizon);
-    if (pending == 0) continue;
-    const PairView& pair = block.pairs[i];
-    const T distance = separation<T>(block, pair);
-    const unsigned near = pending & ~bits(distance - reach<T>(block, pair, h) > T(0.0));
-    const T next = select(mask_from_bits<T>(near), T(-1e300), fma(T(2.0), travel, distance));
-    due[i] = select(mask_from_bits<T>(pending), next, due[i]);
-    block.soonest[i] = least(due[i], active);
-    if (near == 0) continue;
-    block.near_lanes[block.near_count] = near;
-    block.near[block.near_count++] = i;
+  for (int first = 0; first < block.pair_count; first += W) {
+    // W pairs at a time, as most are far apart in all lanes.
+    unsigned soon = ~bits(load<T>(block.soonest + first) > T(furthest)) & ((1u << W) - 1u);
+    for (; soon != 0; soon &= soon - 1) {
+      const int i = first + __builtin_ctz(soon);
+      if (i >= block.pair_count) break;
+      const unsigned near = look_at_pair<T>(block, i, h, active, travel, horizon);
+      const T left = reinterpret_cast<const T*>(block.due)[i] - travel;
+      block.soonest[i] = near != 0 ? -1e300 : most + least(left, active);
+      if (near == 0) continue;
+      block.near_lanes[block.near_count] = near;
+      block.near[block.near_count++] = i;
+    }
   }
 }
 

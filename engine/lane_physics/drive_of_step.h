@@ -280,5 +280,21 @@ inline void keep_servos(const LaneBlock& block, const DriveView& view, double h,
   }
 }
 
+/// Torques, which are held between their bounds because a row's impulse is at its bound to rounding, and demands.
+template <class T>
+inline void report_drives(const LaneBlock& block, const DriveView& view, unsigned active) {
+  constexpr int W = kWidth<T>;
+  const auto live = mask_from_bits<T>(active);
+  for (int k = 0; k < block.na; ++k) {
+    const ServoT<T>& servo = servos_of<T>(block)[k];
+    const T lower = load<T>(view.lower + k * W), upper = load<T>(view.upper + k * W);
+    // Comparisons that keep NaN.
+    const T raised = select(servo.torque < lower, lower, servo.torque);
+    const T torque = select(upper < raised, upper, raised);
+    store(view.torque + k * W, select(live, torque, load<T>(view.torque + k * W)));
+    store(view.demand + k * W, select(live, servo.demand, load<T>(view.demand + k * W)));
+  }
+}
+
 }  // namespace GRAZE_ISA_NAMESPACE
 }  // namespace graze

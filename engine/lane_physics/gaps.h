@@ -178,9 +178,10 @@ int find_due(const DueQuery& query) {
                     (load<T>(query.travel + places[0] * W) + load<T>(query.travel + places[1] * W));
     const unsigned due = query.lanes & ~bits(bound >= enough);
     lowest = min(select(mask_from_bits<T>(due), T(1e300), bound), lowest);
-    if (due == 0) continue;
+    // Without a branch, which would be guessed wrong often: what is not due is written over.
     query.due[count] = i;
-    query.due_lanes[count++] = due;
+    query.due_lanes[count] = due;
+    count += due != 0 ? 1 : 0;
   }
   store(query.lowest, lowest);
   return count;

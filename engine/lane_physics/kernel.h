@@ -69,6 +69,7 @@ inline constexpr int kSlots = 8, kKept = 4;
 struct DriveView {
   const double* tau;
   const double *q, *v, *kp, *kd, *lower, *upper, *prescribed;
+  double *torque = nullptr, *demand = nullptr;  // out, active lanes: as DriveResult; null: not wanted
 };
 
 /// Numbers of a drive that are kept: mode, flips, torque, demand, warm; see drive_of_step.h.
@@ -120,10 +121,10 @@ struct LaneBlock {
   double* joint_impulse;  // 3 per body: lower, upper, dry; warm start
   double* slot_impulse;   // kKept kSlots per pair, warm start
   int* slot_used;         // per pair: bit k: slot k's may be other than zero
-  double* travel;         // 1: m, how far any point of the lane's colliders can have gone since its start, a bound
+  double* travel;         // 2: m, bounds of how far two colliders can have come nearer, of the lane and of any lane
   unsigned fresh;         // lanes that have just been started: their colliders have gone no way yet
-  double* due;            // 1 per pair: m, distance when last measured, and twice the travel up to then
-  double* soonest;        // per pair: bound of `due` over the lanes (not per lane)
+  double* due;            // 1 per pair: m, distance when last measured, and the lane's travel up to then
+  double* soonest;        // per pair: the least distance of the lanes, and any lane's travel up to then (not per lane)
   int near_count;
   int* near;             // pairs that may touch within this step
   unsigned* near_lanes;  // per near pair: in which lanes

@@ -152,7 +152,7 @@ void LaneEngine::number_contacts(const Model& nominal) {
   near_.resize(pairs_.size());
   slot_used_.resize(pairs_.size());
   near_lanes_.resize(pairs_.size());
-  soonest_.resize(pairs_.size());
+  soonest_.resize(pairs_.size() + kLanes);  // kernels read rows of it
 }
 
 std::size_t LaneEngine::lay_out(double* base) {
@@ -200,7 +200,7 @@ std::size_t LaneEngine::lay_out(double* base) {
   b.speed = rows(nc);
   b.pair = rows(2 * np);
   b.slot_impulse = rows(kKept * kSlots * np);
-  b.travel = rows(1);
+  b.travel = rows(2);
   b.due = rows(np);
   link_tables();
   return used;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cassert>
 #include <cmath>
 
@@ -21,6 +22,16 @@ BlockState state_of(const Model& model) {
           BlockArray(12 * static_cast<int>(model.bodies.size()))};
 }
 
+/// Without a branch per number: a zero has no bit but its sign.
+bool all_zero(const BlockArray& array) {
+  std::uint64_t some = 0;
+  for (int i = 0; i < array.rows(); ++i) {
+    const double* row = array.row(i);
+    for (int lane = 0; lane < kLanes; ++lane) some |= std::bit_cast<std::uint64_t>(row[lane]);
+  }
+  return some << 1 == 0;
+}
+
 double* rows_of(BlockArray& array) { return array.rows() > 0 ? array.row(0) : nullptr; }
 
 /// An engine of more lanes than a register holds spills, and takes twice as long for each.
@@ -31,7 +42,7 @@ int best_width() { return chosen_isa() == Isa::avx2 ? 4 : kLanes; }
 /// Lanes first … first + width - 1 of the block. An engine that has not all of them has rows of its own, [row][width],
 /// which are copied from and to the block's.
 struct LanePhysics::Part {
-  static constexpr int kInputs = 8;  // of a Drive
+  static constexpr int kInputs = 10;  // of a Drive and its result
 
   const int first, width;
   LaneMemory memory;  // of `state` and `inputs`
@@ -57,7 +68,7 @@ struct LanePhysics::Part {
   unsigned lanes_of(LaneMask mask) const { return mask.bits() >> first & ((1u << width) - 1u); }
 
   /// The part's columns of an input.
-  const double* gather(int input, const BlockArray& array) {
+  double* gather(int input, const BlockArray& array) {
     double* to = inputs[input];
     for (int i = 0; i < array.rows(); ++i, to += width) std::copy_n(array.row(i) + first, width, to);
     return inputs[input];
@@ -185,33 +196,28 @@ void LanePhysics::drive(double h, LaneMask active, const Drive& drive, DriveResu
   assert(na == parts_[0]->engine->block().na && result.torque.rows() == na && result.demand.rows() == na);
   if (na == 0) return step(h, active, drive.tau);
   // Prescribed motion is rare, and costs nothing where there is none.
-  bool prescribed = false;
-  for (int k = 0; k < na; ++k) {
-    for (int lane = 0; lane < kLanes; ++lane) prescribed |= drive.prescribed(k, lane) != 0;
-  }
+  const bool prescribed = !all_zero(drive.prescribed);
   step_parts(active, [&](Part& part, unsigned lanes) {
     int input = 0;
     const auto rows = [&](const BlockArray& array) { return whole() ? array.row(0) : part.gather(input++, array); };
+    const auto results = [&](BlockArray& array) { return whole() ? array.row(0) : part.gather(input++, array); };
     const DriveView view{
-        rows(drive.tau), rows(drive.q),     rows(drive.v),     rows(drive.kp),
-        rows(drive.kd),  rows(drive.lower), rows(drive.upper), prescribed ? rows(drive.prescribed) : nullptr};
+        rows(drive.tau),        rows(drive.q),         rows(drive.v),     rows(drive.kp),
+        rows(drive.kd),         rows(drive.lower),     rows(drive.upper), prescribed ? rows(drive.prescribed) : nullptr,
+        results(result.torque), results(result.demand)};
     part.engine->drive(h, lanes, view);
+    if (whole()) return;
+    part.scatter(view.torque, result.torque);
+    part.scatter(view.demand, result.demand);
   });
-  for (int k = 0; k < na; ++k) {
-    for (int lane = 0; lane < kLanes; ++lane) {
-      if (!active[lane]) continue;
-      const double torque = engine(lane).torque(k)[lane % width_];
-      // A row's impulse is at its bound to rounding.
-      result.torque(k, lane) = std::min(std::max(torque, drive.lower(k, lane)), drive.upper(k, lane));
-      result.demand(k, lane) = engine(lane).demand(k)[lane % width_];
-    }
-  }
 }
 
 SolverEffort LanePhysics::effort(int lane) const {
-  const SolverSettings& settings = engine(lane).block().settings;
-  const double most = settings.most_sweeps;
-  return {sweeps(lane), residual(lane), sweeps(lane) >= most && residual(lane) > settings.tolerance};
+  const LaneEngine& of = engine(lane);
+  const int at = lane % width_;
+  const SolverSettings& settings = of.block().settings;
+  const double sweeps = of.sweeps(at), residual = of.residual(at);
+  return {sweeps, residual, sweeps >= settings.most_sweeps && residual > settings.tolerance};
 }
 
 void LanePhysics::find_faults() {

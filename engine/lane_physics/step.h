@@ -237,6 +237,7 @@ void finish(LaneBlock& block, double h, unsigned active, const DriveView& drive)
   report_contacts<T>(block, tree, set, h);
   const unsigned lost = active & ~bits(abs(*rows<T>(block.energy)) < T(1e300));
   if (lost != 0) forget_lost<T>(block, lost);
+  if (drive.torque) report_drives<T>(block, drive, active);
 }
 
 }  // namespace GRAZE_ISA_NAMESPACE

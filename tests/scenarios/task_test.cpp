@@ -292,6 +292,29 @@ TEST_F(Tasks, LanesAreJudgedApart) {
   }
 }
 
+// The margin of a tilt is the least of all steps, though angles are computed only where a tilt may be the greatest yet.
+TEST_F(Tasks, TiltKeepsItsLeastMargin) {
+  const Task t = task("requirements: {tilt: {tilt: {link: \"*\", below: 1}}}");
+  const Witness& witness = *t.requirements[0].witness;
+  input();
+  RandomBlock block(model_, initial_state(*scenario_.world, model_), state_);
+  TaskMonitor monitor(t);
+  std::array<double, kLanes> least;
+  least.fill(kInfinity);
+  for (int lane = 0; lane < kLanes; ++lane) monitor.start(lane, block.models[lane]);
+  for (int step = 0; step < 200; ++step) {
+    for (int lane = 0; lane < kLanes; ++lane) block.place(lane, initial_state(*scenario_.world, model_));
+    const std::vector<ContactPoint> points;
+    const WitnessInput in{block.state, points, block.tau, block.headroom, {}, LaneMask::all()};
+    monitor.update(in);
+    const std::array<Valued, kLanes> value = together(witness, block);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      least[lane] = std::min(least[lane], value[lane].value);
+      EXPECT_EQ(monitor.margins(lane)[0], least[lane]) << "step " << step << ", lane " << lane;
+    }
+  }
+}
+
 // Speed is that of the Jacobian, over revolute, prismatic and floating joints about any axes.
 TEST_F(Tasks, SpeedAgreesWithTheJacobian) {
   const Task t = task("requirements: {speed: {speed: {link: \"*\", below: 3}}}");

@@ -7,6 +7,7 @@
 #include <random>
 #include <tuple>
 
+#include "engine/lane_physics/lane_physics.h"
 #include "tests/engine/lanes/worlds.h"
 
 namespace graze::test {
@@ -110,6 +111,34 @@ TEST(Servo, TorqueIsTheBoundedLawAtTheEndOfTheStep) {
   EXPECT_GT(count, 800);
   EXPECT_GT(at_bound, count / 4);
   EXPECT_LT(at_bound, count * 3 / 4);
+}
+
+// A lane that stands still keeps its columns of the result, and its torque, whatever the width of the engine.
+TEST(Servo, ResultOfALaneThatStandsStillStays) {
+  const Particle particle = particle_of(arm());
+  for (const int width : {1, 8}) {
+    LanePhysics physics(particle.model, width);
+    for (int lane = 0; lane < kLanes; ++lane) physics.start(lane, particle);
+    Drive drive(2);
+    DriveResult result(2);
+    for (int k = 0; k < 2; ++k) {
+      for (int lane = 0; lane < kLanes; ++lane) {
+        drive.kp(k, lane) = 50, drive.q(k, lane) = 0.3, drive.lower(k, lane) = -1, drive.upper(k, lane) = 1;
+        result.torque(k, lane) = 100 + lane, result.demand(k, lane) = 200 + lane;
+      }
+    }
+    physics.drive(1e-3, LaneMask(0b0101), drive, result);
+    for (int k = 0; k < 2; ++k) {
+      for (int lane = 0; lane < kLanes; ++lane) {
+        const bool active = lane == 0 || lane == 2;
+        EXPECT_EQ(result.torque(k, lane) == 100 + lane, !active) << "lane " << lane;
+        EXPECT_EQ(result.demand(k, lane) == 200 + lane, !active) << "lane " << lane;
+        if (active) {
+          EXPECT_EQ(result.torque(k, lane), 1);  // at its bound, exactly
+        }
+      }
+    }
+  }
 }
 
 // A row of the sweeps and the diagonal of M are the same servo, to 1e-10.
