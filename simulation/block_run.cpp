@@ -201,11 +201,6 @@ struct BlockRun::Impl final : TraceSaver {
     tape.end();
   }
 
-  std::shared_ptr<const TraceKind> own_kind() {
-    if (!kind) kind = std::make_shared<const TraceKind>(trace_kind(scenario, policy));
-    return kind;
-  }
-
   std::shared_ptr<const SavedTrace> save(int lane) override try {
     const Lane& l = lanes[lane];
     if (l.step % per_control != 0) {
@@ -215,8 +210,9 @@ struct BlockRun::Impl final : TraceSaver {
     if (ending[lane]) return nullptr;
     LaneTape tape;
     carry(lane, tape);
+    if (!kind) kind = std::make_shared<const TraceKind>(trace_kind(scenario, policy));
     return std::make_shared<const SavedTrace>(SavedTrace{l.particle->id, own_numbers_of(*l.particle), l.step,
-                                                         time(lane), physics->save(lane), tape.take(), own_kind()});
+                                                         time(lane), physics->save(lane), tape.take(), kind});
   } catch (const std::logic_error& error) {
     throw SavedTraceError(fmt::format("particle {}, {}: {}", lanes[lane].particle->id, policy.name, error.what()));
   }
@@ -224,8 +220,8 @@ struct BlockRun::Impl final : TraceSaver {
   /// The frame of the step at which a trace is saved is taken when it goes on; that of its start was the first of all.
   void go_on(int lane, const Particle& particle, const SavedTrace& saved, TraceRecord& record) {
     prepare(lane, particle, 0, record);
+    LaneTape tape(saved.rest);
     try {
-      LaneTape tape(saved.rest);
       carry(lane, tape);
       physics->restore(lane, *saved.physics);
     } catch (const std::logic_error& error) {
