@@ -61,10 +61,7 @@ constexpr std::size_t kMostText = 60;  // bytes
 
 /// Reasons may be long.
 std::string shortened(const std::string& text) {
-  if (text.size() <= kMostText) return text;
-  std::size_t end = kMostText - 1;
-  while ((static_cast<unsigned char>(text[end]) & 0xc0u) == 0x80u) --end;  // not within a character of UTF-8
-  return text.substr(0, end) + "…";
+  return text.size() <= kMostText ? text : clipped(text, kMostText - 1);
 }
 
 /// Columns that culprits take: as wide as the longest name, of pairs twice that, but no wider than shortened() leaves

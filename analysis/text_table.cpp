@@ -5,16 +5,6 @@
 #include "archive/files/utf8.h"
 
 namespace graze {
-namespace {
-
-/// Characters rather than bytes of UTF-8 text.
-std::size_t width_of(const std::string& text) {
-  return static_cast<std::size_t>(
-      std::count_if(text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
-}
-
-}  // namespace
-
 std::string text_table(const std::vector<std::vector<std::string>>& cells, std::size_t left) {
   std::vector<std::vector<std::string>> rows = cells;
   for (auto& row : rows) {

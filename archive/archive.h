@@ -93,12 +93,15 @@ class Archive {
   std::unique_ptr<Impl> impl_;
 };
 
+/// Whether what is packed is looked at as verify() would; trusted: this program has just written it.
+enum class PackedContent { checked, trusted };
+
 /// One file of a campaign directory. Written under a temporary name, synced, renamed. Throws InputError if `file`
 /// exists (unless force) or the directory is no campaign, MachineError on a failing disk. Deterministic: equal traces
 /// give byte-identical datasets, whatever the order in which shards were written. Returns what Archive::warnings()
-/// would. Refuses content that verify() would call damaged, unless this program has just written it (`seals`).
+/// would. Refuses content that verify() would call damaged, unless it is trusted.
 std::vector<std::string> pack(const std::filesystem::path& directory, const std::filesystem::path& file, bool force,
-                              Seals seals = Seals::checked);
+                              PackedContent content = PackedContent::checked);
 /// The same of several directories that hold parts of one campaign (equal scenario, seed, number of particles, policies
 /// and results version; else InputError, which names what differs). Complete if every trace is there.
 std::vector<std::string> pack(const std::vector<std::filesystem::path>& directories, const std::filesystem::path& file,

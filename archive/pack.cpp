@@ -301,10 +301,11 @@ class Packer {
   TextSpool sequences_, reasons_;
 };
 
-std::vector<std::string> pack_files(CampaignFiles files, const std::filesystem::path& file, bool force, Seals seals) {
+std::vector<std::string> pack_files(CampaignFiles files, const std::filesystem::path& file, bool force,
+                                    PackedContent content) {
   publish_hdf5(file, force, [&](const hdf5::Handle& out) {
     // What `graze verify` would call damaged is not made whole by a new seal.
-    for (std::size_t part = 0; seals == Seals::checked && part < files.parts.size(); ++part) {
+    for (std::size_t part = 0; content == PackedContent::checked && part < files.parts.size(); ++part) {
       check_part(files.parts.open(part), files.stored.info);
     }
     write_info(out, files.stored.info, Layout::packed, files.stored.complete);
@@ -318,20 +319,20 @@ std::vector<std::string> pack_files(CampaignFiles files, const std::filesystem::
 }  // namespace
 
 std::vector<std::string> pack(const std::filesystem::path& directory, const std::filesystem::path& file, bool force,
-                              Seals seals) {
+                              PackedContent content) {
   CampaignFiles files = open_campaign(directory);
   if (files.stored.layout == Layout::packed) {
     throw InputError(fmt::format("{}: is one file already; give a campaign directory", directory.string()));
   }
   check_new_file(file, force, {directory});
   if (files.stored.info.part.end > 0) files = open_parts({directory});  // of the whole, however little is there
-  return pack_files(std::move(files), file, force, seals);
+  return pack_files(std::move(files), file, force, content);
 }
 
 std::vector<std::string> pack(const std::vector<std::filesystem::path>& directories, const std::filesystem::path& file,
                               bool force) {
   check_new_file(file, force, directories);
-  return pack_files(open_parts(directories), file, force, Seals::checked);
+  return pack_files(open_parts(directories), file, force, PackedContent::checked);
 }
 
 }  // namespace graze

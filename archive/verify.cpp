@@ -52,13 +52,11 @@ std::uint64_t traces_of(const OpenPart& part, const CampaignInfo& info) {
 }
 
 /// Counts the traces of sound parts, each once.
-void count_traces(Parts parts, const CampaignInfo& info, Verification& out) {
+void count_sound(Parts parts, const CampaignInfo& info, Verification& out) {
   const hdf5::Lock lock;
   out.total = info.part.count(info.particles) * info.policies.size();
   try {
-    for (const std::string& policy : info.policies) {
-      scan_traces(parts, policy, info, 0, [&](const TraceRows& some) { out.traces += some.size(); });
-    }
+    for (const std::string& policy : info.policies) out.traces += count_traces(parts, policy, info);
   } catch (const InputError& error) {
     out.faults.push_back(error.what());
     out.soundness = Soundness::damaged;
@@ -80,7 +78,7 @@ class DirectoryCheck {
     list_others();
     const std::vector<fs::path> shards = check_shards();
     if (!info_) return std::move(out_);
-    count_traces(Parts(shards, info_->particles, kInShards), *info_, out_);
+    count_sound(Parts(shards, info_->particles, kInShards), *info_, out_);
     check_damaged_folder();
     const bool mendable = std::any_of(out_.files.begin(), out_.files.end(), [](const VerifiedFile& file) {
       // Older archives have no copy of their description, and are whole without.
@@ -322,7 +320,7 @@ Verification check_packed(const fs::path& path) {
     });
     if (!bad.empty()) throw InputError(bad[0].why);
     const StoredInfo stored = info_of(file, path);
-    count_traces(Parts({path}, stored.info.particles, 0), stored.info, out);
+    count_sound(Parts({path}, stored.info.particles, 0), stored.info, out);
     out.files.push_back({path.string(), FileState::whole, out.traces});
     if (out.soundness == Soundness::whole && !stored.complete) out.soundness = Soundness::incomplete;
     if (stored.complete && out.traces < out.total) {

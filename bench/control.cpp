@@ -48,7 +48,7 @@ void walk(benchmark::State& state, const char* isa, const std::string& control, 
     }
   }
   ActuatorCommand command(na);
-  for (int lane = 0; lane < kLanes; ++lane) controller.start(lane, lag);
+  for (int lane = 0; lane < kLanes; ++lane) controller.start(lane, lag, 0);
   int step = 0;
   for (auto _ : state) {
     Observation& observation = observations[step % cycle];

@@ -2,48 +2,31 @@
 
 #include <fmt/format.h>
 
-#include <bit>
 #include <cassert>
 #include <stdexcept>
+
+#include "engine/lanes/running_digest.h"
 
 namespace graze {
 
 namespace {
 
-/// A running number of what is added to it; order matters (multiply and fold).
-class Digest {
- public:
-  void add(std::uint64_t word) {
-    value_ = (value_ ^ word) * 0x9e3779b97f4a7c15u;
-    value_ ^= value_ >> 32;
+void add_shape(const Shape& shape, RunningDigest& digest) {
+  digest.add(static_cast<int>(shape.kind));
+  if (shape.mesh) {
+    digest.add(shape.mesh->vertices.size());
+    for (const Vec3& vertex : shape.mesh->vertices) digest.add_all(vertex);
   }
-  void add(int number) { add(static_cast<std::uint64_t>(static_cast<std::int64_t>(number))); }
-  void add(double number) { add(std::bit_cast<std::uint64_t>(number)); }
-  void add(const std::string& text) {
-    add(text.size());
-    for (const char c : text) add(static_cast<std::uint64_t>(static_cast<unsigned char>(c)));
+  if (shape.grid) {
+    digest.add(shape.grid->nx), digest.add(shape.grid->ny);
+    for (const double height : shape.grid->height) digest.add(height);
   }
-  void add(const Shape& shape) {
-    add(static_cast<int>(shape.kind));
-    if (shape.mesh) {
-      add(shape.mesh->vertices.size());
-      for (const Vec3& vertex : shape.mesh->vertices) add(vertex.x()), add(vertex.y()), add(vertex.z());
-    }
-    if (shape.grid) {
-      add(shape.grid->nx), add(shape.grid->ny);
-      for (const double height : shape.grid->height) add(height);
-    }
-  }
-  std::uint64_t value() const { return value_; }
-
- private:
-  std::uint64_t value_ = 0xcbf29ce484222325u;
-};
+}
 
 }  // namespace
 
 std::uint64_t numbering_of(const Model& model) {
-  Digest digest;
+  RunningDigest digest;
   digest.add(model.bodies.size());
   for (const Body& body : model.bodies) {
     digest.add(static_cast<int>(body.type)), digest.add(body.parent);
@@ -53,7 +36,8 @@ std::uint64_t numbering_of(const Model& model) {
   for (const int body : model.actuated) digest.add(body);
   digest.add(model.colliders.size());
   for (const Collider& collider : model.colliders) {
-    digest.add(collider.body), digest.add(collider.name), digest.add(collider.shape);
+    digest.add(collider.body), digest.add(collider.name);
+    add_shape(collider.shape, digest);
   }
   digest.add(model.pairs.size());
   for (const ColliderPair& pair : model.pairs) digest.add(pair.a), digest.add(pair.b);

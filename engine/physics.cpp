@@ -5,8 +5,8 @@
 
 #include <algorithm>
 #include <cassert>
-#include <map>
 
+#include "engine/settings/registry.h"
 #include "engine/settings/settings.h"
 
 namespace graze {
@@ -17,15 +17,9 @@ struct Entry {
   PhysicsFactory make;
 };
 
-/// Filled before main, constant afterwards.
-std::map<std::string, Entry>& registry() {
-  static std::map<std::string, Entry> entries;
-  return entries;
-}
-
 const Entry& entry_of(const std::string& name) {
-  const auto found = registry().find(name);
-  if (found != registry().end()) return found->second;
+  const auto found = registry<Entry>().find(name);
+  if (found != registry<Entry>().end()) return found->second;
   const std::vector<std::string> names = physics_names();
   const std::string near = nearest(name, names);
   throw InputError(fmt::format("physics: {}: no such back end; there are {}{}", name, fmt::join(names, ", "),
@@ -36,13 +30,11 @@ const Entry& entry_of(const std::string& name) {
 
 PhysicsRegistration::PhysicsRegistration(const std::string& name, PhysicsText text, PhysicsFactory make) {
   assert(!text.contact_models.empty());
-  [[maybe_unused]] const bool fresh = registry().emplace(name, Entry{std::move(text), std::move(make)}).second;
-  assert(fresh && "two back ends of one name");
+  enter(name, Entry{std::move(text), std::move(make)});
 }
 
 std::vector<std::string> physics_names() {
-  std::vector<std::string> names;
-  for (const auto& [name, entry] : registry()) names.push_back(name);
+  std::vector<std::string> names = registered_names<Entry>();
   std::stable_partition(names.begin(), names.end(), [](const std::string& name) { return name == kDefaultPhysics; });
   return names;
 }

@@ -75,8 +75,8 @@ std::vector<Component> sections() {
 
 }  // namespace
 
-std::vector<ComponentGroup> component_groups() {
-  return {
+const std::vector<ComponentGroup>& component_groups() {
+  static const std::vector<ComponentGroup> groups = {
       {"sections", "section", "Sections of a scenario:", "More: docs/scenario.md.", sections()},
       {"policies", "policy", "Policies, what a robot wants, each with a tracker under 'control':",
        "graze help trackers tells what follows them. More: docs/control.md, Policies.", policies()},
@@ -100,6 +100,7 @@ std::vector<ComponentGroup> component_groups() {
       {"contact_models", "contact model", "Contact models ('contact.model'):",
        "The first of each back end is its default. More: docs/physics.md.", contact_models()},
   };
+  return groups;
 }
 
 }  // namespace graze

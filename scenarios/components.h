@@ -21,6 +21,6 @@ struct ComponentGroup {
   std::vector<Component> all;
 };
 
-std::vector<ComponentGroup> component_groups();
+const std::vector<ComponentGroup>& component_groups();
 
 }  // namespace graze

@@ -75,7 +75,6 @@ class SpreadReader {
 
   Distribution empirical(const Settings& value) const {
     if (!value.is_map()) return Distribution::empirical(value.numbers(-1, parameter_.quantity));
-    if (value.has("values") == value.has("file")) value.fail("needs either 'values' or 'file' with 'column'");
     if (const auto values = value.find("values")) {
       return Distribution::empirical(values->numbers(-1, parameter_.quantity));
     }

@@ -5,6 +5,7 @@
 #include <cassert>
 
 #include "engine/physics.h"
+#include "sampling/design_name.h"
 #include "scenarios/distributions.h"
 #include "scenarios/shapes.h"
 #include "scenarios/witnesses.h"
@@ -163,17 +164,20 @@ Description correlated() {
   return {"parameters that vary together, by a Gaussian copula",
           {{"parameters", {Form::texts(-1, "GLOB")}, Default::required(), "which of those that are uncertain"},
            {"correlation",
-            {Form::number(), Form::rows(-1)},
+            {Form::number(Quantity::dimensionless, Bound::correlation), Form::rows(-1)},
             Default::required(),
             "one coefficient for all pairs, or the matrix"}}};
 }
 
 Description sampling() {
-  return {
-      "how particles are drawn",
-      {{"design", {Form::word({"random", "latin_hypercube", "sobol"})}, Default::value("random"), "docs/sampling.md"},
-       {"seed", {Form::whole(Bound::not_negative)}, Default::value("1"), "of --seed"},
-       {"particles", {Form::whole(Bound::positive)}, Default::value("100"), "of -n"}}};
+  std::vector<std::string> designs;
+  for (const Design design : {Design::random, Design::latin_hypercube, Design::sobol}) {
+    designs.emplace_back(design_name(design));
+  }
+  return {"how particles are drawn",
+          {{"design", {Form::word(designs)}, Default::value(designs.front()), "docs/sampling.md"},
+           {"seed", {Form::whole(Bound::not_negative)}, Default::value("1"), "of --seed"},
+           {"particles", {Form::whole(Bound::positive)}, Default::value("100"), "of -n"}}};
 }
 
 Description timing() {

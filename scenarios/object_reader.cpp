@@ -94,7 +94,6 @@ Shape read_mesh(const Described& own) {
 }
 
 std::shared_ptr<const HeightGrid> read_heights(const Settings& s) {
-  if (s.has("csv") == s.has("heights")) s.fail("needs either 'csv' (a file) or 'heights' (a list of rows)");
   std::vector<std::vector<double>> rows;
   if (s.has("csv")) {
     rows = read_grid(s.at("csv"), kMaxHeights);

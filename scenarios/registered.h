@@ -2,30 +2,19 @@
 // Components by name: those that come with the program, in the order in which they are told, and behind them those that
 // a program of its own adds before main.
 
-#include <map>
+#include <cassert>
 #include <string>
-#include <utility>
 #include <vector>
+
+#include "engine/settings/registry.h"
 
 namespace graze {
 
-/// Sorted by name, so that lists do not depend on link order. Kind: WitnessKind, DistributionKind, ShapeForm.
-template <class Kind>
-std::map<std::string, Kind>& registered() {
-  static std::map<std::string, Kind> kinds;
-  return kinds;
-}
-
+/// Kind: WitnessKind, DistributionKind, ShapeForm. No two have one name.
 template <class Kind>
 struct Registration {
-  explicit Registration(const Kind& kind) { registered<Kind>().insert_or_assign(kind.name, kind); }
+  explicit Registration(const Kind& kind) { enter(kind.name, kind); }
 };
-
-template <class Kind>
-std::vector<Kind> with_registered(std::vector<Kind> own) {
-  for (const auto& [name, kind] : registered<Kind>()) own.push_back(kind);
-  return own;
-}
 
 template <class Kind>
 std::vector<std::string> names_of(const std::vector<Kind>& kinds) {
@@ -41,6 +30,16 @@ const Kind* kind_of(const std::vector<Kind>& kinds, const std::string& name) {
     if (kind.name == name) return &kind;
   }
   return nullptr;
+}
+
+/// `own`, and behind them those that were registered, whose names are others.
+template <class Kind>
+std::vector<Kind> with_registered(std::vector<Kind> own) {
+  for (const auto& [name, kind] : registry<Kind>()) {
+    assert(kind_of(own, name) == nullptr && "a component of a built-in one's name");
+    own.push_back(kind);
+  }
+  return own;
 }
 
 }  // namespace graze

@@ -1,6 +1,7 @@
 #include "scenarios/scenario.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <openssl/evp.h>
 
 #include <algorithm>
@@ -16,6 +17,7 @@
 #include "engine/physics.h"
 #include "engine/settings/units.h"
 #include "engine/settings/warnings.h"
+#include "sampling/design_name.h"
 #include "scenarios/at_start.h"
 #include "scenarios/doubts.h"
 #include "scenarios/keys.h"
@@ -151,7 +153,9 @@ void refuse_short_name(const Settings& design) {
   const std::string name = design.is_scalar() ? design.text() : "";
   for (const char* other : {"latin", "lhs", "LHS", "hypercube"}) {
     if (name != other) continue;
-    design.fail(name + ": must be one of: random, latin_hypercube, sobol; did you mean 'latin_hypercube'?");
+    const std::vector<std::string>& designs = section_of("sampling").find("design")->forms.front().words;
+    design.fail(fmt::format("{}: must be one of: {}; did you mean '{}'?", name, fmt::join(designs, ", "),
+                            design_name(Design::latin_hypercube)));
   }
 }
 
@@ -182,7 +186,9 @@ void read_sampling(const Settings& root, Scenario& out) {
   if (const auto design = sampling->find("design")) {
     refuse_short_name(*design);
     const std::string name = Described(*sampling, section_of("sampling")).word("design");
-    out.design = name == "random" ? Design::random : name == "sobol" ? Design::sobol : Design::latin_hypercube;
+    for (const Design one : {Design::random, Design::latin_hypercube, Design::sobol}) {
+      if (name == design_name(one)) out.design = one;
+    }
     constexpr int kSobolDimensions = 3667;
     if (out.design == Design::sobol && out.space.size() > kSobolDimensions) {
       design->fail(fmt::format("sobol: {} parameters are uncertain; Sobol points have at most {} dimensions",

@@ -48,21 +48,32 @@ class UncertainReader {
     }
     const std::vector<int> found = parameters(pattern, value);
     for (const int i : found) {
-      set(i, value, spread_of(pattern, value, table_.all()[i]));
+      set(i, value, spread_of(value, table_.all()[i], found));
       doubt_width(value, table_.all()[i], extent_, distance(table_.all()[i]));
       if (i == found.front()) check_kept(value, found.size(), spreads_[i]->persistent.kept_numbers());
     }
   }
 
-  /// A glob may match parameters of several quantities, as of joints that turn and that slide: a unit that does not fit
-  /// is refused with the parameter.
-  static Spread spread_of(const std::string& pattern, const Settings& value, const Parameter& parameter) {
+  /// `found`: all that the glob matches, which may be of several quantities, as of joints that turn and that slide.
+  /// What fits one of another quantity and not this one is refused with the parameter.
+  Spread spread_of(const Settings& value, const Parameter& parameter, const std::vector<int>& found) const {
     try {
       return read_spread(value, parameter);
     } catch (const InputError& e) {
-      const std::string message = e.what();
-      if (pattern == parameter.path || message.find(": the unit '") == std::string::npos) throw;
-      throw InputError(fmt::format("{} ({} is in {})", message, parameter.path, unit_of(parameter.quantity)));
+      const auto fits_other = [&](int i) {
+        return table_.all()[i].quantity != parameter.quantity && can_have(value, table_.all()[i]);
+      };
+      if (std::none_of(found.begin(), found.end(), fits_other)) throw;
+      throw InputError(fmt::format("{} ({} is in {})", e.what(), parameter.path, unit_of(parameter.quantity)));
+    }
+  }
+
+  static bool can_have(const Settings& value, const Parameter& parameter) {
+    try {
+      read_spread(value, parameter);
+      return true;
+    } catch (const InputError&) {
+      return false;
     }
   }
 

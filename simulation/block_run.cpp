@@ -131,6 +131,7 @@ struct BlockRun::Impl final : TraceSaver {
   std::optional<WatchedSensors> watched;            // for the observer
   const std::uint64_t seed;
   TraceWatch* watch = nullptr;
+  std::shared_ptr<const TraceKind> kind;  // made when first needed
 
   Impl(const Scenario& s, const PolicySpec& chosen, std::uint64_t root_seed)
       : scenario(s),
@@ -205,25 +206,32 @@ struct BlockRun::Impl final : TraceSaver {
     tape.end();
   }
 
-  std::shared_ptr<const SavedTrace> save(int lane) override {
+  std::shared_ptr<const SavedTrace> save(int lane) override try {
     const Lane& l = lanes[lane];
     if (l.step % per_control != 0) {
-      throw InputError(
+      throw SavedTraceError(
           fmt::format("a trace is saved at a control step, one in {} steps; step {} is none", per_control, l.step));
     }
     if (ending[lane]) return nullptr;
     LaneTape tape;
     carry(lane, tape);
-    return std::make_shared<const SavedTrace>(SavedTrace{l.particle->id, l.step, time(lane), physics->save(lane),
-                                                         tape.take(), policy_kind(policy), scenario.timing.control});
+    if (!kind) kind = std::make_shared<const TraceKind>(trace_kind(scenario, policy));
+    return std::make_shared<const SavedTrace>(SavedTrace{l.particle->id, own_numbers_of(*l.particle), l.step,
+                                                         time(lane), physics->save(lane), tape.take(), kind});
+  } catch (const std::logic_error& error) {
+    throw SavedTraceError(fmt::format("particle {}, {}: {}", lanes[lane].particle->id, policy.name, error.what()));
   }
 
   /// The frame of the step at which a trace is saved is taken when it goes on; that of its start was the first of all.
   void go_on(int lane, const Particle& particle, const SavedTrace& saved, TraceRecord& record) {
     prepare(lane, particle, 0, record);
     LaneTape tape(saved.rest);
-    carry(lane, tape);
-    physics->restore(lane, *saved.physics);
+    try {
+      carry(lane, tape);
+      physics->restore(lane, *saved.physics);
+    } catch (const std::logic_error& error) {
+      throw SavedTraceError(fmt::format("particle {}, {}: {}", particle.id, policy.name, error.what()));
+    }
     active.set(lane);
     const bool taken = lanes[lane].step == lanes[lane].first;
     if (telemetry.on() && !taken) {
@@ -283,7 +291,7 @@ struct BlockRun::Impl final : TraceSaver {
       const bool more =
           observer->see({lane, lanes[lane].particle->id, lanes[lane].step, lanes[lane].first, time(lane), *physics, tau,
                          command, requirement_values, objective_values, lanes[lane].particle->model, controller,
-                         watched->sensed(), watched->truth(), ended[lane], *this});
+                         watched->sensed(), watched->truth(), *this});
       enough.set(lane, !more);
       lanes[lane].record->stopped = !more && !ended[lane];
     }
@@ -436,14 +444,15 @@ void check_saved(const Scenario& scenario, const PolicySpec& policy, std::span<c
                  const RunOptions& options) {
   if (options.saved.empty()) return;
   if (!options.beginnings.empty()) {
-    throw InputError("a trace cannot both go on from where it was saved and begin elsewhere; give one of the two");
+    throw SavedTraceError("a trace cannot both go on from where it was saved and begin elsewhere; give one of the two");
   }
   if (options.saved.size() != particles.size()) {
-    throw InputError(
+    throw SavedTraceError(
         fmt::format("{} saved traces for {} particles; each needs its own", options.saved.size(), particles.size()));
   }
+  const TraceKind here = trace_kind(scenario, policy);
   for (std::size_t i = 0; i < particles.size(); ++i) {
-    check_saved(scenario, policy, particles[i].id, options.saved[i].get());
+    check_saved(scenario, policy, here, particles[i], options.saved[i].get());
   }
 }
 

@@ -47,11 +47,10 @@ struct StepView {
   const Controller& controller;    // targets and lag of the last control step
   const Observation& sensed;  // at the last control step, all groups, whatever the policy reads; not before the first
   const Observation& truth;   // the same without any error
-  bool ends;                  // the trace ends with this step, whatever is seen
   TraceSaver& saver;
 
-  /// The trace as it is now, from which others can go on (RunOptions::saved); none if it ends here. Throws InputError
-  /// between two control steps, std::logic_error if its policy or back end cannot be saved.
+  /// The trace as it is now, from which others can go on (RunOptions::saved); none if it ends here. Throws
+  /// SavedTraceError between two control steps, and if its policy or back end cannot be saved.
   std::shared_ptr<const SavedTrace> save() const { return saver.save(lane); }
 };
 
@@ -82,7 +81,7 @@ struct RunOptions {
   std::span<const std::shared_ptr<const SavedTrace>> saved = {};
 };
 
-/// Throws InputError unless each of the particles has a saved trace that it can go on from, or none is given.
+/// Throws SavedTraceError unless each of the particles has a saved trace that it can go on from, or none is given.
 void check_saved(const Scenario& scenario, const PolicySpec& policy, std::span<const Particle> particles,
                  const RunOptions& options);
 

@@ -22,6 +22,8 @@ Fault fault_of(const std::exception_ptr& thrown) {
     std::rethrow_exception(thrown);
   } catch (const MachineError&) {
     throw;
+  } catch (const SavedTraceError&) {
+    throw;
   } catch (const Overtime&) {
     return {true, "took longer than the watchdog allows"};
   } catch (const std::bad_alloc&) {

@@ -46,8 +46,9 @@ class ContainedRun {
 
   /// Goes on with a unit until it is done. If the block throws or takes too long its state is suspect: it is made anew
   /// and the particles are simulated one at a time (alone in a lane a trace has the same bits), so that only the guilty
-  /// one is `invalid` or unfinished. Throws InputError if the policy's settings are wrong, MachineError, and GivenUp.
-  /// An observer sees every step, again if particles are simulated again; `options.beginnings` as the unit's particles.
+  /// one is `invalid` or unfinished. Throws InputError if the policy's settings are wrong, SavedTraceError,
+  /// MachineError, and GivenUp. An observer sees every step, again if particles are simulated again;
+  /// `options.beginnings` as the unit's particles.
   void run(WorkUnit& unit, const RunOptions& options = {});
 
  private:

@@ -1,7 +1,9 @@
 #pragma once
 // Which results this program computes. Campaigns are resumed and replayed only by programs of the same epoch, because
-// their traces are the same bits; so the epoch is raised by hand, by one, in the commit that moves a bit of any trace,
-// and in no other. tests/jobs/golden_digest_test.cpp fails when results have moved, and says so.
+// their traces are the same bits. The rule, for those who change results:
+//   - The bits of an epoch that was released never move. The commit that moves one raises the epoch by hand, by one.
+//   - An epoch that was not released yet may move; the commit that does it says so and renews the golden digests.
+// tests/jobs/golden_digest_test.cpp fails when results have moved, and says which of the two is to be done.
 
 #include <string>
 
@@ -12,6 +14,10 @@ namespace graze {
 ///   2  sines, exponentials and the like no longer come from the C library
 ///   3  contact sequences are those of contact phases; servos on `bullet` round their damping otherwise
 inline constexpr int kResultsEpoch = 3;
+
+/// The last epoch that a release of this program has had; 0: none. A release sets it to kResultsEpoch.
+inline constexpr int kReleasedEpoch = 0;
+static_assert(kReleasedEpoch <= kResultsEpoch);
 
 /// Names what this program computes, for archives and messages ("epoch 3"): programs of the same results version give
 /// the same bits.

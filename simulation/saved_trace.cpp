@@ -2,7 +2,74 @@
 
 #include <fmt/format.h>
 
+#include "engine/lanes/running_digest.h"
+
 namespace graze {
+namespace {
+
+void add_window(const Window& window, RunningDigest& digest) { digest.add(window.from), digest.add(window.to); }
+
+void add_objective(const Objective& objective, RunningDigest& digest) {
+  digest.add(static_cast<int>(objective.kind)), digest.add(objective.description);
+  add_window(objective.window, digest);
+  digest.add(objective.parts.size());
+  for (const Objective& part : objective.parts) add_objective(part, digest);
+}
+
+std::uint64_t digest_of(const Task& task) {
+  RunningDigest digest;
+  digest.add(task.requirements.size());
+  for (const Requirement& one : task.requirements) {
+    digest.add(static_cast<int>(one.measure)), digest.add(one.description);
+    add_window(one.window, digest);
+  }
+  add_objective(task.objective, digest);
+  digest.add(static_cast<int>(task.stop_at_violation));
+  return digest.value();
+}
+
+void add_pose(const Pose& X, RunningDigest& digest) { digest.add_all(X.matrix()); }
+
+/// "{telemetry: last, every: 1, last: 0.02 s}"
+std::string text_of(const Recording& recording) {
+  static constexpr const char* kNames[] = {"none", "failures", "last", "all"};
+  const std::string last =
+      recording.telemetry == Telemetry::last ? fmt::format(", last: {} s", recording.last) : std::string();
+  return fmt::format("{{telemetry: {}, every: {}{}}}", kNames[static_cast<int>(recording.telemetry)], recording.every,
+                     last);
+}
+
+void check_kind(const Scenario& scenario, const PolicySpec& policy, const TraceKind& here, const TraceKind& saved) {
+  if (saved.numbering != here.numbering) {
+    throw SavedTraceError(
+        fmt::format("{}: a trace of another robot or world cannot go on here: bodies, joints, shapes, "
+                    "meshes or terrain differ",
+                    scenario.file));
+  }
+  if (saved.policy != here.policy) {
+    throw SavedTraceError(
+        fmt::format("a trace that was saved under a policy of the kind '{}' cannot go on under {}, which "
+                    "is of the kind '{}'",
+                    saved.policy, policy.name, here.policy));
+  }
+  if (saved.step != here.step) {
+    throw SavedTraceError(
+        fmt::format("{}: time.step: a trace that was saved with physics steps of {} s cannot go on with steps of {} s",
+                    scenario.file, saved.step, here.step));
+  }
+  if (saved.task != here.task) {
+    throw SavedTraceError(
+        fmt::format("{}: task: a trace that was judged by another task cannot go on here: requirements, measures, "
+                    "objective, their windows or stop_at_violation differ",
+                    scenario.file));
+  }
+  if (text_of(saved.recording) != text_of(here.recording)) {
+    throw SavedTraceError(fmt::format("{}: record: a trace that was saved under {} cannot go on under {}",
+                                      scenario.file, text_of(saved.recording), text_of(here.recording)));
+  }
+}
+
+}  // namespace
 
 std::string policy_kind(const PolicySpec& policy) {
   std::string name;
@@ -13,36 +80,61 @@ std::string policy_kind(const PolicySpec& policy) {
   return control.empty() ? name : fmt::format("{}, control {}", name, control.front().first);
 }
 
-void check_saved(const Scenario& scenario, const PolicySpec& policy, std::uint32_t particle, const SavedTrace* saved) {
-  if (!saved || !saved->physics) {
-    throw InputError(fmt::format("particle {} has no saved trace to go on from; each needs its own", particle));
+TraceKind trace_kind(const Scenario& scenario, const PolicySpec& policy) {
+  return {numbering_of(scenario.model), policy_kind(policy),  digest_of(scenario.task),
+          scenario.recording,           scenario.timing.step, scenario.timing.control};
+}
+
+std::uint64_t own_numbers_of(const Particle& particle) {
+  RunningDigest digest;
+  const Model& model = particle.model;
+  for (const Body& body : model.bodies) {
+    add_pose(body.X_PB, digest);
+    digest.add_all(body.axis), digest.add_all(body.com), digest.add_all(body.inertia);
+    for (const double number :
+         {body.mass, body.lower, body.upper, body.effort, body.velocity, body.damping, body.friction}) {
+      digest.add(number);
+    }
   }
-  if (saved->particle != particle) {
-    throw InputError(
-        fmt::format("particle {} cannot go on from a trace that was saved of particle {}", particle, saved->particle));
+  for (const Collider& collider : model.colliders) {
+    digest.add_all(collider.shape.size);
+    add_pose(collider.X_BG, digest);
+  }
+  for (const ColliderPair& pair : model.pairs) digest.add(pair.friction), digest.add(pair.restitution);
+  for (const Frame& frame : model.frames) add_pose(frame.X_BF, digest);
+  digest.add_all(model.gravity);
+  digest.add(model.contact_model);
+  digest.add(particle.control_lag);
+  for (const double zero : particle.joint_zero) digest.add(zero);
+  for (const double bias : particle.sensor_bias) digest.add(bias);
+  return digest.value();
+}
+
+void check_saved(const Scenario& scenario, const PolicySpec& policy, const TraceKind& here, const Particle& particle,
+                 const SavedTrace* saved) {
+  if (!saved || !saved->physics || !saved->kind) {
+    throw SavedTraceError(fmt::format("particle {} has no saved trace to go on from; each needs its own", particle.id));
+  }
+  if (saved->particle != particle.id) {
+    throw SavedTraceError(fmt::format("particle {} cannot go on from a trace that was saved of particle {}",
+                                      particle.id, saved->particle));
   }
   if (saved->physics->back_end() != scenario.physics) {
-    throw InputError(fmt::format("a trace that was saved under physics '{}' cannot go on under '{}'",
-                                 saved->physics->back_end(), scenario.physics));
+    throw SavedTraceError(fmt::format("a trace that was saved under physics '{}' cannot go on under '{}'",
+                                      saved->physics->back_end(), scenario.physics));
   }
-  if (saved->physics->numbering() != numbering_of(scenario.model)) {
-    throw InputError(
-        fmt::format("{}: a trace of another robot or world cannot go on here: bodies, joints, shapes, "
-                    "meshes or terrain differ",
-                    scenario.file));
-  }
-  const std::string kind = policy_kind(policy);
-  if (saved->policy_kind != kind) {
-    throw InputError(
-        fmt::format("a trace that was saved under a policy of the kind '{}' cannot go on under {}, which "
-                    "is of the kind '{}'",
-                    saved->policy_kind, policy.name, kind));
-  }
-  if (saved->period != scenario.timing.control || !(saved->time < scenario.timing.end)) {
-    throw InputError(
+  check_kind(scenario, policy, here, *saved->kind);
+  if (saved->kind->control != here.control || !(saved->time < scenario.timing.end)) {
+    throw SavedTraceError(
         fmt::format("a trace that was saved at {} s with control steps of {} s cannot go on where they "
                     "take {} s and the end is at {} s",
-                    saved->time, saved->period, scenario.timing.control, scenario.timing.end));
+                    saved->time, saved->kind->control, here.control, scenario.timing.end));
+  }
+  if (saved->own != own_numbers_of(particle)) {
+    throw SavedTraceError(
+        fmt::format("particle {} has other numbers (masses, lengths, friction, biases, …) than when its trace was "
+                    "saved; give the particle of the simulation that it was saved in, Simulation::particle({})",
+                    particle.id, particle.id));
   }
 }
 

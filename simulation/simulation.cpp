@@ -60,7 +60,8 @@ std::vector<TraceRecord> Simulator::run(std::span<const Particle> particles, con
 std::vector<TraceRecord> Simulator::run(std::uint32_t first, std::uint32_t count, const RunOptions& options) {
   check_beginnings(impl_->simulation.scenario(), count, options.beginnings);
   if (!options.saved.empty() && options.saved.size() != count) {
-    throw InputError(fmt::format("{} saved traces for {} particles; each needs its own", options.saved.size(), count));
+    throw SavedTraceError(
+        fmt::format("{} saved traces for {} particles; each needs its own", options.saved.size(), count));
   }
   std::vector<Particle> particles;
   std::vector<Beginning> beginnings;

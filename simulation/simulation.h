@@ -57,8 +57,9 @@ class Simulator {
 
   /// One record per particle, in the same order. A particle that cannot be fabricated or whose simulation throws is
   /// `invalid` and says why; the others have the bits that they have without it. Throws InputError for a beginning that
-  /// no trace can have, MachineError if memory or, with a watchdog, time is over; what an observer throws counts as a
-  /// fault of its particle, after which the others are simulated again.
+  /// no trace can have, SavedTraceError (an InputError) for a saved trace that does not fit or cannot be saved,
+  /// MachineError if memory or, with a watchdog, time is over; what else an observer throws counts as a fault of its
+  /// particle, after which the others are simulated again.
   std::vector<TraceRecord> run(std::span<const Particle> particles, const RunOptions& options = {});
   /// Particles first … first + count - 1 of the simulation.
   std::vector<TraceRecord> run(std::uint32_t first, std::uint32_t count, const RunOptions& options = {});

@@ -50,6 +50,7 @@ void TelemetryRecorder::take(int lane, std::uint32_t step, bool ended, bool fail
 void TelemetryRecorder::carry(int lane, LaneTape& tape) {
   Lane& l = lanes_[lane];
   tape.same(static_cast<int>(recording_.telemetry)), tape.same(recording_.every);
+  tape.same(static_cast<int>(capacity_));  // where the ring goes on depends on it
   tape.carry(l.count), tape.carry(l.frozen);
   std::vector<double> time = l.frames.time(), q = l.frames.q(), v = l.frames.v(), tau = l.frames.tau();
   for (std::vector<double>* column : {&time, &q, &v, &tau}) tape.carry(*column);

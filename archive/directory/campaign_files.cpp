@@ -221,9 +221,7 @@ CampaignFiles open_parts(const std::vector<fs::path>& directories) {
   const hdf5::Lock lock;
   all.parts = Parts(std::move(shards), info.particles, kInShards);
   all.stored.complete = std::all_of(info.policies.begin(), info.policies.end(), [&](const std::string& policy) {
-    std::uint64_t traces = 0;
-    scan_traces(all.parts, policy, info, 0, [&](const TraceRows& some) { traces += some.size(); });
-    return traces == info.particles;
+    return count_traces(all.parts, policy, info) == info.particles;
   });
   return all;
 }

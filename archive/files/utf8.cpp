@@ -2,14 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdint>
 
 namespace graze {
 namespace {
 
-bool continues(std::string_view text, std::size_t i) {
-  return i < text.size() && (static_cast<unsigned char>(text[i]) & 0xC0) == 0x80;
-}
+bool continues(std::string_view text, std::size_t i) { return i < text.size() && continues_character(text[i]); }
 
 /// Length of the well-formed sequence at i (Unicode 15, table 3-7), or 0.
 std::size_t sequence_length(std::string_view text, std::size_t i) {
@@ -74,6 +73,11 @@ std::string escaped(std::string_view text, bool lines) {
 }
 
 }  // namespace
+
+std::size_t width_of(std::string_view text) {
+  return static_cast<std::size_t>(
+      std::count_if(text.begin(), text.end(), [](char c) { return !continues_character(c); }));
+}
 
 std::string valid_utf8(std::string_view text) {
   std::string out;

@@ -1,10 +1,17 @@
 #pragma once
 // Text as HDF5 and its readers want it, and as a terminal may have it.
 
+#include <cstddef>
 #include <string>
 #include <string_view>
 
 namespace graze {
+
+/// True for all bytes of a character but its first.
+constexpr bool continues_character(char byte) { return (static_cast<unsigned char>(byte) & 0xC0) == 0x80; }
+
+/// Characters of a UTF-8 text, for columns; they are not bytes.
+std::size_t width_of(std::string_view text);
 
 /// `text` as valid UTF-8 without NUL: each byte that cannot stand where it stands becomes U+FFFD.
 std::string valid_utf8(std::string_view text);

@@ -4,14 +4,15 @@
 
 #include <algorithm>
 #include <map>
+#include <utility>
 
 #include "archive/schema/part_rows.h"
 
 namespace graze {
 namespace {
 
-constexpr std::uint64_t kRowsAtOnce = std::uint64_t{1} << 16;      // rows
-constexpr std::uint64_t kFlatPiece = std::uint64_t{1} << 18;  // events or phases, unless one trace has more
+constexpr std::uint64_t kRowsAtOnce = std::uint64_t{1} << 16;  // rows
+constexpr std::uint64_t kFlatPiece = std::uint64_t{1} << 18;   // events or phases, unless one trace has more
 
 /// Particles that have been met. Ids that do not count are none of it.
 class Once {
@@ -95,13 +96,19 @@ class TraceScan {
  private:
   /// What pieces of one part share.
   void open(const OpenPart& file, std::uint64_t rows) {
-    if (columns_ & kSequence) sequences_ = file.texts(schema::kSequences);
-    if (columns_ & kInvalidReason) reasons_ = file.texts(schema::kReasons);
+    texts_read_ = false;
     for (Flat* flat : {&events_, &phases_}) {
       if (columns_ & flat->column) flat->offsets = file.offsets(flat->group, rows);
     }
     rows_.sequences_ = &sequences_;
     rows_.reasons_ = &reasons_;
+  }
+
+  /// The part's dictionaries, when a row of it is wanted.
+  void read_texts(const OpenPart& file) {
+    if (std::exchange(texts_read_, true)) return;
+    if (columns_ & kSequence) sequences_ = file.texts(schema::kSequences);
+    if (columns_ & kInvalidReason) reasons_ = file.texts(schema::kReasons);
   }
 
   /// Rows of the piece that begins at `first`.
@@ -131,17 +138,17 @@ class TraceScan {
         file.fail(fmt::format("policy '{}', particle {}: outcome {} with violated requirement {} is not possible",
                               policy_, id, rows_.outcome_[i], rows_.violated_[i]));
       }
-      if (wanted_ && !wanted_(id, outcome)) continue;
-      if (once_.first(id)) {
-        rows_.rows_.push_back(i);
-      } else {
+      if (!once_.first(id)) {  // also where it is not wanted: its other row may say that it is
         twice_.push_back(id);
+      } else if (!wanted_ || wanted_(id, outcome)) {
+        rows_.rows_.push_back(i);
       }
     }
   }
 
   void read(const OpenPart& file, const RowRange& range) {
     const auto [rows, first, count] = range;
+    read_texts(file);
     const auto numbers = [&, rows = rows, first = first, count = count](TraceColumn column, const hdf5::Spec& spec,
                                                                         std::vector<double>& out) {
       if (columns_ & column) out = file.slice<double>(group_, spec, rows, first, count);
@@ -153,7 +160,8 @@ class TraceScan {
     numbers(kFinalState, schema::final_q(widths_), rows_.final_q_);
     numbers(kFinalState, schema::final_v(widths_), rows_.final_v_);
     rows_.solver_.clear();
-    if (file.has(group_ + "/" + schema::solver().name)) numbers(kSolver, schema::solver(), rows_.solver_);
+    const bool solved = (columns_ & kSolver) && file.has(group_ + "/" + schema::solver().name);
+    if (solved) numbers(kSolver, schema::solver(), rows_.solver_);
     if (columns_ & kCulprits) rows_.culprits_ = read_culprits(file, policy_, range, rows_.violated_, info_);
     if (columns_ & kDigest) rows_.digest_ = file.slice<std::uint64_t>(group_, schema::digest(), rows, first, count);
     if (columns_ & kSequence) words(file, schema::sequence(), range, sequences_.size(), rows_.sequence_);
@@ -201,7 +209,13 @@ class TraceScan {
   TraceRows rows_;
   Once once_;
   std::vector<std::uint32_t> twice_;
+<<<<<<< HEAD
   std::vector<std::string> sequences_, reasons_;  // of the part
+=======
+  std::vector<std::string> sequences_, reasons_;  // of the part, if they
+  bool texts_read_ = false;                       // are read
+  std::vector<std::uint64_t> offsets_;            // of its events
+>>>>>>> 2554ba338cf8f6356a2513159638613186535d92
 };
 
 void scan_traces(Parts& parts, const std::string& policy, const CampaignInfo& info, unsigned columns,
@@ -209,6 +223,12 @@ void scan_traces(Parts& parts, const std::string& policy, const CampaignInfo& in
   TraceScan scan(policy, info, parts.particles_that_count(), columns, wanted);
   for (std::size_t part = 0; part < parts.size(); ++part) scan.scan(*parts.hold(part), take);
   if (!scan.twice().empty()) check_again(parts, policy, scan.twice());
+}
+
+std::uint64_t count_traces(Parts& parts, const std::string& policy, const CampaignInfo& info) {
+  std::uint64_t traces = 0;
+  scan_traces(parts, policy, info, 0, [&](const TraceRows& some) { traces += some.size(); });
+  return traces;
 }
 
 void scan_values(Parts& parts, const CampaignInfo& info,

@@ -19,6 +19,9 @@ namespace graze {
 void scan_traces(Parts& parts, const std::string& policy, const CampaignInfo& info, unsigned columns,
                  const std::function<void(const TraceRows&)>& take, const TraceFilter& wanted = {});
 
+/// How many traces of a policy there are, each particle once. Needs and throws the same.
+std::uint64_t count_traces(Parts& parts, const std::string& policy, const CampaignInfo& info);
+
 /// Passes each particle's persistent values [parameter], each particle once, in order of the parts; nothing if they
 /// were not stored. Memory and errors as above.
 void scan_values(Parts& parts, const CampaignInfo& info,

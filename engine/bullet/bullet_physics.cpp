@@ -6,6 +6,7 @@
 #include <cassert>
 #include <stdexcept>
 
+#include "engine/bullet/solver.h"
 #include "engine/physics.h"
 
 namespace graze::bullet {
@@ -96,10 +97,7 @@ namespace {
 
 const PhysicsRegistration bullet_registration(
     kName,
-    {"multibodies and contact solvers of Bullet in double precision, one particle after the other",
-     {{"sequential_impulse", "projected Gauss-Seidel on impulses, circular friction cone"},
-      {"dantzig", "pivoting on the mixed LCP, friction pyramid sized without friction"},
-      {"projected_gauss_seidel", "iteration on the same LCP and pyramid"}},
+    {"multibodies and contact solvers of Bullet in double precision, one particle after the other", contact_models(),
      bullet_version()},
     [](const Model& nominal) { return std::make_unique<BulletPhysics>(nominal); });
 

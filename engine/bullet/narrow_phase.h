@@ -58,7 +58,7 @@ class NarrowPhase {
   bool near(const Candidate& candidate, double reach) const;
   void detect_analytic(Candidate& candidate, double reach);
   void detect_by_bullet(Candidate& candidate);
-  /// Algorithm and manifold of a pair that is near for the first time.
+  /// One look of Bullet's algorithm for the pair, which is made at the first, and makes the manifold.
   void run_algorithm(Candidate& candidate);
 
   btDefaultCollisionConfiguration configuration_;

@@ -114,20 +114,35 @@ class MixedLcp : public Exposed<btMultiBodyMLCPConstraintSolver> {
   std::unique_ptr<btMLCPSolverInterface> pivot_;
 };
 
+struct SolverRow {
+  PhysicsText::ContactModel text;
+  std::unique_ptr<ContactSolver> (*make)();
+};
+
+const std::vector<SolverRow>& solvers() {
+  using Made = std::unique_ptr<ContactSolver>;
+  static const std::vector<SolverRow> rows = {
+      {{"sequential_impulse", "projected Gauss-Seidel on impulses, circular friction cone"},
+       []() -> Made { return std::make_unique<SequentialImpulse>(0.0); }},
+      {{"dantzig", "pivoting on the mixed LCP, friction pyramid sized without friction"},
+       []() -> Made { return std::make_unique<MixedLcp>(std::make_unique<btDantzigSolver>()); }},
+      {{"projected_gauss_seidel", "iteration on the same LCP and pyramid"},
+       []() -> Made { return std::make_unique<MixedLcp>(std::make_unique<btSolveProjectedGaussSeidel>()); }}};
+  return rows;
+}
+
 }  // namespace
 
-const std::vector<std::string>& contact_model_names() {
-  static const std::vector<std::string> names = {"sequential_impulse", "dantzig", "projected_gauss_seidel"};
-  return names;
+std::vector<PhysicsText::ContactModel> contact_models() {
+  std::vector<PhysicsText::ContactModel> out;
+  for (const SolverRow& row : solvers()) out.push_back(row.text);
+  return out;
 }
 
 std::unique_ptr<ContactSolver> make_contact_solver(const std::string& name) {
-  const std::string& known = contact_model_names()[contact_model_index(name, "bullet", contact_model_names())];
-  if (known == "dantzig") return std::make_unique<MixedLcp>(std::make_unique<btDantzigSolver>());
-  if (known == "projected_gauss_seidel") {
-    return std::make_unique<MixedLcp>(std::make_unique<btSolveProjectedGaussSeidel>());
-  }
-  return std::make_unique<SequentialImpulse>(0.0);
+  std::vector<std::string> names;
+  for (const SolverRow& row : solvers()) names.push_back(row.text.name);
+  return solvers()[contact_model_index(name, "bullet", names)].make();
 }
 
 }  // namespace graze::bullet

@@ -7,14 +7,14 @@
 #include <string>
 #include <vector>
 
+#include "engine/physics.h"
+
 namespace graze::bullet {
 
-/// Names of the contact models, in the order of contact.model's choices.
-///   sequential_impulse: Gauss-Seidel on impulses, circular friction cone (btMultiBodyConstraintSolver)
-///   dantzig: direct pivoting on the mixed LCP, friction pyramid whose size is taken once, from the normal impulses
-///     that would act without friction (btDantzigSolver)
-///   projected_gauss_seidel: iterative on the same LCP and pyramid (btSolveProjectedGaussSeidel)
-const std::vector<std::string>& contact_model_names();
+/// The contact models, in the order of contact.model's choices. By Bullet's names: btMultiBodyConstraintSolver,
+/// btDantzigSolver (whose pyramid is sized once, by the normal impulses that would act without friction) and
+/// btSolveProjectedGaussSeidel.
+std::vector<PhysicsText::ContactModel> contact_models();
 
 /// What a solver may leave of a speed that it was asked for, m/s.
 inline constexpr double kSolverSlack = 1e-4;
@@ -31,7 +31,7 @@ class ContactSolver {
   virtual btVector3 impulse(int i) const = 0;
 };
 
-/// Empty: the first of contact_model_names(). Throws InputError if the name is none of them.
+/// Empty: the first of contact_models(). Throws InputError if the name is none of them.
 std::unique_ptr<ContactSolver> make_contact_solver(const std::string& name);
 
 }  // namespace graze::bullet

@@ -138,7 +138,8 @@ std::array<double, kCommandRows> read_velocity(const Settings& settings) {
 
 Key velocity_key() {
   return {"velocity",
-          {Form::numbers(3), Form::numbers(6)},
+          {Form::mixed_numbers(3, Quantity::velocity, Quantity::angular_velocity),
+           Form::mixed_numbers(6, Quantity::velocity, Quantity::angular_velocity)},
           {},
           "`[forward, strafe, turn]` or `[vx, vy, vz, wx, wy, wz]`, m/s and rad/s, in the base's level frame; positive "
           "turn is to the left"};
@@ -147,9 +148,6 @@ Key velocity_key() {
 Key waypoints_key() { return {"waypoints", {Form::map(waypoints_description())}, {}, waypoints_description().help}; }
 
 std::unique_ptr<Steering> read_steering(const Settings& gait, bool floating_base) {
-  if (gait.has("velocity") == gait.has("waypoints")) {
-    gait.fail("either `velocity` or `waypoints` must say where the base goes, and not both");
-  }
   if (gait.has("velocity")) return std::make_unique<ConstantVelocity>(read_velocity(gait.at("velocity")));
   if (!floating_base) gait.at("waypoints").fail_key("a robot with a fixed base cannot go to waypoints");
   return std::make_unique<Waypoints>(gait.at("waypoints"));

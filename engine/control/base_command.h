@@ -31,7 +31,7 @@ Key waypoints_key();
 /// have its unit. Throws InputError.
 std::array<double, kCommandRows> read_velocity(const Settings& settings);
 
-/// Reads one of these keys of a gait. Throws InputError.
+/// Reads the one of these keys that a gait has. Throws InputError.
 std::unique_ptr<Steering> read_steering(const Settings& gait, bool floating_base);
 
 }  // namespace graze

@@ -110,11 +110,10 @@ Controller::Controller(const ControlContext& given, const Settings& settings) : 
   const auto [tracker, tracker_settings] = tracker_entry(settings.at("control"));
   const TrackerEntry& entry = tracker_registry().at(tracker);
   impl_->kind = entry.kind;
-  policy_settings.allow(policy_text(policy).names());
-  impl_->policy = policy_registry().at(policy).make(context, policy_settings, entry.kind);
+  impl_->policy =
+      policy_registry().at(policy).make(context, Described(policy_settings, policy_text(policy)), entry.kind);
   const std::vector<int> effectors = impl_->policy->effectors();
-  tracker_settings.allow(entry.text.names());
-  impl_->tracker = entry.make(context, tracker_settings, effectors);
+  impl_->tracker = entry.make(context, Described(tracker_settings, entry.text), effectors);
   if (tracker == "prescribed") doubt_jump(context, policy_settings, *impl_->policy);
   impl_->targets = initial_targets(context, effectors);
   impl_->buffer.emplace(impl_->targets, context.period, context.end, entry.kind);

@@ -116,9 +116,9 @@ class Gait : public Policy {
 };
 
 const PolicyRegistration gait_registration("gait", gait_description(),
-                                           [](const ControlContext& context, const Settings& settings,
+                                           [](const ControlContext& context, const Described& own,
                                               TargetKind kind) -> std::unique_ptr<Policy> {
-                                             return std::make_unique<Gait>(context, read_gait(context, settings), kind);
+                                             return std::make_unique<Gait>(context, read_gait(context, own), kind);
                                            });
 
 }  // namespace

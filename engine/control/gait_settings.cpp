@@ -140,9 +140,6 @@ GaitTiming read_timing(const Described& own, std::size_t feet) {
   for (const double value : duty) {
     if (value <= 0) settings.at("duty").fail("0 leaves no stance; a duty factor must be > 0");
   }
-  if (settings.has("liftoff") == settings.has("touchdown")) {
-    settings.fail("either `liftoff` or `touchdown` must give the timing of the feet, and not both");
-  }
   if (settings.has("touchdown")) return make_timing(read_fractions(settings.at("touchdown"), feet), duty, period);
   std::vector<double> touchdown = read_fractions(settings.at("liftoff"), feet);
   for (std::size_t i = 0; i < feet; ++i) touchdown[i] -= duty[i];
@@ -185,14 +182,21 @@ std::optional<double> largest_height(const Leg& leg, const Mat3& R_GB, const Vec
 struct OutOfReach {
   std::string foot;
   double distance, reach;                // m
+  bool tilted;                           // a level base would let it stand there
   std::optional<double> height, factor;  // the largest that fits all legs, m and as a multiple of the shortest reach
 };
+
+/// With so many decimals, and no more than `x`, so that it is right when it is typed.
+std::string rounded_down(double x, int decimals) {
+  const double unit = std::pow(10.0, decimals);
+  return fmt::format("{}", std::floor(x * (1 - 1e-12) * unit) / unit);
+}
 
 [[noreturn]] void refuse_stance(const Settings& settings, const OutOfReach& out) {
   const std::string rule =
       fmt::format("{} would stand {:.4g} m from its hip, and its reach is {:.4g} m", out.foot, out.distance, out.reach);
   const auto attitude = settings.find("orientation");
-  if (attitude) {
+  if (attitude && out.tilted) {
     std::string typed;
     for (const double angle : attitude->numbers(3, Quantity::angle))
       typed += fmt::format("{}{:g}", typed.empty() ? "" : ", ", angle);
@@ -203,10 +207,10 @@ struct OutOfReach {
   }
   const auto stance = settings.find("stance");
   const auto height = stance ? stance->find("height") : std::nullopt;
-  const std::string right =
-      out.height ? fmt::format("; the largest height that fits is {:.4g} m ({:.4g} of the shortest leg's reach)",
-                               std::floor(*out.height * 1e4) / 1e4, std::floor(*out.factor * 1e3) / 1e3)
-                 : std::string("; no height fits: narrow the stance");
+  const std::string right = out.height
+                                ? fmt::format("; the largest height that fits is {} m ({} of the shortest leg's reach)",
+                                              rounded_down(*out.height, 4), rounded_down(*out.factor, 3))
+                                : std::string("; no height fits: narrow the stance");
   const Settings& place = height && out.height ? *height : stance ? *stance : settings;
   const std::string typed = height && out.height ? height->text() + ": " : "";
   place.fail(typed + rule + right);
@@ -238,8 +242,10 @@ void read_stance(const Model& model, const Settings& settings, const std::vector
     const std::optional<double> highest = largest_height(legs[i], R_GB, origin);
     most = most && highest ? std::optional(std::min(*most, *highest)) : std::nullopt;
     shortest = std::min(shortest, legs[i].reach);
-    if (distance > legs[i].reach && !far)
-      far = OutOfReach{model.frames[legs[i].frame].name, distance, legs[i].reach, {}, {}};
+    if (distance > legs[i].reach && !far) {
+      const bool tilted = (origin - hip).norm() <= legs[i].reach;
+      far = OutOfReach{model.frames[legs[i].frame].name, distance, legs[i].reach, tilted, {}, {}};
+    }
   }
   if (!far) return;
   far->height = most;
@@ -298,8 +304,8 @@ const Description& gait_description() {
   return text;
 }
 
-GaitSetup read_gait(const ControlContext& context, const Settings& settings) {
-  const Described own(settings, gait_description());
+GaitSetup read_gait(const ControlContext& context, const Described& own) {
+  const Settings& settings = own.settings();
   GaitSetup setup;
   for (const int frame : read_feet(context, settings)) {
     setup.legs.push_back(make_leg(context.nominal, frame, settings));

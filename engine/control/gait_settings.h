@@ -26,7 +26,7 @@ struct GaitSetup {
 /// What a `gait:` map may hold.
 const Description& gait_description();
 
-/// Throws InputError.
-GaitSetup read_gait(const ControlContext& context, const Settings& settings);
+/// `own`: by gait_description(). Throws InputError.
+GaitSetup read_gait(const ControlContext& context, const Described& own);
 
 }  // namespace graze

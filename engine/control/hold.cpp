@@ -29,10 +29,10 @@ class Hold : public Policy {
 };
 
 const PolicyRegistration hold_registration("hold", {"keeps the joints where the nominal robot begins", {}},
-                                           [](const ControlContext& context, const Settings& settings,
+                                           [](const ControlContext& context, const Described& own,
                                               TargetKind kind) -> std::unique_ptr<Policy> {
                                              if (kind != TargetKind::joint) {
-                                               settings.fail_key(
+                                               own.settings().fail_key(
                                                    "hold gives joint targets; use control: {joint_pd: …}");
                                              }
                                              return std::make_unique<Hold>(context);

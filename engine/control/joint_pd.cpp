@@ -54,8 +54,7 @@ void doubt_unnamed(const Model& model, const Settings& kp) {
 
 class JointPd : public Tracker {
  public:
-  JointPd(const ControlContext& context, const Settings& settings) {
-    const Described own(settings, joint_pd_description());
+  JointPd(const ControlContext& context, const Described& own) {
     doubt_unnamed(context.nominal, own.at("kp"));
     kp_ = read_gains(context.nominal, own, "kp", Quantity::stiffness);
     kd_ = read_gains(context.nominal, own, "kd", Quantity::damping);
@@ -86,9 +85,9 @@ class JointPd : public Tracker {
 };
 
 const TrackerRegistration joint_pd_registration("joint_pd", joint_pd_description(), TargetKind::joint,
-                                                [](const ControlContext& context, const Settings& settings,
+                                                [](const ControlContext& context, const Described& own,
                                                    const std::vector<int>&) -> std::unique_ptr<Tracker> {
-                                                  return std::make_unique<JointPd>(context, settings);
+                                                  return std::make_unique<JointPd>(context, own);
                                                 });
 
 }  // namespace

@@ -86,16 +86,15 @@ class Sinusoid : public Motion {
 
 class Table : public Motion {
  public:
-  Table(const ControlContext& context, const Settings& settings)
+  Table(const ControlContext& context, const Described& own)
       : q0_(actuated_positions(context.nominal, context.initial)),
-        table_(JointTable::load(settings.at("table"), actuated_names(context.nominal),
-                                read_interpolation(Described(settings, joint_trajectory_description())))),
+        table_(JointTable::load(own.at("table"), actuated_names(context.nominal), read_interpolation(own))),
         column_(q0_.size(), -1) {
-    doubt_times(settings.at("table"), context.end);
+    doubt_times(own.at("table"), context.end);
     for (std::size_t c = 0; c < table_.columns().size(); ++c) {
       column_[table_.columns()[c]] = static_cast<int>(c);
       const auto [low, high] = table_.extremes(c);
-      doubt_targets(context.nominal, table_.columns()[c], low, high, settings.at("table"));
+      doubt_targets(context.nominal, table_.columns()[c], low, high, own.at("table"));
     }
   }
 
@@ -176,17 +175,17 @@ class JointTrajectory : public Policy {
   SampledMotion motion_;
 };
 
-std::unique_ptr<Policy> make(const ControlContext& context, const Settings& settings, TargetKind kind) {
+std::unique_ptr<Policy> make(const ControlContext& context, const Described& own, TargetKind kind) {
   if (kind != TargetKind::joint) {
-    settings.fail_key("joint_trajectory gives joint targets; use control: {joint_pd: …}");
+    own.settings().fail_key("joint_trajectory gives joint targets; use control: {joint_pd: …}");
   }
-  if (settings.has("sinusoid") == settings.has("table")) {
-    settings.fail("either `sinusoid` or `table` must stand here, and not both");
+  std::unique_ptr<Motion> motion;
+  if (own.has("table")) {
+    motion = std::make_unique<Table>(context, own);
+  } else {
+    motion = std::make_unique<Sinusoid>(context, own.at("sinusoid"));
   }
-  if (settings.has("table"))
-    return std::make_unique<JointTrajectory>(std::make_unique<Table>(context, settings), context);
-  if (settings.has("interpolation")) settings.at("interpolation").fail_key("belongs to a table, not to a sinusoid");
-  return std::make_unique<JointTrajectory>(std::make_unique<Sinusoid>(context, settings.at("sinusoid")), context);
+  return std::make_unique<JointTrajectory>(std::move(motion), context);
 }
 
 const PolicyRegistration joint_trajectory_registration("joint_trajectory", joint_trajectory_description(), make);

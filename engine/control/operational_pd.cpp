@@ -34,9 +34,8 @@ const Description& operational_pd_description() {
 
 class OperationalPd : public Tracker {
  public:
-  OperationalPd(const ControlContext& context, const Settings& settings, const std::vector<int>& effectors)
+  OperationalPd(const ControlContext& context, const Described& own, const std::vector<int>& effectors)
       : kernel_(GRAZE_KERNEL(chosen_isa(), find_control_kernel)) {
-    const Described own(settings, operational_pd_description());
     view_.kp = own.number("kp");
     view_.kd = own.number("kd");
     view_.period = own.flag("implicit") ? context.period : 0.0;
@@ -66,8 +65,8 @@ class OperationalPd : public Tracker {
 
 const TrackerRegistration operational_pd_registration(
     "operational_pd", operational_pd_description(), TargetKind::effector,
-    [](const ControlContext& context, const Settings& settings, const std::vector<int>& effectors)
-        -> std::unique_ptr<Tracker> { return std::make_unique<OperationalPd>(context, settings, effectors); });
+    [](const ControlContext& context, const Described& own, const std::vector<int>& effectors)
+        -> std::unique_ptr<Tracker> { return std::make_unique<OperationalPd>(context, own, effectors); });
 
 }  // namespace
 

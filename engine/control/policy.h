@@ -79,10 +79,12 @@ class Tracker {
                      ActuatorCommand& command) = 0;
 };
 
-/// `kind`: what the chosen tracker follows; a policy that cannot fill it calls settings.fail().
-using PolicyFactory = std::function<std::unique_ptr<Policy>(const ControlContext&, const Settings&, TargetKind kind)>;
-using TrackerFactory =
-    std::function<std::unique_ptr<Tracker>(const ControlContext&, const Settings&, const std::vector<int>& effectors)>;
+/// Given what is written for a policy or tracker, whose keys are known to be described ones. `kind`: what the chosen
+/// tracker follows; a policy that cannot fill it calls own.settings().fail_key().
+using PolicyFactory =
+    std::function<std::unique_ptr<Policy>(const ControlContext&, const Described& own, TargetKind kind)>;
+using TrackerFactory = std::function<std::unique_ptr<Tracker>(const ControlContext&, const Described& own,
+                                                              const std::vector<int>& effectors)>;
 
 /// With what is told of a policy and what its settings may hold: other keys are refused before it is made.
 struct PolicyRegistration {
@@ -108,7 +110,7 @@ class Controller {
   ~Controller();
 
   /// `lag`: persistent value of the lane's particle, s. `particle`: its id, which keys what the policy draws.
-  void start(int lane, double lag, std::uint32_t particle = 0);
+  void start(int lane, double lag, std::uint32_t particle);
   /// Writes down, or reads back after start(), all that the lane's further way depends on, between two control steps.
   void carry(int lane, LaneTape& tape);
   /// One control step. `lag_jitter`: added to the lag of each lane at this step; the sum is cut at 0.

@@ -17,13 +17,13 @@ const Description& prescribed_description() {
 
 class Prescribed : public Tracker {
  public:
-  Prescribed(const ControlContext& context, const Settings& settings) {
+  Prescribed(const ControlContext& context, const Described& own) {
     if (!context.solves_drives) {
-      settings.fail(
+      own.settings().fail(
           "prescribed motion is part of the contact solve of physics: lanes; other back ends know torques "
           "only (joint_pd comes nearest)");
     }
-    value_ = Described(settings, prescribed_description()).flag("limited") ? 1 : 2;
+    value_ = own.flag("limited") ? 1 : 2;
   }
 
   TargetKind kind() const override { return TargetKind::joint; }
@@ -46,9 +46,9 @@ class Prescribed : public Tracker {
 };
 
 const TrackerRegistration prescribed_registration("prescribed", prescribed_description(), TargetKind::joint,
-                                                  [](const ControlContext& context, const Settings& settings,
+                                                  [](const ControlContext& context, const Described& own,
                                                      const std::vector<int>&) -> std::unique_ptr<Tracker> {
-                                                    return std::make_unique<Prescribed>(context, settings);
+                                                    return std::make_unique<Prescribed>(context, own);
                                                   });
 
 }  // namespace

@@ -1,43 +1,25 @@
 #include "engine/control/registry.h"
 
-#include <cassert>
+#include "engine/settings/registry.h"
 
 namespace graze {
 
-std::map<std::string, PolicyEntry>& policy_registry() {
-  static std::map<std::string, PolicyEntry> registry;
-  return registry;
-}
+const std::map<std::string, PolicyEntry>& policy_registry() { return registry<PolicyEntry>(); }
 
-std::map<std::string, TrackerEntry>& tracker_registry() {
-  static std::map<std::string, TrackerEntry> registry;
-  return registry;
-}
+const std::map<std::string, TrackerEntry>& tracker_registry() { return registry<TrackerEntry>(); }
 
 PolicyRegistration::PolicyRegistration(const std::string& name, Description text, PolicyFactory make) {
-  [[maybe_unused]] const bool fresh =
-      policy_registry().emplace(name, PolicyEntry{std::move(text), std::move(make)}).second;
-  assert(fresh && "two policies of one name");
+  enter(name, PolicyEntry{std::move(text), std::move(make)});
 }
 
 TrackerRegistration::TrackerRegistration(const std::string& name, Description text, TargetKind kind,
                                          TrackerFactory make) {
-  [[maybe_unused]] const bool fresh =
-      tracker_registry().emplace(name, TrackerEntry{std::move(text), kind, std::move(make)}).second;
-  assert(fresh && "two trackers of one name");
+  enter(name, TrackerEntry{std::move(text), kind, std::move(make)});
 }
 
-std::vector<std::string> policy_names() {
-  std::vector<std::string> names;
-  for (const auto& [name, entry] : policy_registry()) names.push_back(name);
-  return names;
-}
+std::vector<std::string> policy_names() { return registered_names<PolicyEntry>(); }
 
-std::vector<std::string> tracker_names() {
-  std::vector<std::string> names;
-  for (const auto& [name, entry] : tracker_registry()) names.push_back(name);
-  return names;
-}
+std::vector<std::string> tracker_names() { return registered_names<TrackerEntry>(); }
 
 const Description& policy_text(const std::string& name) { return policy_registry().at(name).text; }
 

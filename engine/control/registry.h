@@ -19,7 +19,7 @@ struct TrackerEntry {
 };
 
 /// Sorted by name, so that lists in messages do not depend on link order. Filled before main, constant afterwards.
-std::map<std::string, PolicyEntry>& policy_registry();
-std::map<std::string, TrackerEntry>& tracker_registry();
+const std::map<std::string, PolicyEntry>& policy_registry();
+const std::map<std::string, TrackerEntry>& tracker_registry();
 
 }  // namespace graze

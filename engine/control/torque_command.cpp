@@ -23,16 +23,13 @@ const Description& torque_command_description() {
 
 class TorqueCommand : public Policy {
  public:
-  TorqueCommand(const ControlContext& context, const Settings& settings)
+  TorqueCommand(const ControlContext& context, const Described& own)
       : q0_(actuated_positions(context.nominal, context.initial)), constant_(q0_.size(), 0.0) {
-    if (const auto constant = settings.find("constant")) {
+    if (const auto constant = own.find("constant")) {
       constant_ = read_joint_values(context.nominal, *constant, Quantity::torque, 0.0, Quantity::force);
     }
-    if (const auto table = settings.find("table")) {
-      table_ = JointTable::load(*table, actuated_names(context.nominal),
-                                read_interpolation(Described(settings, torque_command_description())));
-    } else if (const auto interpolation = settings.find("interpolation")) {
-      interpolation->fail_key("belongs to a table, and there is none");
+    if (const auto table = own.find("table")) {
+      table_ = JointTable::load(*table, actuated_names(context.nominal), read_interpolation(own));
     }
   }
 
@@ -60,13 +57,13 @@ class TorqueCommand : public Policy {
 };
 
 const PolicyRegistration torque_command_registration("torque", torque_command_description(),
-                                                     [](const ControlContext& context, const Settings& settings,
+                                                     [](const ControlContext& context, const Described& own,
                                                         TargetKind kind) -> std::unique_ptr<Policy> {
                                                        if (kind != TargetKind::joint) {
-                                                         settings.fail_key(
+                                                         own.settings().fail_key(
                                                              "torque gives joint torques; use control: {torque: {}}");
                                                        }
-                                                       return std::make_unique<TorqueCommand>(context, settings);
+                                                       return std::make_unique<TorqueCommand>(context, own);
                                                      });
 
 }  // namespace

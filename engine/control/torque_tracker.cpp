@@ -24,7 +24,7 @@ class TorqueTracker : public Tracker {
 
 const TrackerRegistration torque_tracker_registration(
     "torque", {"passes the policy's torques on; without any, the robot is limp", {}}, TargetKind::joint,
-    [](const ControlContext&, const Settings&, const std::vector<int>&) -> std::unique_ptr<Tracker> {
+    [](const ControlContext&, const Described&, const std::vector<int>&) -> std::unique_ptr<Tracker> {
       return std::make_unique<TorqueTracker>();
     });
 

@@ -77,9 +77,9 @@ ContactLawT<double> law_of(const Model& model) {
   for (const Body& body : model.bodies) mass += body.mass;
   ContactLawT<double> law{};
   const std::vector<std::string>& names = lane_contact_models();
-  const std::string& name = names[contact_model_index(model.contact_model, "lanes", names)];
-  law.convex = name == "complementarity_free" ? 1 : 0;
-  law.compliance = name == "compliant" ? 1 : 0;
+  const LaneContactModel& chosen = lane_contact_table()[contact_model_index(model.contact_model, "lanes", names)];
+  law.convex = chosen.convex ? 1 : 0;
+  law.compliance = chosen.compliant ? 1 : 0;
   // Everything standing on one point sinks in by half a millimetre, and is critically damped.
   law.stiffness = mass * 9.81 / 0.5e-3;
   law.damping = 2 * std::sqrt(law.stiffness * mass);
@@ -90,8 +90,21 @@ ContactLawT<double> law_of(const Model& model) {
 
 }  // namespace
 
+const std::vector<LaneContactModel>& lane_contact_table() {
+  static const std::vector<LaneContactModel> table = {
+      {"complementarity", "rigid contact, Coulomb's cone (Stewart-Trinkle, Anitescu-Potra)", false, false},
+      {"complementarity_free", "rigid contact by maximal dissipation: convex, what slides lifts a little (Anitescu)",
+       true, false},
+      {"compliant", "the first with a spring and damper in each contact, integrated implicitly", false, true}};
+  return table;
+}
+
 const std::vector<std::string>& lane_contact_models() {
-  static const std::vector<std::string> names = {"complementarity", "complementarity_free", "compliant"};
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> out;
+    for (const LaneContactModel& model : lane_contact_table()) out.push_back(model.name);
+    return out;
+  }();
   return names;
 }
 

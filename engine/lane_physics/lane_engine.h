@@ -40,7 +40,13 @@ class LaneMemory {
 /// The kernel of an available instruction set. `lanes`: 8; for comparison also 1, and 4 with avx2.
 const LaneKernel& kernel_of(Isa isa, int lanes = 8);
 
-/// complementarity, complementarity_free, compliant; lane_physics.cpp tells what they are.
+/// A contact model, and what its law has.
+struct LaneContactModel {
+  std::string name, help;  // help: what it does, in one line
+  bool convex, compliant;
+};
+/// In the order of contact.model's choices; and their names.
+const std::vector<LaneContactModel>& lane_contact_table();
 const std::vector<std::string>& lane_contact_models();
 
 class LaneEngine {

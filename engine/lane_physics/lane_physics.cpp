@@ -274,12 +274,16 @@ std::string LanePhysics::why_not_physical(int lane) const {
 
 namespace {
 
+std::vector<PhysicsText::ContactModel> contact_models() {
+  std::vector<PhysicsText::ContactModel> out;
+  for (const LaneContactModel& model : lane_contact_table()) out.push_back({model.name, model.help});
+  return out;
+}
+
 const PhysicsRegistration lanes_registration(
     kName,
     {"many particles at once, one per SIMD lane: articulated bodies, impulses at velocity level, servos in the solve",
-     {{"complementarity", "rigid contact, Coulomb's cone (Stewart-Trinkle, Anitescu-Potra)"},
-      {"complementarity_free", "rigid contact by maximal dissipation: convex, what slides lifts a little (Anitescu)"},
-      {"compliant", "the first with a spring and damper in each contact, integrated implicitly"}}},
+     contact_models()},
     [](const Model& nominal) { return std::make_unique<LanePhysics>(nominal); });
 
 }  // namespace

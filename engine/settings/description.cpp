@@ -88,6 +88,12 @@ Form Form::numbers(int count, Quantity quantity, Bound bound) {
   return out;
 }
 
+Form Form::mixed_numbers(int count, Quantity one, Quantity other) {
+  Form out = numbers(count, one);
+  out.other = other;
+  return out;
+}
+
 Form Form::rows(int count, Quantity quantity) {
   Form out = numbers(count, quantity);
   out.kind = Kind::rows;
@@ -189,6 +195,7 @@ namespace {
 
 std::string bound_text(Bound bound) {
   if (bound == Bound::fraction) return "0 to 1";
+  if (bound == Bound::correlation) return "-1 to 1";
   return bound == Bound::positive ? "> 0" : bound == Bound::not_negative ? ">= 0" : "";
 }
 
@@ -200,9 +207,9 @@ std::string joined(const std::vector<std::string>& parts, const char* separator)
   return fmt::format("{}", fmt::join(some, separator));
 }
 
-/// "3 numbers, m"
+/// "3 numbers, m"; which of mixed ones are in which unit, their key's line of help says.
 std::string list_text(const Form& form, const char* rows) {
-  const std::string_view unit = unit_of(form.quantity);
+  const std::string_view unit = form.other ? "1" : unit_of(form.quantity);
   const std::string many = form.count < 0 ? "numbers" : fmt::format("{} numbers", form.count);
   return joined({rows + many, unit == "1" ? "" : std::string(unit), bound_text(form.bound)}, ", ");
 }
@@ -218,7 +225,8 @@ std::string value_text(const Form& form) {
   const std::string number = unit == "1" ? "number" : std::string(unit);
   switch (form.kind) {
     case Form::Kind::number:
-      return form.bound == Bound::fraction ? "0 to 1" : joined({number, bound_text(form.bound)}, ", ");
+      if (form.bound == Bound::fraction || form.bound == Bound::correlation) return bound_text(form.bound);
+      return joined({number, bound_text(form.bound)}, ", ");
     case Form::Kind::numbers:
       return list_text(form, "");
     case Form::Kind::rows:
@@ -307,13 +315,31 @@ std::string plain(std::string_view text) {
   return out;
 }
 
+namespace {
+
+/// Exactly one key of a group must be written.
+void check_group(const Settings& settings, const std::vector<std::string>& group) {
+  const std::string* first = nullptr;
+  for (const std::string& name : group) {
+    if (!settings.has(name)) continue;
+    if (first) settings.at(name).fail_key(fmt::format("stands beside '{}'; only one of the two may", *first));
+    first = &name;
+  }
+  if (!first) settings.fail(fmt::format("either '{}' must stand here", fmt::join(group, "' or '")));
+}
+
+}  // namespace
+
 Described::Described(const Settings& settings, const Description& description)
     : settings_(settings), description_(&description) {
-  if (settings.is_map() || description.instead.empty()) settings.allow(description.names());
+  const bool in_place = !settings.is_map() && !description.instead.empty();
+  if (in_place) return;
+  settings.allow(description.names());
   for (const Key& key : description.keys) {
     if (key.with.empty() || !settings.has(key.name) || settings.has(key.with)) continue;
     settings.at(key.name).fail_key(fmt::format("goes with '{}', which does not stand here", key.with));
   }
+  for (const std::vector<std::string>& group : description.one_of) check_group(settings, group);
 }
 
 const Key& Described::key_of(std::string_view name) const {
@@ -343,6 +369,8 @@ double checked(const Settings& value, const Form& form) {
       return value.non_negative(form.quantity);
     case Bound::fraction:
       return value.within(0, 1, form.quantity);
+    case Bound::correlation:
+      return value.within(-1, 1, form.quantity);
     case Bound::none:
       break;
   }

@@ -17,7 +17,7 @@ namespace graze {
 struct Description;
 
 /// What a number must keep to.
-enum class Bound { none, positive, not_negative, fraction /* within 0 and 1 */ };
+enum class Bound { none, positive, not_negative, fraction /* within 0 and 1 */, correlation /* within -1 and 1 */ };
 
 /// One way to write a value.
 struct Form {
@@ -46,6 +46,7 @@ struct Form {
   };
   Kind kind = Kind::text;
   Quantity quantity = Quantity::dimensionless;
+  std::optional<Quantity> other;  // numbers: what some of them are of, which have no unit in common then
   Bound bound = Bound::none;
   int count = -1;                  // of a list; -1: any
   std::vector<std::string> words;  // of a section: how tables tell it
@@ -55,6 +56,7 @@ struct Form {
   static Form number(Quantity quantity = Quantity::dimensionless, Bound bound = Bound::none);
   static Form fraction() { return number(Quantity::dimensionless, Bound::fraction); }
   static Form numbers(int count, Quantity quantity = Quantity::dimensionless, Bound bound = Bound::none);
+  static Form mixed_numbers(int count, Quantity one, Quantity other);
   static Form rows(int count, Quantity quantity = Quantity::dimensionless);
   static Form joint_numbers(Quantity quantity, Bound bound = Bound::none);
   static Form drawn() { return of(Kind::drawn); }
@@ -159,7 +161,8 @@ std::string plain(std::string_view text);
 /// A settings map with its description: what is not written has the default that is told.
 class Described {
  public:
-  /// Refuses keys that are not described, with the nearest, and what is no map unless something may stand in its place,
+  /// Refuses keys that are not described, with the nearest, those that lack the key that they go with, groups of which
+  /// none or several are written (Description::one_of), and what is no map unless something may stand in its place,
   /// which is the reader's to check. `description` outlives this.
   Described(const Settings& settings, const Description& description);
 

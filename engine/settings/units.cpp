@@ -1,6 +1,7 @@
 #include "engine/settings/units.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <charconv>
 #include <cmath>
@@ -19,29 +20,36 @@ struct Unit {
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-/// The SI unit stands first.
-const std::vector<Unit>& units(Quantity quantity) {
-  static const std::vector<std::vector<Unit>> table = {
-      {{"1", 1}, {"%", 1, 100}},                                               // dimensionless
-      {{"m", 1}, {"cm", 1, 100}, {"mm", 1, 1000}, {"in", 0.0254}},             // length
-      {{"rad", 1}, {"deg", kDegree}},                                          // angle
-      {{"s", 1}, {"ms", 1, 1e3}, {"us", 1, 1e6}},                              // time
-      {{"kg", 1}, {"g", 1, 1e3}},                                              // mass
-      {{"kg/m^3", 1}, {"g/cm^3", 1000}},                                       // density
-      {{"m/s", 1}, {"cm/s", 1, 100}, {"mm/s", 1, 1000}},                       // velocity
-      {{"rad/s", 1}, {"deg/s", kDegree}, {"rpm", 2 * std::numbers::pi / 60}},  // angular_velocity
-      {{"m/s^2", 1}},                                                          // acceleration
-      {{"rad/s^2", 1}, {"deg/s^2", kDegree}},                                  // angular_acceleration
-      {{"N", 1}},                                                              // force
-      {{"N s", 1}, {"Ns", 1}, {"mN s", 1, 1000}, {"mNs", 1, 1000}},            // impulse
-      {{"N m", 1}, {"Nm", 1}},                                                 // torque
-      {{"N/m", 1}},                                                            // stiffness
-      {{"N m/rad", 1}, {"Nm/rad", 1}},                                         // rotational_stiffness
-      {{"N s/m", 1}, {"Ns/m", 1}},                                             // damping
-      {{"N m s/rad", 1}, {"Nms/rad", 1}},                                      // rotational_damping
+struct Measured {
+  const char* name;         // as Quantity has it
+  std::vector<Unit> units;  // the SI unit stands first
+};
+
+/// In the order of Quantity.
+const std::vector<Measured>& quantities() {
+  static const std::vector<Measured> table = {
+      {"dimensionless", {{"1", 1}, {"%", 1, 100}}},
+      {"length", {{"m", 1}, {"cm", 1, 100}, {"mm", 1, 1000}, {"in", 0.0254}}},
+      {"angle", {{"rad", 1}, {"deg", kDegree}}},
+      {"time", {{"s", 1}, {"ms", 1, 1e3}, {"us", 1, 1e6}}},
+      {"mass", {{"kg", 1}, {"g", 1, 1e3}}},
+      {"density", {{"kg/m^3", 1}, {"g/cm^3", 1000}}},
+      {"velocity", {{"m/s", 1}, {"cm/s", 1, 100}, {"mm/s", 1, 1000}}},
+      {"angular_velocity", {{"rad/s", 1}, {"deg/s", kDegree}, {"rpm", 2 * std::numbers::pi / 60}}},
+      {"acceleration", {{"m/s^2", 1}}},
+      {"angular_acceleration", {{"rad/s^2", 1}, {"deg/s^2", kDegree}}},
+      {"force", {{"N", 1}}},
+      {"impulse", {{"N s", 1}, {"Ns", 1}, {"mN s", 1, 1000}, {"mNs", 1, 1000}}},
+      {"torque", {{"N m", 1}, {"Nm", 1}}},
+      {"stiffness", {{"N/m", 1}}},
+      {"rotational_stiffness", {{"N m/rad", 1}, {"Nm/rad", 1}}},
+      {"damping", {{"N s/m", 1}, {"Ns/m", 1}}},
+      {"rotational_damping", {{"N m s/rad", 1}, {"Nms/rad", 1}}},
   };
-  return table[static_cast<std::size_t>(quantity)];
+  return table;
 }
+
+const std::vector<Unit>& units(Quantity quantity) { return quantities()[static_cast<std::size_t>(quantity)].units; }
 
 constexpr int kQuantities = static_cast<int>(Quantity::rotational_damping) + 1;
 
@@ -70,13 +78,24 @@ bool is_unit(std::string_view word) {
   return false;
 }
 
-std::string units_of(Quantity quantity) {
-  std::string out;
+const std::vector<std::string>& quantity_names() {
+  static const std::vector<std::string> names = [] {
+    std::vector<std::string> out;
+    for (const Measured& one : quantities()) out.emplace_back(one.name);
+    return out;
+  }();
+  return names;
+}
+
+std::vector<std::string> unit_names(Quantity quantity) {
+  std::vector<std::string> out;
   for (const Unit& unit : units(quantity)) {
-    if (unit.name != "1") out += (out.empty() ? "" : ", ") + std::string(unit.name);
+    if (unit.name != "1") out.emplace_back(unit.name);
   }
   return out;
 }
+
+std::string units_of(Quantity quantity) { return fmt::format("{}", fmt::join(unit_names(quantity), ", ")); }
 
 std::string unlikely(Quantity quantity, double value, std::string_view unit) {
   if (!unit.empty() && unit != unit_of(quantity)) return "";

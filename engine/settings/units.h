@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "engine/settings/settings.h"
 
@@ -37,7 +38,12 @@ bool is_bare(const Settings& value);
 /// the SI value. Empty: it is not bare, or fits in none.
 std::string unit_meant(const Settings& value, Quantity quantity, const std::function<bool(double)>& fits);
 
-/// "m, cm, mm, in", for messages.
+/// What numbers measure, in the order of Quantity: "dimensionless", "length", ….
+const std::vector<std::string>& quantity_names();
+
+/// What may stand behind a number, the SI unit first: "m", "cm", "mm", "in"; behind a dimensionless one "%".
+std::vector<std::string> unit_names(Quantity quantity);
+/// The same as "m, cm, mm, in", for messages.
 std::string units_of(Quantity quantity);
 
 /// An SI value as it was typed elsewhere: -2.967 in the unit of the text "200 deg" is "-170 deg"; without a unit there,

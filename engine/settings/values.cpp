@@ -93,12 +93,9 @@ long long Settings::integer() const {
   const bool digits =
       text.find_first_not_of("0123456789", text.starts_with('-') || text.starts_with('+')) == std::string::npos;
   const double value = number();
-  constexpr double kLegible = 1e15;
-  if (!digits && value == std::floor(value) && std::abs(value) <= kLegible) {
-    fail(fmt::format("{}: must be a whole number, in digits; nearest right answer: {:.0f}", shown(), value));
-  }
   constexpr double kExact = 9007199254740992.0;  // 2^53: beyond, doubles skip integers
   if (value != std::floor(value) || std::abs(value) > kExact) fail(shown() + ": must be a whole number");
+  if (!digits) fail(fmt::format("{}: must be a whole number, in digits; nearest right answer: {:.0f}", shown(), value));
   return static_cast<long long>(value);
 }
 

@@ -23,7 +23,7 @@ int run(const RunArguments& arguments, const std::string& command_line) {
   Printing printing{arguments.json, arguments.quiet, request.packed ? made.string() : ""};
   if (request.packed) {
     printing.completed = [&] {
-      pack(request.directory, made, arguments.force, Seals::trusted);
+      pack(request.directory, made, arguments.force, PackedContent::trusted);
       writer.check_in_place();
       std::filesystem::remove_all(request.directory);
     };

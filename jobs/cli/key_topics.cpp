@@ -35,7 +35,7 @@ const ComponentGroup& group_of(const std::vector<ComponentGroup>& groups, const 
 }
 
 std::string section_help(const std::string& name, std::size_t width) {
-  const std::vector<ComponentGroup> groups = component_groups();
+  const std::vector<ComponentGroup>& groups = component_groups();
   for (const Component& one : group_of(groups, "sections").all) {
     if (one.name == name) return component_help(group_of(groups, "sections"), one, width);
   }

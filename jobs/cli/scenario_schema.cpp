@@ -19,17 +19,6 @@ constexpr const char* kNumber = "^\\s*[+-]?([0-9]+\\.?[0-9]*|\\.[0-9]+)([eE][+-]
 /// "[25, 75, 0, 50] %", in quotes.
 const Json kListText = {{"type", "string"}, {"pattern", "^\\s*\\[.*\\].*$"}};
 
-std::vector<std::string> units_list(Quantity quantity) {
-  std::vector<std::string> out;
-  const std::string all = units_of(quantity);
-  for (std::size_t from = 0; from < all.size();) {
-    const std::size_t comma = std::min(all.find(", ", from), all.size());
-    out.push_back(all.substr(from, comma - from));
-    from = comma + 2;
-  }
-  return out;
-}
-
 /// A pattern of numbers with one of these units or none.
 Json number_with(const std::vector<std::string>& units) {
   std::string pattern;
@@ -73,11 +62,12 @@ class SchemaWriter {
 
   Json quantity(Quantity quantity, Bound bound) {
     const std::string name = std::string("quantity.") + quantity_names()[static_cast<std::size_t>(quantity)];
-    if (!defs_.contains(name)) defs_[name] = number_with(units_list(quantity));
+    if (!defs_.contains(name)) defs_[name] = number_with(unit_names(quantity));
     Json out = reference(name);
     if (bound == Bound::positive) out["exclusiveMinimum"] = 0;
     if (bound == Bound::not_negative || bound == Bound::fraction) out["minimum"] = 0;
-    if (bound == Bound::fraction) out["maximum"] = 1;
+    if (bound == Bound::correlation) out["minimum"] = -1;
+    if (bound == Bound::fraction || bound == Bound::correlation) out["maximum"] = 1;
     return out;
   }
 
@@ -89,12 +79,18 @@ class SchemaWriter {
   }
 
   Json numbers(const Form& form) {
-    constexpr const char* kBounds[] = {"", ".positive", ".not_negative", ".fraction"};
-    const std::string name = fmt::format("list.{}{}{}", quantity_names()[static_cast<std::size_t>(form.quantity)],
-                                         form.count < 0 ? "" : fmt::format(".{}", form.count),
-                                         kBounds[static_cast<std::size_t>(form.bound)]);
-    if (!defs_.contains(name)) {
-      defs_[name] = list(form.count, quantity(form.quantity, form.bound), units_list(form.quantity));
+    constexpr const char* kBounds[] = {"", ".positive", ".not_negative", ".fraction", ".correlation"};
+    const auto name_of = [](Quantity one) { return quantity_names()[static_cast<std::size_t>(one)]; };
+    const std::string name = fmt::format(
+        "list.{}{}{}{}", name_of(form.quantity), form.other ? "." + name_of(*form.other) : std::string(),
+        form.count < 0 ? "" : fmt::format(".{}", form.count), kBounds[static_cast<std::size_t>(form.bound)]);
+    if (defs_.contains(name)) return reference(name);
+    const Json one = quantity(form.quantity, form.bound);
+    if (form.other) {  // no unit is that of all
+      const Json item = one_or_any({one, quantity(*form.other, form.bound)});
+      defs_[name] = one_or_any({array_of(item, form.count), kListText});
+    } else {
+      defs_[name] = list(form.count, one, unit_names(form.quantity));
     }
     return reference(name);
   }
@@ -247,7 +243,7 @@ class SchemaWriter {
   void add_numbers() {
     std::vector<std::string> units;
     for (std::size_t i = 0; i < quantity_names().size(); ++i) {
-      for (const std::string& unit : units_list(static_cast<Quantity>(i))) {
+      for (const std::string& unit : unit_names(static_cast<Quantity>(i))) {
         if (std::find(units.begin(), units.end(), unit) == units.end()) units.push_back(unit);
       }
     }
@@ -301,8 +297,6 @@ class SchemaWriter {
       const bool whole = name == "pair" || name == "axis" || name == "correlated";
       defs_[name] = map(text, whole);
     }
-    Json& correlation = defs_["correlated"]["properties"]["correlation"]["anyOf"][0];
-    correlation["minimum"] = -1, correlation["maximum"] = 1;  // as no other number is bounded
     add_world();
     add_spreads();
     add_policies();
@@ -347,13 +341,6 @@ class SchemaWriter {
     defs_["policy"] = policy;
     defs_["policies"] = by_name("Policies by name", reference("policy"), "policy");
     defs_["policies"]["minProperties"] = 1;
-    // A velocity's items are of two quantities.
-    Json& velocity = defs_["policy.gait"]["properties"]["velocity"];
-    if (velocity.is_null()) return;
-    const Json item =
-        one_or_any({quantity(Quantity::velocity, Bound::none), quantity(Quantity::angular_velocity, Bound::none)});
-    const Json planar = array_of(item, 3), all = array_of(item, 6);
-    velocity["anyOf"] = {planar, all, kListText};
   }
 
   void add_task() {
@@ -402,27 +389,6 @@ std::string text_of(const Json& json, std::size_t indent, std::size_t before) {
 }
 
 }  // namespace
-
-const std::vector<std::string>& quantity_names() {
-  static const std::vector<std::string> names = {"dimensionless",
-                                                 "length",
-                                                 "angle",
-                                                 "time",
-                                                 "mass",
-                                                 "density",
-                                                 "velocity",
-                                                 "angular_velocity",
-                                                 "acceleration",
-                                                 "angular_acceleration",
-                                                 "force",
-                                                 "impulse",
-                                                 "torque",
-                                                 "stiffness",
-                                                 "rotational_stiffness",
-                                                 "damping",
-                                                 "rotational_damping"};
-  return names;
-}
 
 std::string scenario_schema() { return text_of(SchemaWriter().write(), 0, 0) + "\n"; }
 

@@ -8,6 +8,8 @@
 #include <cstdlib>
 #include <utility>
 
+#include "archive/files/utf8.h"
+
 namespace graze {
 namespace {
 
@@ -67,10 +69,6 @@ std::size_t output_width() {
   winsize size{};
   if (isatty(STDOUT_FILENO) == 0 || ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) != 0 || size.ws_col == 0) return kUnlimited;
   return std::max<std::size_t>(size.ws_col, kNarrowest);
-}
-
-std::size_t width_of(std::string_view text) {
-  return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xc0) != 0x80; }));
 }
 
 std::string padded(const std::string& text, std::size_t width) {

@@ -14,9 +14,6 @@ constexpr std::size_t kUnlimited = 0;
 /// is wide; kUnlimited if it is neither told nor a terminal.
 std::size_t output_width();
 
-/// Characters of a UTF-8 text, for columns; they are not bytes.
-std::size_t width_of(std::string_view text);
-
 /// `text` padded with blanks to `width` characters.
 std::string padded(const std::string& text, std::size_t width);
 

@@ -7,6 +7,7 @@
 #include "archive/directory/campaign_directory.h"
 #include "archive/directory/shard.h"
 #include "tests/archive/compare.h"
+#include "tests/message_of.h"
 
 namespace graze {
 namespace {
@@ -73,6 +74,35 @@ TEST(Scan, GivesOnlyWhatIsWanted) {
       "hold", kAllColumns, [](const TraceRows&) { FAIL() << "nothing was wanted"; },
       [](std::uint32_t, Outcome) { return false; });
   archive.scan("nobody", kAllColumns, [](const TraceRows&) { FAIL() << "there is no such policy"; });
+}
+
+/// Whatever is wanted of them: the filter may pass one of the two ways alone.
+TEST(Scan, RefusesAParticleThatWentTwoWays) {
+  const Folder folder;
+  const CampaignInfo facts = small_info(2);
+  {
+    CampaignDirectory directory(folder / "a.graze", facts, false);
+    for (const Outcome outcome : {Outcome::unknown_failure, Outcome::success}) {
+      ShardBuffer buffer(1);
+      Block one = block(facts, 0, range(0, 2));
+      for (TraceRecord& record : one.traces) {
+        record.outcome = outcome;
+        record.violated = -1;
+        record.digest += static_cast<std::uint64_t>(outcome);
+      }
+      buffer.add(0, std::move(one.traces), one.values, facts.parameters.size());
+      directory.add_shard(std::move(buffer));
+    }
+    directory.complete();
+  }
+  const Archive archive(folder / "a.graze");
+  for (const Outcome wanted : {Outcome::success, Outcome::unknown_failure, Outcome::invalid}) {
+    const auto scan = [&] {
+      archive.scan(
+          "hold", kEndTime, [](const TraceRows&) {}, [&](std::uint32_t, Outcome is) { return is == wanted; });
+    };
+    EXPECT_THAT(testing::message_of(scan), ::testing::HasSubstr("particle 0 of policy 'hold' went another way here"));
+  }
 }
 
 /// So many events that no piece holds those of all traces, nor those of the second one.

@@ -34,7 +34,7 @@ class Rest : public Policy {
 };
 
 const PolicyRegistration policy("tin_soldier", toy("a policy that stands to attention"),
-                                [](const ControlContext&, const Settings&, TargetKind) {
+                                [](const ControlContext&, const Described&, TargetKind) {
                                   return std::make_unique<Rest>();
                                 });
 

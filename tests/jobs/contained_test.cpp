@@ -69,8 +69,8 @@ const PolicyRegistration registration("faulty",
                                       {"errs as it is told",
                                        {{"does", {Form::text("WHAT")}, Default::required(), "the fault"},
                                         {"above", {Form::number()}, Default::required(), "m, where it has it"}}},
-                                      [](const ControlContext&, const Settings& settings, TargetKind) {
-                                        return std::make_unique<Faulty>(settings);
+                                      [](const ControlContext&, const Described& own, TargetKind) {
+                                        return std::make_unique<Faulty>(own.settings());
                                       });
 
 /// What came out of a campaign.

@@ -6,6 +6,7 @@
 #include <set>
 #include <sstream>
 
+#include "archive/files/utf8.h"
 #include "engine/physics.h"
 #include "engine/settings/settings.h"
 #include "engine/settings/units.h"

@@ -31,7 +31,7 @@ class Drunk : public Policy {
 };
 
 const PolicyRegistration registration("drunk", {"gives the joints random torques", {}},
-                                      [](const ControlContext& context, const Settings&, TargetKind) {
+                                      [](const ControlContext& context, const Described&, TargetKind) {
                                         return std::make_unique<Drunk>(context);
                                       });
 

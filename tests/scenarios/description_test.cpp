@@ -4,14 +4,13 @@
 
 #include "engine/model/channels.h"
 #include "engine/model/fabrication.h"
-#include "engine/physics.h"
-#include "engine/settings/units.h"
 #include "scenarios/distributions.h"
 #include "scenarios/keys.h"
 #include "scenarios/shapes.h"
 #include "scenarios/witnesses.h"
 #include "tests/engine/settings/spelled_out.h"
 #include "tests/scenarios/support.h"
+#include "tests/scenarios/task_bench.h"
 
 namespace graze {
 namespace {
@@ -22,8 +21,10 @@ Scenario read(const Settings& settings) { return testing::read(settings.resolved
 
 Settings parsed(const std::string& text) { return Settings::parse(text, testing::kFolder + "test.yaml"); }
 
-// Margins of what touches nothing tell how far gaps are measured.
-TEST(Descriptions, OfWitnessesTellTheirDefaults) {
+class WitnessDescriptions : public testing::TaskBench {};
+
+// The robot touches nothing, and its margins tell how far gaps are measured.
+TEST_F(WitnessDescriptions, TellTheirDefaults) {
   const std::pair<const char*, const char*> least[] = {
       {"tilt", "{link: base, below: 1}"},
       {"height", "{link: base, above: -1}"},
@@ -36,11 +37,9 @@ TEST(Descriptions, OfWitnessesTellTheirDefaults) {
       {"joint_limits", "{}"},
       {"torque_limits", "{}"},
       {"torque_speed", "{}"},
-      {"joint_speed", "{}"},
+      {"joint_speed", "{below: 1}"},
   };
   ASSERT_EQ(std::size(least), witness_kinds().size());
-  const Scenario scenario = testing::read(hopper(""));
-  const auto physics = make_physics("lanes", scenario.model);
   for (const auto& [name, keys] : least) {
     SCOPED_TRACE(name);
     const WitnessKind* const kind = kind_of(witness_kinds(), name);
@@ -48,21 +47,23 @@ TEST(Descriptions, OfWitnessesTellTheirDefaults) {
     const Settings required = parsed(keys);
     int count = 0;
     const Settings whole = spelled_out(required, "", kind->text, count);
-    std::string outcome[2];
-    for (int i = 0; i < 2; ++i) {
-      const Settings& written = i == 0 ? required : whole;
-      try {
-        const ReadWitness witness = kind->read(Described(written, kind->text), scenario.model);
-        outcome[i] = witness.description + ", " + witness.unit;
-        if (kind->unit != "rad or m") {
-          EXPECT_EQ(witness.unit, kind->unit);
-        }
-      } catch (const InputError& e) {  // of the robot, which has no such limits or parts
-        outcome[i] = std::string(e.what()).substr(std::string(e.what()).find(' '));
-      }
+    const ReadWitness a = kind->read(Described(required, kind->text), model_);
+    const ReadWitness b = kind->read(Described(whole, kind->text), model_);
+    EXPECT_EQ(a.description, b.description) << whole.resolved_text();
+    EXPECT_EQ(a.unit, b.unit);
+    if (kind->unit != "rad or m") {
+      EXPECT_EQ(a.unit, kind->unit);
     }
-    EXPECT_EQ(outcome[0], outcome[1]) << whole.resolved_text();
+    EXPECT_EQ(margin(*a.witness), margin(*b.witness)) << whole.resolved_text();
   }
+  const auto told = [](const char* name) {
+    return kind_of(witness_kinds(), name)->text.find("within")->otherwise.text;
+  };
+  EXPECT_EQ(told("no_contact"), "2 cm");
+  EXPECT_EQ(margin("{no_contact: {between: [foot, block]}}"), 0.02);
+  EXPECT_EQ(margin("{no_contact: {between: [foot, block], within: 3 cm}}"), 0.03);
+  EXPECT_EQ(told("contact"), "2 cm");
+  EXPECT_EQ(margin("{contact: {between: [foot, block]}}"), -0.02);
 }
 
 TEST(Descriptions, OfDistributionsAreRead) {

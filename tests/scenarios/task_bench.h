@@ -41,7 +41,9 @@ class TaskBench : public ::testing::Test {
   /// Margin of one witness in the present state.
   double margin(const std::string& witness) {
     const Task t = task("requirements: {w: " + witness + "}");
-    const Witness& w = *t.requirements[0].witness;
+    return margin(*t.requirements[0].witness);
+  }
+  double margin(const Witness& w) {
     BlockArray own(w.numbers());
     w.read(model_, kLane, own);
     const std::unique_ptr<WitnessMemory> memory = w.remember();

@@ -9,6 +9,7 @@
 
 #include "engine/control/policy.h"
 #include "simulation/simulation.h"
+#include "simulation/telemetry.h"
 #include "tests/jobs/program.h"
 #include "tests/message_of.h"
 #include "tests/sanitized.h"
@@ -115,10 +116,23 @@ void expect_the_same_bits(const Scenario& scenario, std::uint32_t count) {
 TEST(SavedTrace, GoesOnToTheBitsOfTheWhole) {
   for (const auto& path : scenarios()) {
     SCOPED_TRACE(path.stem().string());
-    for (const char* record : {"{telemetry: all, every: 3, events: true}", "{telemetry: failures, last: 20 ms}"}) {
+    for (const char* record :
+         {"{telemetry: all, every: 3, events: true}", "{telemetry: last, last: 20 ms, every: 1}"}) {
       expect_the_same_bits(load(path, {{"time.end", GRAZE_SANITIZED ? "0.05 s" : "0.15 s"}, {"record", record}}), 11);
     }
   }
+}
+
+// A ring of frames goes on where it was when it was saved, before and after it was full.
+TEST(SavedTrace, GoesOnWithItsRingOfFrames) {
+  const Scenario scenario = load(testing::data("scenarios/quadruped_curb.yaml"),
+                                 {{"time.end", "0.15 s"}, {"record", "{telemetry: last, last: 20 ms, every: 1}"}});
+  const Simulation simulation{Scenario(scenario)};
+  for (const TraceRecord& trace : Simulator(simulation, scenario.policies.front().name).run(0, 11)) {
+    EXPECT_EQ(trace.outcome, Outcome::unknown_failure);
+    EXPECT_EQ(trace.telemetry.size(), 41u);  // 20 ms of 0.5 ms steps, of a trace of 150 ms
+  }
+  expect_the_same_bits(scenario, 11);
 }
 
 TEST(SavedTrace, GoesOnUnderBullet) {
@@ -209,24 +223,75 @@ TEST(SavedTrace, OfAnotherIsRefused) {
               HasSubstr("give one of the two"));
 }
 
-// With another task or record the past cannot be judged on: the trace is invalid, and says why.
-TEST(SavedTrace, OfAnotherTaskIsNoTrace) {
+// With another task, record or physics step the past cannot be judged on.
+TEST(SavedTrace, OfAnotherTaskOrRecordIsRefused) {
+  const std::string ring = "{telemetry: last, last: 20 ms, every: 1}";
+  const Simulation curb(short_curb({{"record", ring}}));
+  const std::string policy = curb.scenario().policies.front().name;
+  const std::vector<Saved> saved = {saved_of(curb, policy, 100)};
+  const auto refused = [&](std::vector<Override> overrides) {
+    overrides.insert(overrides.begin(), {"record", ring});
+    const Simulation other(short_curb(std::move(overrides)));
+    return message_of([&] { Simulator(other, policy).run({{curb.particle(0)}}, {.saved = saved}); });
+  };
+  EXPECT_EQ(refused({}), "(accepted)");
+  EXPECT_EQ(refused({{"time.end", "0.4 s"}}), "(accepted)") << "the end is yet to come";
+  EXPECT_THAT(refused({{"record", "{telemetry: all, every: 2}"}}),
+              HasSubstr("record: a trace that was saved under {telemetry: last, every: 1, last: 0.02 s} cannot go on "
+                        "under {telemetry: all, every: 2}"));
+  EXPECT_THAT(refused({{"record.last", "10 ms"}}), HasSubstr("under {telemetry: last, every: 1, last: 0.01 s}"));
+  EXPECT_THAT(refused({{"time.step", "0.25 ms"}}),
+              HasSubstr("time.step: a trace that was saved with physics steps of 0.0005 s cannot go on with steps of "
+                        "0.00025 s"));
+  for (const Override& other :
+       {Override{"task.requirements.upright.tilt.below", "80 deg"}, Override{"task.stop_at_violation", "true"},
+        Override{"task.requirements.upright.window", "[0.1, 0.2]"},
+        Override{"task.objective", "{low: {position: {link: BODY0, z: {below: 1}}}}"}}) {
+    EXPECT_THAT(refused({other}), HasSubstr("task: a trace that was judged by another task")) << other.path;
+  }
+}
+
+// What is past is not drawn anew: under another seed a particle of this number has other masses and another friction.
+TEST(SavedTrace, OfAnotherDrawIsRefused) {
   const Simulation curb(short_curb());
   const std::string policy = curb.scenario().policies.front().name;
   const std::vector<Saved> saved = {saved_of(curb, policy, 20)};
-  const Simulation kept(short_curb({{"record", "{telemetry: all, every: 2}"}}));
-  const TraceRecord trace = Simulator(kept, policy).run(0, 1, {.saved = saved}).front();
-  EXPECT_EQ(trace.outcome, Outcome::invalid);
-  EXPECT_THAT(trace.invalid_reason, HasSubstr("another policy, task or record saved it"));
+  Scenario scenario = short_curb();
+  scenario.seed += 1;
+  const Simulation reseeded(std::move(scenario));
+  EXPECT_THAT(message_of([&] { Simulator(reseeded, policy).run(0, 1, {.saved = saved}); }),
+              HasSubstr("particle 0 has other numbers"));
+  Particle slower = curb.particle(0), biased = slower;
+  slower.control_lag += 1e-3;
+  biased.sensor_bias.front() += 1e-3;
+  for (const Particle& other : {slower, biased}) {
+    EXPECT_THAT(message_of([&] { Simulator(curb, policy).run({{other}}, {.saved = saved}); }),
+                HasSubstr("give the particle of the simulation that it was saved in"));
+  }
+}
+
+// The last line of defence, where two runs were taken for alike: what was saved fits or is refused.
+TEST(SavedTrace, RingOfAnotherSizeIsRefused) {
+  Recording recording;
+  recording.telemetry = Telemetry::last;
+  recording.every = 1;
+  TelemetryRecorder one(recording, 1e-3);
+  LaneTape written;
+  one.carry(0, written);
+  const LaneTape::Content content = written.take();
+  LaneTape again(content), other(content), finer(content);
+  EXPECT_NO_THROW(TelemetryRecorder(recording, 1e-3).carry(0, again));
+  EXPECT_THROW(TelemetryRecorder(recording, 5e-4).carry(0, finer), std::invalid_argument);
+  recording.last /= 2;
+  EXPECT_THROW(TelemetryRecorder(recording, 1e-3).carry(0, other), std::invalid_argument);
 }
 
 TEST(SavedTrace, IsSavedAtControlStepsOnly) {
   const Simulation curb(short_curb({{"time.step", "1 ms"}, {"time.control", "5 ms"}}));
   const std::string policy = curb.scenario().policies.front().name;
   Saver keeper({12});
-  const TraceRecord trace = Simulator(curb, policy).run(0, 1, {.observer = &keeper}).front();
-  EXPECT_EQ(trace.outcome, Outcome::invalid);
-  EXPECT_THAT(trace.invalid_reason, HasSubstr("saved at a control step, one in 5 steps; step 12 is none"));
+  EXPECT_THAT(message_of([&] { Simulator(curb, policy).run(0, 1, {.observer = &keeper}); }),
+              HasSubstr("saved at a control step, one in 5 steps; step 12 is none"));
   EXPECT_NE(saved_of(curb, policy, 15), nullptr);
   EXPECT_EQ(saved_of(curb, policy, 300), nullptr) << "nothing goes on from the end";
 }
@@ -246,7 +311,7 @@ class Secretive : public Policy {
 };
 
 const PolicyRegistration secretive_registration("secretive", {"counts its steps, and does not tell", {}},
-                                                [](const ControlContext&, const Settings&, TargetKind) {
+                                                [](const ControlContext&, const Described&, TargetKind) {
                                                   return std::make_unique<Secretive>();
                                                 });
 
@@ -254,9 +319,10 @@ TEST(SavedTrace, NeedsAPolicyThatTells) {
   const Simulation curb(
       short_curb({{"policies", "!replace {s: {secretive: {}, control: {joint_pd: {kp: 5, kd: 1}}}}"}}));
   Saver keeper({10});
-  const TraceRecord trace = Simulator(curb, "s").run(0, 1, {.observer = &keeper}).front();
-  EXPECT_EQ(trace.outcome, Outcome::invalid);
-  EXPECT_THAT(trace.invalid_reason, HasSubstr("(Policy::carry), so it cannot be saved"));
+  EXPECT_THAT(
+      message_of([&] { Simulator(curb, "s").run(0, 3, {.observer = &keeper}); }),
+      HasSubstr("particle 0, s: the policy does not tell what it keeps of a trace (Policy::carry), so it cannot "
+                "be saved"));
 }
 
 }  // namespace

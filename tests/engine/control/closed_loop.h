@@ -22,7 +22,7 @@ class ClosedLoop {
     physics_->start(lane, particle);
     sensors_.start(lane, particle);
     actuators_.start(lane, particle);
-    controller_.start(lane, particle.control_lag);
+    controller_.start(lane, particle.control_lag, particle.id);
     active_.set(lane);
     count_[lane] = 0;
     time_[lane] = 0;

@@ -1,5 +1,7 @@
 // Controller, lag, trackers and the simple policies, without physics.
 
+#include <fmt/format.h>
+
 #include <filesystem>
 #include <fstream>
 
@@ -12,11 +14,12 @@
 #include "engine/model/measures.h"
 #include "tests/engine/control/leg_reference.h"
 #include "tests/engine/control/support.h"
+#include "tests/message_of.h"
 
 namespace graze {
 namespace {
 
-class ControllerTest : public testing::Test {
+class ControllerTest : public ::testing::Test {
  protected:
   ControllerTest() : command(scene.model.na()) {
     observation.joint_position = observation.joint_velocity = BlockArray(scene.model.na());
@@ -55,7 +58,7 @@ TEST_F(ControllerTest, Names) {
 // hold with joint_pd asks the servos for the nominal initial positions, with gains by joint glob.
 TEST_F(ControllerTest, HoldByJointPd) {
   Controller controller = make("{hold: {}, control: {joint_pd: {kp: {'*': 20, '*_Y_3': 30}, kd: 0.1}}}");
-  controller.start(0, 0);
+  controller.start(0, 0, 0);
   act(controller, 0);
   for (int k = 0; k < 12; ++k) {
     EXPECT_EQ(command.q(k, 0), observation.joint_position(k, 0));
@@ -71,7 +74,7 @@ TEST_F(ControllerTest, Sinusoid) {
   Controller controller = make(
       "{joint_trajectory: {sinusoid: {amplitude: {'*_Y_2': 0.3, '*_Y_3': 10 deg}, frequency: 6, phase: {'LF_*': 1}, "
       "until: 2 s}}, control: {joint_pd: {kp: 1}}}");
-  controller.start(0, 0);
+  controller.start(0, 0, 0);
   act(controller, 0.7);
   EXPECT_NEAR(command.q(1, 0), 0.8 + 0.3 * std::sin(6 * 0.7 + 1), 1e-14);
   EXPECT_NEAR(command.v(1, 0), 0.3 * 6 * std::cos(6 * 0.7 + 1), 1e-14);
@@ -124,7 +127,7 @@ TEST(JointTable, Errors) {
 // The torque policy passes constants through the torque tracker, without any servo.
 TEST_F(ControllerTest, Torque) {
   Controller controller = make("{torque: {constant: {'LF_*': 0.5}}, control: {torque: {}}}");
-  controller.start(0, 0);
+  controller.start(0, 0, 0);
   act(controller, 0);
   EXPECT_EQ(command.tau(0, 0), 0.5);
   EXPECT_EQ(command.tau(3, 0), 0);
@@ -136,8 +139,8 @@ TEST_F(ControllerTest, Torque) {
 TEST_F(ControllerTest, LagIsAZeroOrderHold) {
   Controller controller =
       make("{joint_trajectory: {sinusoid: {amplitude: 1, frequency: 1}}, control: {joint_pd: {kp: 1}}}");
-  controller.start(0, 0.005);
-  controller.start(1, 0.0125);
+  controller.start(0, 0.005, 0);
+  controller.start(1, 0.0125, 0);
   LaneMask both = LaneMask::first(2);
   for (int k = 0; k < 400; ++k) {
     const double t = k * 1e-3;
@@ -153,7 +156,7 @@ TEST_F(ControllerTest, LagIsAZeroOrderHold) {
   EXPECT_NEAR(command.q(0, 0), 0.2 + std::sin(0.4), 1e-12);
   EXPECT_NEAR(command.q(0, 1), 0.2 + std::sin(0.4 - 0.014), 1e-12);
   // A lane that starts anew has forgotten everything, whatever its neighbour remembers.
-  controller.start(0, 0.005);
+  controller.start(0, 0.005, 0);
   act(controller, 0.0, LaneMask::first(1));
   EXPECT_EQ(command.q(0, 0), 0.2);
 }
@@ -195,7 +198,7 @@ TEST_F(ControllerTest, OperationalPdIsAVirtualSpring) {
   const std::string gait =
       "gait: {velocity: [0.1, 0, 0], duration: 0.3, duty: 75 %, liftoff: '[25, 75, 0, 50] %', step_height: 3 cm}";
   Controller controller = make("{" + gait + ", control: {operational_pd: {kp: 1000, kd: 20, implicit: false}}}");
-  controller.start(0, 0);
+  controller.start(0, 0, 0);
   act(controller, 0.0);  // feet are where they begin: no spring force on standing feet
   const Targets& targets = controller.targets();
   ASSERT_EQ(targets.x.rows(), 12);
@@ -237,7 +240,7 @@ TEST_F(ControllerTest, ImplicitDampingLooksOneStepAhead) {
   for (int k = 0; k < 12; ++k) observation.joint_velocity(k, 0) = 0.3 * k - 1;
   const auto torques = [&](double period, const char* implicit) {
     Controller controller = make_at(period, implicit);
-    controller.start(0, 0);
+    controller.start(0, 0, 0);
     act(controller, 0);
     return command.tau.column(0);
   };
@@ -261,7 +264,7 @@ TEST_F(ControllerTest, GaitJointTargetsReachItsFootTargets) {
   Controller controller = make(
       "{gait: {velocity: [0.2, 0, -0.5], duration: 0.3, duty: 75 %, liftoff: '[25, 75, 0, 50] %', step_height: 4 cm, "
       "stance: {length: 120 %, width: 200 %, height: 90 %}, recovery: false}, control: {joint_pd: {kp: 20, kd: 0.1}}}");
-  controller.start(0, 0);
+  controller.start(0, 0, 0);
   for (int k = 0; k < 900; ++k) {
     act(controller, k * 1e-3);
     const Targets& targets = controller.targets();
@@ -311,15 +314,22 @@ TEST_F(ControllerTest, GaitErrors) {
   const auto has = [](const std::string& text, const std::string& part) {
     EXPECT_NE(text.find(part), std::string::npos) << text;
   };
-  has(gait(timing), "either `velocity` or `waypoints`");
+  has(gait(timing), "gait: either 'velocity' or 'waypoints' must stand here");
   has(gait("velocity: [0.2, 0], " + timing), "has 2 numbers");
-  has(gait("velocity: [0.2, 0, 0], duty: 75 %"), "either `liftoff` or `touchdown`");
+  has(gait("velocity: [0.2, 0, 0], duty: 75 %"), "gait: either 'liftoff' or 'touchdown' must stand here");
   has(gait("velocity: [0.2, 0, 0], duty: 75 %, liftoff: '[25, 75, 0] %'"), "has 3 values; one per foot (4)");
   has(gait("velocity: [0.2, 0, 0], duty: 75, liftoff: '[25, 75, 0, 50] %'"), "75 is not a fraction");
   has(gait("velocity: [0.2, 0, 0], stance: {height: 1 m}, " + timing), "height: 1 m: LF_FOOT would stand");
   has(gait("velocity: [0.2, 0, 0], stance: {height: 1 m}, " + timing), "the largest height that fits is 0.");
   has(gait("velocity: [0.2, 0, 0], orientation: [0, 0, 90], " + timing),
       "orientation: with the base at [0, 0, 90] rad");
+  // A height that no attitude allows is not the attitude's fault.
+  for (const char* level : {"[0, 0, 0]", "[0, 0, 90, deg]"}) {
+    has(gait("velocity: [0.2, 0, 0], stance: {height: 1 m}, orientation: " + std::string(level) + ", " + timing),
+        "gait.stance.height: 1 m: LF_FOOT would stand");
+  }
+  has(gait("velocity: [0.2, 0, 0], waypoints: {points: [[1, 0]], speed: {forward: 1, turn: 1}}, " + timing),
+      "gait.waypoints: stands beside 'velocity'; only one of the two may");
   has(gait("velocity: [0.2, 0, 0], feet: [LF_FOOT, LF_FOOT], " + timing), "'LF_FOOT' stands twice");
   has(gait("velocity: [0.2, 0, 0], feet: LF_FOOT, " + timing), "feet: LF_FOOT: must be a list of links: [LF_FOOT]");
   has(gait("velocity: [0.2 rad/s, 0, 0], " + timing), "velocity[0]: 0.2 rad/s: the unit 'rad/s' does not fit");
@@ -332,17 +342,38 @@ TEST_F(ControllerTest, GaitErrors) {
   has(gait("waypoints: {points: [], speed: {forward: 0.1, turn: 0.5}}, " + timing), "has no points");
 }
 
+// The height that a refusal names is accepted when it is typed, and no greater one with as many decimals is.
+TEST_F(ControllerTest, TheLargestHeightIsNamedExactly) {
+  const auto answer = [&](const std::string& height) {
+    return testing::message_of([&] {
+      make(
+          "{gait: {duration: 0.3, step_height: 3 cm, velocity: [0.2, 0, 0], duty: 75 %, liftoff: "
+          "'[25, 75, 0, 50] %', stance: {length: 121.7 %, height: " +
+          height + "}}, control: {operational_pd: {kp: 1000}}}");
+    });
+  };
+  const std::string message = answer("1 m"), before = "the largest height that fits is ";
+  const std::size_t at = message.find(before) + before.size(), open = message.find(" m (", at);
+  ASSERT_NE(open, std::string::npos) << message;
+  const std::string height = message.substr(at, open - at);
+  const std::string factor = message.substr(open + 4, message.find(" of", open) - open - 4);
+  EXPECT_EQ(answer(height + " m"), "(accepted)");
+  EXPECT_EQ(answer(factor), "(accepted)");
+  EXPECT_NE(answer(fmt::format("{} m", std::stod(height) + 1e-4)), "(accepted)");
+}
+
 // A foot carries from 2 % of the robot's weight on, whatever else is movable in its world.
 TEST_F(ControllerTest, GaitWeighsTheRobotAlone) {
   const Settings gait = Settings::parse(
       "{velocity: [0.2, 0, 0], duration: 0.3, step_height: 3 cm, duty: 75 %, liftoff: '[25, 75, 0, 50] %'}",
       "test.yaml");
   const Scene crowded{links_world_with_anvil()};
-  const double force = read_gait(crowded.context(), gait).parameters.contact_force;
-  EXPECT_EQ(force, read_gait(scene.context(), gait).parameters.contact_force);
+  const double force = read_gait(crowded.context(), Described(gait, gait_description())).parameters.contact_force;
+  EXPECT_EQ(force, read_gait(scene.context(), Described(gait, gait_description())).parameters.contact_force);
   EXPECT_DOUBLE_EQ(force, 0.02 * robot_weight(scene.model));
   const Settings share = gait.with("contact_force", Settings::parse("value: 5 %", "test.yaml").at("value"));
-  EXPECT_DOUBLE_EQ(read_gait(scene.context(), share).parameters.contact_force, 0.05 * robot_weight(scene.model));
+  EXPECT_DOUBLE_EQ(read_gait(scene.context(), Described(share, gait_description())).parameters.contact_force,
+                   0.05 * robot_weight(scene.model));
 }
 
 // Waypoints: a base that moves as commanded passes every point and stops behind the last; driving never strafes,
@@ -409,7 +440,7 @@ std::vector<std::vector<double>> gait_targets(const World& world, const std::str
   const Particle particle = scene.particle();
   physics.start(0, particle);
   sensors.start(0, particle);
-  controller.start(0, 0);
+  controller.start(0, 0, 0);
   Observation observation;
   ActuatorCommand command(scene.model.na());
   const BlockArray tau(scene.model.na());

@@ -36,7 +36,7 @@ std::vector<double> commands(const Scene& scene, const Settings& policy) {
   Observation observation;
   physics.start(0, scene.particle());
   sensors.start(0, scene.particle());
-  controller.start(0, 0);
+  controller.start(0, 0, 0);
   std::vector<double> out;
   for (std::uint32_t i = 0; i < 500; ++i) {
     std::array<std::uint32_t, kLanes> step{i};

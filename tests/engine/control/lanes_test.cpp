@@ -313,11 +313,11 @@ std::vector<double> trace(const Scene& scene, const std::string& policy, Isa isa
   std::vector<double> out;
   const int late = company ? 137 : 0;
   if (company) {
-    for (int other = 0; other < kLanes; ++other) controller.start(other, lag_of(20 + other));
+    for (int other = 0; other < kLanes; ++other) controller.start(other, lag_of(20 + other), 0);
   }
   for (int step = 0; step < late + kSteps; ++step) {
-    if (step == late) controller.start(lane, lag_of(id));
-    if (company && step == 400) controller.start((lane + 3) % kLanes, 0.2);  // history grows for all
+    if (step == late) controller.start(lane, lag_of(id), 0);
+    if (company && step == 400) controller.start((lane + 3) % kLanes, 0.2, 0);  // history grows for all
     LaneMask active;
     double jitter[kLanes] = {};
     for (int l = 0; l < kLanes; ++l) {
@@ -378,7 +378,7 @@ TEST(ControlLanes, OperationalPdIsItsFormula) {
       controller_of(scene, with_gait("velocity: [0.2, 0, -0.5]", "operational_pd: {kp: 1000, kd: 20}"), chosen_isa());
   Observation observation = empty_observation(scene.model);
   ActuatorCommand command(scene.model.na());
-  for (int lane = 0; lane < kLanes; ++lane) controller.start(lane, 0);
+  for (int lane = 0; lane < kLanes; ++lane) controller.start(lane, 0, 0);
   std::vector<Chain> legs;
   for (const char* foot : {"LF_FOOT", "RF_FOOT", "LH_FOOT", "RH_FOOT"}) {
     legs.emplace_back(scene.model, scene.model.frame(foot));

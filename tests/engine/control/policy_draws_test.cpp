@@ -33,7 +33,7 @@ class Dice : public Policy {
 };
 
 const PolicyRegistration registration("tosses_dice", {"throws dice", {}},
-                                      [](const ControlContext& context, const Settings&, TargetKind) {
+                                      [](const ControlContext& context, const Described&, TargetKind) {
                                         return std::make_unique<Dice>(context);
                                       });
 

@@ -44,20 +44,20 @@ std::string error_of(const std::string& text) {
 }
 
 TEST(Description, GivesTheDefaultsThatItTells) {
-  const Settings settings = yaml("{volume: 2 cm}");
+  const Settings settings = yaml("{volume: 2 cm, gas: 1}");
   const Described own(settings, kettle());
   EXPECT_EQ(own.number("volume"), 0.02);
   EXPECT_EQ(own.number("fill"), 0.75);
   EXPECT_TRUE(own.flag("whistles"));
   EXPECT_EQ(own.word("spout"), "short");
   EXPECT_FALSE(own.find_number("handle"));
-  EXPECT_FALSE(own.find_number("gas"));
+  EXPECT_FALSE(own.find_number("current"));
   const Settings lid = yaml("{}");
   EXPECT_EQ(Described(lid, *kettle().find("lid")->forms[0].inner).number("mass"), 0.02);
 }
 
 TEST(Description, GivesWhatIsWritten) {
-  const Settings settings = yaml("{volume: 1 m, fill: 10 %, whistles: false, spout: long, handle: 5 mm}");
+  const Settings settings = yaml("{volume: 1 m, fill: 10 %, whistles: false, spout: long, handle: 5 mm, gas: 1}");
   const Described own(settings, kettle());
   EXPECT_EQ(own.number("fill"), 0.1);
   EXPECT_FALSE(own.flag("whistles"));
@@ -67,12 +67,37 @@ TEST(Description, GivesWhatIsWritten) {
 
 TEST(Description, RefusesTheRest) {
   EXPECT_EQ(error_of("{volume: 1, fil: 1}"), "tea.yaml:1:13: fil: unknown key; did you mean 'fill'?");
-  EXPECT_EQ(error_of("{}"), "tea.yaml:1:1: the key 'volume' is missing");
-  EXPECT_THAT(error_of("{volume: 0}"), HasSubstr("volume: 0: must be > 0"));
-  EXPECT_THAT(error_of("{volume: 1 s}"), HasSubstr("the unit 's' does not fit; one of: m, cm, mm, in"));
-  EXPECT_THAT(error_of("{volume: 1, fill: 2}"), HasSubstr("fill: 2: must lie within"));
-  EXPECT_THAT(error_of("{volume: 1, spout: shrot}"), HasSubstr("one of: long, short; did you mean 'short'?"));
+  EXPECT_EQ(error_of("{gas: 1}"), "tea.yaml:1:1: the key 'volume' is missing");
+  EXPECT_THAT(error_of("{volume: 0, gas: 1}"), HasSubstr("volume: 0: must be > 0"));
+  EXPECT_THAT(error_of("{volume: 1 s, gas: 1}"), HasSubstr("the unit 's' does not fit; one of: m, cm, mm, in"));
+  EXPECT_THAT(error_of("{volume: 1, fill: 2, gas: 1}"), HasSubstr("fill: 2: must lie within"));
+  EXPECT_THAT(error_of("{volume: 1, spout: shrot, gas: 1}"), HasSubstr("one of: long, short; did you mean 'short'?"));
   EXPECT_THAT(error_of("3"), HasSubstr("must be a map"));
+}
+
+TEST(Description, TakesExactlyOneKeyOfAGroup) {
+  EXPECT_EQ(error_of("{volume: 1}"), "tea.yaml:1:1: either 'gas' or 'current' must stand here");
+  EXPECT_EQ(error_of("{volume: 1, current: 2, gas: 1}"),
+            "tea.yaml:1:13: current: stands beside 'gas'; only one of the two may");
+  EXPECT_EQ(error_of("{volume: 1, current: 2}"), "(accepted)");
+}
+
+TEST(Description, RefusesAKeyWithoutTheOneThatItGoesWith) {
+  EXPECT_EQ(error_of("{volume: 1, gas: 1, tea: green}"),
+            "tea.yaml:1:21: tea: goes with 'lid', which does not stand here");
+  EXPECT_EQ(error_of("{volume: 1, gas: 1, tea: green, lid: {}}"), "(accepted)");
+}
+
+TEST(Description, BoundsCorrelations) {
+  static const Description text = {"two of a kind",
+                                   {{"likeness", {Form::number(Quantity::dimensionless, Bound::correlation)}, {}, ""}}};
+  const auto read = [](const std::string& number) {
+    return *Described(yaml("{likeness: " + number + "}"), text).find_number("likeness");
+  };
+  EXPECT_EQ(read("-1"), -1);
+  EXPECT_EQ(read("1"), 1);
+  EXPECT_THROW(read("1.01"), InputError);
+  EXPECT_EQ(value_text(text.keys.front()), "-1 to 1");
 }
 
 TEST(Description, IsToldAsItIs) {

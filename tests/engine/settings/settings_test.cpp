@@ -62,6 +62,22 @@ TEST(Numbers, RefuseWhatIsNotOne) {
   EXPECT_EQ(message_of([&] { s.at("h").integer(); }), "a.yaml:8:4: h: 1.5: must be a whole number");
 }
 
+TEST(Numbers, WholeOnesAreInDigits) {
+  const auto whole = [](const std::string& text) {
+    return message_of([&] { parse("a: " + text + "\n").at("a").integer(); });
+  };
+  for (const char* digits : {"0", "-7", "+7", "1000000000000001", "9007199254740992"}) {
+    EXPECT_EQ(whole(digits), "(accepted)") << digits;
+  }
+  const std::string place = "a.yaml:1:4: a: ", rule = ": must be a whole number";
+  EXPECT_EQ(whole("1e3"), place + "1e3" + rule + ", in digits; nearest right answer: 1000");
+  EXPECT_EQ(whole("2e15"), place + "2e15" + rule + ", in digits; nearest right answer: 2000000000000000");
+  EXPECT_EQ(whole("9.007199254740992e15"),
+            place + "9.007199254740992e15" + rule + ", in digits; nearest right answer: 9007199254740992");
+  EXPECT_EQ(whole("1e16"), place + "1e16" + rule);
+  EXPECT_EQ(whole("9007199254740994"), place + "9007199254740994" + rule);
+}
+
 TEST(Numbers, ListsTakeOneUnitForAllOrOneEach) {
   const Settings s = parse(
       "a: \"[25, 75, 0, 50] %\"\nb: [25, 75, \"%\"]\nc: [1 m, 1 cm, 4 mm]\nd: [1, 2]\ne: 5 cm\nf: [1 cm, 2, mm]\n");
