@@ -158,7 +158,7 @@ void write_phases(const hdf5::Handle& file, const std::string& policy, const Tra
   const auto rows = flatten<ContactPhase>(
       file, group, traces, [](const TraceRecord& t) -> const auto& { return t.phases; });
   if (rows.empty()) return;
-  const TableWriter table(file, group, kDeflate), numbers(file, group, 0);
+  const TableWriter table(file, group, kShardDeflate), numbers(file, group, 0);
   numbers.column<double>(schema::begin(), rows, [](P p) { return p->begin; });
   numbers.column<double>(schema::end(), rows, [](P p) { return p->end; });
   write_sides(table, rows);

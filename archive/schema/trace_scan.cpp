@@ -209,13 +209,8 @@ class TraceScan {
   TraceRows rows_;
   Once once_;
   std::vector<std::uint32_t> twice_;
-<<<<<<< HEAD
-  std::vector<std::string> sequences_, reasons_;  // of the part
-=======
   std::vector<std::string> sequences_, reasons_;  // of the part, if they
   bool texts_read_ = false;                       // are read
-  std::vector<std::uint64_t> offsets_;            // of its events
->>>>>>> 2554ba338cf8f6356a2513159638613186535d92
 };
 
 void scan_traces(Parts& parts, const std::string& policy, const CampaignInfo& info, unsigned columns,

@@ -376,7 +376,7 @@ TEST(Events, OfAnArchiveNameTheBifurcation) {
   ASSERT_THAT(events.policies, SizeIs(1));
   ASSERT_THAT(events.policies[0].tree.nodes, SizeIs(1));
   const std::string text = format_events(events, 5);
-  EXPECT_THAT(text, HasSubstr("1.070 s: the 4th contact of RF_FOOT"));
+  EXPECT_THAT(text, HasSubstr("s: the 4th contact of RF_FOOT (p = "));
   EXPECT_THAT(text, HasSubstr("RF_FOOT-curb"));
   EXPECT_THAT(text, HasSubstr("new contact"));
   const std::string json = events_json(events);
