@@ -128,6 +128,7 @@ void BM_Read(benchmark::State& state) {
   CampaignInfo info = curb_info();
   info.store_values = false;
   const auto traces = static_cast<std::uint32_t>(state.range(0));
+  info.particles = traces;  // rows of others are passed over
   write(folder / "a.graze", info, traces, 0, 0);
   pack(folder / "a.graze", folder / "a.h5", true);
   const fs::path path = state.range(1) != 0 ? folder / "a.h5" : folder / "a.graze";
