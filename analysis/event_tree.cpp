@@ -5,6 +5,8 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <optional>
+#include <set>
 
 namespace graze {
 namespace {
@@ -12,14 +14,24 @@ namespace {
 /// Which branch a trace takes: a word, or what stands for its absence.
 constexpr std::uint64_t kNothing = std::uint64_t{1} << 32, kCut = kNothing + 1, kOthers = kNothing + 2;
 
-/// The tokens of one part in each trace.
+/// Contacts that are followed: of a part with any other, or with one.
+struct Thread {
+  int part, with;  // with -1: any
+
+  bool has(std::uint32_t word) const {
+    const int a = part_a(word), b = part_b(word);
+    return with < 0 ? a == part || b == part : (a == part && b == with) || (a == with && b == part);
+  }
+};
+
+/// The tokens of one thread in each trace.
 class PartStories {
  public:
-  PartStories(const Stories& stories, int part) {
+  PartStories(const Stories& stories, const Thread& thread) {
     for (std::size_t i = 0; i < stories.size(); ++i) {
       first_.push_back(tokens_.size());
       for (const Token& token : stories[i].tokens) {
-        if (part_a(token.word) == part || part_b(token.word) == part) tokens_.push_back(token);
+        if (thread.has(token.word)) tokens_.push_back(token);
       }
     }
     first_.push_back(tokens_.size());
@@ -76,8 +88,19 @@ class Grower {
  public:
   Grower(const Stories& stories, const std::vector<int>& parts, std::size_t requirements, double end,
          const EventTreeRules& rules)
-      : stories_(stories), parts_(parts), classes_(requirements + 2), end_(end), rules_(rules) {
-    for (const int part : parts) of_part_.emplace_back(stories, part);
+      : stories_(stories),
+        requirements_(requirements),
+        classes_(rules.kinds ? requirements + 2 : 2),
+        end_(end),
+        rules_(rules) {
+    for (const int part : parts) threads_.push_back({part, -1});
+    std::set<std::pair<int, int>> pairs;
+    for (std::size_t i = 0; i < stories.size(); ++i) {
+      for (const Token& token : stories[i].tokens) pairs.insert({part_a(token.word), part_b(token.word)});
+    }
+    const auto moves = [&](int part) { return std::find(parts.begin(), parts.end(), part) != parts.end(); };
+    for (const auto& [a, b] : pairs) threads_.push_back(moves(a) ? Thread{a, b} : Thread{b, a});
+    for (const Thread& thread : threads_) of_part_.emplace_back(stories, thread);
   }
 
   EventTree grow() {
@@ -89,22 +112,23 @@ class Grower {
   }
 
  private:
-  /// 0: success, 1 …: violated requirement, last: objective unmet.
+  /// 0: success; then failure, or violated requirements and, last, objective unmet.
   std::size_t class_of(std::size_t trace) const {
     const Story story = stories_[trace];
     if (story.outcome == Outcome::success) return 0;
-    return story.outcome == Outcome::known_failure ? static_cast<std::size_t>(story.violated) + 1 : classes_ - 1;
+    return story.outcome == Outcome::known_failure && rules_.kinds ? static_cast<std::size_t>(story.violated) + 1
+                                                                   : classes_ - 1;
   }
 
   OutcomeCounts count(const std::vector<std::size_t>& traces) const {
     OutcomeCounts out;
-    out.violated.assign(classes_ - 2, 0);
+    out.violated.assign(requirements_, 0);
     for (const std::size_t trace : traces) {
-      const std::size_t k = class_of(trace);
+      const Story story = stories_[trace];
       ++out.n;
-      if (k == 0) ++out.success;
-      if (k == classes_ - 1) ++out.unknown;
-      if (k > 0 && k < classes_ - 1) ++out.violated[k - 1];
+      if (story.outcome == Outcome::success) ++out.success;
+      if (story.outcome == Outcome::unknown_failure) ++out.unknown;
+      if (story.outcome == Outcome::known_failure) ++out.violated[static_cast<std::size_t>(story.violated)];
     }
     return out;
   }
@@ -118,7 +142,7 @@ class Grower {
   /// Every node at which traces part, with what their outcomes say.
   std::vector<Candidate> candidates(const std::vector<std::size_t>& traces) const {
     std::vector<Candidate> out;
-    for (std::size_t part = 0; part < parts_.size(); ++part) {
+    for (std::size_t part = 0; part < threads_.size(); ++part) {
       std::vector<Place> places = {{static_cast<int>(part), 0, traces}};
       while (!places.empty()) {
         const Place place = std::move(places.back());
@@ -192,7 +216,7 @@ class Grower {
         ++tests;
       }
     }
-    return std::min(1.0, least * static_cast<double>(tests));
+    return tests == 0 ? 1.0 : std::min(1.0, least * static_cast<double>(tests));
   }
 
   void split(const std::vector<std::size_t>& traces, int depth, int parent, int parent_branch) {
@@ -224,7 +248,8 @@ class Grower {
   void add(const Candidate& one, double p_value, int depth, int parent, int parent_branch) {
     EventNode node;
     const PartStories& of_part = of_part_[static_cast<std::size_t>(one.part)];
-    node.part = parts_[static_cast<std::size_t>(one.part)];
+    node.part = threads_[static_cast<std::size_t>(one.part)].part;
+    node.with = threads_[static_cast<std::size_t>(one.part)].with;
     for (std::size_t k = 0; k < one.depth; ++k) node.past.push_back(of_part.of(one.traces.front())[k].word);
     node.time = one.time;
     node.p_value = p_value;
@@ -266,8 +291,8 @@ class Grower {
   }
 
   const Stories& stories_;
-  const std::vector<int>& parts_;
-  const std::size_t classes_;
+  std::vector<Thread> threads_;
+  const std::size_t requirements_, classes_;
   const double end_;
   const EventTreeRules rules_;
   std::vector<PartStories> of_part_;

@@ -2,14 +2,15 @@
 // Where traces of a policy part: the contacts at which what happens next decides how a trace ends (§3.6.1, Figures 5,
 // 6), found from the stories of many traces.
 //
-// A trace is followed part by part: the contacts of one part (a foot, the body) alone, in their order. Traces whose
-// part has had the same contacts so far stand at the same node; its next contact (or that it has none until the trace's
-// natural end) parts them. A node is a bifurcation if the classes of outcomes (success, each requirement that was
-// violated first, objective unmet) differ between its branches: Fisher's exact test of each branch against the rest and
-// each class against the rest, times their number, Holm's correction over all nodes. Among those the earliest is taken
-// that tells at least half as much about the outcome (mutual information) as the one that tells most; its branches are
-// looked at in the same way, at half the error rate. So where outcomes hang on nothing that touches, a node is found
-// with at most the probability `error_rate`.
+// A trace is followed by threads: the contacts of one part (a foot, the body) alone, or of one pair of parts alone, in
+// their order. Traces whose thread has had the same contacts so far stand at the same node; its next contact (or that
+// it has none until the trace's natural end) parts them. A node is a bifurcation if ends differ between its branches:
+// Fisher's exact test of each branch against the rest and each class of ends against the rest, times their number,
+// Holm's correction over all nodes. Ends are success and failure; or, if the rules say so, success, each requirement
+// that was violated first, and an unmet objective. Among the bifurcations the earliest is taken that tells at least
+// half as much about the end (mutual information) as the one that tells most; its branches are looked at in the same
+// way, at half the error rate. So where ends hang on nothing that touches, a node is found with at most the probability
+// `error_rate`.
 
 #include <cstdint>
 #include <string>
@@ -24,6 +25,7 @@ struct EventTreeRules {
   double error_rate = 0.01;
   int depth = 4;             // bifurcations one below another at most
   std::uint64_t fewest = 5;  // traces of a branch; smaller ones are put together
+  bool kinds = false;        // kinds of failures are different ends
 };
 
 /// How some traces ended.
@@ -53,6 +55,7 @@ struct EventBranch {
 /// A bifurcation.
 struct EventNode {
   int part = 0;                     // whose contacts, row of CampaignInfo::colliders
+  int with = -1;                    // only those with this part; -1: all
   std::vector<std::uint32_t> past;  // its contacts before, words
   double time = 0;                  // s: of the median trace, the earliest branch's
   double p_value = 1;               // after correction

@@ -46,57 +46,68 @@ PolicyEvents::Around around(const Stories& stories, const EventBranch& branch, d
   return out;
 }
 
-PolicyEvents events_of(const Stories& stories, const CampaignInfo& info, const EventsRequest& request) {
-  PolicyEvents out;
-  out.policy = stories.policy();
-  const std::size_t requirements = info.deciding();
-  out.tree = event_tree(stories, moving_parts(info), requirements, info.end, request.tree);
-  out.sequences = count_sequences(stories, requirements);
-  if (request.cycle > 0) out.cycles = count_cycles(stories, request.cycle, info.end);
-  const double period = usual_period(stories);
-  for (const EventNode& node : out.tree.nodes) {
-    double last = node.time;
-    for (const EventBranch& branch : node.branches) {
-      if (branch.kind == EventBranch::Kind::contact) last = std::max(last, branch.time.median);
-    }
-    auto& all = out.around.emplace_back();
-    for (const EventBranch& branch : node.branches) {
-      all.push_back(around(stories, branch, node.time - 0.5 * period, last + 0.5 * period));
-    }
+/// From half a period before the earliest branch of a node until half a period after the last.
+std::vector<PolicyEvents::Around> around_node(const Stories& stories, const EventNode& node, double period) {
+  double last = node.time;
+  for (const EventBranch& branch : node.branches) {
+    if (branch.kind == EventBranch::Kind::contact) last = std::max(last, branch.time.median);
+  }
+  std::vector<PolicyEvents::Around> out;
+  for (const EventBranch& branch : node.branches) {
+    out.push_back(around(stories, branch, node.time - 0.5 * period, last + 0.5 * period));
   }
   return out;
 }
 
-void add_novelties(const Archive& archive, const EventsRequest& request, const std::vector<std::string>& policies,
-                   std::vector<PolicyEvents>& out) {
-  StoryRules rules = request.rules;
-  rules.detail = std::max(rules.detail, Detail::features);
-  const CampaignInfo& info = archive.info();
-  const std::vector<Stories> own = read_stories(archive, policies, rules);
-  std::vector<Stories> others;
-  if (!request.reference.empty()) {
-    const Archive reference(request.reference);
-    if (reference.info().colliders != info.colliders) {
-      throw InputError(fmt::format("{}: is about other parts than {}; a reference has the same robot and world",
-                                   request.reference, archive.path().string()));
-    }
-    for (const std::string& policy : policies) {
-      const auto& names = reference.info().policies;
-      const bool same = std::find(names.begin(), names.end(), policy) != names.end();
-      if (!same && names.size() != 1) {
-        throw InputError(fmt::format("{}: has no policy '{}' to compare with; it has {}", request.reference, policy,
-                                     fmt::join(names, ", ")));
-      }
-      others.push_back(std::move(read_stories(reference, {same ? policy : names.front()}, rules).front()));
-    }
+/// `fine`: with features, at least; `told`: as sequences are told.
+PolicyEvents events_of(const Stories& fine, const Stories& told, const CampaignInfo& info,
+                       const EventsRequest& request) {
+  PolicyEvents out;
+  out.policy = fine.policy();
+  const std::size_t requirements = info.deciding();
+  EventTreeRules rules = request.tree;
+  for (std::size_t i = 0; i < fine.size(); ++i) out.kinds = out.kinds || fine[i].outcome == Outcome::success;
+  out.kinds = !out.kinds;
+  rules.kinds = rules.kinds || out.kinds;
+  out.tree = event_tree(fine, moving_parts(info), requirements, info.end, rules);
+  out.sequences = count_sequences(told, requirements);
+  if (request.cycle > 0) out.cycles = count_cycles(told, request.cycle, info.end);
+  const double period = usual_period(told);
+  for (const EventNode& node : out.tree.nodes) out.around.push_back(around_node(told, node, period));
+  return out;
+}
+
+/// What novelties are told against, by policy; none: each policy's successes.
+std::vector<Stories> read_reference(const Archive& archive, const EventsRequest& request,
+                                    const std::vector<std::string>& policies, const StoryRules& rules) {
+  std::vector<Stories> out;
+  if (request.reference.empty()) return out;
+  const Archive reference(request.reference);
+  if (reference.info().colliders != archive.info().colliders) {
+    throw InputError(fmt::format("{}: is about other parts than {}; a reference has the same robot and world",
+                                 request.reference, archive.path().string()));
   }
-  for (std::size_t p = 0; p < policies.size(); ++p) {
+  const auto& names = reference.info().policies;
+  for (const std::string& policy : policies) {
+    const bool same = std::find(names.begin(), names.end(), policy) != names.end();
+    if (!same && names.size() != 1) {
+      throw InputError(fmt::format("{}: has no policy '{}' to compare with; it has {}", request.reference, policy,
+                                   fmt::join(names, ", ")));
+    }
+    out.push_back(std::move(read_stories(reference, {same ? policy : names.front()}, rules).front()));
+  }
+  return out;
+}
+
+void add_novelties(const std::vector<Stories>& fine, const std::vector<Stories>& others, std::size_t requirements,
+                   std::vector<PolicyEvents>& out) {
+  for (std::size_t p = 0; p < fine.size(); ++p) {
     IsReference succeeded;
-    for (std::size_t i = 0; i < own[p].size(); ++i) succeeded.push_back(own[p][i].outcome == Outcome::success);
+    for (std::size_t i = 0; i < fine[p].size(); ++i) succeeded.push_back(fine[p][i].outcome == Outcome::success);
     const Stories* other = others.empty() ? nullptr : &others[p];
     out[p].reference =
         other ? other->size() : static_cast<std::uint64_t>(std::count(succeeded.begin(), succeeded.end(), true));
-    out[p].novelties = novelties(own[p], info.deciding(), succeeded, other);
+    if (out[p].reference > 0) out[p].novelties = novelties(fine[p], requirements, succeeded, other);
   }
 }
 
@@ -109,10 +120,15 @@ CampaignEvents campaign_events(const Archive& archive, const EventsRequest& requ
   out.campaign = out.info.scenario_name;
   out.request = request;
   const std::vector<std::string>& policies = request.policies.empty() ? out.info.policies : request.policies;
-  for (const Stories& stories : read_stories(archive, policies, request.rules)) {
-    out.policies.push_back(events_of(stories, out.info, request));
+  StoryRules rules = request.rules;
+  rules.detail = std::max(rules.detail, Detail::features);
+  const std::vector<Stories> fine = read_stories(archive, policies, rules);
+  const bool same = rules.detail == request.rules.detail;
+  const std::vector<Stories> coarse = same ? std::vector<Stories>() : read_stories(archive, policies, request.rules);
+  for (std::size_t p = 0; p < fine.size(); ++p) {
+    out.policies.push_back(events_of(fine[p], same ? fine[p] : coarse[p], out.info, request));
   }
-  add_novelties(archive, request, policies, out.policies);
+  add_novelties(fine, read_reference(archive, request, policies, rules), out.info.deciding(), out.policies);
   return out;
 }
 

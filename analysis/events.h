@@ -19,7 +19,8 @@ struct EventsRequest {
 
 struct PolicyEvents {
   std::string policy;
-  EventTree tree;
+  EventTree tree;      // words with features, at least
+  bool kinds = false;  // it tells kinds of failures apart: no trace succeeds
   std::vector<SequenceCount> sequences;
   std::vector<CycleCount> cycles;
   std::vector<Novelty> novelties;

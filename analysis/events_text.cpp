@@ -24,7 +24,7 @@ class Teller {
 
   std::string word(std::uint32_t word) const { return word_text(word, detail_, info_); }
 
-  /// "3 x (LF_FOOT-ground RH_FOOT-ground), RF_FOOT-curb": no more than so many words.
+  /// "LF_FOOT-ground RH_FOOT-ground … 32 in all": no more than so many words.
   std::string sequence(const std::vector<std::uint32_t>& words, std::size_t most = kMostWords) const {
     if (words.empty()) return "(no contact)";
     std::string out;
@@ -86,7 +86,7 @@ std::string rate_text(const OutcomeCounts& counts) {
 
 std::string range_text(const Quantiles& x, double scale) {
   if (std::isnan(x.median)) return "-";
-  return fmt::format("{:.3g} ({:.3g} .. {:.3g})", scale * x.median, scale * x.low, scale * x.high);
+  return fmt::format("{:.4g} ({:.4g} .. {:.4g})", scale * x.median, scale * x.low, scale * x.high);
 }
 
 std::string ordinal(std::size_t n) {
@@ -99,11 +99,14 @@ std::string ordinal(std::size_t n) {
   return fmt::format("{}{}", n, ending);
 }
 
-std::string node_text(const PolicyEvents& policy, std::size_t at, const Teller& tell, const CampaignInfo& info) {
+/// `tell` the tree's words, `told` those of sequences.
+std::string node_text(const PolicyEvents& policy, std::size_t at, const Teller& tell, const Teller& told,
+                      const CampaignInfo& info) {
   const EventNode& node = policy.tree.nodes[at];
   const std::string indent(2 + 4 * static_cast<std::size_t>(node.depth), ' ');
   std::string out = indent + fmt::format("{:.3f} s: the {} contact of {}", node.time, ordinal(node.past.size() + 1),
                                          info.colliders[static_cast<std::size_t>(node.part)]);
+  if (node.with >= 0) out += " with " + info.colliders[static_cast<std::size_t>(node.with)];
   if (node.parent >= 0) {
     const EventNode& above = policy.tree.nodes[static_cast<std::size_t>(node.parent)];
     out += ", where " + tell.branch(above.branches[static_cast<std::size_t>(node.parent_branch)]);
@@ -125,12 +128,13 @@ std::string node_text(const PolicyEvents& policy, std::size_t at, const Teller& 
     const PolicyEvents::Around& around = policy.around[at][b];
     if (node.branches[b].kind == EventBranch::Kind::cut || around.n == 0) continue;
     out += indent + fmt::format("  {}: {} of {} have, from {:.2f} to {:.2f} s: {}\n", tell.branch(node.branches[b]),
-                                around.alike, around.n, around.from, around.to, tell.sequence(around.words));
+                                around.alike, around.n, around.from, around.to, told.sequence(around.words));
   }
   return out;
 }
 
-std::string tree_text(const PolicyEvents& policy, const CampaignEvents& events, const Teller& tell) {
+std::string tree_text(const PolicyEvents& policy, const CampaignEvents& events, const Teller& told) {
+  const Teller tell(events, std::max(events.request.rules.detail, Detail::features));
   const EventTree& tree = policy.tree;
   const double error_rate = events.request.tree.error_rate;
   if (tree.nodes.empty()) {
@@ -139,7 +143,7 @@ std::string tree_text(const PolicyEvents& policy, const CampaignEvents& events, 
   }
   std::string out =
       fmt::format("Where behaviour divides ({} nodes tested, error rate {:g})\n", tree.tested, error_rate);
-  for (std::size_t i = 0; i < tree.nodes.size(); ++i) out += node_text(policy, i, tell, events.info);
+  for (std::size_t i = 0; i < tree.nodes.size(); ++i) out += node_text(policy, i, tell, told, events.info);
   return out;
 }
 
@@ -170,6 +174,7 @@ std::string novelties_text(const PolicyEvents& policy, const CampaignEvents& eve
   const std::string against = events.request.reference.empty()
                                   ? fmt::format("the {} successes", policy.reference)
                                   : fmt::format("the {} traces of {}", policy.reference, events.request.reference);
+  if (policy.reference == 0) return "\nNo success to tell novelties against (--reference names other traces).\n";
   if (policy.novelties.empty()) return fmt::format("\nNothing new against {}.\n", against);
   Rows rows = {{"what", "contact", "traces", "success, 95 % interval", "first", "particle"}};
   std::size_t listed[4] = {}, left = 0;
@@ -193,7 +198,9 @@ Json quantiles_json(const Quantiles& x) {
   return {{"p5", x.low}, {"median", x.median}, {"p95", x.high}};
 }
 
-Json node_json(const PolicyEvents& policy, std::size_t at, const Teller& tell, const CampaignEvents& events) {
+/// `tell` the tree's words, `told` those of sequences.
+Json node_json(const PolicyEvents& policy, std::size_t at, const Teller& tell, const Teller& told,
+               const CampaignEvents& events) {
   const EventNode& node = policy.tree.nodes[at];
   Json branches = Json::array();
   constexpr const char* kKinds[] = {"contact", "nothing", "others", "cut"};
@@ -210,9 +217,10 @@ Json node_json(const PolicyEvents& policy, std::size_t at, const Teller& tell, c
                          {{"from", around.from},
                           {"to", around.to},
                           {"traces", around.alike},
-                          {"sequence", tell.words_json(around.words)}}}});
+                          {"sequence", told.words_json(around.words)}}}});
   }
   return {{"part", events.info.colliders[static_cast<std::size_t>(node.part)]},
+          {"with", node.with < 0 ? Json() : Json(events.info.colliders[static_cast<std::size_t>(node.with)])},
           {"past", tell.words_json(node.past)},
           {"time", node.time},
           {"p_value", node.p_value},
@@ -228,7 +236,7 @@ Json policy_json(const PolicyEvents& policy, const CampaignEvents& events) {
   const Teller fine(events, std::max(events.request.rules.detail, Detail::features));
   Json out = {{"policy", policy.policy}, {"outcomes", tell.outcomes_json(policy.tree.all)}};
   Json nodes = Json::array(), sequences = Json::array(), cycles = Json::array(), novel = Json::array();
-  for (std::size_t i = 0; i < policy.tree.nodes.size(); ++i) nodes.push_back(node_json(policy, i, tell, events));
+  for (std::size_t i = 0; i < policy.tree.nodes.size(); ++i) nodes.push_back(node_json(policy, i, fine, tell, events));
   for (const SequenceCount& one : policy.sequences) {
     sequences.push_back({{"outcomes", tell.outcomes_json(one.outcomes)},
                          {"example", one.example},
@@ -252,6 +260,7 @@ Json policy_json(const PolicyEvents& policy, const CampaignEvents& events) {
          {"particle", one.example}});
   }
   out["tested"] = policy.tree.tested;
+  out["by_kinds_of_failures"] = policy.kinds;
   out["bifurcations"] = nodes;
   out["sequences"] = sequences;
   if (events.request.cycle > 0) out["cycles"] = cycles;
