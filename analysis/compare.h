@@ -1,0 +1,75 @@
+#pragma once
+// Two campaigns side by side: on the same particles, who was fixed and who broke.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "analysis/proportions.h"
+#include "archive/archive.h"
+
+namespace graze {
+
+struct CompareRequest {
+  std::string name_a, name_b;           // as replay commands shall name them
+  std::vector<std::string> policies;    // of both; empty: all that both have
+  std::string policy_a, policy_b;       // or one of each
+};
+
+/// Whether particle i of both campaigns is the same robot in the same world.
+struct SameParticles {
+  bool seeds = true;                  // both drew with one seed and design
+  std::uint64_t compared = 0;         // particles whose values both keep
+  std::vector<std::string> common;    // parameters of both with equal values
+  std::vector<std::string> differ;    // of both, with other values
+  std::vector<std::string> only_a, only_b;
+  bool same() const { return seeds && differ.empty(); }
+};
+
+/// One particle that ends otherwise in b than in a.
+struct Change {
+  std::uint32_t particle;
+  std::string in_a, in_b;  // "success", the requirement that was violated, "objective"
+};
+
+/// A margin on the same particles.
+struct MarginChange {
+  std::string requirement, unit;
+  std::uint64_t n = 0, better = 0, worse = 0;  // pairs with a finite margin in both; larger, smaller in b
+  double low = 0, median = 0, high = 0;        // quartiles of b - a
+  double p_value = 1;                          // sign test, exact
+};
+
+struct PolicyComparison {
+  std::string policy_a, policy_b;
+  std::uint64_t n_a = 0, success_a = 0, n_b = 0, success_b = 0;  // valid traces of each
+  PairedTable pairs;        // of particles with a valid trace in both: only_a broke, only_b was fixed
+  bool paired = true;       // else the particles are others, and the numbers below take them for independent
+  double difference = 0;    // success rate of b minus that of a; NaN: no traces
+  Interval interval;        // 95 %: Newcombe, for paired or independent proportions
+  double p_value = 1;       // McNemar, exact; Fisher, exact
+  double corrected = 1;     // by Holm, over the policies that are compared
+  std::vector<std::pair<std::string, std::vector<std::uint64_t>>> moves;  // outcome in a: counts by `ends`
+  std::vector<std::string> ends;                                        // outcomes in b
+  std::vector<Change> fixed, broken;  // by particle
+  std::vector<MarginChange> margins;
+};
+
+struct Comparison {
+  CompareRequest request;
+  std::string campaign_a, campaign_b;
+  bool complete_a = true, complete_b = true;
+  SameParticles particles;
+  std::vector<PolicyComparison> policies;
+};
+
+/// Throws InputError: no policy in common.
+Comparison compare_campaigns(const Archive& a, const Archive& b, const CompareRequest& request);
+
+/// For people; `most`: particles listed as fixed and broken.
+std::string format_comparison(const Comparison& comparison, std::size_t most);
+std::string comparison_json(const Comparison& comparison);
+/// One line per particle that ends otherwise: policies, particle, outcome in a, outcome in b.
+std::string changes_csv(const Comparison& comparison);
+
+}  // namespace graze
