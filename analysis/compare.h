@@ -11,17 +11,17 @@
 namespace graze {
 
 struct CompareRequest {
-  std::string name_a, name_b;           // as replay commands shall name them
-  std::vector<std::string> policies;    // of both; empty: all that both have
-  std::string policy_a, policy_b;       // or one of each
+  std::string name_a, name_b;         // as replay commands shall name them
+  std::vector<std::string> policies;  // of both; empty: all that both have
+  std::string policy_a, policy_b;     // or one of each
 };
 
 /// Whether particle i of both campaigns is the same robot in the same world.
 struct SameParticles {
-  bool seeds = true;                  // both drew with one seed and design
-  std::uint64_t compared = 0;         // particles whose values both keep
-  std::vector<std::string> common;    // parameters of both with equal values
-  std::vector<std::string> differ;    // of both, with other values
+  bool seeds = true;                // both drew with one seed and design
+  std::uint64_t compared = 0;       // particles whose values were compared: the first few thousand that both keep
+  std::vector<std::string> common;  // parameters of both with equal values
+  std::vector<std::string> differ;  // of both, with other values
   std::vector<std::string> only_a, only_b;
   bool same() const { return seeds && differ.empty(); }
 };
@@ -43,15 +43,15 @@ struct MarginChange {
 struct PolicyComparison {
   std::string policy_a, policy_b;
   std::uint64_t n_a = 0, success_a = 0, n_b = 0, success_b = 0;  // valid traces of each
-  PairedTable pairs;        // of particles with a valid trace in both: only_a broke, only_b was fixed
-  bool paired = true;       // else the particles are others, and the numbers below take them for independent
-  double difference = 0;    // success rate of b minus that of a; NaN: no traces
-  Interval interval;        // 95 %: Newcombe, for paired or independent proportions
-  double p_value = 1;       // McNemar, exact; Fisher, exact
-  double corrected = 1;     // by Holm, over the policies that are compared
+  PairedTable pairs;      // of particles with a valid trace in both: only_a broke, only_b was fixed
+  bool paired = true;     // else the particles are others, and the numbers below take them for independent
+  double difference = 0;  // success rate of b minus that of a; NaN: no traces
+  Interval interval;      // 95 %: Newcombe, for paired or independent proportions
+  double p_value = 1;     // McNemar, exact; Fisher, exact
+  double corrected = 1;   // by Holm, over the policies that are compared
   std::vector<std::pair<std::string, std::vector<std::uint64_t>>> moves;  // outcome in a: counts by `ends`
-  std::vector<std::string> ends;                                        // outcomes in b
-  std::vector<Change> fixed, broken;  // by particle
+  std::vector<std::string> ends;                                          // outcomes in b
+  std::vector<Change> fixed, broken;                                      // by particle
   std::vector<MarginChange> margins;
 };
 

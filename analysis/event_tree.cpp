@@ -1,12 +1,13 @@
 #include "analysis/event_tree.h"
 
 #include <algorithm>
-#include <boost/math/distributions/chi_squared.hpp>
 #include <cmath>
 #include <map>
 #include <numeric>
 #include <optional>
 #include <set>
+
+#include "analysis/significance.h"
 
 namespace graze {
 namespace {
@@ -82,6 +83,17 @@ double entropy(const std::vector<double>& counts) {
     if (count > 0) out -= count / sum * std::log(count / sum);
   }
   return out;
+}
+
+/// Two-sided p-value of independence. Fisher's exact test; the chi-square test where all expected counts are so large
+/// that the two agree, and the sums of the exact one long.
+double fourfold_p(const FourfoldTable& t) {
+  constexpr double kLarge = 1000;
+  const double row = static_cast<double>(t.both + t.only_a), column = static_cast<double>(t.both + t.only_b);
+  const double n = row + static_cast<double>(t.only_b + t.neither);
+  if (std::min(row, n - row) * std::min(column, n - column) / n <= kLarge) return fisher_two_sided(t);
+  const double difference = static_cast<double>(t.both) * n - row * column;
+  return upper_chi_square(n * (difference / row) * (difference / column) / ((n - row) * (n - column)), 1);
 }
 
 class Grower {
@@ -211,8 +223,8 @@ class Grower {
       for (std::size_t b = 0; b < table.size(); ++b) {
         if (b == 1 && table.size() == 2) continue;  // the same as b == 0
         const auto n = [](double x) { return static_cast<std::uint64_t>(x); };
-        least = std::min(least, fisher_exact(n(table[b][k]), n(sizes[b] - table[b][k]), n(sums[k] - table[b][k]),
-                                             n(all - sizes[b] - sums[k] + table[b][k])));
+        least = std::min(least, fourfold_p({n(table[b][k]), n(sizes[b] - table[b][k]), n(sums[k] - table[b][k]),
+                                            n(all - sizes[b] - sums[k] + table[b][k])}));
         ++tests;
       }
     }
@@ -299,8 +311,6 @@ class Grower {
   EventTree tree_;
 };
 
-double log_choose(double n, double k) { return std::lgamma(n + 1) - std::lgamma(k + 1) - std::lgamma(n - k + 1); }
-
 }  // namespace
 
 double OutcomeCounts::rate() const {
@@ -308,41 +318,6 @@ double OutcomeCounts::rate() const {
 }
 
 Interval OutcomeCounts::interval() const { return clopper_pearson(success, n); }
-
-double fisher_exact(std::uint64_t a, std::uint64_t b, std::uint64_t c, std::uint64_t d) {
-  const auto x = static_cast<double>(a), row = static_cast<double>(a + b), column = static_cast<double>(a + c);
-  const auto n = static_cast<double>(a + b + c + d);
-  if (row == 0 || column == 0 || row == n || column == n) return 1;
-  constexpr double kLarge = 1000;
-  if (std::min(row, n - row) * std::min(column, n - column) / n > kLarge) {
-    const double difference = x * n - row * column;
-    const double chi2 = n * (difference / row) * (difference / column) / ((n - row) * (n - column));
-    return boost::math::cdf(boost::math::complement(boost::math::chi_squared(1), chi2));
-  }
-  const double low = std::max(0.0, row + column - n), high = std::min(row, column);
-  const double all = log_choose(n, column);
-  const auto chance = [&](double k) { return std::exp(log_choose(row, k) + log_choose(n - row, column - k) - all); };
-  const double own = chance(x) * (1 + 1e-7);
-  double sum = 0;
-  for (double k = low; k <= high; ++k) {
-    const double one = chance(k);
-    if (one <= own) sum += one;
-  }
-  return std::min(1.0, sum);
-}
-
-std::vector<double> holm(const std::vector<double>& p_values) {
-  std::vector<std::size_t> order(p_values.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return p_values[a] < p_values[b]; });
-  std::vector<double> out(p_values.size());
-  double largest = 0;
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    largest = std::max(largest, std::min(1.0, p_values[order[i]] * static_cast<double>(order.size() - i)));
-    out[order[i]] = largest;
-  }
-  return out;
-}
 
 std::vector<int> moving_parts(const CampaignInfo& info) {
   std::vector<int> out;

@@ -5,12 +5,12 @@
 // A trace is followed by threads: the contacts of one part (a foot, the body) alone, or of one pair of parts alone, in
 // their order. Traces whose thread has had the same contacts so far stand at the same node; its next contact (or that
 // it has none until the trace's natural end) parts them. A node is a bifurcation if ends differ between its branches:
-// Fisher's exact test of each branch against the rest and each class of ends against the rest, times their number,
-// Holm's correction over all nodes. Ends are success and failure; or, if the rules say so, success, each requirement
-// that was violated first, and an unmet objective. Among the bifurcations the earliest is taken that tells at least
-// half as much about the end (mutual information) as the one that tells most; its branches are looked at in the same
-// way, at half the error rate. So where ends hang on nothing that touches, a node is found with at most the probability
-// `error_rate`.
+// Fisher's exact test (for large counts the chi-square test) of each branch against the rest and each class of ends
+// against the rest, times their number, Holm's correction over all nodes. Ends are success and failure; or, if the
+// rules say so, success, each requirement that was violated first, and an unmet objective. Among the bifurcations the
+// earliest is taken that tells at least half as much about the end (mutual information) as the one that tells most; its
+// branches are looked at in the same way, at half the error rate. So where ends hang on nothing that touches, a node is
+// found with at most the probability `error_rate`.
 
 #include <cstdint>
 #include <string>
@@ -76,12 +76,5 @@ EventTree event_tree(const Stories& stories, const std::vector<int>& parts, std:
 
 /// Parts of the robot and of movable objects.
 std::vector<int> moving_parts(const CampaignInfo& info);
-
-/// Two-sided p-value of Fisher's exact test of [a b; c d]; where all expected counts exceed 1000, of the chi-square
-/// test.
-double fisher_exact(std::uint64_t a, std::uint64_t b, std::uint64_t c, std::uint64_t d);
-
-/// p-values after Holm's correction, in the same order.
-std::vector<double> holm(const std::vector<double>& p_values);
 
 }  // namespace graze

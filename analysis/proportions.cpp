@@ -66,4 +66,14 @@ Interval newcombe_paired(const PairedTable& table, double confidence) {
   return {p_b - p_a - distance(p_b - b.low, a.high - p_a), p_b - p_a + distance(b.high - p_b, p_a - a.low)};
 }
 
+Interval newcombe_independent(std::uint64_t success_a, std::uint64_t n_a, std::uint64_t success_b, std::uint64_t n_b,
+                              double confidence) {
+  if (n_a == 0 || n_b == 0) return {-1, 1};
+  const Interval a = wilson(success_a, n_a, confidence), b = wilson(success_b, n_b, confidence);
+  const double rate_a = static_cast<double>(success_a) / static_cast<double>(n_a);
+  const double rate_b = static_cast<double>(success_b) / static_cast<double>(n_b);
+  return {rate_b - rate_a - std::hypot(rate_b - b.low, a.high - rate_a),
+          rate_b - rate_a + std::hypot(b.high - rate_b, rate_a - a.low)};
+}
+
 }  // namespace graze

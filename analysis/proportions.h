@@ -24,4 +24,9 @@ double paired_difference(const PairedTable& table);
 /// of Wilson's intervals, with the correlation of both, continuity corrected). No pairs give [-1, 1].
 Interval newcombe_paired(const PairedTable& table, double confidence = 0.95);
 
+/// Interval for the difference rate(b) - rate(a) of independent proportions: Newcombe, Statistics in Medicine 17 (1998)
+/// 873-890, method 10 (square-and-add of Wilson's intervals). A side without trials gives [-1, 1].
+Interval newcombe_independent(std::uint64_t success_a, std::uint64_t n_a, std::uint64_t success_b, std::uint64_t n_b,
+                              double confidence = 0.95);
+
 }  // namespace graze

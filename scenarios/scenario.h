@@ -43,7 +43,7 @@ struct Recording {
   int every = 10;      // physics steps between frames
   double last = 0.5;   // s, with Telemetry::last
   bool phases = true;  // contact phases
-  PhaseRules rules;
+  PhaseRules rules = {};
   bool events = false;  // every touch, lift-off, change of mode and joint limit
 };
 

@@ -13,7 +13,6 @@
 namespace graze {
 namespace {
 
-using ::testing::DoubleNear;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -240,17 +239,6 @@ TEST(EventTree, TellsWhatIsMissing) {
   EXPECT_EQ(tree.nodes[0].branches[1].kind == EventBranch::Kind::nothing ||
                 tree.nodes[0].branches[0].kind == EventBranch::Kind::nothing,
             true);
-}
-
-// Claims from hand: Fisher's tea, a table of zeros, and the chi-square approximation where it takes over.
-TEST(Tests, OfFisherAndHolm) {
-  EXPECT_NEAR(fisher_exact(3, 1, 1, 3), 34.0 / 70, 1e-12);
-  EXPECT_NEAR(fisher_exact(4, 0, 0, 4), 2.0 / 70, 1e-12);
-  EXPECT_EQ(fisher_exact(0, 0, 3, 4), 1);
-  EXPECT_NEAR(fisher_exact(2000, 2100, 2050, 2000) / 0.0989, 1, 0.02) << "chi-square without Yates's correction";
-  EXPECT_THAT(holm({0.04, 0.01, 0.03}), ElementsAre(DoubleNear(0.06, 1e-15), DoubleNear(0.03, 1e-15),
-                                                    DoubleNear(0.06, 1e-15)));
-  EXPECT_THAT(holm({}), IsEmpty());
 }
 
 TEST(Stories, LeaveOutWhatIsLightButNotWhatIsUnderWay) {

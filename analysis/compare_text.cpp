@@ -1,0 +1,189 @@
+// A comparison as text for people, as JSON and CSV for scripts.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "analysis/compare.h"
+#include "analysis/failures.h"
+#include "analysis/text_table.h"
+#include "archive/files/csv.h"
+
+namespace graze {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Rows = std::vector<std::vector<std::string>>;
+
+std::string rate_text(std::uint64_t k, std::uint64_t n) {
+  return n == 0 ? "-" : fmt::format("{:.4f} of {}", static_cast<double>(k) / static_cast<double>(n), n);
+}
+
+std::string policy_name(const PolicyComparison& one) {
+  return one.policy_a == one.policy_b ? one.policy_a : one.policy_a + " | " + one.policy_b;
+}
+
+/// "a, b and 5 more"
+std::string some_names(const std::vector<std::string>& names) {
+  constexpr std::size_t kShownNames = 3;
+  std::string out;
+  for (std::size_t i = 0; i < std::min(kShownNames, names.size()); ++i) out += (i > 0 ? ", " : "") + names[i];
+  return names.size() > kShownNames ? out + fmt::format(" and {} more", names.size() - kShownNames) : out;
+}
+
+std::string particles_text(const Comparison& c) {
+  const SameParticles& p = c.particles;
+  if (!p.seeds) {
+    return "Other particles (another seed or sampling design): rates are compared as of independent samples.\n";
+  }
+  std::string out;
+  if (p.differ.empty()) {
+    out = p.compared > 0 ? fmt::format("The same particles: {} parameters are equal on the {} that were compared.\n",
+                                       p.common.size(), p.compared)
+                         : "The same particles, by seed and design (their values are not stored).\n";
+  } else {
+    out = fmt::format("The same seed, but {} parameters have other values (another distribution): {}.\n",
+                      p.differ.size(), some_names(p.differ));
+  }
+  if (!p.only_a.empty()) out += fmt::format("Uncertain in A alone: {}.\n", some_names(p.only_a));
+  if (!p.only_b.empty()) out += fmt::format("Uncertain in B alone: {}.\n", some_names(p.only_b));
+  return out;
+}
+
+std::string verdict_table(const Comparison& c) {
+  Rows rows = {{"policy", "A", "B", "fixed", "broken", "B - A", "95 % interval", "p", "p, Holm"}};
+  for (const PolicyComparison& one : c.policies) {
+    rows.push_back({policy_name(one), rate_text(one.success_a, one.n_a), rate_text(one.success_b, one.n_b),
+                    one.paired ? std::to_string(one.pairs.only_b) : "-",
+                    one.paired ? std::to_string(one.pairs.only_a) : "-",
+                    std::isnan(one.difference) ? "-" : fmt::format("{:+.4f}", one.difference),
+                    fmt::format("{:+.4f} .. {:+.4f}", one.interval.low, one.interval.high),
+                    fmt::format("{:.3g}", one.p_value), fmt::format("{:.3g}", one.corrected)});
+  }
+  return text_table(rows, 1);
+}
+
+std::string moves_table(const PolicyComparison& one) {
+  Rows rows = {{"in A \\ in B"}};
+  rows[0].insert(rows[0].end(), one.ends.begin(), one.ends.end());
+  for (const auto& [name, counts] : one.moves) {
+    rows.push_back({name});
+    for (const std::uint64_t count : counts) rows.back().push_back(std::to_string(count));
+  }
+  return text_table(rows, 1);
+}
+
+std::string margins_table(const PolicyComparison& one) {
+  Rows rows = {{"margin of", "pairs", "wider", "narrower", "median B - A", "quartiles", "sign test p"}};
+  for (const MarginChange& m : one.margins) {
+    const std::string unit = m.unit == "1" ? "" : " " + m.unit;
+    rows.push_back({m.requirement, std::to_string(m.n), std::to_string(m.better), std::to_string(m.worse),
+                    m.n == 0 ? "-" : fmt::format("{:+.4g}{}", m.median, unit),
+                    m.n == 0 ? "-" : fmt::format("{:+.4g} .. {:+.4g}", m.low, m.high),
+                    fmt::format("{:.3g}", m.p_value)});
+  }
+  return one.margins.empty() ? "" : text_table(rows, 1);
+}
+
+std::string changes_table(const std::vector<Change>& changes, const char* title, const PolicyComparison& one,
+                          const Comparison& c, std::size_t most) {
+  if (changes.empty()) return "";
+  Rows rows = {{"particle", "in A", "in B", "to see it in B"}};
+  for (std::size_t i = 0; i < std::min(most, changes.size()); ++i) {
+    const Change& change = changes[i];
+    rows.push_back({std::to_string(change.particle), change.in_a, change.in_b,
+                    replay_command(c.request.name_b, one.policy_b, change.particle)});
+  }
+  std::string out = fmt::format("\n{} ({})\n", title, changes.size()) + text_table(rows, 4);
+  const std::size_t left = changes.size() - (rows.size() - 1);
+  return left == 0 ? out : out + fmt::format("… and {} more (--top, --csv)\n", left);
+}
+
+Json changes_json(const std::vector<Change>& changes) {
+  Json out = Json::array();
+  for (const Change& one : changes) out.push_back({{"particle", one.particle}, {"a", one.in_a}, {"b", one.in_b}});
+  return out;
+}
+
+Json policy_json(const PolicyComparison& one) {
+  Json moves = Json::object(), margins = Json::array();
+  for (const auto& [name, counts] : one.moves) {
+    for (std::size_t i = 0; i < one.ends.size(); ++i) moves[name][one.ends[i]] = counts[i];
+  }
+  for (const MarginChange& m : one.margins) {
+    margins.push_back({{"requirement", m.requirement},
+                       {"unit", m.unit},
+                       {"pairs", m.n},
+                       {"wider", m.better},
+                       {"narrower", m.worse},
+                       {"median", m.median},
+                       {"quartiles", {m.low, m.high}},
+                       {"p_value", m.p_value}});
+  }
+  return {{"policy_a", one.policy_a},
+          {"policy_b", one.policy_b},
+          {"a", {{"n", one.n_a}, {"success", one.success_a}}},
+          {"b", {{"n", one.n_b}, {"success", one.success_b}}},
+          {"paired", one.paired},
+          {"pairs",
+           {{"both", one.pairs.both},
+            {"broken", one.pairs.only_a},
+            {"fixed", one.pairs.only_b},
+            {"neither", one.pairs.neither}}},
+          {"difference", std::isnan(one.difference) ? Json() : Json(one.difference)},
+          {"interval", {one.interval.low, one.interval.high}},
+          {"p_value", one.p_value},
+          {"p_holm", one.corrected},
+          {"moves", moves},
+          {"fixed", changes_json(one.fixed)},
+          {"broken", changes_json(one.broken)},
+          {"margins", margins}};
+}
+
+}  // namespace
+
+std::string format_comparison(const Comparison& c, std::size_t most) {
+  std::string out =
+      fmt::format("A: {} ({}){}\nB: {} ({}){}\n", c.request.name_a, c.campaign_a, c.complete_a ? "" : " INCOMPLETE",
+                  c.request.name_b, c.campaign_b, c.complete_b ? "" : " INCOMPLETE");
+  out += particles_text(c) + "\n" + verdict_table(c);
+  for (const PolicyComparison& one : c.policies) {
+    if (!one.paired) continue;
+    out += fmt::format("\n{}: how the {} particles of both end\n", policy_name(one), one.pairs.n()) + moves_table(one);
+    if (!one.margins.empty()) out += "\n" + margins_table(one);
+    out += changes_table(one.fixed, "Fixed", one, c, most) + changes_table(one.broken, "Broken", one, c, most);
+  }
+  return out;
+}
+
+std::string comparison_json(const Comparison& c) {
+  Json policies = Json::array();
+  for (const PolicyComparison& one : c.policies) policies.push_back(policy_json(one));
+  const SameParticles& p = c.particles;
+  const Json out = {{"a", {{"archive", c.request.name_a}, {"campaign", c.campaign_a}, {"complete", c.complete_a}}},
+                    {"b", {{"archive", c.request.name_b}, {"campaign", c.campaign_b}, {"complete", c.complete_b}}},
+                    {"particles",
+                     {{"same_seed", p.seeds},
+                      {"compared", p.compared},
+                      {"equal", p.common},
+                      {"different", p.differ},
+                      {"only_a", p.only_a},
+                      {"only_b", p.only_b}}},
+                    {"policies", policies}};
+  return out.dump(2, ' ', false, Json::error_handler_t::replace);
+}
+
+std::string changes_csv(const Comparison& c) {
+  std::string out = "policy_a,policy_b,particle,change,in_a,in_b\n";
+  for (const PolicyComparison& one : c.policies) {
+    for (const auto& [changes, name] : {std::pair{&one.fixed, "fixed"}, std::pair{&one.broken, "broken"}}) {
+      for (const Change& change : *changes) {
+        out += fmt::format("{},{},{},{},{},{}\n", csv_cell(one.policy_a), csv_cell(one.policy_b), change.particle, name,
+                           csv_cell(change.in_a), csv_cell(change.in_b));
+      }
+    }
+  }
+  return out;
+}
+
+}  // namespace graze

@@ -1,0 +1,52 @@
+// graze unknown: kinds of unknown failures, a typical trace of each, and a requirement that would have caught it.
+#include <iostream>
+#include <memory>
+
+#include "analysis/unknown_failures.h"
+#include "jobs/cli/commands.h"
+#include "jobs/cli/reading_verb.h"
+
+namespace graze {
+namespace {
+
+struct Arguments {
+  std::string archive;
+  std::vector<std::string> policies;
+  bool json = false;
+};
+
+int tell_unknown(const Arguments& arguments) {
+  const Archive archive(arguments.archive);
+  warn(archive.warnings());
+  std::vector<UnknownFailures> all;
+  for (const std::string& policy : chosen_names(archive.info().policies, arguments.policies, arguments.archive)) {
+    all.push_back(unknown_failures(archive, policy));
+  }
+  if (arguments.json) {
+    std::cout << unknown_failures_json(all, arguments.archive) << "\n";
+  } else {
+    std::cout << format_unknown_failures(all, arguments.archive);
+  }
+  return archive.complete() ? kDone : kMachineFailed;
+}
+
+}  // namespace
+
+void add_unknown(CLI::App& app, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* verb = add_verb(app, "unknown", "Kinds of unknown failures, and requirements that would have caught them",
+                            "  graze unknown curb.h5\n"
+                            "  graze unknown curb.h5 --policy step/3cm --json\n");
+  verb->add_option("archive", arguments->archive, "Campaign directory or packed file")->required();
+  verb->add_option("--policy", arguments->policies, "Only these policies (globs; may be repeated)")
+      ->allow_extra_args(false);
+  verb->add_flag("--json", arguments->json, "Print JSON");
+  verb->callback([arguments, &action] {
+    action = [arguments] {
+      return in_reading_child(
+          {arguments->archive}, [&] { return tell_unknown(*arguments); }, 1);
+    };
+  });
+}
+
+}  // namespace graze

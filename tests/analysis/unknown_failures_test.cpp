@@ -1,0 +1,112 @@
+// Kinds of unknown failures that were planted: how many there are, who is in them, what would have caught them.
+#include "analysis/unknown_failures.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "tests/archive/synthetic.h"
+
+namespace graze {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+using ::testing::SizeIs;
+using ::testing::StartsWith;
+
+/// `kind(i)`: 0: trace i succeeds; 1: the base lies low and far to one side; 2: LF_FOOT strikes the curb.
+template <class Kind>
+UnknownFailures planted(std::uint32_t traces, const Kind& kind) {
+  const synthetic::Folder folder;
+  CampaignInfo info = synthetic::info();
+  info.policies = {"walk"};
+  info.particles = traces;
+  info.q_names = {"base.qw", "base.qx", "base.qy", "base.qz", "base.x", "base.y", "base.z", "hip", "knee"};
+  info.links = {"BODY"};
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> noise(0, 0.01);
+  {
+    CampaignWriter writer(folder / "a.graze", info, false);
+    std::vector<TraceRecord> records;
+    std::vector<double> values;
+    for (std::uint32_t i = 0; i < traces; ++i) {
+      TraceRecord record = synthetic::trace(info, 0, i);
+      const int what = kind(i);
+      record.outcome = what == 0 ? Outcome::success : Outcome::unknown_failure;
+      record.violated = -1;
+      record.invalid_reason.clear();
+      record.events.clear();
+      record.phases.clear();
+      for (double& margin : record.margins) margin = 1 + noise(random);
+      record.margin_parts.assign(info.requirements.size(), kNoPart);
+      record.violation_parts.assign(info.requirements.size(), kNoPart);
+      record.objective_culprit = {};
+      record.q = {1, 0, 0, 0, 0.5 + noise(random), noise(random), 0.3 + noise(random), noise(random), noise(random)};
+      if (what == 1) record.q[5] = 0.4 + noise(random), record.q[6] = 0.1 + noise(random);
+      if (what == 2) record.q[7] = 0.5 + noise(random);
+      ContactPhase touch;
+      touch.a = 0;
+      touch.b = 2;
+      touch.end = 0.1;
+      touch.impulse = 1 + noise(random);
+      record.phases.push_back(touch);
+      if (what == 2) {
+        touch.b = 1;
+        record.phases.push_back(touch);
+      }
+      records.push_back(std::move(record));
+      const std::vector<double> row = synthetic::values(info, i);
+      values.insert(values.end(), row.begin(), row.end());
+    }
+    writer.append(0, std::move(records), std::move(values));
+    writer.finish();
+  }
+  return unknown_failures(Archive(folder / "a.graze"), "walk");
+}
+
+TEST(UnknownFailures, AreDividedIntoThePlantedKinds) {
+  const UnknownFailures got = planted(200, [](std::uint32_t i) { return i % 10 < 5 ? 0 : i % 10 < 8 ? 1 : 2; });
+  EXPECT_EQ(got.traces, 100u);
+  EXPECT_EQ(got.successes, 100u);
+  ASSERT_THAT(got.kinds, SizeIs(2));
+  EXPECT_GT(got.silhouette, 0.5);
+  EXPECT_EQ(got.kinds[0].traces, 60u);
+  for (const std::uint32_t particle : got.kinds[0].particles) EXPECT_LT(particle % 10, 8u);
+  for (const std::uint32_t particle : got.kinds[1].particles) EXPECT_GE(particle % 10, 8u);
+  EXPECT_THAT(got.kinds[0].traits[0].name, testing::AnyOf("base.y", "base.z"));
+  ASSERT_FALSE(got.kinds[0].witnesses.empty());
+  EXPECT_THAT(got.kinds[0].witnesses[0].yaml, testing::AnyOf(HasSubstr("position: {link: BODY, y: {below: 0."),
+                                                             HasSubstr("height: {link: BODY, above: 0.")));
+  EXPECT_EQ(got.kinds[0].witnesses[0].caught, got.kinds[0].witnesses[0].of);
+  EXPECT_EQ(got.kinds[0].witnesses[0].alarms, 0u);
+  ASSERT_FALSE(got.kinds[1].witnesses.empty());
+  EXPECT_THAT(got.kinds[1].witnesses[0].yaml, StartsWith("no_contact: ["));
+  const std::string text = format_unknown_failures({got}, "a.graze");
+  EXPECT_THAT(text, HasSubstr("walk: 100 unknown failures, 2 kinds"));
+  EXPECT_THAT(text, HasSubstr("typical: graze replay a.graze --particle "));
+  EXPECT_THAT(unknown_failures_json({got}, "a.graze"), HasSubstr("\"requirement\": \"no_contact: ["));
+}
+
+// Claim: failures that differ by nothing but noise are of one kind, and no requirement is proposed that would catch
+// them.
+TEST(UnknownFailures, ThatAreLikeTheSuccessesAreOfOneKind) {
+  const UnknownFailures got = planted(200, [](std::uint32_t i) { return i % 4 < 2 ? 0 : 3; });
+  ASSERT_THAT(got.kinds, SizeIs(1));
+  EXPECT_EQ(got.silhouette, 0);
+  EXPECT_THAT(got.kinds[0].witnesses, IsEmpty());
+  EXPECT_THAT(format_unknown_failures({got}, "a"), HasSubstr("no simple requirement tells it from the successes"));
+}
+
+TEST(UnknownFailures, WithoutSuccessesHaveNoRequirementProposed) {
+  const UnknownFailures got = planted(20, [](std::uint32_t i) { return 1 + static_cast<int>(i % 2); });
+  EXPECT_THAT(got.kinds, SizeIs(2));
+  EXPECT_THAT(got.kinds[0].witnesses, IsEmpty());
+  EXPECT_THAT(format_unknown_failures({got}, "a"), Not(HasSubstr("would have caught")));
+  EXPECT_THAT(planted(5, [](std::uint32_t) { return 0; }).kinds, IsEmpty());
+}
+
+}  // namespace
+}  // namespace graze
