@@ -14,6 +14,7 @@
 #include "simulation/names.h"
 #include "simulation/telemetry.h"
 #include "simulation/watchdog.h"
+#include "simulation/watched_sensors.h"
 
 namespace graze {
 namespace {
@@ -49,35 +50,6 @@ LaneNoise lag_noise(const Scenario& scenario, std::uint64_t seed) {
   }
   return LaneNoise(seed, channels);
 }
-
-/// What an observer sees of the sensors: all groups, as the controller has or would have them, and without errors.
-/// Draws are keyed by channel, so that what the controller reads is here with the same bits.
-class WatchedSensors {
- public:
-  WatchedSensors(const Scenario& s, std::uint64_t seed)
-      : sensors_(s.model, channel_names(s.world->robot), sensor_noise(s, seed)),
-        exact_(s.model, channel_names(s.world->robot), SensorNoise{}) {}
-
-  void start(int lane, const Particle& particle) {
-    sensors_.start(lane, particle);
-    Particle exact;
-    exact.id = particle.id;
-    exact_.start(lane, exact);
-  }
-
-  template <class... Arguments>
-  void sense(const Arguments&... arguments) {
-    sensors_.sense(arguments..., sensed_);
-    exact_.sense(arguments..., truth_);
-  }
-
-  const Observation& sensed() const { return sensed_; }
-  const Observation& truth() const { return truth_; }
-
- private:
-  Sensors sensors_, exact_;
-  Observation sensed_, truth_;
-};
 
 /// The step at which a trace begins.
 std::uint32_t first_step(const Timing& timing, const Beginning& beginning) {
