@@ -67,15 +67,6 @@ double median(std::vector<double>& x) {
   return *middle;
 }
 
-Quantiles quantiles(std::vector<double> x) {
-  if (x.empty()) return {std::nan(""), std::nan(""), std::nan("")};
-  std::sort(x.begin(), x.end());
-  const auto at = [&](double q) {
-    return x[static_cast<std::size_t>(std::lround(q * static_cast<double>(x.size() - 1)))];
-  };
-  return {at(0.05), at(0.5), at(0.95)};
-}
-
 double entropy(const std::vector<double>& counts) {
   const double sum = std::accumulate(counts.begin(), counts.end(), 0.0);
   double out = 0;
@@ -312,6 +303,15 @@ class Grower {
 };
 
 }  // namespace
+
+Quantiles quantiles(std::vector<double> x) {
+  if (x.empty()) return {std::nan(""), std::nan(""), std::nan("")};
+  std::sort(x.begin(), x.end());
+  const auto at = [&](double q) {
+    return x[static_cast<std::size_t>(std::lround(q * static_cast<double>(x.size() - 1)))];
+  };
+  return {at(0.05), at(0.5), at(0.95)};
+}
 
 double OutcomeCounts::rate() const {
   return n == 0 ? std::nan("") : static_cast<double>(success) / static_cast<double>(n);

@@ -41,6 +41,8 @@ struct Quantiles {
   double low, median, high;
 };
 
+Quantiles quantiles(std::vector<double> x);
+
 /// What a part does next: touches something, or nothing until the natural end of its trace.
 struct EventBranch {
   enum class Kind { contact, nothing, others /* rare contacts together */, cut /* the trace ended before */ };

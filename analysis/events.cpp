@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 namespace graze {
 namespace {
@@ -77,6 +78,56 @@ PolicyEvents events_of(const Stories& fine, const Stories& told, const CampaignI
   return out;
 }
 
+/// Least gaps of the pair of a branch's contact in traces of other branches, by witnesses of lengths over pairs.
+void add_near_misses(const Archive& archive, const Stories& stories, PolicyEvents& out) {
+  const CampaignInfo& info = archive.info();
+  std::vector<std::size_t> witnesses;
+  for (std::size_t r = 0; r < info.requirements.size(); ++r) {
+    if (info.requirements[r].parts == "pairs" && info.requirements[r].unit == "m") witnesses.push_back(r);
+  }
+  if (witnesses.empty() || out.tree.nodes.empty()) return;
+  std::map<std::uint32_t, std::size_t> row_of;
+  for (std::size_t i = 0; i < stories.size(); ++i) row_of[stories[i].particle] = i;
+  struct Margin {
+    double gap;
+    int part;
+  };
+  std::vector<std::vector<Margin>> margins(stories.size());  // [trace][witness]
+  archive.scan(out.policy, kMargins | kMarginParts, [&](const TraceRows& rows) {
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      const auto found = row_of.find(rows.particle(i));
+      if (found == row_of.end() || rows.margin_parts(i).empty()) continue;
+      for (const std::size_t r : witnesses) {
+        margins[found->second].push_back({rows.margins(i)[r], rows.margin_parts(i)[r]});
+      }
+    }
+  });
+  const int parts = static_cast<int>(info.colliders.size());
+  for (std::size_t n = 0; n < out.tree.nodes.size(); ++n) {
+    const EventNode& node = out.tree.nodes[n];
+    std::set<int> told;
+    for (std::size_t b = 0; b < node.branches.size(); ++b) {
+      const EventBranch& branch = node.branches[b];
+      const int pair = part_a(branch.word) * parts + part_b(branch.word);
+      if (branch.kind != EventBranch::Kind::contact || !told.insert(pair).second) continue;
+      for (std::size_t w = 0; w < witnesses.size(); ++w) {
+        PolicyEvents::NearMiss one{n, b, info.requirements[witnesses[w]].name};
+        std::vector<double> gaps;
+        for (const EventBranch& other : node.branches) {
+          if (parts_only(other.word) == parts_only(branch.word) && other.kind == EventBranch::Kind::contact) continue;
+          one.other += other.traces.size();
+          for (const std::size_t trace : other.traces) {
+            if (margins[trace].size() > w && margins[trace][w].part == pair) gaps.push_back(margins[trace][w].gap);
+          }
+        }
+        one.n = gaps.size();
+        one.gap = quantiles(std::move(gaps));
+        if (one.n > 0) out.near_misses.push_back(std::move(one));
+      }
+    }
+  }
+}
+
 /// What novelties are told against, by policy; none: each policy's successes.
 std::vector<Stories> read_reference(const Archive& archive, const EventsRequest& request,
                                     const std::vector<std::string>& policies, const StoryRules& rules) {
@@ -127,6 +178,7 @@ CampaignEvents campaign_events(const Archive& archive, const EventsRequest& requ
   const std::vector<Stories> coarse = same ? std::vector<Stories>() : read_stories(archive, policies, request.rules);
   for (std::size_t p = 0; p < fine.size(); ++p) {
     out.policies.push_back(events_of(fine[p], same ? fine[p] : coarse[p], out.info, request));
+    add_near_misses(archive, fine[p], out.policies.back());
   }
   add_novelties(fine, read_reference(archive, request, policies, rules), out.info.deciding(), out.policies);
   return out;

@@ -33,6 +33,15 @@ struct PolicyEvents {
     std::uint64_t alike = 0, n = 0;
   };
   std::vector<std::vector<Around>> around;
+  /// Near misses: the two parts of a contact that some branch has came near in traces that went another way: the least
+  /// gap that a witness saw between them, where it was the nearest of its pairs.
+  struct NearMiss {
+    std::size_t node = 0, branch = 0;  // the branch that had the contact
+    std::string witness;
+    std::uint64_t n = 0, other = 0;  // traces of other branches whose margin is that of these parts; of all others
+    Quantiles gap{};                 // m; positive: they did not touch
+  };
+  std::vector<NearMiss> near_misses;
 };
 
 struct CampaignEvents {

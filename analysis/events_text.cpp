@@ -130,6 +130,13 @@ std::string node_text(const PolicyEvents& policy, std::size_t at, const Teller& 
     out += indent + fmt::format("  {}: {} of {} have, from {:.2f} to {:.2f} s: {}\n", tell.branch(node.branches[b]),
                                 around.alike, around.n, around.from, around.to, told.sequence(around.words));
   }
+  for (const PolicyEvents::NearMiss& one : policy.near_misses) {
+    if (one.node != at) continue;
+    const std::uint32_t pair = parts_only(node.branches[one.branch].word);
+    out += indent + fmt::format("  {} in other branches: least gap {} mm, told by '{}' of {} of {} traces\n",
+                                word_text(pair, Detail::parts, info), range_text(one.gap, 1e3), one.witness, one.n,
+                                one.other);
+  }
   return out;
 }
 
@@ -262,6 +269,16 @@ Json policy_json(const PolicyEvents& policy, const CampaignEvents& events) {
   out["tested"] = policy.tree.tested;
   out["by_kinds_of_failures"] = policy.kinds;
   out["bifurcations"] = nodes;
+  Json near = Json::array();
+  for (const PolicyEvents::NearMiss& one : policy.near_misses) {
+    near.push_back({{"bifurcation", one.node},
+                    {"branch", one.branch},
+                    {"witness", one.witness},
+                    {"traces", one.n},
+                    {"of", one.other},
+                    {"gap", quantiles_json(one.gap)}});
+  }
+  out["near_misses"] = near;
   out["sequences"] = sequences;
   if (events.request.cycle > 0) out["cycles"] = cycles;
   out["reference_traces"] = policy.reference;

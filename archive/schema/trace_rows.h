@@ -25,7 +25,8 @@ enum TraceColumn : unsigned {
   kInvalidReason = 1u << 9,
   kEvents = 1u << 10,
   kContactPhases = 1u << 11,
-  kAllColumns = (1u << 12) - 1,
+  kMarginParts = 1u << 12,
+  kAllColumns = (1u << 13) - 1,
 };
 
 /// Rows of which each trace has any number: events, contact phases.
@@ -54,6 +55,8 @@ class TraceRows {
   double objective_margin(std::size_t i) const { return objective_margin_[rows_[i]]; }  // unit of the objective
   std::span<const double> margins(std::size_t i) const { return row(margins_, i); }     // [requirement]
   std::span<const double> first_violations(std::size_t i) const { return row(violations_, i); }  // [requirement], s
+  /// [requirement], -1: none, see PartKind. Empty in older archives.
+  std::span<const std::int32_t> margin_parts(std::size_t i) const { return row(margin_parts_, i); }
   Culprit culprit(std::size_t i) const { return culprits_[rows_[i]]; }  // at the first violation, else of the objective
   bool has_solver() const { return !solver_.empty(); }                  // older archives do not
   SolverLog solver(std::size_t i) const;
@@ -76,7 +79,7 @@ class TraceRows {
   std::vector<std::size_t> rows_;  // of the piece, that count
   std::vector<std::uint32_t> particle_, sequence_, reason_;
   std::vector<std::uint8_t> outcome_;
-  std::vector<std::int32_t> violated_;
+  std::vector<std::int32_t> violated_, margin_parts_;
   std::vector<double> end_time_, objective_margin_, margins_, violations_, solver_, final_q_, final_v_;
   std::vector<Culprit> culprits_;
   std::vector<std::uint64_t> digest_;

@@ -162,6 +162,10 @@ class TraceScan {
     rows_.solver_.clear();
     const bool solved = (columns_ & kSolver) && file.has(group_ + "/" + schema::solver().name);
     if (solved) numbers(kSolver, schema::solver(), rows_.solver_);
+    rows_.margin_parts_.clear();
+    if ((columns_ & kMarginParts) && file.has(group_ + "/" + schema::margin_parts(widths_).name)) {
+      rows_.margin_parts_ = file.slice<std::int32_t>(group_, schema::margin_parts(widths_), rows, first, count);
+    }
     if (columns_ & kCulprits) rows_.culprits_ = read_culprits(file, policy_, range, rows_.violated_, info_);
     if (columns_ & kDigest) rows_.digest_ = file.slice<std::uint64_t>(group_, schema::digest(), rows, first, count);
     if (columns_ & kSequence) words(file, schema::sequence(), range, sequences_.size(), rows_.sequence_);

@@ -50,6 +50,7 @@ inline void expect_row(const TraceTable& table, std::size_t i, const TraceRecord
   EXPECT_EQ(bits(table.solver.at(i).most_sweeps), bits(want.solver.most_sweeps));
   EXPECT_EQ(bits(table.solver.at(i).largest_residual), bits(want.solver.largest_residual));
   EXPECT_EQ(bits(table.solver.at(i).capped_steps), bits(want.solver.capped_steps));
+  EXPECT_EQ(table.margin_parts.at(i), want.margin_parts);
   EXPECT_EQ(table.digest[i], want.digest);
   EXPECT_EQ(table.sequence[i], want.sequence);
   EXPECT_EQ(table.invalid_reason[i], want.invalid_reason);
