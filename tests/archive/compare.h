@@ -70,7 +70,7 @@ inline void expect_trace(const Archive& archive, const std::string& policy, cons
   if (want.outcome == Outcome::invalid) {
     EXPECT_EQ(got->invalid_reason, want.invalid_reason);
   }
-  expect_same({got->end_time, got->objective_margin}, {want.end_time, want.objective_margin});
+  expect_same(std::vector{got->end_time, got->objective_margin}, std::vector{want.end_time, want.objective_margin});
   expect_same(got->margins, want.margins);
   expect_same(got->first_violations, want.first_violations);
   EXPECT_EQ(got->margin_parts, want.margin_parts);
