@@ -23,6 +23,8 @@ void add_status(CLI::App& app, Action& action);
 void add_verify(CLI::App& app, Action& action);
 void add_replay(CLI::App& app, Action& action);
 void add_score(CLI::App& app, Action& action);
+void add_report(CLI::App& app, Action& action);
+void add_view(CLI::App& app, Action& action);
 void add_pack(CLI::App& app, Action& action);
 void add_submit(CLI::App& app, Action& action);
 

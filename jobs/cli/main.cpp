@@ -55,6 +55,8 @@ int parse_and_run(int argc, char** argv) {
   add_verify(app, action);
   add_score(app, action);
   add_replay(app, action);
+  add_report(app, action);
+  add_view(app, action);
   add_pack(app, action);
   add_submit(app, action);
   const std::vector<std::string> given(argv + 1, argv + argc), words = as_help(given);
