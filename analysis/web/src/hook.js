@@ -4,6 +4,7 @@ const graze = {
   errors: [],
   sections: [],
   data: null,
+  times: {begin: performance.now()}, // ms since the page was asked for: its script begins, its sections are there, the replay, too
   stage: null,
   /** The replay as it is: time in s, which trace is in focus, where its first body is. */
   get state() {

@@ -54,9 +54,11 @@ function show(data) {
       el('nav', {}, el('div', {}, sections.map((one) => el('a', {href: `#${one.id}`}, one.short ?? one.title)))),
       el('main', {}, sections.map((one) => el('section', {id: one.id}, el('h2', {}, one.title), one.text && el('p', {class: 'lead'}, one.text), one.parts))));
   graze.sections = sections.map((one) => one.id);
+  graze.times.shown = performance.now();
   // The stage after the first picture of the page.
   setTimeout(() => {
     graze.stage = sections.find((one) => one.start)?.start() ?? null;
+    graze.times.ready = performance.now();
     graze.ready = true;
   }, 0);
 }

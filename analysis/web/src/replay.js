@@ -32,7 +32,7 @@ export class Stage {
     this.lights();
     this.floor();
     for (const player of this.players) this.world.add(player.group);
-    this.arrows = new ContactArrows(size, this.scene.weight, '#f2b632');
+    this.arrows = new ContactArrows(size, this.scene.weight);
     this.world.add(this.arrows.group);
     this.trails = this.players.map((player) => new three.Line(new three.BufferGeometry().setFromPoints(player.path()), new three.LineBasicMaterial({transparent: true})));
     this.world.add(...this.trails);
@@ -51,7 +51,7 @@ export class Stage {
     this.world.add(sun, fill, new three.HemisphereLight(0xffffff, 0x99a3ad, 1.3));
   }
 
-  /** Planes: a large square with a grid of round spacing. */
+  /** Planes: a large square of tiles of round width. */
   floor() {
     const {box, size} = this.measure;
     const step = 10 ** Math.round(Math.log10(size / 2));
@@ -63,13 +63,14 @@ export class Stage {
       if (collider.kind !== 'plane') return;
       const [, , , x, y, z, qx, qy, qz, qw] = this.players[0].trace.bodies.shapes[k];
       const group = new three.Group();
-      const ground = new three.Mesh(new three.PlaneGeometry(count * step, count * step), new three.MeshLambertMaterial({depthWrite: false, side: three.DoubleSide}));
-      const grid = new three.GridHelper(count * step, count).rotateX(Math.PI / 2);
-      // First of all, and under everything: lines in the plane would fight with it for depth.
-      ground.renderOrder = -2;
-      grid.renderOrder = -1;
-      grid.material.depthWrite = false;
-      group.add(ground, grid);
+      const canvas = el('canvas', {width: 256, height: 256});
+      const tiles = new three.CanvasTexture(canvas);
+      tiles.colorSpace = three.SRGBColorSpace;
+      tiles.wrapS = tiles.wrapT = three.RepeatWrapping;
+      tiles.repeat.set(count, count);
+      tiles.anisotropy = this.renderer.capabilities.getMaxAnisotropy();
+      const ground = new three.Mesh(new three.PlaneGeometry(count * step, count * step), new three.MeshBasicMaterial({map: tiles, side: three.DoubleSide}));
+      group.add(ground);
       group.quaternion.set(qx, qy, qz, qw);
       const middle = box.getCenter(new three.Vector3());
       const normal = new three.Vector3(0, 0, 1).applyQuaternion(group.quaternion);
@@ -77,7 +78,7 @@ export class Stage {
       if (!box.isEmpty()) origin.copy(middle.addScaledVector(normal, -middle.clone().sub(origin).dot(normal)));
       group.position.copy(origin);
       if (normal.z > 0.999) group.position.set(Math.round(origin.x / step) * step, Math.round(origin.y / step) * step, origin.z);
-      this.planes.push({ground, grid});
+      this.planes.push({canvas, tiles});
       this.world.add(group);
     });
   }
@@ -85,12 +86,16 @@ export class Stage {
   /** Colours by the page's theme. */
   paint() {
     this.world.background = styled('--sky');
-    for (const {ground, grid} of this.planes) {
-      ground.material.color = styled('--ground');
-      grid.material.vertexColors = false;
-      grid.material.color = styled('--lines');
-      grid.material.needsUpdate = true;
+    for (const {canvas, tiles} of this.planes) {
+      const pen = canvas.getContext('2d'), {width} = canvas;
+      pen.fillStyle = `#${styled('--ground').getHexString()}`;
+      pen.fillRect(0, 0, width, width);
+      pen.strokeStyle = `#${styled('--lines').getHexString()}`;
+      pen.lineWidth = 6; // half of it on either side of a square's edge
+      pen.strokeRect(0, 0, width, width);
+      tiles.needsUpdate = true;
     }
+    this.arrows.material.color = styled('--ink');
     const lit = (color, more) => new three.MeshLambertMaterial({color, ...more});
     this.materials = this.players.map((player) => {
       const color = styled(outcomeOf(player.trace.outcome).color);

@@ -151,11 +151,11 @@ export function bounds(players) {
 
 /** Arrows from contact points: along the normal, onto the body that moves, as long as the force is large. */
 export class ContactArrows {
-  constructor(size, weight, color) {
+  constructor(size, weight) {
     this.group = new three.Group();
     this.size = size;
     this.weight = weight > 0 ? weight : 10;
-    this.material = new three.MeshBasicMaterial({color});
+    this.material = new three.MeshBasicMaterial({depthTest: false, transparent: true}); // seen through legs and ground
     this.shaft = new three.CylinderGeometry(0.008 * size, 0.008 * size, 1, 10).translate(0, 0.5, 0);
     this.tip = new three.ConeGeometry(0.022 * size, 0.05 * size, 14).translate(0, 0.025 * size, 0);
     this.point = new three.SphereGeometry(0.014 * size, 12, 8);
@@ -182,6 +182,7 @@ export class ContactArrows {
   make() {
     const arrow = new three.Group();
     arrow.add(new three.Mesh(this.shaft, this.material), new three.Mesh(this.tip, this.material), new three.Mesh(this.point, this.material));
+    arrow.children.forEach((one) => { one.renderOrder = 2; });
     return arrow;
   }
 }
