@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "analysis/failures.h"
 #include "archive/archive.h"
 
 namespace graze {
@@ -28,5 +29,9 @@ struct FailureTable {
 /// Of all particles or of those `wanted`. Memory: a row for each failure. Throws as Archive::scan().
 FailureTable failures_of(const Archive& archive, const std::string& policy,
                          const std::function<bool(std::uint32_t)>& wanted = {});
+
+/// A row of the table in words; `policy`: the one that the table is of.
+Failure describe_failure(const FailureTable& table, const FailureTable::Row& row, const std::string& policy,
+                         const CampaignInfo& info);
 
 }  // namespace graze

@@ -19,22 +19,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Failure describe(const FailureTable& table, const FailureTable::Row& row, const std::string& policy,
-                 const CampaignInfo& info) {
-  Failure out{policy, row.particle, row.outcome, "objective", row.time, row.margin};
-  if (row.outcome != Outcome::invalid) out.culprit = culprit_text(row.violated, row.culprit, info);
-  if (row.outcome == Outcome::known_failure) {
-    const auto& requirement = info.requirements[static_cast<std::size_t>(row.violated)];
-    out.what = requirement.name;
-    out.unit = requirement.unit;
-  } else if (row.outcome == Outcome::invalid) {
-    out.what = table.reasons[row.reason];
-  } else if (row.culprit.leaf >= 0) {
-    out.unit = info.leaves.at(static_cast<std::size_t>(row.culprit.leaf)).unit;  // of the witness that fell short
-  }
-  return out;
-}
-
 /// Looks at a window of particles at a time, for memory's sake.
 void for_each_failure(const Archive& archive, const std::vector<std::string>& policies,
                       const std::function<void(const Failure&)>& act) {
@@ -44,7 +28,7 @@ void for_each_failure(const Archive& archive, const std::vector<std::string>& po
     for (std::uint64_t first = 0; first < info.particles; first += kWindow) {
       const FailureTable table = failures_of(
           archive, policy, [=](std::uint32_t particle) { return particle >= first && particle - first < kWindow; });
-      for (const FailureTable::Row& row : table.rows) act(describe(table, row, policy, info));
+      for (const FailureTable::Row& row : table.rows) act(describe_failure(table, row, policy, info));
     }
   }
 }
@@ -83,6 +67,22 @@ std::size_t culprit_width(const CampaignInfo& info) {
 
 }  // namespace
 
+Failure describe_failure(const FailureTable& table, const FailureTable::Row& row, const std::string& policy,
+                         const CampaignInfo& info) {
+  Failure out{policy, row.particle, row.outcome, "objective", row.time, row.margin};
+  if (row.outcome != Outcome::invalid) out.culprit = culprit_text(row.violated, row.culprit, info);
+  if (row.outcome == Outcome::known_failure) {
+    const auto& requirement = info.requirements[static_cast<std::size_t>(row.violated)];
+    out.what = requirement.name;
+    out.unit = requirement.unit;
+  } else if (row.outcome == Outcome::invalid) {
+    out.what = table.reasons[row.reason];
+  } else if (row.culprit.leaf >= 0) {
+    out.unit = info.leaves.at(static_cast<std::size_t>(row.culprit.leaf)).unit;  // of the witness that fell short
+  }
+  return out;
+}
+
 std::string replay_command(const std::string& archive, const std::string& policy, std::uint32_t particle) {
   return fmt::format("graze replay {} --particle {} {}", shell_path(archive), particle,
                      shell_option("--policy", policy));
@@ -103,7 +103,7 @@ std::vector<Failure> WaysToFail::firsts(const Archive& archive, const std::strin
       failures_of(archive, policy, [&](std::uint32_t particle) { return traces.contains(particle); });
   std::vector<Failure> out;
   for (const FailureTable::Row& row : table.rows) {
-    out.push_back(describe(table, row, policy, archive.info()));
+    out.push_back(describe_failure(table, row, policy, archive.info()));
     out.back().alike = traces.at(row.particle);
   }
   return out;

@@ -81,9 +81,9 @@ std::string ending_of(const std::filesystem::path& output) {
 void check_ending(const std::filesystem::path& output, const std::string& what, const std::vector<std::string>& right,
                   Endings endings) {
   static const std::vector<std::string> known = {
-      ".graze", ".h5",   ".hdf5", ".hdf", ".csv", ".tsv", ".txt", ".json", ".jsonl",   ".yaml", ".yml",
-      ".xml",   ".urdf", ".obj",  ".stl", ".dae", ".ply", ".log", ".npy",  ".npz",     ".mat",  ".nc",
-      ".zip",   ".tar",  ".gz",   ".pdf", ".png", ".md",  ".py",  ".sh",   ".parquet", ".xlsx", ".sbatch"};
+      ".graze", ".h5",  ".hdf5", ".hdf", ".csv", ".tsv", ".txt",     ".json", ".jsonl",  ".yaml", ".yml", ".xml",
+      ".urdf",  ".obj", ".stl",  ".dae", ".ply", ".log", ".npy",     ".npz",  ".mat",    ".nc",   ".zip", ".tar",
+      ".gz",    ".pdf", ".png",  ".md",  ".py",  ".sh",  ".parquet", ".xlsx", ".sbatch", ".html", ".htm"};
   const std::string ending = ending_of(output);
   const auto within = [&](const std::vector<std::string>& list) {
     return std::find(list.begin(), list.end(), ending) != list.end();

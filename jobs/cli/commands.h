@@ -26,6 +26,8 @@ void add_score(CLI::App& app, Action& action);
 void add_compare(CLI::App& app, Action& action);
 void add_unknown(CLI::App& app, Action& action);
 void add_events(CLI::App& app, Action& action);
+void add_report(CLI::App& app, Action& action);
+void add_view(CLI::App& app, Action& action);
 void add_pack(CLI::App& app, Action& action);
 void add_submit(CLI::App& app, Action& action);
 

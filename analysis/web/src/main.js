@@ -1,0 +1,68 @@
+// The page of graze report and graze view. Its data stand in the element #graze-data; window.graze tells tests of its state.
+import './hook.js';
+import {el} from './dom.js';
+import {whole} from './data.js';
+import {campaign, failures, margins, parameters, rates, verdict} from './report.js';
+import {replay} from './replay.js';
+import {phases, trajectories} from './traces.js';
+import {widget} from './widgets.js';
+
+const {graze} = window;
+
+function others(data) {
+  return (data.sections ?? []).map((one) => ({id: `section-${one.id}`, title: one.title, text: one.text, parts: (one.widgets ?? []).map(widget)}));
+}
+
+function theme() {
+  const root = document.documentElement, dark = window.matchMedia('(prefers-color-scheme: dark)');
+  const name = () => root.dataset.theme;
+  const button = el('button', {class: 'theme', onclick: () => set(name() === 'dark' ? 'light' : 'dark')});
+  function set(value) {
+    root.dataset.theme = value;
+    button.textContent = value === 'dark' ? 'Light' : 'Dark';
+    graze.stage?.paint();
+  }
+  set(dark.matches ? 'dark' : 'light');
+  dark.addEventListener('change', () => set(dark.matches ? 'dark' : 'light'));
+  return button;
+}
+
+function header(data) {
+  const c = data.campaign;
+  const traces = data.kind === 'view' ? `${data.trajectories.length} traces`
+    : `${whole(data.score.policies.reduce((sum, one) => sum + one.n + one.invalid, 0))} traces, ${whole(data.score.particles)} particles under ${data.score.policies.length} ${data.score.policies.length === 1 ? 'policy' : 'policies'}`;
+  return el('header', {}, el('div', {}, theme(), el('h1', {}, c.name || c.archive),
+      el('p', {class: 'lead'}, `${traces}. Seed ${c.seed}. Simulated ${c.started.slice(0, 10)} by graze ${c.program.split(' ')[0]}.`),
+      data.notes.map((text) => el('p', {class: 'warning'}, text))));
+}
+
+/** A section that cannot be drawn must not take the others with it. */
+function attempt(make, data) {
+  try {
+    return make(data);
+  } catch (error) {
+    graze.errors.push(String(error.stack ?? error));
+    return {id: `failed-${graze.errors.length}`, title: 'A section that could not be drawn', parts: [el('p', {class: 'warning'}, String(error))]};
+  }
+}
+
+function show(data) {
+  const make = data.kind === 'view' ? [replay, trajectories, phases, others] : [verdict, rates, failures, replay, trajectories, phases, margins, parameters, others, campaign];
+  const sections = make.flatMap((one) => attempt(one, data)).filter(Boolean);
+  document.title = `${data.campaign.name || data.campaign.archive} · Graze`;
+  document.getElementById('page').replaceChildren(header(data),
+      el('nav', {}, el('div', {}, sections.map((one) => el('a', {href: `#${one.id}`}, one.short ?? one.title)))),
+      el('main', {}, sections.map((one) => el('section', {id: one.id}, el('h2', {}, one.title), one.text && el('p', {class: 'lead'}, one.text), one.parts))));
+  graze.sections = sections.map((one) => one.id);
+  graze.times.shown = performance.now();
+  // The stage after the first picture of the page.
+  setTimeout(() => {
+    graze.stage = sections.find((one) => one.start)?.start() ?? null;
+    graze.times.ready = performance.now();
+    graze.ready = true;
+  }, 0);
+}
+
+const data = JSON.parse(document.getElementById('graze-data').textContent);
+graze.data = data;
+show(data);

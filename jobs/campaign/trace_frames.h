@@ -1,0 +1,59 @@
+#pragma once
+// Frames of a trace for pictures: far fewer than steps, and yet no touch is missed.
+
+#include <cstdint>
+#include <map>
+#include <set>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "simulation/block_run.h"
+
+namespace graze {
+
+/// What two colliders did to each other between a frame and the one before.
+struct FrameContact {
+  std::uint32_t frame = 0;
+  int a = 0, b = 0;           // colliders, a < b
+  Vec3 p_W = Vec3::Zero();    // m } means over the steps and points, weighted with the normal impulse
+  Vec3 n_W = Vec3::Zero();    //   } from b to a, unit
+  double normal_impulse = 0;  // N s, on a
+};
+
+/// Where one shape of a particle is on its body, and how large: particles differ in both.
+struct FrameShape {
+  Vec3 size = Vec3::Zero();  // as Shape::size
+  Pose X_BG = Pose::Identity();
+};
+
+struct TraceFrames {
+  std::vector<double> time;  // [frame], s
+  std::vector<std::vector<double>>
+      rows;  // [channel][frame]: q, v, tau, witnesses of the requirements, of the objective
+  std::vector<std::vector<double>> poses;  // [7 per body][frame]: p_WB (x y z), orientation (x y z w)
+  std::vector<FrameContact> contacts;      // by frame
+  std::vector<FrameShape> shapes;          // [collider]
+};
+
+/// Watches runs of any number of particles under one policy and keeps one of `every` steps, the start and the end.
+class FrameWatch : public TraceObserver {
+ public:
+  /// `bodies`: particles of which poses and contacts are kept, too.
+  FrameWatch(std::uint32_t every, std::set<std::uint32_t> bodies) : every_(every), bodies_(std::move(bodies)) {}
+  bool see(const StepView& step) override;
+  TraceFrames take(std::uint32_t particle) { return std::move(frames_[particle]); }
+
+ private:
+  using Pairs = std::map<std::pair<int, int>, FrameContact>;
+  static void add_rows(const StepView& step, TraceFrames& out);
+  static void add_bodies(const StepView& step, Pairs& contacts, TraceFrames& out);
+  static void add_contacts(const StepView& step, Pairs& out);
+
+  const std::uint32_t every_;
+  const std::set<std::uint32_t> bodies_;
+  std::map<std::uint32_t, TraceFrames> frames_;
+  std::map<std::uint32_t, Pairs> contacts_;  // since the last frame
+};
+
+}  // namespace graze

@@ -1,0 +1,111 @@
+// graze report: what a campaign found, as one page for a browser.
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <iostream>
+#include <memory>
+#include <optional>
+
+#include "analysis/report_data.h"
+#include "archive/files/parent_folders.h"
+#include "archive/files/utf8.h"
+#include "archive/hdf5/reading_child.h"
+#include "jobs/campaign/archived_scenario.h"
+#include "jobs/campaign/page_traces.h"
+#include "jobs/cli/commands.h"
+#include "jobs/cli/option_values.h"
+#include "jobs/cli/page.h"
+#include "jobs/cli/reading_verb.h"
+
+namespace graze {
+namespace {
+
+constexpr std::size_t kMostReplays = 100, kMostTrajectories = 1000;
+
+struct Arguments {
+  std::string archive, output;
+  std::vector<std::string> policies;
+  std::size_t replays = 12, trajectories = 60;
+  bool force = false, json = false;
+};
+
+/// Traces simulated anew, or a note on why there are none: the rest of the report stands without them.
+void add_replays(Json& page, const Arguments& arguments, const CampaignInfo& info, const std::vector<PageTrace>& traces,
+                 NumberForm form) {
+  if (traces.empty()) return;
+  try {
+    check_results_version(arguments.archive, info, "make the report with that program for trajectories and replays");
+    const ArchivedScenario reloaded(arguments.archive, info, "nothing can be simulated again");
+    for (const std::string& one : add_traces(page, reloaded.scenario(), info, arguments.archive, traces, form)) {
+      spdlog::warn("{}: {} went ANOTHER WAY than the archive says; graze replay tells how", arguments.archive, one);
+    }
+  } catch (const InputError& error) {
+    spdlog::warn("no trajectories and no replays: {}", error.what());
+    page["notes"].push_back(fmt::format("No trajectories and no replays: {}", error.what()));
+    add_archived_traces(page, info, arguments.archive, traces);
+  }
+}
+
+int report(const Arguments& arguments) {
+  if (!arguments.json) check_page_built("report");
+  const std::filesystem::path output =
+      arguments.output.empty() ? default_page(arguments.archive, "") : std::filesystem::path(arguments.output);
+  std::optional<ParentFolders> folders;
+  if (!arguments.json) {
+    check_page_output(output, arguments.force, arguments.archive);
+    folders.emplace(output);
+  }
+  const NumberForm form = arguments.json ? NumberForm::plain : NumberForm::packed;
+  std::optional<Archive> archive(arguments.archive);
+  warn(archive->warnings());
+  const CampaignInfo info = archive->info();
+  const std::vector<std::string> policies = chosen_names(info.policies, arguments.policies, arguments.archive);
+  const ReportInput input = read_report(*archive, arguments.archive, policies);
+  Json page = report_data(*archive, input, form);
+  for (const std::string& warning : archive->warnings()) page["notes"].push_back(warning);
+  if (!archive->complete())
+    page["notes"].push_back("The campaign is not complete: not all traces have been simulated.");
+  const std::size_t most = std::max(arguments.replays, arguments.trajectories);
+  const std::vector<PageTrace> traces =
+      find_traces(*archive, choose_traces(input.ways, input.sample, info, most), arguments.replays);
+  const bool complete = archive->complete();
+  archive.reset();
+  end_of_reading();
+  add_replays(page, arguments, info, traces, form);
+  if (arguments.json) {
+    std::cout << page.dump(-1, ' ', false, Json::error_handler_t::replace) << "\n";
+  } else {
+    write_page(output, arguments.force, script_json(page));
+    std::cout << fmt::format("{}: {:.1f} kB\n", printable(output.string()),
+                             static_cast<double>(std::filesystem::file_size(output)) / 1e3);
+  }
+  return complete ? kDone : kMachineFailed;
+}
+
+}  // namespace
+
+void add_report(CLI::App& app, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* verb =
+      add_verb(app, "report", "One page for a browser: rates, failures, margins, trajectories, replays in 3-D",
+               "  graze report quadruped_curb.graze                      # writes quadruped_curb.html\n"
+               "  graze report curb.h5 -o report.html --force\n"
+               "  graze report curb.h5 --policy 'step/*' --replays 24\n"
+               "  graze report curb.h5 --json                            # all that the page shows, as data\n\n"
+               "The page is one file, which needs no network. Trajectories and replays are simulated again from what\n"
+               "the archive keeps; where that cannot be, the page and the terminal say why.\n");
+  verb->add_option("archive", arguments->archive, "Campaign directory or packed file")->required();
+  verb->add_option("-o,--output", arguments->output, "The page, a file ending in .html (default: ARCHIVE with .html)");
+  verb->add_option("--policy", arguments->policies, "Only these policies (globs; may be repeated)")
+      ->allow_extra_args(false);
+  add_whole(*verb, "--replays", arguments->replays, 0, kMostReplays, "Traces shown in three dimensions (default: 12)");
+  add_whole(*verb, "--trajectories", arguments->trajectories, 0, kMostTrajectories,
+            "Traces whose channels are plotted against time (default: 60)");
+  verb->add_flag("--force", arguments->force, "Replace the page if it exists");
+  verb->add_flag("--json", arguments->json, "Print the page's data as JSON, and write no page");
+  verb->callback([arguments, &action] {
+    action = [arguments] { return in_reading_child({arguments->archive}, [&] { return report(*arguments); }); };
+  });
+}
+
+}  // namespace graze

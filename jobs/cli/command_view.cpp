@@ -1,0 +1,102 @@
+// graze view: traces of an archive in three dimensions, in a browser.
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <iostream>
+#include <memory>
+#include <optional>
+
+#include "analysis/report_data.h"
+#include "archive/files/parent_folders.h"
+#include "archive/files/utf8.h"
+#include "archive/hdf5/reading_child.h"
+#include "jobs/campaign/archived_scenario.h"
+#include "jobs/campaign/page_traces.h"
+#include "jobs/cli/commands.h"
+#include "jobs/cli/option_values.h"
+#include "jobs/cli/page.h"
+#include "jobs/cli/reading_verb.h"
+
+namespace graze {
+namespace {
+
+constexpr std::size_t kMostViewed = 100;  // traces: more are no picture any longer
+
+struct Arguments {
+  std::string archive, output;
+  std::vector<std::string> particles, policies;
+  bool force = false;
+};
+
+std::vector<ChosenTrace> chosen_traces(const Arguments& arguments, const CampaignInfo& info) {
+  std::vector<ChosenTrace> out;
+  const std::vector<std::string> policies = chosen_names(info.policies, arguments.policies, arguments.archive);
+  for (const std::string& text : arguments.particles) {
+    const auto particle = static_cast<std::uint32_t>(parse_whole(text, "--particle", 0, kParticleLimit - 1));
+    for (const std::string& policy : policies) out.push_back({policy, particle, ""});
+  }
+  if (out.size() <= kMostViewed) return out;
+  throw InputError(
+      fmt::format("--particle: {} particles under {} policies are {} traces; at most {} can be viewed; "
+                  "nearest right answer: choose fewer policies with --policy",
+                  arguments.particles.size(), policies.size(), out.size(), kMostViewed));
+}
+
+int view(const Arguments& arguments) {
+  check_page_built("view");
+  const std::string particle =
+      "p" + std::to_string(parse_whole(arguments.particles[0], "--particle", 0, kParticleLimit - 1));
+  const std::filesystem::path output = arguments.output.empty() ? default_page(arguments.archive, "." + particle)
+                                                                : std::filesystem::path(arguments.output);
+  check_page_output(output, arguments.force, arguments.archive);
+  const ParentFolders folders(output);
+  std::optional<Archive> archive(arguments.archive);
+  warn(archive->warnings());
+  const CampaignInfo info = archive->info();
+  check_results_version(arguments.archive, info, "view it with that program");
+  const std::vector<ChosenTrace> chosen = chosen_traces(arguments, info);
+  const std::vector<PageTrace> traces = find_traces(*archive, chosen, chosen.size());
+  archive.reset();
+  end_of_reading();
+  const ArchivedScenario reloaded(arguments.archive, info, "it cannot be viewed");
+  Json page = {{"kind", "view"},
+               {"campaign", campaign_json(info, arguments.archive)},
+               {"notes", Json::array()},
+               {"sections", Json::array()}};
+  const std::vector<std::string> different =
+      add_traces(page, reloaded.scenario(), info, arguments.archive, traces, NumberForm::packed);
+  write_page(output, arguments.force, script_json(page));
+  std::cout << fmt::format("{}: {:.1f} kB\n", printable(output.string()),
+                           static_cast<double>(std::filesystem::file_size(output)) / 1e3);
+  for (const std::string& one : different) {
+    spdlog::error("{}: {} went ANOTHER WAY than the archive says; graze replay tells how", arguments.archive, one);
+  }
+  return different.empty() ? kDone : kGateMissed;
+}
+
+}  // namespace
+
+void add_view(CLI::App& app, Action& action) {
+  auto arguments = std::make_shared<Arguments>();
+  CLI::App* verb = add_verb(
+      app, "view", "Traces of an archive in three dimensions, as a page for a browser",
+      "  graze view quadruped_curb.graze --particle 17 --policy step/4cm      # writes quadruped_curb.p17.html\n"
+      "  graze view curb.h5 --particle 17 -o p17.html                         # under every policy, overlaid\n"
+      "  graze view curb.h5 --particle 3 --particle 17 --policy 'step/{3,4}cm'\n\n"
+      "They are simulated again, bit for bit. Exit code 1: a trace is not the archive's.\n");
+  verb->add_option("archive", arguments->archive, "Campaign directory or packed file")->required();
+  verb->add_option("--particle", arguments->particles, "Which particle (0 is the first; may be repeated)")
+      ->required()
+      ->type_name("N")
+      ->allow_extra_args(false);
+  verb->add_option("--policy", arguments->policies, "Only these policies (globs; may be repeated; default: all)")
+      ->allow_extra_args(false);
+  verb->add_option("-o,--output", arguments->output,
+                   "The page, a file ending in .html (default: ARCHIVE with .pN.html)");
+  verb->add_flag("--force", arguments->force, "Replace the page if it exists");
+  verb->callback([arguments, &action] {
+    action = [arguments] { return in_reading_child({arguments->archive}, [&] { return view(*arguments); }); };
+  });
+}
+
+}  // namespace graze

@@ -1,0 +1,207 @@
+#!/usr/bin/env python3
+"""Claim: the pages of `graze report` and `graze view` work in a browser, from a file, without a network: no error, every
+section and plot is there, tables have the numbers of `graze score --json`, the replay moves and is drawn, names that hold
+markup stay text, sections that are data alone are shown, and a page of 10,000 traces is small.
+
+usage: report_page.py SOURCE GRAZE
+Exit code 77 (skipped): there is no Chromium (CHROMIUM names another one)."""
+
+import html
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+
+NASTY = "</script><script>graze.hacked=1</script><img src=x onerror=graze.hacked=1> \"'&amp; \\u2028"
+SWITCHES = ["--headless", "--no-sandbox", "--disable-gpu", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+            "--disable-dev-shm-usage", "--host-resolver-rules=MAP * ~NOTFOUND", "--force-prefers-color-scheme=light"]
+PAGE_LIMIT = 15e6  # bytes
+
+SECTIONS = [
+    {"id": "made", "title": "Made of data", "text": NASTY, "widgets": [
+        {"type": "table", "title": "t", "columns": ["Event", {"name": "Time", "unit": "s"}], "rows": [[NASTY, 0.25], ["b", None]]},
+        {"type": "bars", "title": "Share", "bars": [{"label": "curb", "value": 0.4, "low": 0.3, "high": 0.5}]},
+        {"type": "lines", "x": {"title": "Time", "unit": "s"}, "y": {"title": "Alive"},
+         "lines": [{"name": "a", "x": [0, 1], "y": [1, 0.5], "low": [1, 0.4], "high": [1, 0.6]}]},
+        {"type": "scatter", "x": {"title": "Mass", "unit": "kg"}, "y": {"title": "Margin", "unit": "rad"},
+         "groups": [{"name": "success", "color": "success", "x": [1, 2], "y": [0.2, None]}]},
+        {"type": "tree", "root": {"label": "start", "n": 10, "outcomes": {"S": 6, "K": 4}, "time": 0,
+                                  "children": [{"label": "touch", "n": 4, "outcomes": {"K": 4}, "time": 0.1}]}}]}]
+
+# Runs in the page: what there is, and what becomes of it when it is used.
+PROBE = """
+(async () => {
+  // Pictures of the browser are not waited for: how soon they come depends on the machine.
+  const told = {}, wait = () => { graze.stage.dirty = true; graze.stage.tick(0); };
+  try {
+    for (let i = 0; i < 600 && !graze.ready; ++i) await new Promise((go) => setTimeout(go, 20));
+    told.sections = graze.sections;
+    told.hacked = graze.hacked ?? null;
+    told.images = document.images.length;
+    told.title = document.querySelector('h1').textContent;
+    const inside = (id, what) => document.querySelectorAll(`#${id} ${what}`).length;
+    told.plots = Object.fromEntries(graze.sections.map((id) => [id, inside(id, 'svg.plot')]));
+    told.marks = Object.fromEntries(graze.sections.map((id) => [id, inside(id, 'svg.plot g path') + inside(id, 'svg.plot g rect')]));
+    told.rows = Object.fromEntries(graze.sections.map((id) => [id, inside(id, 'tbody tr')]));
+    told.bad = [...document.querySelectorAll('svg [d], svg [x], svg [y]')].filter((one) => /NaN|undefined|Infinity/.test(['d', 'x', 'y'].map((a) => one.getAttribute(a)).join())).length;
+    told.verdict = [...document.querySelectorAll('#verdict table')].map((t) => [...t.querySelectorAll('tbody tr')].map((r) => [...r.cells].map((c) => c.textContent)));
+    told.wide = document.documentElement.scrollWidth - document.documentElement.clientWidth;
+    for (const box of document.querySelectorAll('select')) {  // every choice of every plot is drawn without error
+      for (const option of [...box.options].slice(0, 40)) {
+        box.value = option.value;
+        box.dispatchEvent(new Event('change'));
+      }
+    }
+    if (graze.stage) {
+      const stage = graze.stage;
+      const look = async (t) => { stage.seek(t); wait(); return {...graze.state, contacts: stage.arrows.group.children.length}; };
+      told.stage = [await look(0), await look(stage.end / 2), await look(stage.end)];
+      stage.setFocus(stage.players.length - 1);
+      told.focus = {...graze.state, text: document.querySelector('.said').textContent};
+      stage.seek(0);
+      stage.speed = 1;
+      stage.play(true);
+      for (let i = 0; i < 5; ++i) { stage.tick(1000 + 50 * i); }
+      told.played = graze.state.time;
+      stage.play(false);
+      stage.seek(0);
+      stage.dirty = true;
+      stage.tick(2000);
+      const gl = stage.renderer.getContext(), w = gl.drawingBufferWidth, h = gl.drawingBufferHeight;
+      const pixels = new Uint8Array(4 * w * h);
+      gl.readPixels(0, 0, w, h, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+      told.colors = new Set(new Uint32Array(pixels.buffer)).size;
+      for (const name of ['dark', 'light']) { document.querySelector('.theme').click(); wait(); }
+    }
+  } catch (error) {
+    told.failed = String(error.stack ?? error);
+  }
+  told.errors = graze.errors;
+  const out = document.createElement('pre');
+  out.id = 'told';
+  out.textContent = JSON.stringify(told);
+  document.body.append(out);
+})();
+"""
+
+
+def chromium():
+    names = [os.environ.get("CHROMIUM"), "chromium", "chromium-browser", "google-chrome"]
+    return next((found for found in (shutil.which(name) for name in names if name) if found), None)
+
+
+class Test:
+    def __init__(self, source, graze, folder):
+        self.source, self.program, self.folder, self.wrong = source, graze, pathlib.Path(folder), []
+
+    def check(self, holds, claim):
+        if not holds:
+            self.wrong.append(claim)
+
+    def graze(self, *arguments, codes=(0,)):
+        run = subprocess.run([self.program, *map(str, arguments)], cwd=self.folder, capture_output=True, text=True)
+        self.check(run.returncode in codes, f"graze {arguments}: exit code {run.returncode}: {run.stderr}")
+        return run.stdout
+
+    def open(self, page, width=1280, sections=None):
+        """What the probe tells of a page."""
+        if not page.exists():
+            return {}  # graze() has told why
+        text = page.read_text()
+        if sections is not None:
+            packed = json.dumps(sections).replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+            self.check(text.count('"sections":[]') == 1, f"{page.name}: has a place for sections")
+            text = text.replace('"sections":[]', '"sections":' + packed)
+        probe = page.with_suffix(".probe.html")
+        probe.write_text(text.replace("</body>", f"<script>{PROBE}</script></body>"))
+        run = subprocess.run([chromium(), *SWITCHES, f"--user-data-dir={self.folder}/browser", f"--window-size={width},1000",
+                              "--virtual-time-budget=60000", "--dump-dom", probe.as_uri()], capture_output=True, text=True,
+                             timeout=240)
+        found = re.search(r'<pre id="told">(.*?)</pre>', run.stdout, re.DOTALL)
+        if not found:
+            self.check(False, f"{page.name}: the probe told nothing: {run.stderr[-2000:]}")
+            return {}
+        told = json.loads(html.unescape(found.group(1)))
+        self.check("failed" not in told, f"{page.name}: {told.get('failed')}")
+        self.check(told["errors"] == [], f"{page.name}: errors: {told['errors']}")
+        self.check(told["hacked"] is None and told["images"] == 0, f"{page.name}: markup of a name is text")
+        self.check(told["bad"] == 0, f"{page.name}: {told['bad']} elements at no place")
+        self.check(told["wide"] <= 0, f"{page.name}: {told['wide']} px too wide at {width}")
+        return told
+
+    def report(self):
+        scenario = self.folder / "nasty.yaml"
+        scenario.write_text(f"include: {self.source}/data/scenarios/quadruped_curb.yaml\nname: {json.dumps(NASTY)}\n"
+                            "time: {end: 0.4 s}\ntask: {objective: !replace {position: {link: BODY0, x: {above: 0.02}}}}\n")
+        self.graze("run", scenario, "-n", 24, "-o", "curb.graze", "--quiet", "--ignore-space")
+        score = json.loads(self.graze("score", "curb.graze", "--json"))
+        data = json.loads(self.graze("report", "curb.graze", "--json"))
+        self.check(data["score"] == score, "the report's numbers are those of the score")
+        self.graze("report", "curb.graze", "-o", "curb.html")
+        told = self.open(self.folder / "curb.html", sections=SECTIONS)
+        if not told:
+            return
+        self.check(told["title"] == json.loads(json.dumps(score["campaign"])), f"the name is shown as it is: {told['title']}")
+        for section in ("rates", "trajectories", "phases", "margins", "parameters", "section-made"):
+            self.check(told["plots"].get(section, 0) > 0 and told["marks"][section] > 0, f"{section}: has a plot")
+        self.check("replay" in told["sections"], "there is a replay")
+        self.check(told["rows"]["failures"] == len(data["ways"]) + len(score["policies"]) * len(score["measures"])
+                   or told["rows"]["failures"] > 0, "failures are listed")
+        for row, policy in zip(told["verdict"][0], score["policies"]):
+            self.check(row[:6] == [str(policy[k]) for k in ("policy", "n", "success", "known_failure", "unknown_failure",
+                                                           "invalid")], f"verdict: {row} of {policy}")
+            self.check(row[6] == f"{policy['rate']:.4f}" and row[7] == "{:.4f} … {:.4f}".format(*policy["interval"]),
+                       f"verdict: {row[6:8]} of {policy['rate']}, {policy['interval']}")
+        self.moves(told)
+        self.open(self.folder / "curb.html", width=800)
+
+    def moves(self, told):
+        begin, middle, end = told["stage"]
+        self.check(begin["position"] != middle["position"] != end["position"], f"the replay moves: {told['stage']}")
+        self.check(begin["time"] == 0 < middle["time"] < end["time"], "time goes on")
+        self.check(middle["contacts"] > 0, "contacts are shown")
+        self.check(middle["drawn"] > begin["drawn"] or begin["drawn"] > 0, "pictures are drawn")
+        self.check(told["focus"]["focus"] == begin["players"] - 1 and told["focus"]["text"], "another trace comes into focus")
+        self.check(0.19 < told["played"] < 0.21, f"it plays: {told['played']}")
+        self.check(told["colors"] > 20, f"the stage is no empty picture: {told['colors']} colours")
+
+    def view(self):
+        self.graze("view", "curb.graze", "--particle", 3, "--particle", 4, "--policy", "step/{3,4}cm", "-o", "view.html")
+        told = self.open(self.folder / "view.html")
+        if told:
+            self.check(told["stage"][0]["players"] == 4, "view: four traces")
+            self.check(told["sections"][0] == "replay", f"view: {told['sections']}")
+            self.moves(told)
+
+    def large(self):
+        """10,000 traces of the curb's robot with its 176 parameters."""
+        scenario = self.folder / "large.yaml"
+        scenario.write_text(f"include: {self.source}/data/scenarios/quadruped_curb.yaml\ntime: {{end: 5 ms}}\n")
+        self.graze("run", scenario, "-n", 2500, "-o", "large.graze", "--quiet", "--ignore-space")
+        self.graze("report", "large.graze", "-o", "large.html")
+        size = (self.folder / "large.html").stat().st_size
+        self.check(size < PAGE_LIMIT, f"a page of 10,000 traces has {size} bytes")
+        self.open(self.folder / "large.html")
+        print(f"10,000 traces: {size / 1e6:.1f} MB")
+
+
+def main():
+    if not chromium():
+        print("there is no Chromium")
+        return 77
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
+        test = Test(pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]).resolve(), folder)
+        test.report()
+        test.view()
+        test.large()
+        for claim in test.wrong:
+            print(f"WRONG: {claim}")
+        return 1 if test.wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,135 @@
+// graze report and graze view: what they write, what they refuse, and what they say of traces that cannot be had again.
+// What the page does in a browser: report_page.py.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/jobs/ball_campaign.h"
+#include "tests/jobs/replay_campaign.h"
+
+namespace graze {
+namespace {
+
+using Json = nlohmann::json;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+/// Balls that are dropped: about three quarters end low.
+class Report : public ::testing::Test {
+ protected:
+  testing::BallCampaign campaign;
+
+  void SetUp() override {
+    const testing::Result run = campaign.graze("run ball.yaml -n 20 --quiet -o a.graze");
+    ASSERT_EQ(run.code, 0) << run.err;
+  }
+  testing::Result graze(const std::string& arguments) const { return campaign.graze(arguments); }
+  std::string page(const std::string& name) const { return testing::read_file(campaign.folder / name); }
+  void refused(const std::string& arguments, const std::vector<std::string>& parts) const {
+    const testing::Result run = graze(arguments);
+    EXPECT_EQ(run.code, 2) << arguments << run.err;
+    for (const std::string& part : parts) EXPECT_THAT(run.err, HasSubstr(part)) << arguments;
+  }
+};
+
+// Claim: the page is one whole HTML file named after the archive, holds the data and asks no network for anything.
+TEST_F(Report, IsOneFile) {
+  const testing::Result run = graze("report a.graze/");
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("a.html: "));
+  const std::string text = page("a.html");
+  EXPECT_THAT(text.substr(0, 15), HasSubstr("<!doctype html>"));
+  EXPECT_THAT(text, AllOf(HasSubstr("default-src 'none'"), HasSubstr("\"kind\":\"report\""), HasSubstr("</html>")));
+  EXPECT_THAT(text, AllOf(Not(HasSubstr("src=\"http")), Not(HasSubstr("@DATA@")), Not(HasSubstr("@SCRIPT@"))));
+}
+
+// Claim: --json has the numbers of `score --json`, and of traces the bits that the archive knows: all are identical.
+TEST_F(Report, JsonHasTheNumbersOfTheScore) {
+  const Json data = Json::parse(graze("report a.graze --json --replays 3 --trajectories 7").out);
+  EXPECT_EQ(data["score"], Json::parse(graze("score a.graze --json").out));
+  ASSERT_EQ(data["trajectories"].size(), 7u);
+  std::size_t bodies = 0;
+  for (const Json& trace : data["trajectories"]) {
+    EXPECT_EQ(trace["identical"], true);
+    EXPECT_EQ(trace["rows"].size(), data["channels"].size());
+    for (const Json& row : trace["rows"]) EXPECT_EQ(row.size(), trace["time"].size());
+    EXPECT_EQ(trace["time"].back(), trace["end"]);
+    bodies += trace.contains("bodies");
+  }
+  EXPECT_EQ(bodies, 3u);
+  EXPECT_EQ(data["scene"]["colliders"].size(), 2u);
+  EXPECT_FALSE(testing::fs::exists(campaign.folder / "a.html"));
+  const std::string packed = (graze("pack a.graze"), graze("report a.h5 --json --replays 3 --trajectories 7").out);
+  EXPECT_EQ(Json::parse(packed)["trajectories"][0]["rows"], data["trajectories"][0]["rows"]);
+}
+
+// Claim: a page takes no other file's place without --force, is no other kind of file, and lies in no archive.
+TEST_F(Report, OutputsAreGuarded) {
+  testing::write_file(campaign.folder / "a.html", "mine");
+  refused("report a.graze", {"a.html", "--force"});
+  EXPECT_EQ(page("a.html"), "mine");
+  EXPECT_EQ(graze("report a.graze --force").code, 0);
+  EXPECT_NE(page("a.html"), "mine");
+  for (const std::string verb : {"report a.graze", "view a.graze --particle 1"}) {
+    refused(verb + " -o a.csv", {"a.csv", ".html"});
+    refused(verb + " -o a", {".html"});
+    refused(verb + " -o a.graze/x.html", {"a.graze"});
+    EXPECT_EQ(graze(verb + " -o new/" + verb.substr(0, 4) + "/x.html").code, 0);
+  }
+  refused("report nowhere.graze -o x.html", {"nowhere.graze"});
+  EXPECT_FALSE(testing::fs::exists(campaign.folder / "x.html"));
+  refused("report a.graze --policy stil --force", {"nearest: still"});
+}
+
+// Claim: a view has each particle under each policy; what the archive does not hold is refused.
+TEST_F(Report, ViewShowsWhatIsAskedFor) {
+  ASSERT_EQ(graze("view a.graze --particle 3 --particle 5 -o v.html").code, 0);
+  EXPECT_THAT(page("v.html"),
+              AllOf(HasSubstr("\"kind\":\"view\""), HasSubstr("\"particle\":3"), HasSubstr("\"particle\":5")));
+  EXPECT_EQ(graze("view a.graze --particle 3").code, 0);
+  EXPECT_TRUE(testing::fs::exists(campaign.folder / "a.p3.html"));
+  refused("view a.graze --particle 20 -o w.html", {"--particle 20", "a.graze holds no trace"});
+  refused("view a.graze --particle x -o w.html", {"--particle", "x"});
+  EXPECT_FALSE(testing::fs::exists(campaign.folder / "w.html"));
+}
+
+// Claim: an archive of another results version has a report without what is simulated, which the page and the terminal
+// say; it cannot be viewed.
+TEST(ReportOfAnother, ResultsVersionHasNoReplays) {
+  const testing::TemporaryFolder folder;
+  testing::write_ball(folder);
+  const Scenario scenario = load_scenario((folder / "ball.yaml").string());
+  testing::write_campaign(folder / "old.graze", scenario, 4,
+                          [](CampaignInfo& info) { info.results_version = "0.0.9+abc"; });
+  const testing::Result run = testing::graze(folder.path(), "report old.graze --json");
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.err, AllOf(HasSubstr("no trajectories and no replays"), HasSubstr("0.0.9+abc")));
+  const Json data = Json::parse(run.out);
+  EXPECT_FALSE(data.contains("scene"));
+  ASSERT_EQ(data["notes"].size(), 1u);
+  EXPECT_THAT(data["notes"][0].get<std::string>(), HasSubstr("0.0.9+abc"));
+  EXPECT_GT(data["trajectories"].size(), 0u);
+  EXPECT_EQ(testing::graze(folder.path(), "report old.graze").code, 0);
+  EXPECT_EQ(testing::graze(folder.path(), "view old.graze --particle 0").code, 2);
+}
+
+// Claim: a trace that is not the archive's is shown with a note, and `view` ends with 1.
+TEST(ReportOfAnother, TraceIsNotHidden) {
+  const testing::TemporaryFolder folder;
+  testing::write_ball(folder);
+  const Scenario scenario = load_scenario((folder / "ball.yaml").string());
+  testing::write_campaign(
+      folder / "a.graze", scenario, 4, [](CampaignInfo&) {},
+      [](TraceRecord& trace) { trace.digest ^= trace.particle == 2; });
+  const testing::Result run = testing::graze(folder.path(), "report a.graze --json");
+  EXPECT_THAT(run.err,
+              AllOf(HasSubstr("particle 2 under policy 'still' went ANOTHER WAY"), Not(HasSubstr("particle 1 "))));
+  EXPECT_EQ(Json::parse(run.out)["notes"].size(), 1u);
+  EXPECT_EQ(testing::graze(folder.path(), "view a.graze --particle 2").code, 1);
+  EXPECT_EQ(testing::graze(folder.path(), "view a.graze --particle 1").code, 0);
+}
+
+}  // namespace
+}  // namespace graze
