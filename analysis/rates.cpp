@@ -1,0 +1,116 @@
+#include "analysis/rates.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include "analysis/proportions.h"
+#include "analysis/sequential.h"
+#include "analysis/significance.h"
+
+namespace graze {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr std::uint64_t kMost = 1'000'000'000;
+
+/// The least n at which it is enough and stays so at the sizes looked at: doubled until it is, then halved. Rounding of
+/// the successes makes "enough" waver by a few particles; the answer is an expectation, no promise.
+std::uint64_t least_size(const std::function<bool(std::uint64_t)>& enough) {
+  std::uint64_t high = 1;
+  while (!enough(high)) {
+    if (high > kMost) return 0;
+    high *= 2;
+  }
+  std::uint64_t low = high / 2;
+  while (high - low > 1) {
+    const std::uint64_t middle = low + (high - low) / 2;
+    (enough(middle) ? high : low) = middle;
+  }
+  return high;
+}
+
+std::uint64_t successes(double rate, std::uint64_t n) {
+  return std::min(n, static_cast<std::uint64_t>(std::llround(rate * static_cast<double>(n))));
+}
+
+}  // namespace
+
+RateStatistics rate_statistics(const Score& score) {
+  RateStatistics out;
+  const double each = 1 - 0.05 / static_cast<double>(std::max<std::size_t>(1, score.policies.size()));
+  for (const PolicyScore& policy : score.policies) {
+    RateBounds& one = out.policies.emplace_back();
+    one.policy = policy.policy;
+    one.n = policy.n;
+    one.success = policy.success;
+    one.unknown = policy.unknown;
+    const auto n = static_cast<double>(policy.n);
+    one.worst = policy.n > 0 ? static_cast<double>(policy.success) / n : kNaN;
+    one.best = policy.n > 0 ? static_cast<double>(policy.success + policy.unknown) / n : kNaN;
+    one.worst_interval = clopper_pearson(policy.success, policy.n);
+    one.best_interval = clopper_pearson(policy.success + policy.unknown, policy.n);
+    one.simultaneous = clopper_pearson(policy.success, policy.n, each);
+  }
+  std::vector<double> p_values;
+  for (const PairedComparison& pair : score.pairs) p_values.push_back(pair.n > 0 ? pair.p_value : kNaN);
+  const std::vector<double> adjusted = holm(p_values);
+  for (std::size_t i = 0; i < score.pairs.size(); ++i) {
+    const PairedComparison& pair = score.pairs[i];
+    out.pairs.push_back({pair.a, pair.b, pair.difference, pair.p_value, adjusted[i]});
+  }
+  return out;
+}
+
+MarginSummary summarise_margins(const std::vector<double>& margins, const std::vector<std::uint32_t>& particles) {
+  MarginSummary out;
+  out.worst = kNaN;
+  std::vector<double> sorted;
+  for (std::size_t i = 0; i < margins.size(); ++i) {
+    const double margin = margins[i];
+    if (std::isnan(margin)) continue;
+    sorted.push_back(margin);
+    out.below += margin < 0;
+    const bool worse = !(margin >= out.worst);  // or the first
+    if (!worse && !(margin == out.worst && particles[i] < out.worst_particle)) continue;
+    out.worst = margin;
+    out.worst_particle = particles[i];
+  }
+  std::sort(sorted.begin(), sorted.end());
+  out.n = sorted.size();
+  out.interval = clopper_pearson(out.below, out.n);
+  for (const double p : kMarginQuantiles) {
+    const double place = p * (static_cast<double>(sorted.size()) - 1);
+    const auto low = static_cast<std::size_t>(std::max(0.0, place));
+    const std::size_t high = std::min(low + 1, sorted.empty() ? 0 : sorted.size() - 1);
+    // Not interpolated where both are equal: infinite margins have no difference.
+    const bool flat = sorted.empty() || sorted[low] == sorted[high];
+    out.quantiles.push_back(sorted.empty() ? kNaN
+                            : flat         ? sorted[low]
+                                   : sorted[low] + (place - static_cast<double>(low)) * (sorted[high] - sorted[low]));
+  }
+  return out;
+}
+
+std::uint64_t particles_for_width(double rate, double half_width, double confidence) {
+  return least_size([&](std::uint64_t n) {
+    const Interval interval = clopper_pearson(successes(rate, n), n, confidence);
+    return interval.high - interval.low <= 2 * half_width;
+  });
+}
+
+DecisionSize particles_to_decide(double rate, double bound, double confidence) {
+  const Question question{"", "*", Question::Kind::rate_above, bound};
+  DecisionSize out;
+  out.bound = bound;
+  out.fixed = least_size([&](std::uint64_t n) {
+    return judge(question, clopper_pearson(successes(rate, n), n, confidence)) != Verdict::open;
+  });
+  out.sequence = least_size([&](std::uint64_t n) {
+    return judge(question, confidence_sequence(successes(rate, n), n, confidence)) != Verdict::open;
+  });
+  return out;
+}
+
+}  // namespace graze

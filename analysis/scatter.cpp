@@ -1,0 +1,262 @@
+#include "analysis/scatter.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numeric>
+
+#include "analysis/significance.h"
+
+namespace graze {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kLevel = 0.05;
+constexpr std::size_t kLeastTraces = 10, kMostModes = 4, kLeastOfMode = 2;
+const double kPi = std::acos(-1.0);
+
+double quantile(std::span<const double> sorted, double p) {
+  const double place = p * static_cast<double>(sorted.size() - 1);
+  const auto low = static_cast<std::size_t>(place);
+  const std::size_t high = std::min(low + 1, sorted.size() - 1);
+  return sorted[low] + (place - static_cast<double>(low)) * (sorted[high] - sorted[low]);
+}
+
+Mode mode_of(std::span<const double> values) {
+  const auto n = static_cast<double>(values.size());
+  const double mean = std::accumulate(values.begin(), values.end(), 0.0) / n;
+  double squares = 0;
+  for (const double x : values) squares += (x - mean) * (x - mean);
+  return {values.size(), mean, values.size() > 1 ? std::sqrt(squares / (n - 1)) : 0.0};
+}
+
+/// How many of the sorted values lie below the cut with the least sum of squares on both sides.
+std::size_t least_squares_cut(std::span<const double> sorted) {
+  const auto n = static_cast<double>(sorted.size());
+  const double all = std::accumulate(sorted.begin(), sorted.end(), 0.0);
+  double below = 0, most = -1;
+  std::size_t best = 1;
+  for (std::size_t k = 1; k < sorted.size(); ++k) {
+    below += sorted[k - 1];
+    if (sorted[k] == sorted[k - 1]) continue;
+    const auto a = static_cast<double>(k), b = n - a;
+    const double distance = below / a - (all - below) / b, between = a * b * distance * distance;
+    if (between > most) {
+      most = between;
+      best = k;
+    }
+  }
+  return best;
+}
+
+struct Normal {
+  double share = 0, mean = 0, deviation = 0;
+  double density(double x) const {
+    const double z = (x - mean) / deviation;
+    return share / deviation * std::exp(-0.5 * z * z);
+  }
+};
+
+Normal normal_of(const Mode& mode, std::size_t all, double least) {
+  return {static_cast<double>(mode.traces) / static_cast<double>(all), mode.mean, std::max(mode.deviation, least)};
+}
+
+/// Where two modes part: expectation and maximisation of a mixture of two normal distributions, from the least squares
+/// cut on, then the point between their means at which both are as likely. A part of the values may be used.
+double mixture_cut(std::span<const double> sorted) {
+  const std::size_t at = least_squares_cut(sorted), n = sorted.size();
+  const double start = sorted[at - 1] + 0.5 * (sorted[at] - sorted[at - 1]);
+  const double least = 1e-3 * (sorted.back() - sorted.front());
+  Normal a = normal_of(mode_of(sorted.first(at)), n, least), b = normal_of(mode_of(sorted.subspan(at)), n, least);
+  const std::size_t stride = n / 5000 + 1;
+  for (int iteration = 0; iteration < 100; ++iteration) {
+    double count = 0, weight = 0, sum_a = 0, sum_b = 0, square_a = 0, square_b = 0;
+    for (std::size_t i = 0; i < n; i += stride) {
+      const double x = sorted[i] - start, in_a = a.density(sorted[i]), in_b = b.density(sorted[i]);
+      const double p = in_a + in_b > 0 ? in_a / (in_a + in_b) : (x < 0 ? 1 : 0);
+      ++count;
+      weight += p;
+      sum_a += p * x;
+      square_a += p * x * x;
+      sum_b += (1 - p) * x;
+      square_b += (1 - p) * x * x;
+    }
+    if (weight < 1 || count - weight < 1) return start;
+    const double mean_a = sum_a / weight, mean_b = sum_b / (count - weight);
+    a = {weight / count, start + mean_a,
+         std::max(least, std::sqrt(std::max(0.0, square_a / weight - mean_a * mean_a)))};
+    b = {1 - a.share, start + mean_b,
+         std::max(least, std::sqrt(std::max(0.0, square_b / (count - weight) - mean_b * mean_b)))};
+  }
+  double low = a.mean, high = b.mean;
+  if (!(low < high) || a.density(low) < b.density(low) || b.density(high) < a.density(high)) return start;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = 0.5 * (low + high);
+    (a.density(middle) > b.density(middle) ? low : high) = middle;
+  }
+  return low;
+}
+
+/// Values between modes, rising.
+void part(std::span<const double> sorted, double level, DipTest& test, std::vector<double>& cuts) {
+  if (cuts.size() + 1 >= kMostModes) return;
+  const double cut = mixture_cut(sorted);
+  const auto at = static_cast<std::size_t>(std::upper_bound(sorted.begin(), sorted.end(), cut) - sorted.begin());
+  if (at < kLeastOfMode || sorted.size() - at < kLeastOfMode) return;
+  cuts.push_back(cut);
+  for (const std::span<const double> side : {sorted.first(at), sorted.subspan(at)}) {
+    if (side.size() < kLeastTraces || side.front() == side.back()) continue;
+    if (test.p_value(dip(side), side.size()) < level) part(side, level, test, cuts);
+  }
+}
+
+void find_modes(std::span<const double> sorted, bool several, double level, DipTest& test, FreedomSpread& out) {
+  if (several) part(sorted, level, test, out.cuts);
+  std::sort(out.cuts.begin(), out.cuts.end());
+  auto from = sorted.begin();
+  for (std::size_t k = 0; k <= out.cuts.size(); ++k) {
+    const auto to = k < out.cuts.size() ? std::upper_bound(from, sorted.end(), out.cuts[k]) : sorted.end();
+    out.modes.push_back(mode_of({from, to}));
+    from = to;
+  }
+  if (out.modes.size() < 2) return;
+  const Mode &a = out.modes[0], &b = out.modes[1];
+  const double spread = std::sqrt(0.5 * (a.deviation * a.deviation + b.deviation * b.deviation));
+  out.separation = (b.mean - a.mean) / std::max(spread, 1e-6 * (b.mean - a.mean));
+}
+
+FreedomSpread describe(const std::string& name, const std::string& unit, std::span<const double> sorted,
+                       DipTest& test) {
+  FreedomSpread out;
+  out.name = name;
+  out.unit = unit;
+  const Mode all = mode_of(sorted);
+  out.mean = all.mean;
+  out.deviation = all.deviation;
+  out.median = quantile(sorted, 0.5);
+  out.iqr = quantile(sorted, 0.75) - quantile(sorted, 0.25);
+  out.skew_drift = out.mean - out.median;
+  // What is the same to nine digits does not part, whatever its last digits do.
+  const bool varies = sorted.back() - sorted.front() > 1e-9 * std::max(1.0, std::abs(out.median));
+  out.dip = dip(sorted);
+  out.p_value = varies ? test.p_value(out.dip, sorted.size()) : kNaN;
+  return out;
+}
+
+std::string mode_text(const Mode& mode, const std::string& unit) {
+  return fmt::format("{} at {:.3g} ± {:.2g}{}{}", mode.traces, mode.mean, mode.deviation, unit.empty() ? "" : " ",
+                     unit);
+}
+
+}  // namespace
+
+Freedoms::Freedoms(const std::vector<std::string>& q_names) {
+  std::map<std::string, int> column;
+  for (std::size_t i = 0; i < q_names.size(); ++i) column[q_names[i]] = static_cast<int>(i);
+  const auto ends_in = [](const std::string& name, const char* end) {
+    return name.size() > 3 && name.compare(name.size() - 3, 3, end) == 0;
+  };
+  for (std::size_t i = 0; i < q_names.size(); ++i) {
+    const std::string& name = q_names[i];
+    const std::string body = name.substr(0, name.rfind('.'));
+    const bool floats = name.find('.') != std::string::npos && column.count(body + ".qw") > 0;
+    if (floats && (ends_in(name, ".qx") || ends_in(name, ".qy") || ends_in(name, ".qz"))) continue;
+    if (!floats || !ends_in(name, ".qw")) {
+      Part& part = parts_.emplace_back();
+      part.column = static_cast<int>(i);
+      names_.push_back(name);
+      units_.push_back(floats ? "m" : "");
+      continue;
+    }
+    constexpr const char* kAngles[] = {".roll", ".pitch", ".yaw"};
+    for (int angle = 0; angle < 3; ++angle) {
+      const auto of = [&](const char* what) { return column.count(body + what) > 0 ? column[body + what] : -1; };
+      parts_.push_back({-1, of(".qw"), of(".qx"), of(".qy"), of(".qz"), angle});
+      names_.push_back(body + kAngles[angle]);
+      units_.push_back("rad");
+    }
+  }
+}
+
+void Freedoms::read(std::span<const double> q, std::span<double> out) const {
+  const auto at = [&](int column) { return column < 0 ? 0.0 : q[static_cast<std::size_t>(column)]; };
+  for (std::size_t k = 0; k < parts_.size(); ++k) {
+    const Part& part = parts_[k];
+    const double w = at(part.w), x = at(part.x), y = at(part.y), z = at(part.z);
+    if (part.column >= 0) {
+      out[k] = at(part.column);
+    } else if (part.angle == 0) {
+      out[k] = std::atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y));
+    } else if (part.angle == 1) {
+      out[k] = std::asin(std::clamp(2 * (w * y - z * x), -1.0, 1.0));
+    } else {
+      out[k] = std::atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z));
+    }
+  }
+}
+
+void Freedoms::unwrap(std::vector<std::vector<double>>& columns) const {
+  for (std::size_t k = 0; k < parts_.size(); ++k) {
+    if (parts_[k].column >= 0) continue;
+    double sine = 0, cosine = 0;
+    for (const double angle : columns[k]) {
+      sine += std::sin(angle);
+      cosine += std::cos(angle);
+    }
+    const double mean = std::atan2(sine, cosine);
+    for (double& angle : columns[k]) angle = mean + std::remainder(angle - mean, 2 * kPi);
+  }
+}
+
+Scatter judge_scatter(const std::vector<std::string>& names, const std::vector<std::string>& units,
+                      const std::vector<std::vector<double>>& columns, DipTest& test) {
+  Scatter out;
+  out.traces = columns.empty() ? 0 : columns[0].size();
+  if (out.traces < kLeastTraces) {
+    out.notes.push_back(fmt::format("not tested: {} traces, and it takes {}", out.traces, kLeastTraces));
+    return out;
+  }
+  std::vector<std::vector<double>> sorted = columns;
+  std::vector<double> p_values;
+  for (std::size_t k = 0; k < columns.size(); ++k) {
+    std::sort(sorted[k].begin(), sorted[k].end());
+    out.freedoms.push_back(describe(names[k], units[k], sorted[k], test));
+    p_values.push_back(out.freedoms.back().p_value);
+  }
+  const std::vector<double> adjusted = holm(p_values);
+  for (std::size_t k = 0; k < columns.size(); ++k) {
+    FreedomSpread& one = out.freedoms[k];
+    one.p_holm = adjusted[k];
+    find_modes(sorted[k], one.p_holm < kLevel, kLevel / static_cast<double>(columns.size()), test, one);
+    if (one.modes.size() < 2) continue;
+    const bool clearer =
+        out.clearest < 0 || one.separation > out.freedoms[static_cast<std::size_t>(out.clearest)].separation;
+    if (clearer) out.clearest = static_cast<int>(k);
+  }
+  if (!out.bifurcates()) return out;
+  const auto k = static_cast<std::size_t>(out.clearest);
+  const std::vector<double>& cuts = out.freedoms[k].cuts;
+  for (const double x : columns[k]) {
+    out.side.push_back(static_cast<int>(std::lower_bound(cuts.begin(), cuts.end(), x) - cuts.begin()));
+  }
+  return out;
+}
+
+std::string scatter_text(const Scatter& scatter) {
+  if (scatter.freedoms.empty()) return scatter.notes.empty() ? "not tested: no states" : scatter.notes[0];
+  if (!scatter.bifurcates()) return "scatters: one mode in every degree of freedom";
+  const FreedomSpread& one = scatter.freedoms[static_cast<std::size_t>(scatter.clearest)];
+  std::string modes;
+  for (const Mode& mode : one.modes) modes += (modes.empty() ? "" : ", ") + mode_text(mode, one.unit);
+  const auto several = std::count_if(scatter.freedoms.begin(), scatter.freedoms.end(),
+                                     [](const FreedomSpread& f) { return f.modes.size() > 1; });
+  std::string out = fmt::format("bifurcates: {} has {} modes, {} (dip {:.3f}, p = {:.1g})", one.name, one.modes.size(),
+                                modes, one.dip, one.p_holm);
+  if (several > 1) out += fmt::format("; so do {} other degrees of freedom", several - 1);
+  return out;
+}
+
+}  // namespace graze
