@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/events.h"
+#include "analysis/events_words.h"
 #include "analysis/failures.h"
 #include "analysis/text_table.h"
 #include "archive/files/csv.h"
@@ -15,36 +16,10 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Rows = std::vector<std::vector<std::string>>;
 
-constexpr std::size_t kMostWords = 24;  // of a sequence in a line
-
 /// What one policy's numbers are told with.
-class Teller {
+class Teller : public EventWords {
  public:
-  Teller(const CampaignEvents& events, Detail detail) : info_(events.info), detail_(detail) {}
-
-  std::string word(std::uint32_t word) const { return word_text(word, detail_, info_); }
-
-  /// "LF_FOOT-ground RH_FOOT-ground … 32 in all": no more than so many words.
-  std::string sequence(const std::vector<std::uint32_t>& words, std::size_t most = kMostWords) const {
-    if (words.empty()) return "(no contact)";
-    std::string out;
-    for (std::size_t i = 0; i < std::min(most, words.size()); ++i) out += (i > 0 ? " " : "") + word(words[i]);
-    return words.size() > most ? out + fmt::format(" … {} in all", words.size()) : out;
-  }
-
-  std::string branch(const EventBranch& branch) const {
-    switch (branch.kind) {
-      case EventBranch::Kind::contact:
-        return word(branch.word);
-      case EventBranch::Kind::nothing:
-        return "nothing more";
-      case EventBranch::Kind::others:
-        return "other contacts";
-      case EventBranch::Kind::cut:
-        return "(ended before)";
-    }
-    return "";
-  }
+  Teller(const CampaignEvents& events, Detail detail) : EventWords(events.info, detail), info_(events.info) {}
 
   /// "S 3, clears-curb 12, objective 1"
   std::string outcomes(const OutcomeCounts& counts) const {
@@ -75,7 +50,6 @@ class Teller {
 
  private:
   const CampaignInfo& info_;
-  Detail detail_;
 };
 
 std::string rate_text(const OutcomeCounts& counts) {
@@ -89,24 +63,12 @@ std::string range_text(const Quantiles& x, double scale) {
   return fmt::format("{:.4g} ({:.4g} .. {:.4g})", scale * x.median, scale * x.low, scale * x.high);
 }
 
-std::string ordinal(std::size_t n) {
-  const std::size_t tens = n % 100;
-  const char* ending = tens >= 11 && tens <= 13 ? "th"
-                       : n % 10 == 1            ? "st"
-                       : n % 10 == 2            ? "nd"
-                       : n % 10 == 3            ? "rd"
-                                                : "th";
-  return fmt::format("{}{}", n, ending);
-}
-
 /// `tell` the tree's words, `told` those of sequences.
 std::string node_text(const PolicyEvents& policy, std::size_t at, const Teller& tell, const Teller& told,
                       const CampaignInfo& info) {
   const EventNode& node = policy.tree.nodes[at];
   const std::string indent(2 + 4 * static_cast<std::size_t>(node.depth), ' ');
-  std::string out = indent + fmt::format("{:.3f} s: the {} contact of {}", node.time, ordinal(node.past.size() + 1),
-                                         info.colliders[static_cast<std::size_t>(node.part)]);
-  if (node.with >= 0) out += " with " + info.colliders[static_cast<std::size_t>(node.with)];
+  std::string out = indent + fmt::format("{:.3f} s: {}", node.time, tell.node(node));
   if (node.parent >= 0) {
     const EventNode& above = policy.tree.nodes[static_cast<std::size_t>(node.parent)];
     out += ", where " + tell.branch(above.branches[static_cast<std::size_t>(node.parent_branch)]);

@@ -263,7 +263,7 @@ struct BlockRun::Impl final : TraceSaver {
       const bool more =
           observer->see({lane, lanes[lane].particle->id, lanes[lane].step, lanes[lane].first, time(lane), *physics, tau,
                          command, requirement_values, objective_values, lanes[lane].particle->model, controller,
-                         watched->sensed(), watched->truth(), *this});
+                         watched->sensed(), watched->truth(), ended[lane], *this});
       enough.set(lane, !more);
       lanes[lane].record->stopped = !more && !ended[lane];
     }

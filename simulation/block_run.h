@@ -47,6 +47,7 @@ struct StepView {
   const Controller& controller;    // targets and lag of the last control step
   const Observation& sensed;  // at the last control step, all groups, whatever the policy reads; not before the first
   const Observation& truth;   // the same without any error
+  bool ends;                  // the trace ends with this step, whatever is seen
   TraceSaver& saver;
 
   /// The trace as it is now, from which others can go on (RunOptions::saved); none if it ends here. Throws

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "analysis/report_data.h"
+#include "analysis/report_events.h"
 #include "archive/files/parent_folders.h"
 #include "archive/files/utf8.h"
 #include "archive/hdf5/reading_child.h"
@@ -46,6 +47,22 @@ void add_replays(Json& page, const Arguments& arguments, const CampaignInfo& inf
   }
 }
 
+/// What happened in traces, if the archive tells it.
+void add_sections(Json& page, const Archive& archive, const std::string& name,
+                  const std::vector<std::string>& policies) {
+  EventsRequest request;
+  request.name = name;
+  request.policies = policies;
+  try {
+    page["sections"].push_back(events_section(campaign_events(archive, request)));
+  } catch (const InputError& error) {  // nothing touched, or an older archive
+    page["notes"].push_back(fmt::format("No events: {}", error.what()));
+  }
+  std::vector<UnknownFailures> unknown;
+  for (const std::string& policy : policies) unknown.push_back(unknown_failures(archive, policy));
+  if (Json section = unknown_section(unknown, name); !section.is_null()) page["sections"].push_back(std::move(section));
+}
+
 int report(const Arguments& arguments) {
   if (!arguments.json) check_page_built("report");
   const std::filesystem::path output =
@@ -62,6 +79,7 @@ int report(const Arguments& arguments) {
   const std::vector<std::string> policies = chosen_names(info.policies, arguments.policies, arguments.archive);
   const ReportInput input = read_report(*archive, arguments.archive, policies);
   Json page = report_data(*archive, input, form);
+  add_sections(page, *archive, arguments.archive, policies);
   for (const std::string& warning : archive->warnings()) page["notes"].push_back(warning);
   if (!archive->complete())
     page["notes"].push_back("The campaign is not complete: not all traces have been simulated.");
