@@ -40,6 +40,22 @@ double robust_deviation(const std::vector<double>& x, double middle) {
   return robust > 0 ? robust : std::sqrt(squares / std::max<double>(1, static_cast<double>(x.size())));
 }
 
+/// Q_n of Rousseeuw and Croux (Journal of the American Statistical Association 88 (1993) 1273-1283): 2.2219 times the
+/// first quartile of the distances of all pairs; the standard deviation, of a normal distribution. Where there are two
+/// heaps it is that of one heap, which the median deviation is not. Where it is 0, the standard deviation.
+double deviation_of_pairs(const std::vector<double>& x) {
+  std::vector<double> away;
+  away.reserve(x.size() * x.size() / 2);
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    for (std::size_t k = 0; k < i; ++k) away.push_back(std::abs(x[i] - x[k]));
+  }
+  if (away.empty()) return 0;
+  const std::size_t half = x.size() / 2 + 1, place = std::min(away.size(), half * (half - 1) / 2) - 1;
+  std::nth_element(away.begin(), away.begin() + static_cast<std::ptrdiff_t>(place), away.end());
+  const double robust = 2.2219 * away[place];
+  return robust > 0 ? robust : robust_deviation(x, median(x));
+}
+
 std::vector<double> column_of(const TraceFeatures& features, const Rows& rows, std::size_t column) {
   std::vector<double> out;
   for (const std::size_t row : rows) out.push_back(features(row, column));
@@ -52,7 +68,7 @@ class Distances {
   Distances(const TraceFeatures& features, const Rows& rows) : n_(rows.size()), all_(n_ * n_) {
     for (std::size_t c = 0; c < features.columns.size(); ++c) {
       const std::vector<double> x = column_of(features, rows, c);
-      const double scale = robust_deviation(x, median(x));
+      const double scale = deviation_of_pairs(x);
       if (!(scale > 0)) continue;
       for (std::size_t i = 0; i < n_; ++i) {
         for (std::size_t k = 0; k < i; ++k) {

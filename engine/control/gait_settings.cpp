@@ -188,7 +188,8 @@ struct OutOfReach {
 
 /// With so many decimals, and no more than `x`, so that it is right when it is typed.
 std::string rounded_down(double x, int decimals) {
-  const double unit = std::pow(10.0, decimals);
+  double unit = 1;
+  for (int i = 0; i < decimals; ++i) unit *= 10;
   return fmt::format("{}", std::floor(x * (1 - 1e-12) * unit) / unit);
 }
 

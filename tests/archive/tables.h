@@ -19,7 +19,7 @@ struct TraceTable {
   std::vector<double> end_time, objective_margin;
   std::vector<SolverLog> solver;                               // empty: the archive is older than that
   std::vector<std::vector<double>> margins, first_violations;  // [requirement][trace]
-  std::vector<std::vector<int>> margin_parts;  // [trace][requirement]
+  std::vector<std::vector<int>> margin_parts;                  // [trace][requirement]
   std::vector<std::uint64_t> digest;
   std::vector<std::string> sequence, invalid_reason;
   std::vector<std::vector<Event>> events;
@@ -50,9 +50,8 @@ inline TraceTable table_of(const Archive& archive, const std::string& policy, un
       add(kMargins, out.margins[k], [&](std::size_t i) { return rows.margins(i)[k]; });
       add(kFirstViolations, out.first_violations[k], [&](std::size_t i) { return rows.first_violations(i)[k]; });
     }
-    add(kMarginParts, out.margin_parts, [&](std::size_t i) {
-      return std::vector<int>(rows.margin_parts(i).begin(), rows.margin_parts(i).end());
-    });
+    add(kMarginParts, out.margin_parts,
+        [&](std::size_t i) { return std::vector<int>(rows.margin_parts(i).begin(), rows.margin_parts(i).end()); });
     add(kDigest, out.digest, [&](std::size_t i) { return rows.digest(i); });
     add(kSequence, out.sequence, [&](std::size_t i) { return rows.sequence(i); });
     add(kInvalidReason, out.invalid_reason, [&](std::size_t i) { return rows.invalid_reason(i); });
@@ -71,7 +70,8 @@ inline TraceTable table_of(const Archive& archive, const std::string& policy, un
     column = std::move(sorted);
   };
   sort(out.particle), sort(out.outcome), sort(out.violated), sort(out.end_time), sort(out.objective_margin);
-  sort(out.solver), sort(out.margin_parts), sort(out.digest), sort(out.sequence), sort(out.invalid_reason), sort(out.events), sort(out.phases);
+  sort(out.solver), sort(out.margin_parts), sort(out.digest), sort(out.sequence), sort(out.invalid_reason),
+      sort(out.events), sort(out.phases);
   for (auto& column : out.margins) sort(column);
   for (auto& column : out.first_violations) sort(column);
   return out;

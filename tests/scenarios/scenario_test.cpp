@@ -45,7 +45,10 @@ TEST(Scenario, DefaultsOfTheSmallestFile) {
   EXPECT_EQ(s.seed, 1u);
   EXPECT_EQ(s.particles, 100u);
   EXPECT_EQ(s.recording.telemetry, Telemetry::none);
-  EXPECT_TRUE(s.recording.events);
+  EXPECT_FALSE(s.recording.events);
+  EXPECT_TRUE(s.recording.phases);
+  EXPECT_EQ(s.recording.rules.gap, 0.02);
+  EXPECT_EQ(s.recording.rules.dwell, 0.002);
   EXPECT_FALSE(s.torque_speed);
   EXPECT_EQ(s.space.size(), 0);
   EXPECT_TRUE(s.task.requirements.empty());
