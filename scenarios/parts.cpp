@@ -140,9 +140,12 @@ void doubt_features(const Settings& settings, const Between& between, const Mode
 
 }  // namespace
 
+unsigned Between::first_is_a(const ContactPoint& point) const {
+  return one_way(point, first.features[point.a], second.features[point.b]);
+}
+
 unsigned Between::operator()(const ContactPoint& point) const {
-  return one_way(point, first.features[point.a], second.features[point.b]) |
-         one_way(point, second.features[point.a], first.features[point.b]);
+  return first_is_a(point) | one_way(point, second.features[point.a], first.features[point.b]);
 }
 
 Between read_between(const Settings& settings, const Model& nominal) {

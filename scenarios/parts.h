@@ -28,6 +28,8 @@ struct Between {
 
   /// Lanes in which the point is one of them.
   unsigned operator()(const ContactPoint& point) const;
+  /// Those of them in which its collider `a` is of the first set; in the others `b` is.
+  unsigned first_is_a(const ContactPoint& point) const;
 };
 
 /// `[a, b]`; refused if no pair of colliders that may touch is meant, because then nothing could ever change it.

@@ -71,6 +71,7 @@ class TaskReader {
     const auto window = settings.find("window");
     if (window) {
       out.window = read_window(*window);
+      out.witness = witness.within(out.window);
       out.description += from_to(out.window);
     }
     const char* const then = measure ? "so nothing is measured" : "so the requirement is never violated";
@@ -214,6 +215,7 @@ class TaskReader {
     out.unit = witness.unit;
     out.range = witness.range;
     read_timing(settings, out, witness.at_start);
+    out.witness = witness.within(out.window);
     return out;
   }
 

@@ -5,7 +5,7 @@ namespace graze {
 const std::vector<WitnessKind>& witness_kinds() {
   static const std::vector<WitnessKind> all = [] {
     std::vector<WitnessKind> kinds;
-    for (const auto list : {motion_witnesses, contact_witnesses, impulse_witnesses, joint_witnesses}) {
+    for (const auto list : {motion_witnesses, contact_witnesses, impulse_witnesses, force_witnesses, joint_witnesses}) {
       for (WitnessKind& kind : list()) kinds.push_back(std::move(kind));
     }
     return with_registered(std::move(kinds));

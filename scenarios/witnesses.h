@@ -21,6 +21,12 @@ struct ReadWitness {
   std::string unit;                               // SI
   WitnessRange range = {};                        // of its value; by default it can be anything
   std::optional<double> at_start = std::nullopt;  // its value before the first step, if every trace begins with it
+  /// The witness that counts from a window's begin on, s, for those that sum up what has been; by default they do not.
+  std::function<std::shared_ptr<const Witness>(double from)> of_window = {};
+
+  std::shared_ptr<const Witness> within(const Window& window) const {
+    return of_window ? of_window(window.from) : witness;
+  }
 };
 
 /// Least margin of parts that touch and overlap by less, and of a gap where nothing touches, so that its sign is never
@@ -50,6 +56,7 @@ const Description& predicate_description();
 std::vector<WitnessKind> motion_witnesses();   // witness_motion.cpp
 std::vector<WitnessKind> contact_witnesses();  // witness_contact.cpp
 std::vector<WitnessKind> impulse_witnesses();  // witness_impulse.cpp
+std::vector<WitnessKind> force_witnesses();    // witness_force.cpp
 std::vector<WitnessKind> joint_witnesses();    // witness_joints.cpp
 
 }  // namespace graze

@@ -33,6 +33,7 @@ TEST_F(WitnessDescriptions, TellTheirDefaults) {
       {"contact", "{between: [foot, block]}"},
       {"no_contact", "{between: [foot, block]}"},
       {"contact_impulse", "{between: [foot, block], below: 1}"},
+      {"contact_force", "{between: [foot, block], below: 1}"},
       {"self_collision", "{}"},
       {"joint_limits", "{}"},
       {"torque_limits", "{}"},

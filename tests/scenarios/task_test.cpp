@@ -226,6 +226,13 @@ struct Valued {
 
 void PrintTo(const Valued& v, std::ostream* out) { *out << v.value << " of part " << v.part; }
 
+/// After a step of 1 ms.
+const std::array<double, kLanes> kLater = [] {
+  std::array<double, kLanes> out;
+  out.fill(1e-3);
+  return out;
+}();
+
 /// A witness in one lane of a block, beside lanes that hold nothing.
 Valued alone(const Witness& witness, const RandomBlock& block, int lane) {
   BlockArray own(witness.numbers());
@@ -240,7 +247,7 @@ Valued alone(const Witness& witness, const RandomBlock& block, int lane) {
   const BlockState state = only_lane(block.state, lane);
   const BlockArray tau = only_lane(block.tau, lane), headroom = only_lane(block.headroom, lane);
   double out[kLanes], part[kLanes];
-  const WitnessInput input{state, points, tau, headroom, {}, LaneMask(1u << lane), memory.get()};
+  const WitnessInput input{state, points, tau, headroom, kLater, LaneMask(1u << lane), memory.get()};
   witness.follow(input);
   witness.evaluate(input, own, out, part);
   return {out[lane], part[lane]};
@@ -256,7 +263,7 @@ std::array<Valued, kLanes> together(const Witness& witness, RandomBlock& block) 
   }
   const std::vector<ContactPoint> points = block.contacts.gather();
   double value[kLanes], part[kLanes];
-  const WitnessInput input{block.state, points, block.tau, block.headroom, {}, LaneMask::all(), memory.get()};
+  const WitnessInput input{block.state, points, block.tau, block.headroom, kLater, LaneMask::all(), memory.get()};
   witness.follow(input);
   witness.evaluate(input, own, value, part);
   std::array<Valued, kLanes> out;
@@ -277,6 +284,8 @@ TEST_F(Tasks, LanesAreJudgedApart) {
       "  self: {self_collision: true}\n"
       "  far: {no_contact: {between: [\"{thigh,base}\", \"*\"], within: 50 m}}\n"
       "  struck: {contact_impulse: {between: [\"*\", \"*\"], below: 5}}\n"
+      "  pushed: {contact_impulse: {between: [foot, \"*\"], below: 5, direction: [1, 2, 3], total: true}}\n"
+      "  pressed: {contact_force: {between: [\"*\", \"*\"], below: 5, over: 2 ms}}\n"
       "  limits: {joint_limits: {}}\n"
       "  torque: {torque_limits: {}}\n"
       "  line: {torque_speed: {joints: hip}}\n"
@@ -305,7 +314,7 @@ TEST_F(Tasks, TiltKeepsItsLeastMargin) {
   for (int step = 0; step < 200; ++step) {
     for (int lane = 0; lane < kLanes; ++lane) block.place(lane, initial_state(*scenario_.world, model_));
     const std::vector<ContactPoint> points;
-    const WitnessInput in{block.state, points, block.tau, block.headroom, {}, LaneMask::all()};
+    const WitnessInput in{block.state, points, block.tau, block.headroom, kLater, LaneMask::all()};
     monitor.update(in);
     const std::array<Valued, kLanes> value = together(witness, block);
     for (int lane = 0; lane < kLanes; ++lane) {
