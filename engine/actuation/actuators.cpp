@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <limits>
+
+#include "engine/lane_physics/lane_engine.h"
 
 namespace graze {
 
@@ -27,8 +28,9 @@ std::vector<std::vector<int>> limbs_of(const Model& model) {
 
 }  // namespace
 
-Actuators::Actuators(const Model& nominal, bool torque_speed, bool drives_solved)
-    : nominal_(nominal),
+Actuators::Actuators(const Model& nominal, bool torque_speed, bool drives_solved, Isa isa)
+    : kernel_(&kernel_of(isa, kLanes)),
+      nominal_(nominal),
       torque_speed_(torque_speed),
       drives_solved_(drives_solved),
       effort_(nominal.na()),
@@ -123,58 +125,37 @@ void Actuators::apply_lane(const ActuatorCommand& command, const BlockState& sta
   }
 }
 
-void Actuators::fill_drive(const ActuatorCommand& command, const BlockState& state, const Sensors& sensors) {
-  const double infinity = std::numeric_limits<double>::infinity();
-  for (int k = 0; k < effort_.rows(); ++k) {
-    const double *q = state.q.row(q_index_[k]), *v = state.v.row(v_index_[k]);
-    const double *q_bias = sensors.encoder_error().row(k), *v_bias = sensors.encoder_velocity_error().row(k);
-    const double *tau_bias = sensors.torque_error().row(k), *ki = command.ki.row(k), *integral = integral_.row(k);
-    const double *effort = effort_.row(k), *speed = speed_.row(k), *tau = command.tau.row(k);
-    const double *q_target = command.q.row(k), *v_target = command.v.row(k);
-    const double* prescribed = command.prescribed.row(k);
-    double *q_error = q_error_.row(k), *q_ref = drive_.q.row(k), *v_ref = drive_.v.row(k);
-    double *feed = drive_.tau.row(k), *lower = drive_.lower.row(k), *upper = drive_.upper.row(k);
-    for (int lane = 0; lane < kLanes; ++lane) {
-      q_ref[lane] = q_target[lane] - q_bias[lane];
-      v_ref[lane] = v_target[lane] - v_bias[lane];
-      q_error[lane] = q_ref[lane] - q[lane];
-      feed[lane] = tau[lane] + ki[lane] * (ki[lane] == 0 ? 0 : integral[lane]) + tau_bias[lane];
-      // As available().
-      const bool line = torque_speed_ && speed[lane] > 0 && effort[lane] < infinity;
-      const double share = line ? v[lane] / speed[lane] : 0.0;
-      const double full = line ? effort[lane] : 1.0;
-      const bool limited = prescribed[lane] < 2;
-      const double forward = full * (1 - std::min(std::max(share, 0.0), 1.0));
-      const double backward = full * (1 - std::min(std::max(-share, 0.0), 1.0));
-      upper[lane] = limited ? (line ? forward : effort[lane]) : infinity;
-      lower[lane] = limited ? (line ? -backward : -effort[lane]) : -infinity;
-    }
-  }
-  drive_.kp = command.kp;
-  drive_.kd = command.kd;
-  drive_.prescribed = command.prescribed;
-}
-
-void Actuators::follow_drive(const ActuatorCommand& command, double h, LaneMask active, BlockArray& tau) {
-  bool on[kLanes];
-  for (int lane = 0; lane < kLanes; ++lane) on[lane] = active[lane];
-  for (int k = 0; k < effort_.rows(); ++k) {
-    const double *torque = result_.torque.row(k), *demand = result_.demand.row(k);
-    const double *lower = drive_.lower.row(k), *upper = drive_.upper.row(k);
-    const double *q_error = q_error_.row(k), *ki = command.ki.row(k);
-    double *out = tau.row(k), *headroom = headroom_.row(k), *integral = integral_.row(k);
-    for (int lane = 0; lane < kLanes; ++lane) {
-      const double limit = demand[lane] < 0 ? -lower[lane] : upper[lane];
-      const double room = limit - std::abs(demand[lane]);
-      // As apply_lane().
-      const bool grows = demand[lane] * q_error[lane] > 0;
-      const double more = integral[lane] + (room >= 0 || !grows ? h * q_error[lane] : 0.0);
-      const double next = ki[lane] == 0 ? 0.0 : more;
-      out[lane] = on[lane] ? torque[lane] : out[lane];
-      headroom[lane] = on[lane] ? room : headroom[lane];
-      integral[lane] = on[lane] ? next : integral[lane];
-    }
-  }
+ActuatorRows Actuators::rows_of_step(const ActuatorCommand& command, const BlockState& state, const Sensors& sensors,
+                                     double h, LaneMask active, BlockArray& tau) {
+  return {effort_.rows(),
+          h,
+          active.bits(),
+          torque_speed_,
+          q_index_.data(),
+          v_index_.data(),
+          state.q.row(0),
+          state.v.row(0),
+          command.tau.row(0),
+          command.q.row(0),
+          command.v.row(0),
+          command.ki.row(0),
+          command.prescribed.row(0),
+          sensors.encoder_error().row(0),
+          sensors.encoder_velocity_error().row(0),
+          sensors.torque_error().row(0),
+          effort_.row(0),
+          speed_.row(0),
+          integral_.row(0),
+          q_error_.row(0),
+          drive_.tau.row(0),
+          drive_.q.row(0),
+          drive_.v.row(0),
+          drive_.lower.row(0),
+          drive_.upper.row(0),
+          result_.torque.row(0),
+          result_.demand.row(0),
+          tau.row(0),
+          headroom_.row(0)};
 }
 
 void Actuators::step(const ActuatorCommand& command, BlockPhysics& physics, const Sensors& sensors, double h,
@@ -184,9 +165,14 @@ void Actuators::step(const ActuatorCommand& command, BlockPhysics& physics, cons
     physics.step(h, active, tau);
     return;
   }
-  fill_drive(command, physics.state(), sensors);
+  if (effort_.rows() == 0) return physics.drive(h, active, drive_, result_);
+  const ActuatorRows rows = rows_of_step(command, physics.state(), sensors, h, active, tau);
+  kernel_->fill_drive(rows);
+  drive_.kp = command.kp;
+  drive_.kd = command.kd;
+  drive_.prescribed = command.prescribed;
   physics.drive(h, active, drive_, result_);
-  follow_drive(command, h, active, tau);
+  kernel_->follow_drive(rows);
 }
 
 void Actuators::apply(const ActuatorCommand& command, const BlockState& state, const Sensors& sensors, double h,

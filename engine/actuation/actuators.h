@@ -8,7 +8,9 @@
 
 #include "engine/block_physics.h"
 #include "engine/dynamics/dynamics_model.h"
+#include "engine/lane_physics/kernel.h"
 #include "engine/lanes/block.h"
+#include "engine/lanes/isa.h"
 #include "engine/lanes/lane_tape.h"
 #include "engine/sensing/sensors.h"
 
@@ -28,7 +30,7 @@ class Actuators {
  public:
   /// `torque_speed`: the available torque falls linearly to 0 at the joint's no-load speed in the direction of motion.
   /// `drives_solved`: only for back ends that solve drives, so that apply() is never called and no trace pays for it.
-  Actuators(const Model& nominal, bool torque_speed, bool drives_solved = false);
+  Actuators(const Model& nominal, bool torque_speed, bool drives_solved = false, Isa isa = chosen_isa());
 
   void start(int lane, const Particle& particle);
   /// Writes down, or reads back after start(), all that the lane's further way depends on.
@@ -48,10 +50,9 @@ class Actuators {
   const BlockArray& headroom() const { return headroom_; }
 
  private:
-  /// Servos as a back end takes them: sensed references, feed-forward with integral, bounds of this step.
-  void fill_drive(const ActuatorCommand& command, const BlockState& state, const Sensors& sensors);
-  /// Headroom and integrals after a drive.
-  void follow_drive(const ActuatorCommand& command, double h, LaneMask active, BlockArray& tau);
+  /// What the kernels need to make a Drive of the command, and to follow its result.
+  ActuatorRows rows_of_step(const ActuatorCommand& command, const BlockState& state, const Sensors& sensors, double h,
+                            LaneMask active, BlockArray& tau);
   /// Poses and M of the lane's particle.
   void update_inertia(const BlockState& state, int lane);
   /// Adds the dampers' torques of a lane to demand_.
@@ -61,6 +62,7 @@ class Actuators {
   /// Largest torque in the direction of `sign` at joint speed v, N m.
   double available(int k, int lane, double sign, double v) const;
 
+  const LaneKernel* kernel_;
   DynamicsModel nominal_;
   std::vector<int> v_index_, q_index_;
   bool torque_speed_, drives_solved_;

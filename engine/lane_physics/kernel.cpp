@@ -1,5 +1,6 @@
 // The kernels of one instruction set; compiled once for each (see CMakeLists.txt).
 
+#include "engine/lane_physics/actuator_rows.h"
 #include "engine/lane_physics/gaps.h"
 #include "engine/lane_physics/step.h"
 
@@ -24,7 +25,9 @@ constexpr LaneKernel make_kernel() {
           &measure_gap<T>,
           &add_ways<T>,
           &find_due<T>,
-          &place<T>};
+          &place<T>,
+          &fill_drive<T>,
+          &follow_drive<T>};
 }
 
 }  // namespace

@@ -141,6 +141,24 @@ struct LaneBlock {
   int contact_count;
 };
 
+/// Servos with encoders, limits and integrals around a step (engine/actuation), na rows each.
+struct ActuatorRows {
+  int na;
+  double h;         // s
+  unsigned active;  // lanes
+  bool torque_speed;
+  const int *q_index, *v_index;                               // per joint: its row of q and v
+  const double *q, *v;                                        // state before the step
+  const double *tau, *q_target, *v_target, *ki, *prescribed;  // command
+  const double *q_bias, *v_bias, *tau_bias;                   // errors of encoders and torques
+  const double *effort, *speed;                               // limits of the particles
+  double* integral;                                           // in and out
+  double* q_error;                                            // at the beginning of the step; fill_drive writes it
+  double *feed, *q_ref, *v_ref, *lower, *upper;               // the Drive, which fill_drive writes
+  const double *torque, *demand;                              // the DriveResult, which follow_drive reads
+  double *out, *headroom;                                     // what follow_drive writes beside the integral
+};
+
 /// A pair of shapes whose gap is asked for, outside of any step (gaps.h).
 struct GapQuery {
   struct Side {
@@ -201,6 +219,10 @@ struct LaneKernel {
   int (*find_due)(const DueQuery& query);
   /// X_WG = X_WB X_BG, 12 rows each.
   void (*place)(const double* X_WB, const double* X_BG, double* X_WG);
+  /// Before a step: the Drive that the back end solves. All lanes.
+  void (*fill_drive)(const ActuatorRows& rows);
+  /// After it: torques, headroom and integrals of the active lanes.
+  void (*follow_drive)(const ActuatorRows& rows);
 };
 
 /// The kernel of a width, or null: 1 and 8 lanes exist everywhere, 4 in the AVX2 build. Builds for x86 exist if the

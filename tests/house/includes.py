@@ -22,7 +22,8 @@ ROOMS = {  # from top to bottom; what stands in the folder itself stands above i
                "settings"],
 }
 # Back ends register themselves (engine/physics.h): their headers are known to whoever is named here and to no other file.
-BACK_ENDS = {"engine/lane_physics/": ["engine/lane_physics/", "engine/clearance/"],  # clearance has its kernels
+BACK_ENDS = {"engine/lane_physics/": ["engine/lane_physics/", "engine/clearance/",
+                                      "engine/actuation/"],  # clearance and actuation have its kernels
              "engine/bullet/": ["engine/bullet/"]}
 OUTSIDE = ["tests", "bench"]  # may include anything; nothing may include them
 GENERATED = {"graze_version.h", "graze_build.h"}
@@ -113,6 +114,7 @@ RIGHT = {
     "engine/bullet/back_end.h": '#include "engine/contact/events.h"\n#include "engine/physics.h"\n',
     "engine/lane_physics/kernel.h": '#include "engine/contact/events.h"\n',
     "engine/clearance/gaps.h": '#include "engine/lane_physics/kernel.h"\n',
+    "engine/actuation/servo.h": '#include "engine/lane_physics/kernel.h"\n',
     "engine/control/policy.h": '#include "engine/physics.h"\n#include "engine/control/gait.h"\n',
     "engine/control/gait.h": "",
     "scenarios/task.h": '#include "engine/control/policy.h"\n',
@@ -134,6 +136,8 @@ WRONG = {
     "engine/bullet/up.h": ('#include "engine/control/gait.h"\n', "higher"),
     "engine/physics.cpp": ('#include "engine/bullet/back_end.h"\n', "higher"),
     "engine/lane_physics/other.h": ('#include "engine/bullet/back_end.h"\n', "back end"),
+    "engine/actuation/other.h": ('#include "engine/bullet/back_end.h"\n', "back end"),
+    "engine/sensing/other.h": ('#include "engine/lane_physics/kernel.h"\n', "back end"),
     "engine/clearance/other.h": ('#include "engine/bullet/back_end.h"\n', "back end"),
     "simulation/facts.cpp": ('#include "engine/bullet/back_end.h"\n', "back end"),
     "archive/up.h": ('#include "jobs/run.h"\n', "higher"),
