@@ -23,6 +23,7 @@ void add_status(CLI::App& app, Action& action);
 void add_verify(CLI::App& app, Action& action);
 void add_replay(CLI::App& app, Action& action);
 void add_score(CLI::App& app, Action& action);
+void add_explain(CLI::App& app, Action& action);
 void add_pack(CLI::App& app, Action& action);
 void add_submit(CLI::App& app, Action& action);
 

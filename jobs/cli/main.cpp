@@ -54,6 +54,7 @@ int parse_and_run(int argc, char** argv) {
   add_status(app, action);
   add_verify(app, action);
   add_score(app, action);
+  add_explain(app, action);
   add_replay(app, action);
   add_pack(app, action);
   add_submit(app, action);
