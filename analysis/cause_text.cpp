@@ -15,12 +15,12 @@ std::string with_unit(double value, const std::string& unit) {
   return fmt::format("{:.4g}{}{}", value, unit.empty() || unit == "1" ? "" : " ", unit == "1" ? "" : unit);
 }
 
-std::string condition_text(const TreeRule::Condition& condition, const ParameterTable::Column& column) {
+std::string condition_text(const TreeRule::Condition& condition, const ParticleTable::Column& column) {
   if (column.labels.empty()) {
     return fmt::format("{} {} {}", column.name,
                        condition.yes ? ">" : "<=", with_unit(condition.threshold, column.unit));
   }
-  auto value = static_cast<std::size_t>(std::max(0.0, condition.threshold));
+  auto value = static_cast<std::size_t>(std::clamp(condition.threshold, 0.0, 1e6));
   const bool other = !condition.yes && column.labels.size() == 2 && value < 2;
   if (other) value = 1 - value;
   const std::string label = value < column.labels.size() ? column.labels[value] : fmt::format("{}", value);
@@ -28,8 +28,8 @@ std::string condition_text(const TreeRule::Condition& condition, const Parameter
 }
 
 /// "more often where a.b is larger (AUC 0.83, p = 2e-05)".
-std::string effect_text(const ParameterEffect& effect, bool binary, const ParameterTable& table) {
-  const ParameterTable::Column& column = table.columns[effect.column];
+std::string effect_text(const ParameterEffect& effect, bool binary, const ParticleTable& table) {
+  const ParticleTable::Column& column = table.columns[effect.column];
   const std::string p = fmt::format("p = {:.1g}", effect.p_holm);
   if (!column.labels.empty()) {
     return fmt::format("{} where {} is {} (effect {:.2f}, {})", binary ? "most often" : "highest", column.name,
@@ -47,7 +47,7 @@ std::string effect_text(const ParameterEffect& effect, bool binary, const Parame
 
 }  // namespace
 
-std::string rule_text(const TreeRule& rule, const ParameterTable& table) {
+std::string rule_text(const TreeRule& rule, const ParticleTable& table) {
   std::string out;
   for (const TreeRule::Condition& condition : rule.conditions) {
     out += (out.empty() ? "" : " and ") +
@@ -56,7 +56,7 @@ std::string rule_text(const TreeRule& rule, const ParameterTable& table) {
   return out.empty() ? "always" : out;
 }
 
-std::string verdict_text(const Causes& causes, const ParameterTable& table) {
+std::string verdict_text(const Causes& causes, const ParticleTable& table) {
   if (causes.effects.empty()) return causes.notes.empty() ? "not tested: there are no parameters" : causes.notes.back();
   if (!causes.explained()) return "no parameter explains it";
   std::string out;

@@ -24,7 +24,7 @@ constexpr std::size_t kLeastRows = 8, kLeastForShape = 30, kMostForShape = 1000,
 /// One target among the rows that count, and all that tests of it share.
 class Case {
  public:
-  Case(const ParameterTable& table, const RankTable& ranks, const std::vector<double>& target, bool binary);
+  Case(const ParticleTable& table, const RankTable& ranks, const std::vector<double>& target, bool binary);
   ParameterEffect effect(std::size_t k) const;  // of the k-th column of `ranks`
   std::size_t ones() const { return ones_; }
   const std::vector<double>& target_ranks() const { return y_ranks_; }
@@ -35,7 +35,7 @@ class Case {
   void test_shape(std::size_t k, ParameterEffect& out) const;
   void find_share(std::size_t k, ParameterEffect& out) const;
 
-  const ParameterTable& table_;
+  const ParticleTable& table_;
   const RankTable& ranks_;
   bool binary_;
   std::vector<double> y_, y_ranks_;  // by row that counts
@@ -47,9 +47,12 @@ class Case {
   std::optional<RankDependence> shape_;
 };
 
+/// Of a choice; files of others may hold any number.
+std::uint32_t category(double value) { return static_cast<std::uint32_t>(std::clamp(value, 0.0, 1e6)); }
+
 double tied_squares(double n, double ties) { return (n * n * n - n - ties) / 12; }
 
-Case::Case(const ParameterTable& table, const RankTable& ranks, const std::vector<double>& target, bool binary)
+Case::Case(const ParticleTable& table, const RankTable& ranks, const std::vector<double>& target, bool binary)
     : table_(table), ranks_(ranks), binary_(binary) {
   for (const std::uint32_t row : ranks.rows) y_.push_back(target[row]);
   y_ranks_ = midranks(y_);
@@ -93,11 +96,11 @@ void Case::test_number(std::size_t k, ParameterEffect& out) const {
 }
 
 void Case::test_choice(std::size_t k, ParameterEffect& out) const {
-  const ParameterTable::Column& column = table_.columns[ranks_.columns[k]];
+  const ParticleTable::Column& column = table_.columns[ranks_.columns[k]];
   std::vector<std::uint32_t> group;
   std::map<std::uint32_t, std::pair<double, double>> sums;  // rows and target, by value
   for (std::size_t i = 0; i < y_.size(); ++i) {
-    group.push_back(static_cast<std::uint32_t>(std::max(0.0, column.values[ranks_.rows[i]])));
+    group.push_back(category(column.values[ranks_.rows[i]]));
     auto& [rows, sum] = sums[group.back()];
     ++rows;
     sum += y_[i];
@@ -136,7 +139,7 @@ void Case::test_shape(std::size_t k, ParameterEffect& out) const {
 /// Equally many rows in each bin; a choice has a bin for each value. With B bins an idle parameter's R^2 has the
 /// distribution Beta((B - 1) / 2, (n - B) / 2), whose mean is taken off.
 void Case::find_share(std::size_t k, ParameterEffect& out) const {
-  const ParameterTable::Column& column = table_.columns[ranks_.columns[k]];
+  const ParticleTable::Column& column = table_.columns[ranks_.columns[k]];
   const std::size_t n = y_.size(), labels = column.labels.size();
   if (n < kLeastForShares) return;
   const std::size_t bins = labels == 0 ? std::min<std::size_t>(32, n / 25) : labels;
@@ -145,8 +148,8 @@ void Case::find_share(std::size_t k, ParameterEffect& out) const {
   double total = 0;
   for (std::size_t i = 0; i < n; ++i) {
     const double place = (static_cast<double>(ranks_.ranks[k][i]) + 0.5 * (rows - 1)) / rows;  // from 0, below 1
-    const double bin = labels == 0 ? place * static_cast<double>(bins) : column.values[ranks_.rows[i]];
-    const std::size_t to = bin > 0 ? std::min(bins - 1, static_cast<std::size_t>(bin)) : 0;
+    const double bin = labels == 0 ? place * static_cast<double>(bins) : category(column.values[ranks_.rows[i]]);
+    const std::size_t to = std::min(bins - 1, static_cast<std::size_t>(bin));
     ++count[to];
     sum[to] += y_[i] - mean;
     total += (y_[i] - mean) * (y_[i] - mean);
@@ -181,7 +184,7 @@ bool varies(const std::vector<double>& values, const std::vector<std::uint32_t>&
   return std::any_of(rows.begin(), rows.end(), [&](std::uint32_t row) { return values[row] != values[rows[0]]; });
 }
 
-void add_partial(const ParameterTable& table, const RankTable& ranks, const std::vector<double>& target_ranks,
+void add_partial(const ParticleTable& table, const RankTable& ranks, const std::vector<double>& target_ranks,
                  Causes& out) {
   if (!ranks.partial.doubt().empty()) {
     out.notes.push_back("no partial correlations: " + ranks.partial.doubt());
@@ -196,7 +199,7 @@ void add_partial(const ParameterTable& table, const RankTable& ranks, const std:
   }
 }
 
-void note_correlation(const ParameterTable& table, const RankTable& ranks, Causes& out) {
+void note_correlation(const ParticleTable& table, const RankTable& ranks, Causes& out) {
   constexpr double kMuch = 0.5;
   if (ranks.partial.largest() < kMuch) return;
   std::vector<std::size_t> numbers;
@@ -210,7 +213,7 @@ void note_correlation(const ParameterTable& table, const RankTable& ranks, Cause
       ranks.partial.largest()));
 }
 
-void grow(const ParameterTable& table, const RankTable& ranks, const CauseTarget& target, Causes& out) {
+void grow(const ParticleTable& table, const RankTable& ranks, const CauseTarget& target, Causes& out) {
   std::vector<TreeFeature> features(table.columns.size());
   for (const std::size_t column : ranks.columns) {
     features[column] = {table.columns[column].values, !table.columns[column].labels.empty()};
@@ -219,7 +222,7 @@ void grow(const ParameterTable& table, const RankTable& ranks, const CauseTarget
 }
 
 /// All but what needs the other targets.
-Causes causes_of(const ParameterTable& table, const RankTable& ranks, const CauseTarget& target) {
+Causes causes_of(const ParticleTable& table, const RankTable& ranks, const CauseTarget& target) {
   Causes out;
   out.target = target.name;
   out.binary = is_binary(target.values);
@@ -268,8 +271,8 @@ void judge(std::vector<Causes>& all) {
 
 }  // namespace
 
-std::vector<Causes> find_causes(const ParameterTable& table, const std::vector<CauseTarget>& targets) {
-  for (const ParameterTable::Column& column : table.columns) {
+std::vector<Causes> find_causes(const ParticleTable& table, const std::vector<CauseTarget>& targets) {
+  for (const ParticleTable::Column& column : table.columns) {
     if (column.values.size() != table.rows()) throw std::invalid_argument("columns of different lengths");
   }
   const std::vector<std::vector<std::uint32_t>> orders = orders_of(table);
@@ -288,8 +291,8 @@ std::vector<Causes> find_causes(const ParameterTable& table, const std::vector<C
   return out;
 }
 
-ParameterTable parameter_table(std::span<const double> values, const std::vector<std::string>& names) {
-  ParameterTable table;
+ParticleTable particle_table(std::span<const double> values, const std::vector<std::string>& names) {
+  ParticleTable table;
   for (std::size_t k = 0; k < names.size(); ++k) {
     table.columns.push_back({names[k]});
     for (std::size_t i = k; i < values.size(); i += names.size()) table.columns.back().values.push_back(values[i]);
@@ -297,7 +300,7 @@ ParameterTable parameter_table(std::span<const double> values, const std::vector
   return table;
 }
 
-Causes find_causes(const ParameterTable& table, CauseTarget target, const std::vector<bool>& mask) {
+Causes find_causes(const ParticleTable& table, CauseTarget target, const std::vector<bool>& mask) {
   if (!mask.empty() && mask.size() != target.values.size()) {
     throw std::invalid_argument("a mask of another length than the target");
   }
@@ -309,7 +312,7 @@ Causes find_causes(const ParameterTable& table, CauseTarget target, const std::v
 
 Causes find_causes(std::span<const double> values, const std::vector<std::string>& names, CauseTarget target,
                    const std::vector<bool>& mask) {
-  return find_causes(parameter_table(values, names), std::move(target), mask);
+  return find_causes(particle_table(values, names), std::move(target), mask);
 }
 
 }  // namespace graze

@@ -12,7 +12,7 @@
 namespace graze {
 
 /// What particles differ in: a column for each uncertain parameter, a row for each particle.
-struct ParameterTable {
+struct ParticleTable {
   struct Column {
     std::string name, unit = {};
     std::vector<std::string> labels = {};  // of a discrete choice, by value; empty: a number
@@ -67,18 +67,18 @@ inline constexpr double kCauseLevel = 0.05, kTreeLevel = 0.01;
 
 /// Explains each target. Everything is a function of the arguments alone. Memory: about as
 /// much again as the table. Throws std::invalid_argument if columns or targets differ in length.
-std::vector<Causes> find_causes(const ParameterTable& table, const std::vector<CauseTarget>& targets);
+std::vector<Causes> find_causes(const ParticleTable& table, const std::vector<CauseTarget>& targets);
 
 /// A table of numbers. values: [row][names.size()], row-major.
-ParameterTable parameter_table(std::span<const double> values, const std::vector<std::string>& names);
+ParticleTable particle_table(std::span<const double> values, const std::vector<std::string>& names);
 /// The same for one target, of the rows that `mask` has (empty: all).
-Causes find_causes(const ParameterTable& table, CauseTarget target, const std::vector<bool>& mask = {});
+Causes find_causes(const ParticleTable& table, CauseTarget target, const std::vector<bool>& mask = {});
 Causes find_causes(std::span<const double> values, const std::vector<std::string>& names, CauseTarget target,
                    const std::vector<bool>& mask = {});
 
 /// "robot.link.RF_FOOT.length > 0.1021 m and contact.model is compliant".
-std::string rule_text(const TreeRule& rule, const ParameterTable& table);
+std::string rule_text(const TreeRule& rule, const ParticleTable& table);
 /// In a sentence: the parameters that matter, in order, with direction and effect; or "no parameter explains it".
-std::string verdict_text(const Causes& causes, const ParameterTable& table);
+std::string verdict_text(const Causes& causes, const ParticleTable& table);
 
 }  // namespace graze

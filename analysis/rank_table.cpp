@@ -128,15 +128,15 @@ std::vector<PartialRanks::Result> PartialRanks::of(const std::vector<double>& ra
   return out;
 }
 
-std::vector<std::vector<std::uint32_t>> orders_of(const ParameterTable& table) {
+std::vector<std::vector<std::uint32_t>> orders_of(const ParticleTable& table) {
   std::vector<std::vector<std::uint32_t>> out;
-  for (const ParameterTable::Column& column : table.columns) {
+  for (const ParticleTable::Column& column : table.columns) {
     out.push_back(all_finite(column.values) ? order_of(column.values) : std::vector<std::uint32_t>{});
   }
   return out;
 }
 
-RankTable rank_table(const ParameterTable& table, const std::vector<std::vector<std::uint32_t>>& orders,
+RankTable rank_table(const ParticleTable& table, const std::vector<std::vector<std::uint32_t>>& orders,
                      const std::vector<bool>& counts) {
   RankTable out;
   std::vector<std::int64_t> place(table.rows(), -1);
@@ -147,7 +147,7 @@ RankTable rank_table(const ParameterTable& table, const std::vector<std::vector<
   }
   std::vector<std::string> constant, strange;
   for (std::size_t k = 0; k < table.columns.size(); ++k) {
-    const ParameterTable::Column& column = table.columns[k];
+    const ParticleTable::Column& column = table.columns[k];
     if (orders[k].size() != table.rows()) {
       strange.push_back(column.name);
       continue;

@@ -13,7 +13,7 @@ namespace graze {
 
 /// Rows by column in rising order of their values, sorted once: ranks among any rows follow in linear time. Empty: the
 /// column has values that are no numbers.
-std::vector<std::vector<std::uint32_t>> orders_of(const ParameterTable& table);
+std::vector<std::vector<std::uint32_t>> orders_of(const ParticleTable& table);
 
 /// Correlation of ranks given all other parameters: solved once for some rows, then quickly for each target.
 class PartialRanks {
@@ -54,7 +54,7 @@ struct RankTable {
 };
 
 /// `counts`: by row of the table.
-RankTable rank_table(const ParameterTable& table, const std::vector<std::vector<std::uint32_t>>& orders,
+RankTable rank_table(const ParticleTable& table, const std::vector<std::vector<std::uint32_t>>& orders,
                      const std::vector<bool>& counts);
 
 }  // namespace graze

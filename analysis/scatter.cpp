@@ -211,6 +211,8 @@ void Freedoms::unwrap(std::vector<std::vector<double>>& columns) const {
   }
 }
 
+double deviation_of(std::span<const double> values) { return values.empty() ? 0 : mode_of(values).deviation; }
+
 Scatter judge_scatter(const std::vector<std::string>& names, const std::vector<std::string>& units,
                       const std::vector<std::vector<double>>& columns, DipTest& test) {
   Scatter out;
@@ -221,25 +223,30 @@ Scatter judge_scatter(const std::vector<std::string>& names, const std::vector<s
   }
   std::vector<std::vector<double>> sorted = columns;
   std::vector<double> p_values;
+  std::vector<std::size_t> kept;  // columns, by freedom
   for (std::size_t k = 0; k < columns.size(); ++k) {
+    if (!std::all_of(sorted[k].begin(), sorted[k].end(), [](double x) { return std::isfinite(x); })) {
+      out.notes.push_back(fmt::format("left out {}: not all of its values are finite", names[k]));
+      continue;
+    }
     std::sort(sorted[k].begin(), sorted[k].end());
+    kept.push_back(k);
     out.freedoms.push_back(describe(names[k], units[k], sorted[k], test));
     p_values.push_back(out.freedoms.back().p_value);
   }
   const std::vector<double> adjusted = holm(p_values);
-  for (std::size_t k = 0; k < columns.size(); ++k) {
+  for (std::size_t k = 0; k < out.freedoms.size(); ++k) {
     FreedomSpread& one = out.freedoms[k];
     one.p_holm = adjusted[k];
-    find_modes(sorted[k], one.p_holm < kLevel, kLevel / static_cast<double>(columns.size()), test, one);
+    find_modes(sorted[kept[k]], one.p_holm < kLevel, kLevel / static_cast<double>(kept.size()), test, one);
     if (one.modes.size() < 2) continue;
-    const bool clearer =
-        out.clearest < 0 || one.separation > out.freedoms[static_cast<std::size_t>(out.clearest)].separation;
-    if (clearer) out.clearest = static_cast<int>(k);
+    const auto before = static_cast<std::size_t>(std::max(out.clearest, 0));
+    if (out.clearest < 0 || one.separation > out.freedoms[before].separation) out.clearest = static_cast<int>(k);
   }
   if (!out.bifurcates()) return out;
   const auto k = static_cast<std::size_t>(out.clearest);
   const std::vector<double>& cuts = out.freedoms[k].cuts;
-  for (const double x : columns[k]) {
+  for (const double x : columns[kept[k]]) {
     out.side.push_back(static_cast<int>(std::lower_bound(cuts.begin(), cuts.end(), x) - cuts.begin()));
   }
   return out;

@@ -55,11 +55,14 @@ struct FreedomSpread {
 struct Scatter {
   std::size_t traces = 0;
   std::vector<FreedomSpread> freedoms;
-  int clearest = -1;      // of those with several modes the one with the largest separation; -1: none has
-  std::vector<int> side;  // of each trace, by the clearest: 0 … modes - 1; empty: there is one mode
-  std::vector<std::string> notes;
+  int clearest = -1;               // of those with several modes the one with the largest separation; -1: none has
+  std::vector<int> side;           // of each trace, by the clearest: 0 … modes - 1; empty: there is one mode
+  std::vector<std::string> notes;  // what was left out, and why
   bool bifurcates() const { return clearest >= 0; }
 };
+
+/// Standard deviation; 0 of fewer than two values.
+double deviation_of(std::span<const double> values);
 
 /// Several modes where the dip test says so at 5 % after Holm's correction over the degrees of freedom: so often at
 /// most a policy that only scatters is said to bifurcate. Where they part is taken from a mixture of two normal

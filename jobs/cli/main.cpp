@@ -57,6 +57,7 @@ int parse_and_run(int argc, char** argv) {
   add_compare(app, action);
   add_events(app, action);
   add_unknown(app, action);
+  add_explain(app, action);
   add_replay(app, action);
   add_report(app, action);
   add_view(app, action);

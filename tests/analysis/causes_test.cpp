@@ -24,10 +24,10 @@ double normal(std::uint32_t row, std::uint64_t column, std::uint32_t campaign = 
   return normal_quantile(uniform(11, row, column, campaign));
 }
 
-ParameterTable table_of(std::size_t columns, std::size_t rows, std::uint32_t campaign = 0) {
-  ParameterTable out;
+ParticleTable table_of(std::size_t columns, std::size_t rows, std::uint32_t campaign = 0) {
+  ParticleTable out;
   for (std::size_t k = 0; k < columns; ++k) {
-    ParameterTable::Column& column = out.columns.emplace_back();
+    ParticleTable::Column& column = out.columns.emplace_back();
     column.name = "p" + std::to_string(k);
     column.unit = "m";
     for (std::uint32_t i = 0; i < rows; ++i) column.values.push_back(normal(i, k, campaign));
@@ -35,7 +35,7 @@ ParameterTable table_of(std::size_t columns, std::size_t rows, std::uint32_t cam
   return out;
 }
 
-CauseTarget target_of(const ParameterTable& table, const std::function<double(std::size_t)>& value) {
+CauseTarget target_of(const ParticleTable& table, const std::function<double(std::size_t)>& value) {
   CauseTarget out{"success", {}};
   for (std::size_t i = 0; i < table.rows(); ++i) out.values.push_back(value(i));
   return out;
@@ -44,7 +44,7 @@ CauseTarget target_of(const ParameterTable& table, const std::function<double(st
 // Claim: of 176 parameters and 200 traces those two that decide are found, in order, with their directions; the verdict
 // names them, and the tree's rules ask about them.
 TEST(Causes, FindsWhatDecides) {
-  const ParameterTable table = table_of(176, 200);
+  const ParticleTable table = table_of(176, 200);
   const auto& x = table.columns;
   const CauseTarget success =
       target_of(table, [&](std::size_t i) { return 2 * x[17].values[i] - x[99].values[i] > 0.5 ? 1.0 : 0.0; });
@@ -77,7 +77,7 @@ TEST(Causes, FalseAlarmsAreRare) {
   for (const Kind& kind : {Kind{12, 0.5}, Kind{20, 0}, Kind{60, 0.1}, Kind{100, 0.4}, Kind{100, 0}}) {
     int found = 0, trees = 0;
     for (std::uint32_t c = 0; c < static_cast<std::uint32_t>(campaigns); ++c) {
-      const ParameterTable table = table_of(25, kind.rows, c);
+      const ParticleTable table = table_of(25, kind.rows, c);
       const auto draw = [&](std::size_t i) {
         const double u = uniform(12, static_cast<std::uint32_t>(i), 5, c);
         return kind.share > 0 ? (u < kind.share ? 1.0 : 0.0) : std::exp(3 * u);
@@ -97,7 +97,7 @@ TEST(Causes, FalseAlarmsAreRare) {
 // Claim: with 4 failures among 100 traces that all have one parameter beyond its 96th percentile, the exact test finds
 // it among 50; a normal approximation (p = 0.0006) would not.
 TEST(Causes, AFewFailuresAreEnough) {
-  const ParameterTable table = table_of(50, 100);
+  const ParticleTable table = table_of(50, 100);
   const std::vector<double> ranks = midranks(table.columns[7].values);
   const Causes got = find_causes(table, target_of(table, [&](std::size_t i) { return ranks[i] > 96 ? 1.0 : 0.0; }));
   ASSERT_EQ(got.significant, 1u);
@@ -108,7 +108,7 @@ TEST(Causes, AFewFailuresAreEnough) {
 // Claim: a target that is high in the middle of a parameter's range and low at both ends has no rank correlation, and
 // is found all the same; the verdict says that it neither rises nor falls.
 TEST(Causes, DependenceWithoutDirection) {
-  const ParameterTable table = table_of(20, 300);
+  const ParticleTable table = table_of(20, 300);
   const auto& x = table.columns[3].values;
   const auto hill = [&](std::size_t i) { return std::exp(-x[i] * x[i]) + 0.3 * normal(i, 777); };
   const Causes got = find_causes(table, target_of(table, hill));
@@ -146,7 +146,7 @@ TEST(Dependence, PValuesAreCalibrated) {
 // Claim: of two parameters that go together, the one that does nothing has a rank correlation and no partial one; a
 // note warns of the two. With too few traces a note says why there is none.
 TEST(Causes, PartialCorrelationsTellTheCulpritFromItsCompanion) {
-  ParameterTable table = table_of(10, 500);
+  ParticleTable table = table_of(10, 500);
   auto& x = table.columns;
   for (std::size_t i = 0; i < table.rows(); ++i) x[1].values[i] = 0.9 * x[0].values[i] + 0.3 * x[1].values[i];
   const auto y = [&](std::size_t i) { return x[0].values[i] + 0.5 * normal(static_cast<std::uint32_t>(i), 778); };
@@ -166,7 +166,7 @@ TEST(Causes, PartialCorrelationsTellTheCulpritFromItsCompanion) {
 // Claim: of y = 2 a + b + noise with variances 4, 1 and 1 the first-order shares are 2/3 and 1/6; those of the others 0
 // within 4 of the stated standard deviations.
 TEST(Causes, SharesOfVariance) {
-  const ParameterTable table = table_of(6, 4000);
+  const ParticleTable table = table_of(6, 4000);
   const auto& x = table.columns;
   const auto y = [&](std::size_t i) {
     return 2 * x[0].values[i] + x[1].values[i] + normal(static_cast<std::uint32_t>(i), 779);
@@ -185,7 +185,7 @@ TEST(Causes, SharesOfVariance) {
 
 // Claim: discrete choices are categories: Fisher's test of two, Kruskal and Wallis' of three, the best one named.
 TEST(Causes, Choices) {
-  ParameterTable table = table_of(4, 120);
+  ParticleTable table = table_of(4, 120);
   table.columns[2].labels = {"complementarity", "compliant"};
   table.columns[3].labels = {"a", "b", "c"};
   for (std::size_t i = 0; i < 120; ++i) {
@@ -207,7 +207,7 @@ TEST(Causes, Choices) {
 // Claim: success in a corner, which two parameters make together, is found by the tree with both in its rule, and is
 // not hidden by the majority: balanced accuracy is compared with 1/2.
 TEST(Tree, ACornerOfTwoParameters) {
-  const ParameterTable table = table_of(12, 400);
+  const ParticleTable table = table_of(12, 400);
   const auto& x = table.columns;
   const auto corner = [&](std::size_t i) { return x[4].values[i] > 0.6 && x[9].values[i] < -0.2 ? 1.0 : 0.0; };
   const Causes got = find_causes(table, target_of(table, corner));
@@ -226,7 +226,7 @@ TEST(Tree, ACornerOfTwoParameters) {
 // Claim: columns that do not vary or are no numbers are left out with a word; rows without a target do not count; eight
 // traces are enough to ask, seven are refused with a word, and so is a target that is the same in all.
 TEST(Causes, WhatCannotBeAsked) {
-  ParameterTable table = table_of(4, 9);
+  ParticleTable table = table_of(4, 9);
   table.columns[1].values.assign(9, 2.5);
   table.columns[2].values[3] = std::numeric_limits<double>::quiet_NaN();
   CauseTarget target = target_of(table, [](std::size_t i) { return i % 2; });
@@ -248,7 +248,7 @@ TEST(Causes, WhatCannotBeAsked) {
 
 // Claim: the same question of a plain matrix has the same answer.
 TEST(Causes, OfAMatrix) {
-  const ParameterTable table = table_of(3, 50);
+  const ParticleTable table = table_of(3, 50);
   std::vector<double> matrix;
   for (std::size_t i = 0; i < 50; ++i) {
     for (const auto& column : table.columns) matrix.push_back(column.values[i]);
@@ -263,7 +263,7 @@ TEST(Causes, OfAMatrix) {
 // bound leaves room for a loaded machine).
 TEST(Causes, SlowLargeCampaigns) {
   if (GRAZE_SANITIZED != 0) GTEST_SKIP() << "is about time";
-  const ParameterTable table = table_of(187, 100'000);
+  const ParticleTable table = table_of(187, 100'000);
   std::vector<CauseTarget> targets;
   for (std::size_t k = 0; k < 6; ++k) {
     const auto& x = table.columns[k].values;

@@ -1,0 +1,34 @@
+#pragma once
+// The traces of one policy in memory, as far as explanations look at them.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "analysis/scatter.h"
+#include "analysis/survival.h"
+#include "archive/archive.h"
+
+namespace graze {
+
+struct ExplainedTrace {
+  std::uint32_t particle = 0;
+  Outcome outcome = Outcome::invalid;
+  int violated = -1;
+  bool cut = false;     // a violation ended it before its time
+  double end_time = 0;  // s
+  double objective_margin = 0;
+  std::vector<double> margins, first_violations;  // [requirement]; NaN: none
+  std::vector<double> freedoms;                   // final state, as Freedoms::read()
+  bool valid() const { return outcome != Outcome::invalid; }
+};
+
+/// By particle, of those below `end`.
+std::vector<ExplainedTrace> explained_traces(const Archive& archive, const std::string& policy,
+                                             const Freedoms& freedoms, std::uint64_t end);
+
+/// Until a requirement (-1: any that decides; their number: the objective, which fails at the end) was violated; seen
+/// without that until the end.
+Lifetime lifetime_of(const ExplainedTrace& trace, int requirement, std::size_t deciding);
+
+}  // namespace graze

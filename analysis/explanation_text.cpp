@@ -1,0 +1,236 @@
+// An explanation for people, on 80 columns.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "analysis/explanation.h"
+#include "analysis/text_table.h"
+#include "archive/files/utf8.h"
+
+namespace graze {
+namespace {
+
+constexpr std::size_t kWidth = 80, kMostMargins = 12, kMostFreedoms = 8, kMostPairs = 10;
+using Rows = std::vector<std::vector<std::string>>;
+
+/// `text` in lines that fit, the first indented by `first`, the others by `rest`; a longer word has a line of its own.
+std::string paragraph(const std::string& text, std::size_t first, std::size_t rest) {
+  std::string out, line(first, ' ');
+  bool empty = true;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find(' ', at), text.size());
+    const std::string word = text.substr(at, end - at);
+    if (!empty && line.size() + 1 + word.size() > kWidth) {
+      out += line + "\n";
+      line = std::string(rest, ' ');
+      empty = true;
+    }
+    line += (empty ? "" : " ") + word;
+    empty = false;
+    at = end + 1;
+  }
+  return out + line + "\n";
+}
+
+std::string indented(const std::string& text) {
+  std::string out = "    ";
+  for (const char c : text) out += c == '\n' ? std::string("\n    ") : std::string(1, c);
+  out.resize(out.size() - 4);
+  return out;
+}
+
+std::string number(double x) { return std::isnan(x) ? "-" : fmt::format("{:.3g}", x); }
+std::string with_unit(double x, const std::string& unit) {
+  return number(x) + (unit.empty() || unit == "1" ? "" : " " + unit);
+}
+std::string share(double x) { return std::isnan(x) ? "-" : fmt::format("{:.3f}", x); }
+std::string interval(const Interval& of) { return fmt::format("{:.3f} .. {:.3f}", of.low, of.high); }
+std::string p_text(double p) { return std::isnan(p) ? "-" : fmt::format("{:.2g}", p); }
+
+const PolicyScore& score_of(const Explanation& all, std::size_t policy) { return all.score.policies[policy]; }
+
+std::string head_of(const Explanation& all, std::size_t policy) {
+  const PolicyScore& score = score_of(all, policy);
+  const RateBounds& bounds = all.rates.policies[policy];
+  std::string out = fmt::format("{}: {} of {} succeed, {} ({}", printable(score.policy), score.success, score.n,
+                                share(score.rate), interval(score.interval));
+  if (all.policies.size() > 1) out += fmt::format("; all policies at once {}", interval(bounds.simultaneous));
+  out += ")";
+  if (bounds.unknown > 0) {
+    out += fmt::format("; if the {} unknown failures were none, {} ({})", bounds.unknown, share(bounds.best),
+                       interval(bounds.best_interval));
+  }
+  if (score.invalid > 0) out += fmt::format("; {} invalid", score.invalid);
+  return paragraph(out, 0, 2);
+}
+
+std::string tree_text(const DecisionTree& tree, const ParticleTable& table) {
+  std::string out;
+  const std::vector<TreeRule> rules = rules_of(tree);
+  const std::string skill =
+      tree.binary ? fmt::format(
+                        "balanced accuracy {:.2f} ± {:.2f} on traces kept out, chance 0.50; the "
+                        "majority alone is right in {:.2f}",
+                        tree.skill, tree.standard_error, tree.majority)
+                  : fmt::format("rank correlation {:.2f} ± {:.2f} on traces kept out", tree.skill, tree.standard_error);
+  out += paragraph(fmt::format("tree ({}):", skill), 6, 8);
+  for (const TreeRule& rule : rules) {
+    const std::string mean = tree.binary ? fmt::format("{:.0f} %", 100 * rule.mean) : number(rule.mean);
+    out += paragraph(fmt::format("{} of {}: {}", mean, rule.rows, rule_text(rule, table)), 8, 10);
+  }
+  return out;
+}
+
+/// Targets that nothing explains share a line.
+std::string causes_text(const PolicyExplanation& policy, const ParticleTable& table) {
+  std::string out, nothing;
+  for (std::size_t i = 0; i < policy.causes.size(); ++i) {
+    const Causes& causes = policy.causes[i];
+    const std::string count = causes.binary ? fmt::format(" ({} of {})", causes.ones, causes.rows) : "";
+    if (!causes.explained() && !causes.effects.empty()) {
+      nothing += (nothing.empty() ? "" : "; ") + causes.target + count;
+      continue;
+    }
+    out += paragraph(fmt::format("{}{}: {}", causes.target, count, policy.verdicts[i]), 4, 6);
+    if (causes.tree_tells) out += tree_text(causes.tree, table);
+  }
+  if (!nothing.empty()) out += paragraph("no parameter explains it: " + nothing, 4, 6);
+  std::vector<std::string> notes;
+  for (const Causes& causes : policy.causes) {
+    for (const std::string& note : causes.notes) {
+      const bool told = note.rfind("not tested", 0) == 0 || std::find(notes.begin(), notes.end(), note) != notes.end();
+      if (!told) notes.push_back(note);
+    }
+  }
+  for (const std::string& note : notes) out += paragraph(note, 4, 6);
+  return out.empty() ? "    not asked: all traces have ended alike\n" : out;
+}
+
+std::string modes_text(const PolicyExplanation& policy) {
+  const Scatter& ended = policy.ended;
+  std::string out =
+      paragraph(fmt::format("{} of {} traces ran to the end: {}", ended.traces, policy.n, scatter_text(ended)), 4, 6);
+  for (std::size_t k = 0; k < policy.modes.size(); ++k) {
+    const ModeTraces& mode = policy.modes[k];
+    std::string some;
+    for (std::size_t i = 0; i < std::min<std::size_t>(mode.particles.size(), 8); ++i) {
+      some += fmt::format("{}{}", i > 0 ? ", " : "", mode.particles[i]);
+    }
+    if (mode.particles.size() > 8) some += ", …";
+    out += paragraph(
+        fmt::format("mode {}: {} S, {} K, {} U; particles {}", k + 1, mode.success, mode.known, mode.unknown, some), 6,
+        8);
+  }
+  if (policy.all.traces != ended.traces) {
+    out += paragraph(fmt::format("with those that ended early, where they ended: {}", scatter_text(policy.all)), 4, 6);
+  }
+  if (ended.freedoms.empty()) return out;
+  Rows rows = {{"degree of freedom", "mean", "median", "deviation", "IQR", "dip p", "modes"}};
+  for (std::size_t k = 0; k < std::min(ended.freedoms.size(), kMostFreedoms); ++k) {
+    const FreedomSpread& f = ended.freedoms[k];
+    rows.push_back({f.name + (f.unit.empty() ? "" : ", " + f.unit), number(f.mean), number(f.median),
+                    number(f.deviation), number(f.iqr), p_text(f.p_holm), std::to_string(f.modes.size())});
+  }
+  out += indented(text_table(rows, 1));
+  const std::size_t left = ended.freedoms.size() + 1 - rows.size();
+  if (left > 0) out += fmt::format("    … and {} more (--json has all)\n", left);
+  return out;
+}
+
+std::string growth_text(const Growth& growth) {
+  if (!growth.note.empty()) return paragraph(growth.note, 4, 6);
+  Rows rows = {{"time, s"}};
+  for (std::size_t k = 0; k < growth.names.size(); ++k) rows[0].push_back(growth.names[k]);
+  for (const SpreadAt& at : growth.times) {
+    rows.push_back({number(at.time)});
+    for (const double deviation : at.deviations) rows.back().push_back(fmt::format("{:.2g}", deviation));
+  }
+  return paragraph(fmt::format("standard deviation over time, of {} traces", growth.traces), 4, 6) +
+         indented(text_table(rows, 1));
+}
+
+std::string survival_text(const PolicyExplanation& policy) {
+  Rows rows = {{"until", "failed", "left at the end", "95 % interval", "median, s"}};
+  for (const Survival& s : policy.survival) {
+    if (s.failed == 0 || s.what == "objective") continue;
+    const SurvivalStep& last = s.steps.back();
+    rows.push_back({s.what, std::to_string(s.failed), share(last.share), interval(last.interval), number(s.median)});
+  }
+  std::string out = rows.size() > 1 ? indented(text_table(rows, 1)) : "    no requirement was violated\n";
+  const Survival& objective = policy.survival.back();
+  if (objective.failed > 0) {
+    out += fmt::format("    objective unmet at the end, nothing violated: {} of {}\n", objective.failed, policy.n);
+  }
+  return out;
+}
+
+std::string margins_text(const PolicyExplanation& policy) {
+  Rows rows = {{"margin of", "median", "worst", "particle", "below 0", "95 % interval"}};
+  for (std::size_t i = 0; i < std::min(policy.margins.size(), kMostMargins); ++i) {
+    const MarginSummary& m = policy.margins[i];
+    const double below = m.n > 0 ? static_cast<double>(m.below) / static_cast<double>(m.n) : std::nan("");
+    const std::string particle = m.n > 0 ? std::to_string(m.worst_particle) : "-";
+    rows.push_back(
+        {m.name, number(m.quantiles[3]), with_unit(m.worst, m.unit), particle, share(below), interval(m.interval)});
+  }
+  return indented(text_table(rows, 1));
+}
+
+std::string sizes_text(const PolicyExplanation& policy) {
+  std::string out = "were the rate what was seen: ";
+  for (std::size_t k = 0; k < policy.sizes.size(); ++k) {
+    out += fmt::format("{}± {} takes {}", k > 0 ? ", " : "", kHalfWidths[k], policy.sizes[k]);
+  }
+  out += " particles";
+  for (const DecisionSize& one : policy.decisions) {
+    if (one.fixed <= policy.n && one.fixed > 0) continue;  // known already
+    if (one.fixed == 0) continue;
+    out += fmt::format("; 'p >= {}' is decided after {} (with --until {})", one.bound, one.fixed,
+                       one.sequence > 0 ? std::to_string(one.sequence) : "many");
+  }
+  return paragraph(out, 4, 6);
+}
+
+std::string pairs_text(const Explanation& all) {
+  if (all.pairs.empty()) return {};
+  Rows rows = {{"a", "b", "rate b - a", "McNemar p", "survival p", "of pairs"}};
+  for (std::size_t i = 0; i < std::min(all.pairs.size(), kMostPairs); ++i) {
+    const CorrectedPair& rate = all.rates.pairs[i];
+    rows.push_back({rate.a, rate.b, std::isnan(rate.difference) ? "-" : fmt::format("{:+.3f}", rate.difference),
+                    p_text(rate.p_holm), p_text(all.pairs[i].plain.p_value), p_text(all.pairs[i].p_holm)});
+  }
+  std::string out = "\nThe same particles under two policies\n" + text_table(rows, 2);
+  if (all.pairs.size() > kMostPairs)
+    out += fmt::format("… and {} more (--json has all)\n", all.pairs.size() - kMostPairs);
+  out += paragraph(
+      "McNemar's and the last column are corrected by Holm for the number of pairs; 'of pairs' is the log-rank test "
+      "that "
+      "uses that particles are shared, 'survival p' the plain one, which takes the policies' traces as independent.",
+      0, 0);
+  if (!std::isnan(all.log_rank.p_value) && all.policies.size() > 2) {
+    out += fmt::format("All policies together: log-rank chi-square {:.3g} with {:g} degrees of freedom, p = {:.2g}\n",
+                       all.log_rank.chi_square, all.log_rank.freedom, all.log_rank.p_value);
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string format_explanation(const Explanation& all) {
+  std::string out = printable(all.campaign) + (all.complete ? "" : " (INCOMPLETE: not all traces have been simulated)");
+  out += fmt::format("\n{} particles, {} uncertain parameters\n", all.particles, all.parameters.columns.size());
+  for (const std::string& note : all.notes) out += paragraph(note, 0, 2);
+  for (std::size_t i = 0; i < all.policies.size(); ++i) {
+    const PolicyExplanation& policy = all.policies[i];
+    out += "\n" + head_of(all, i);
+    if (!policy.causes.empty()) out += "  Causes\n" + causes_text(policy, all.parameters);
+    out += "  Final states\n" + modes_text(policy) + growth_text(policy.growth);
+    out += "  Survival\n" + survival_text(policy);
+    out += "  Margins\n" + margins_text(policy);
+    out += "  How many particles\n" + sizes_text(policy);
+  }
+  return printable_lines(out + pairs_text(all));
+}
+
+}  // namespace graze
