@@ -139,6 +139,8 @@ Json report_data(const Archive& archive, const ReportInput& input, NumberForm fo
           {"margins", margins_json(archive, input.sample)},
           {"traces", traces_json(input.sample, form)},
           {"parameters", parameters_json(info, input.sample, form)},
+          {"channels", Json::array()},
+          {"trajectories", Json::array()},
           {"notes", Json::array()},
           {"sections", Json::array()}};
 }

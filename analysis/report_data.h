@@ -27,7 +27,7 @@ ReportInput read_report(const Archive& archive, const std::string& name, const s
 Json campaign_json(const CampaignInfo& info, const std::string& archive);
 
 /// The data of the page as one object: "campaign", "score" (as score_json()), "ways", "families", "margins", "traces",
-/// "parameters"; "sections" is there for others to fill.
+/// "parameters"; "channels", "trajectories" and "sections" are there for others to fill.
 Json report_data(const Archive& archive, const ReportInput& input, NumberForm form);
 
 /// The data as text for a script element of a page: JSON in which nothing can end a script element or begin a comment.

@@ -158,6 +158,9 @@ class Test:
                        f"verdict: {row[6:8]} of {policy['rate']}, {policy['interval']}")
         self.moves(told)
         self.open(self.folder / "curb.html", width=800)
+        self.graze("report", "curb.graze", "--replays", 0, "--trajectories", 0, "-o", "tables.html")
+        told = self.open(self.folder / "tables.html")
+        self.check(told and "replay" not in told["sections"] and "margins" in told["sections"], "tables stand without replays")
 
     def moves(self, told):
         begin, middle, end = told["stage"]

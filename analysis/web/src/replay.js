@@ -241,7 +241,8 @@ function controls(stage) {
   };
   const bar = el('div', {}, el('div', {class: 'bar'}, play, el('button', {title: 'One frame back', onclick: frame(-1)}, '◂'), el('button', {title: 'One frame on', onclick: frame(1)}, '▸'), scrub, time),
       el('div', {class: 'bar'}, select('Speed', [[0.05, '1/20'], [0.1, '1/10'], [0.25, '1/4'], [0.5, '1/2'], [1, '1'], [2, '2']], 1, (v) => { stage.speed = Number(v); }),
-          checkbox('Follow', true, flag('follow')), checkbox('Contacts', true, flag('contacts')), checkbox('Ghosts', true, flag('ghosts')), checkbox('Paths', true, flag('paths')),
+          checkbox('Contacts', true, flag('contacts')), checkbox('Ghosts', true, flag('ghosts')),
+          stage.scene.floating_base && [checkbox('Follow', true, flag('follow')), checkbox('Paths', true, flag('paths'))],
           el('button', {onclick: () => stage.home()}, 'Reset view')));
   return {bar, update() {
     play.textContent = stage.playing ? 'Pause' : 'Play';
@@ -272,7 +273,7 @@ function build(stage, box) {
   const {list, mark} = chooser(stage), {bar, update} = controls(stage);
   const said = el('div', {class: 'said'}), canvas = stage.renderer.domElement;
   const view = el('div', {class: 'stage', tabindex: 0}, canvas, said);
-  const note = el('p', {class: 'note'}, `Drag to turn, wheel to zoom, right button to move, click a ghost for its trace; space plays. Squares of the ground are ${short(stage.gridStep)} m wide. Arrows: mean contact force since the frame before, half the robot's size for its weight (${short(stage.scene.weight, 3)} N).`);
+  const note = el('p', {class: 'note'}, `Drag to turn, wheel to zoom, right button to move, click a ghost for its trace; space plays.${stage.planes.length ? ` Squares of the ground are ${short(stage.gridStep)} m wide.` : ''} Arrows: mean contact force since the frame before, half the robot's size for its weight (${short(stage.scene.weight, 3)} N).`);
   let focus = -1;
   stage.changed = () => {
     const {trace} = stage.players[stage.focus];
