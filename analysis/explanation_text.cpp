@@ -166,7 +166,7 @@ std::string survival_text(const PolicyExplanation& policy) {
 }
 
 std::string margins_text(const PolicyExplanation& policy) {
-  Rows rows = {{"margin of", "median", "worst", "particle", "below 0", "95 % interval"}};
+  Rows rows = {{"margin of", "median", "worst", "trace", "below 0", "95 % interval"}};
   for (std::size_t i = 0; i < std::min(policy.margins.size(), kMostMargins); ++i) {
     const MarginSummary& m = policy.margins[i];
     const double below = m.n > 0 ? static_cast<double>(m.below) / static_cast<double>(m.n) : std::nan("");
