@@ -142,6 +142,9 @@ Score score(const Archive& archive, const std::string& name, const std::vector<s
   for (std::size_t i = 0; i < policies.size(); ++i) {
     out.policies.push_back(score_policy(archive, policies[i], policies.size() > 1 ? &ends[i] : nullptr, out.failures));
   }
+  // What the description says is no proof: shards may have been lost since.
+  const std::uint64_t particles = info.part.count(info.particles);
+  for (const PolicyScore& policy : out.policies) out.complete &= policy.n + policy.invalid == particles;
   answer_questions(info, out);
   out.archive = name.empty() ? archive.path().string() : name;
   out.failures_command =

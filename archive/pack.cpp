@@ -308,11 +308,13 @@ std::vector<std::string> pack_files(CampaignFiles files, const std::filesystem::
     for (std::size_t part = 0; content == PackedContent::checked && part < files.parts.size(); ++part) {
       check_part(files.parts.open(part), files.stored.info);
     }
+    // Nor is a campaign called complete whose traces have been lost since.
+    if (seals == Seals::checked) files.stored.complete &= holds_all(files.parts, files.stored.info);
     write_info(out, files.stored.info, Layout::packed, files.stored.complete);
     Packer(files, out, file).pack();
   });
   const hdf5::Lock lock;  // closes the shards
-  files.parts = Parts({}, 0, 0);
+  files.parts = Parts({}, {}, 0);
   return std::move(files.warnings);
 }
 

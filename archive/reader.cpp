@@ -24,7 +24,7 @@ struct Archive::Impl {
   Impl(const std::filesystem::path& from, Seals seals) : path(from), files(open_campaign(from, seals)) {}
   ~Impl() {
     const hdf5::Lock lock;  // closes files
-    files.parts = Parts({}, 0, 0);
+    files.parts = Parts({}, {}, 0);
   }
 
   const std::vector<RowRef>& rows(const std::string& policy) {

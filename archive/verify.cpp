@@ -61,7 +61,7 @@ void count_sound(Parts parts, const CampaignInfo& info, Verification& out) {
     out.faults.push_back(error.what());
     out.soundness = Soundness::damaged;
   }
-  parts = Parts({}, 0, 0);  // closed under the lock
+  parts = Parts({}, {}, 0);  // closed under the lock
 }
 
 class DirectoryCheck {
@@ -78,7 +78,7 @@ class DirectoryCheck {
     list_others();
     const std::vector<fs::path> shards = check_shards();
     if (!info_) return std::move(out_);
-    count_sound(Parts(shards, info_->particles, kInShards), *info_, out_);
+    count_sound(Parts(shards, counting(*info_), kInShards), *info_, out_);
     check_damaged_folder();
     const bool mendable = std::any_of(out_.files.begin(), out_.files.end(), [](const VerifiedFile& file) {
       // Older archives have no copy of their description, and are whole without.
@@ -126,9 +126,7 @@ class DirectoryCheck {
 
   /// What resume could not write into.
   void check_lock() {
-    if (out_.writer || directory_.status(kLockFile).st_nlink <= 1) return;
-    fault(fmt::format("{}: has another name elsewhere (a hard link), and 'graze resume' would change that; remove it",
-                      (directory_ / kLockFile).string()));
+    if (std::string text = lock_fault(directory_); !text.empty()) fault(std::move(text));
   }
 
   /// Of unfinished traces.
@@ -225,8 +223,14 @@ class DirectoryCheck {
   /// Those that are whole.
   std::vector<fs::path> check_shards() {
     manifest_ = read_manifest(directory_);
-    for (const ShardEntry& entry : missing_shards(directory_, manifest_)) {
-      lost(entry.shard, FileState::missing, "is gone; 'graze resume' simulates again what it held");
+    for (const MissingShard& one : missing_shards(directory_, manifest_)) {
+      if (one.now.empty()) {
+        lost(one.entry.shard, FileState::missing, "is gone; 'graze resume' simulates again what it held");
+      } else {
+        add(std::string(kShardFolder) + "/" + one.entry.shard, FileState::missing,
+            fmt::format("is {}/{} now; nothing is lost, and 'graze resume' has the manifest say so", kShardFolder,
+                        one.now));
+      }
     }
     folder_ = directory_.find(kShardFolder);
     std::vector<fs::path> sealed;
@@ -320,7 +324,7 @@ Verification check_packed(const fs::path& path) {
     });
     if (!bad.empty()) throw InputError(bad[0].why);
     const StoredInfo stored = info_of(file, path);
-    count_sound(Parts({path}, stored.info.particles, 0), stored.info, out);
+    count_sound(Parts({path}, counting(stored.info), 0), stored.info, out);
     out.files.push_back({path.string(), FileState::whole, out.traces});
     if (out.soundness == Soundness::whole && !stored.complete) out.soundness = Soundness::incomplete;
     if (stored.complete && out.traces < out.total) {

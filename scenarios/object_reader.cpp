@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "engine/model/convex_hull.h"
+#include "engine/model/direction.h"
 #include "engine/model/mesh_size.h"
 #include "engine/model/rotation.h"
 #include "engine/model/urdf.h"
@@ -143,9 +144,9 @@ Vec3 read_normal(const Settings& s) {
     return axis == "x" ? Vec3::UnitX() : axis == "y" ? Vec3::UnitY() : Vec3::UnitZ();
   }
   const std::vector<double> n = s.numbers(3);
-  const Vec3 normal(n[0], n[1], n[2]);
-  if (!(normal.norm() > 1e-9)) s.fail("the normal has no length");
-  return normal.normalized();
+  const Vec3 normal = direction(Vec3(n[0], n[1], n[2]));
+  if (normal.isZero()) s.fail("the normal has no length");
+  return normal;
 }
 
 /// Which way it faces read_object_pose() tells.

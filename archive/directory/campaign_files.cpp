@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 
 #include "archive/directory/campaign_directory.h"
 #include "archive/directory/damaged.h"
@@ -114,15 +115,35 @@ Description describe_directory(const Directory& directory) {
   fail_undescribed(directory, fmt::format("{}; nor is its copy of use: {}", why, second));
 }
 
-void check_shards_are_there(const Directory& directory) {
+/// Throws InputError if shards have been lost; returns what there is to tell of those that only have other names.
+std::vector<std::string> check_shards_are_there(const Directory& directory) {
   constexpr std::size_t kTold = 3;
-  const std::vector<ShardEntry> missing = missing_shards(directory, read_manifest(directory));
-  if (missing.empty()) return;
-  std::string text;
-  for (std::size_t i = 0; i < std::min(kTold, missing.size()); ++i) text += missing_text(missing[i]) + "; ";
-  if (missing.size() > kTold) text += fmt::format("{} more are gone; ", missing.size() - kTold);
   const std::string path = directory.path().string();
+  std::vector<std::string> renamed;
+  std::string text;
+  std::size_t gone = 0;
+  for (const MissingShard& missing : missing_shards(directory, read_manifest(directory))) {
+    if (!missing.now.empty()) {
+      renamed.push_back(fmt::format("{}: {}, and 'graze resume {}' has the manifest say so", path,
+                                    missing_text(missing), shell_path(path)));
+    } else if (++gone <= kTold) {
+      text += missing_text(missing) + "; ";
+    }
+  }
+  if (gone == 0) return renamed;
+  if (gone > kTold) text += fmt::format("{} more are gone; ", gone - kTold);
   throw InputError(fmt::format("{}: {}'graze resume {}' simulates that again", path, text, shell_path(path)));
+}
+
+/// What a repair finds fault with though no reader needs it.
+std::vector<std::string> doubtful_places(const Directory& directory) {
+  std::vector<std::string> out;
+  if (const std::string why = why_no_list(directory); !why.empty()) {
+    out.push_back(fmt::format("{}: {}; 'graze resume {}' puts it into {}/", (directory / kUnfinishedFile).string(), why,
+                              shell_path(directory.path().string()), kDamagedFolder));
+  }
+  if (std::string text = lock_fault(directory); !text.empty()) out.push_back(std::move(text));
+  return out;
 }
 
 }  // namespace
@@ -136,8 +157,8 @@ CampaignFiles open_file(const fs::path& path) {
   if (stored.layout != Layout::packed) {
     throw InputError(fmt::format("{}: only describes a campaign; give the directory that it lies in", path.string()));
   }
-  const std::uint64_t particles = stored.info.particles;
-  return {std::move(stored), Parts({path}, particles, 0), {}};
+  const ParticleRange ids = counting(stored.info);
+  return {std::move(stored), Parts({path}, ids, 0), {}};
 }
 
 /// A directory whose old campaign is half set aside, or half back, is nothing to be read.
@@ -161,7 +182,9 @@ CampaignFiles open_directory(const Directory& directory, Seals seals) {
     std::string text = replacing_text(directory);
     if (!text.empty()) warnings.push_back(std::move(text));
   }
-  check_shards_are_there(directory);
+  for (std::vector<std::string>& texts : std::array{check_shards_are_there(directory), doubtful_places(directory)}) {
+    warnings.insert(warnings.end(), texts.begin(), texts.end());
+  }
   std::vector<fs::path> shards;
   const auto folder = directory.find(kShardFolder);
   for (const std::string& name : shard_names(directory)) {
@@ -172,8 +195,8 @@ CampaignFiles open_directory(const Directory& directory, Seals seals) {
     with_file(shards.back(), folder->open(name), advice,
               [&](const hdf5::Handle& file) { check_shard_identity(file, stored.info); });
   }
-  const std::uint64_t particles = stored.info.particles;
-  return {std::move(stored), Parts(std::move(shards), particles, kInShards), std::move(warnings)};
+  const ParticleRange ids = counting(stored.info);
+  return {std::move(stored), Parts(std::move(shards), ids, kInShards), std::move(warnings)};
 }
 
 }  // namespace
@@ -199,6 +222,14 @@ std::string campaign_difference(const CampaignInfo& a, const CampaignInfo& b) {
   return "";
 }
 
+bool holds_all(Parts& parts, const CampaignInfo& info) {
+  return std::all_of(info.policies.begin(), info.policies.end(), [&](const std::string& policy) {
+    std::uint64_t traces = 0;
+    scan_traces(parts, policy, info, 0, [&](const TraceRows& some) { traces += some.size(); });
+    return traces == info.part.count(info.particles);
+  });
+}
+
 CampaignFiles open_parts(const std::vector<fs::path>& directories) {
   CampaignFiles all = open_campaign(directories.front());
   all.warnings.clear();  // they come once more
@@ -219,10 +250,8 @@ CampaignFiles open_parts(const std::vector<fs::path>& directories) {
   CampaignInfo& info = all.stored.info;
   info.part = {};
   const hdf5::Lock lock;
-  all.parts = Parts(std::move(shards), info.particles, kInShards);
-  all.stored.complete = std::all_of(info.policies.begin(), info.policies.end(), [&](const std::string& policy) {
-    return count_traces(all.parts, policy, info) == info.particles;
-  });
+  all.parts = Parts(std::move(shards), counting(info), kInShards);
+  all.stored.complete = holds_all(all.parts, info);
   return all;
 }
 
@@ -274,6 +303,12 @@ CampaignInfo described_by(const Directory& directory, const std::vector<Descript
   const auto bad =
       unreadable(std::vector{directory.path()}, [&](const fs::path&) { fail_undescribed(directory, why); });
   throw InputError(bad.empty() ? why : bad[0].why);
+}
+
+std::string lock_fault(const Directory& directory) {
+  if (directory.status(kLockFile).st_nlink <= 1 || writer_of(directory)) return "";
+  return fmt::format("{}: has another name elsewhere (a hard link), and 'graze resume' would change that; remove it",
+                     (directory / kLockFile).string());
 }
 
 std::string why_no_list(const Directory& directory) {

@@ -26,6 +26,10 @@ CampaignFiles open_campaign(const std::filesystem::path& path, Seals seals = Sea
 /// Directories that hold parts of one campaign, as if they were one. Throws InputError if they are not.
 CampaignFiles open_parts(const std::vector<std::filesystem::path>& directories);
 
+/// Whether every trace that the campaign is to have is there. Needs the library's lock. Throws InputError as
+/// scan_traces().
+bool holds_all(Parts& parts, const CampaignInfo& info);
+
 /// What makes two campaigns different ones ("seeds (1 and 2)"); empty: they are parts of one.
 std::string campaign_difference(const CampaignInfo& a, const CampaignInfo& b);
 
@@ -50,6 +54,9 @@ CampaignInfo described_by(const Directory& directory, const std::vector<Descript
 
 /// What the list of unfinished traces is, if it is no file ("is a named pipe"); empty: a file, or not there.
 std::string why_no_list(const Directory& directory);
+/// What is wrong with the lock that no process holds, a whole message: another name of it lies elsewhere; empty:
+/// nothing.
+std::string lock_fault(const Directory& directory);
 /// What stands in the place of a description or of the list of unfinished traces, and is none, goes into damaged/, so
 /// that it can be written anew. Returns a sentence for each, and for what is not there. Needs the directory's lock.
 /// Throws InputError, MachineError.

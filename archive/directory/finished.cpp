@@ -130,7 +130,7 @@ std::uint64_t traces_kept(const Directory& directory, const CampaignInfo& info) 
 
 void check_as_resume(const fs::path& shard, const CampaignInfo& info) {
   const hdf5::Lock lock;
-  Parts part({shard}, info.particles, kInShards);
+  Parts part({shard}, counting(info), kInShards);
   check_identity(part.open(0), info);
   check_outcomes(part, info);
 }
@@ -141,11 +141,12 @@ FinishedTraces repair_and_list(const Directory& directory, const CampaignInfo& i
   for (const char* name : {kShardFolder, kManifestFolder}) {
     if (const auto folder = directory.find(name)) folder->remove_temporary();
   }
-  for (const ShardEntry& missing : missing_shards(directory, read_manifest(directory))) {
-    out.notes.push_back(
-        fmt::format("{}: {}; that is simulated again", directory.path().string(), missing_text(missing)));
+  for (const MissingShard& missing : missing_shards(directory, read_manifest(directory))) {
+    out.notes.push_back(fmt::format("{}: {}; {}", directory.path().string(), missing_text(missing),
+                                    missing.now.empty() ? "that is simulated again" : "the manifest says so now"));
   }
   Manifest manifest;
+  const ParticleRange ids = counting(info);
   const auto shards = directory.find(kShardFolder);
   Readable readable = readable_shards(directory, info);
   for (const std::string& shard : shard_names(directory)) {
@@ -165,7 +166,7 @@ FinishedTraces repair_and_list(const Directory& directory, const CampaignInfo& i
     for (const auto& [policy, particles] : content.particles) {
       std::vector<bool>& done = out.done[policy];
       for (const std::uint32_t particle : particles) {
-        if (particle >= info.particles) continue;  // ran ahead of --until, and does not count
+        if (particle < ids.begin || particle >= ids.end) continue;  // ran ahead of --until, and does not count
         if (particle >= done.size()) done.resize(std::size_t{particle} + 1);
         if (!done[particle]) ++out.count;
         done[particle] = true;

@@ -12,6 +12,7 @@
 
 #include "archive/directory/campaign_directory.h"
 #include "archive/files/files.h"
+#include "archive/files/seal.h"
 #include "archive/files/text_lines.h"
 
 namespace graze {
@@ -95,22 +96,50 @@ void replace_manifest(const Directory& directory, const Manifest& manifest) {
   }
 }
 
-std::vector<ShardEntry> missing_shards(const Directory& directory, const Manifest& manifest) {
-  std::vector<ShardEntry> missing;
+namespace {
+
+/// Whole shards that the manifest does not name, by their seals' digests.
+std::map<std::uint64_t, std::string> unnamed_shards(const Directory& directory, const std::vector<std::string>& files,
+                                                    const Manifest& manifest) {
+  std::map<std::uint64_t, std::string> out;
+  const auto folder = directory.find(kShardFolder);
+  for (const std::string& name : files) {
+    if (manifest.contains(name)) continue;
+    try {
+      out[check_seal(folder->open(name).number(), *folder / name).digest] = name;
+    } catch (const InputError&) {
+      continue;  // whoever reads it tells
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+std::vector<MissingShard> missing_shards(const Directory& directory, const Manifest& manifest) {
+  std::vector<MissingShard> missing;
   const std::vector<std::string> files = shard_names(directory);  // sorted
   for (const auto& [shard, entry] : manifest) {
-    if (!std::binary_search(files.begin(), files.end(), shard)) missing.push_back(entry);
+    if (!std::binary_search(files.begin(), files.end(), shard)) missing.push_back({entry, ""});
+  }
+  if (missing.empty()) return missing;
+  const std::map<std::uint64_t, std::string> unnamed = unnamed_shards(directory, files, manifest);
+  for (MissingShard& one : missing) {
+    if (const auto found = unnamed.find(one.entry.digest); found != unnamed.end()) one.now = found->second;
   }
   return missing;
 }
 
-std::string missing_text(const ShardEntry& entry) {
+std::string missing_text(const MissingShard& shard) {
+  if (!shard.now.empty()) {
+    return fmt::format("{0}/{1} is {0}/{2} now; nothing is lost", kShardFolder, shard.entry.shard, shard.now);
+  }
   std::vector<std::string> held;
-  for (const ShardEntry::Traces& traces : entry.traces) {
+  for (const ShardEntry::Traces& traces : shard.entry.traces) {
     held.push_back(fmt::format("{} traces of '{}' (particles {} to {})", traces.count, traces.policy, traces.lowest,
                                traces.highest));
   }
-  return fmt::format("{}/{} is gone; it held {}", kShardFolder, entry.shard, fmt::join(held, ", "));
+  return fmt::format("{}/{} is gone; it held {}", kShardFolder, shard.entry.shard, fmt::join(held, ", "));
 }
 
 ManifestWriter::ManifestWriter(Directory directory, const std::string& name)

@@ -45,10 +45,16 @@ Manifest read_manifest(const Directory& directory);
 /// One file with these entries in place of all that were there. Throws MachineError.
 void replace_manifest(const Directory& directory, const Manifest& manifest);
 
-/// The entries whose shards are gone. Read the manifest before listing shards: a campaign may be running.
-std::vector<ShardEntry> missing_shards(const Directory& directory, const Manifest& manifest);
-/// "shards/000002.h5 is gone; it held 8 traces of 'step/1cm' (particles 8 to 15)"
-std::string missing_text(const ShardEntry& entry);
+/// A shard that the manifest names and that is not there under this name.
+struct MissingShard {
+  ShardEntry entry;
+  std::string now;  // the name that somebody has given it, which the manifest does not know; empty: it is gone
+};
+/// Those of a manifest. Read it before listing shards: a campaign may be running. Throws InputError.
+std::vector<MissingShard> missing_shards(const Directory& directory, const Manifest& manifest);
+/// "shards/000002.h5 is gone; it held 8 traces of 'step/1cm' (particles 8 to 15)", or "shards/000002.h5 is
+/// shards/000007.h5 now; nothing is lost"
+std::string missing_text(const MissingShard& shard);
 
 /// Appends lines to one file, manifest/NAME.jsonl; made when it is first needed.
 class ManifestWriter {

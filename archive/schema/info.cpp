@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <sstream>
 
 #include "archive/schema/schema.h"
@@ -281,6 +282,29 @@ bool is_path(const std::string& name) {
   }
 }
 
+/// Throws unless the facts are such as a campaign has: everything else is reckoned with them.
+void check_facts(const CampaignInfo& info) {
+  for (const auto& [name, value] : {std::pair{"step", info.step}, {"control", info.control}, {"end", info.end}}) {
+    if (value > 0 && std::isfinite(value)) continue;
+    throw hdf5::Error(fmt::format("'{}' is {} s; it must be a time above 0", name, value));
+  }
+  constexpr std::uint64_t kMost = std::uint64_t{1} << 32;  // ids have 32 bits
+  if (info.particles < 1 || info.particles > kMost) {
+    throw hdf5::Error(fmt::format("'particles' is {}; a campaign has 1 to {}", info.particles, kMost));
+  }
+  static const std::vector<std::string> designs = {"random", "latin_hypercube", "sobol"};
+  if (std::find(designs.begin(), designs.end(), info.design) == designs.end()) {
+    throw hdf5::Error(fmt::format("'design' is '{}'; {}", info.design, nearest_or_all(info.design, designs)));
+  }
+  // Its name alone: an archive can be read by a program that has not the back end.
+  if (info.physics.empty()) throw hdf5::Error("'physics' is ''; it must name the back end");
+  try {
+    check_policy_names(info.policies);
+  } catch (const InputError& error) {
+    throw hdf5::Error(error.what());
+  }
+}
+
 }  // namespace
 
 std::size_t CampaignInfo::deciding() const {
@@ -360,16 +384,13 @@ StoredInfo read_info(const Handle& file) {
   each_number(info, [&](const char* name, double& value) { value = hdf5::read_number(root, name); });
   info.seed = hdf5::read_count(root, "seed");
   info.particles = hdf5::read_count(root, "particles");
-  constexpr std::uint64_t kMost = std::uint64_t{1} << 32;  // ids have 32 bits
-  if (info.particles > kMost) {
-    throw hdf5::Error(fmt::format("particles is {}; a campaign has at most {}", info.particles, kMost));
-  }
   info.store_values = hdf5::read_count(root, "store_values") != 0;
   each_list(info, [&](const char* path, auto& list) { list = hdf5::read_strings(root, path); });
   if (hdf5::has_attribute(root, "results_version")) info.results_version = hdf5::read_text(root, "results_version");
   each_fact(info.build, [&](const char* name, std::string& text) {
     if (hdf5::has_attribute(root, name)) text = hdf5::read_text(root, name);
   });
+  check_facts(info);
   info.until = read_until(file);
   info.part = read_part(file, info.particles);
   info.source = read_source(file, bytes);

@@ -93,7 +93,8 @@ std::vector<std::string> OpenPart::texts(const char* path) const {
 
 void fail_two_ways(const OpenPart& file, std::uint32_t particle, const std::string& policy, const std::string& other) {
   file.fail(
-      fmt::format("particle {} of policy '{}' went another way here than in {}; these shards are not of one campaign",
+      fmt::format("particle {} of policy '{}' went another way here than in {}; these shards are not of one campaign: "
+                  "move the one that is not of this out of the directory, and 'graze resume' simulates what is missing",
                   particle, policy, other));
 }
 
@@ -119,7 +120,7 @@ std::vector<RowRef> Parts::traces(const std::string& policy) {
     const auto particle = file.read<std::uint32_t>(group, schema::particle(), count);
     const auto digest = file.read<std::uint64_t>(group, schema::digest(), count);
     for (std::uint64_t row = 0; row < count; ++row) {
-      if (particle[row] >= particles_) continue;
+      if (!counts(particle[row])) continue;
       rows.push_back({{particle[row], static_cast<std::uint32_t>(part), row}, digest[row]});
     }
   }
@@ -145,7 +146,7 @@ std::vector<RowRef> Parts::particles() {
     const std::uint64_t count = file.column(schema::kParticles, schema::particle()).rows();
     const auto particle = file.read<std::uint32_t>(schema::kParticles, schema::particle(), count);
     for (std::uint64_t row = 0; row < count; ++row) {
-      if (particle[row] >= particles_) continue;
+      if (!counts(particle[row])) continue;
       rows.push_back({particle[row], static_cast<std::uint32_t>(part), row});
     }
   }

@@ -68,6 +68,11 @@ class OpenPart {
   mutable std::map<std::string, hdf5::Column> kept_;  // by path
 };
 
+/// Ids of the traces that count: those that a directory is about (graze run --part), or all that the campaign has.
+inline ParticleRange counting(const CampaignInfo& info) {
+  return info.part.end > 0 ? info.part : ParticleRange{0, info.particles};
+}
+
 /// Where one row lies.
 struct RowRef {
   std::uint32_t particle, part;
@@ -81,17 +86,18 @@ struct RowRef {
 /// All parts of a campaign. Keeps a few of them open. Needs the library's lock.
 class Parts {
  public:
-  /// `particles`: how many the campaign has; rows of particles beyond are passed over.
+  /// `counting`: rows of particles that lie not within are passed over.
   /// `inner`: so many of each path's last names are within a campaign directory (open_archive_file).
-  Parts(std::vector<std::filesystem::path> files, std::uint64_t particles, int inner)
-      : files_(std::move(files)), open_(files_.size()), particles_(particles), inner_(inner) {}
+  Parts(std::vector<std::filesystem::path> files, ParticleRange counting, int inner)
+      : files_(std::move(files)), open_(files_.size()), counting_(counting), inner_(inner) {}
   std::size_t size() const { return files_.size(); }
   /// Open until one that is not open yet is asked for.
   OpenPart& open(std::size_t part) { return *hold(part); }
   /// The same, open as long as it is held.
   std::shared_ptr<OpenPart> hold(std::size_t part);
   const std::filesystem::path& path(std::size_t part) const { return files_[part]; }
-  std::uint64_t particles_that_count() const { return particles_; }
+  const ParticleRange& counting() const { return counting_; }
+  bool counts(std::uint64_t particle) const { return particle >= counting_.begin && particle < counting_.end; }
 
   /// The traces of a policy in order of particle id. A particle that stands in two parts counts once; throws InputError
   /// if its digests differ.
@@ -103,7 +109,7 @@ class Parts {
   std::vector<std::filesystem::path> files_;
   std::vector<std::shared_ptr<OpenPart>> open_;
   std::size_t opened_ = 0;
-  std::uint64_t particles_;
+  ParticleRange counting_;
   int inner_;
 };
 

@@ -29,17 +29,26 @@ class PartCheck {
     for (const std::string& policy : info_.policies) {
       if (part_.has(schema::traces_group(policy))) check_policy(policy);
     }
-    if (!part_.has(schema::kParticles)) return;
-    const std::uint64_t rows = check_ids(schema::kParticles);
-    read<double>(schema::kParticles, schema::values(widths_), rows);
+    if (part_.has(schema::kParticles)) {
+      const std::uint64_t rows = check_ids(schema::kParticles);
+      read<double>(schema::kParticles, schema::values(widths_), rows);
+    }
+    if (info_.store_values && !info_.parameters.empty()) check_values();
   }
 
   /// The rows of a table, in order of particle id.
   std::uint64_t check_ids(const std::string& group) {
     const std::uint64_t rows = part_.column(group, schema::particle()).rows();
-    std::uint32_t last = 0;
+    const ParticleRange& part = info_.part;
+    std::int64_t last = -1;
     each<std::uint32_t>(group, schema::particle(), rows, [&](std::uint32_t id) {
-      if (id < last) part_.fail(fmt::format("'{}' is not in order of particle id", group));
+      if (id <= last) {
+        part_.fail(fmt::format("'{}' is not in order of particle id: {} follows {}", group, id, last));
+      }
+      if (part.end > 0 && (id < part.begin || id >= part.end)) {
+        part_.fail(fmt::format("'{}': particle {} is not of this part of the campaign, {} to {}", group, id, part.begin,
+                               part.end - 1));
+      }
       last = id;
     });
     return rows;
@@ -88,6 +97,25 @@ class PartCheck {
     each<double>(group, spec, rows, [&](double time) {
       if (!std::isnan(time) || spec.name != schema::end_time().name) check_time(group, spec.name, time);
     });
+  }
+
+  /// Every trace's particle must have its values beside it.
+  void check_values() {
+    std::vector<bool> valued;
+    const std::uint64_t rows =
+        part_.has(schema::kParticles) ? part_.column(schema::kParticles, schema::particle()).rows() : 0;
+    each<std::uint32_t>(schema::kParticles, schema::particle(), rows, [&](std::uint32_t id) {
+      if (id >= valued.size()) valued.resize(std::max<std::size_t>(std::size_t{id} + 1, 2 * valued.size()));
+      valued[id] = true;
+    });
+    for (const std::string& policy : info_.policies) {
+      const std::string group = schema::traces_group(policy);
+      each<std::uint32_t>(group, schema::particle(), part_.traces(policy), [&](std::uint32_t id) {
+        if (id < valued.size() && valued[id]) return;
+        part_.fail(fmt::format("'{}': particle {} has no values in '{}', which the campaign stores", group, id,
+                               schema::kParticles));
+      });
+    }
   }
 
   void check_time(const std::string& group, const std::string& name, double time) {

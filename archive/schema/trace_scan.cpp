@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <map>
 #include <utility>
 
@@ -28,15 +29,26 @@ class Once {
 };
 
 /// Particles that stand in two parts must have gone the same way in both.
-void check_again(Parts& parts, const std::string& policy, const std::vector<std::uint32_t>& twice) {
+void check_again(Parts& parts, const std::string& policy, const CampaignInfo& info,
+                 const std::vector<std::uint32_t>& twice) {
+  /// A trace as the first part has it; margins that nobody knows are NaN, so that bytes are compared.
   struct First {
-    bool found = false;
     std::uint64_t digest = 0;
-    std::string file;
+    std::uint8_t outcome = 0;
+    std::int32_t violated = 0;
+    std::vector<double> margins = {};
+    std::string file = {};  // empty: not found yet
+    bool same_as(const First& other) const {
+      return digest == other.digest && outcome == other.outcome && violated == other.violated &&
+             std::equal(
+                 margins.begin(), margins.end(), other.margins.begin(), other.margins.end(),
+                 [](double a, double b) { return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b); });
+    }
   };
   std::map<std::uint32_t, First> firsts;
   for (const std::uint32_t particle : twice) firsts[particle];
   const std::string group = schema::traces_group(policy);
+  const hdf5::Spec margins = schema::margins(widths_of(info));
   for (std::size_t part = 0; part < parts.size(); ++part) {
     const OpenPart& file = parts.open(part);
     const std::uint64_t rows = file.traces(policy);
@@ -44,12 +56,16 @@ void check_again(Parts& parts, const std::string& policy, const std::vector<std:
       const std::uint64_t count = std::min(kRowsAtOnce, rows - first);
       const auto particle = file.slice<std::uint32_t>(group, schema::particle(), rows, first, count);
       const auto digest = file.slice<std::uint64_t>(group, schema::digest(), rows, first, count);
+      const auto outcome = file.slice<std::uint8_t>(group, schema::outcome(), rows, first, count);
+      const auto violated = file.slice<std::int32_t>(group, schema::violated(), rows, first, count);
       for (std::size_t i = 0; i < count; ++i) {
         const auto at = firsts.find(particle[i]);
         if (at == firsts.end()) continue;
+        const First here{digest[i], outcome[i], violated[i], file.slice<double>(group, margins, rows, first + i, 1),
+                         file.path().string()};
         First& one = at->second;
-        if (!one.found) one = {true, digest[i], file.path().string()};
-        if (one.digest != digest[i]) fail_two_ways(file, particle[i], policy, one.file);
+        if (one.file.empty()) one = here;
+        if (!one.same_as(here)) fail_two_ways(file, particle[i], policy, one.file);
       }
     }
   }
@@ -64,14 +80,14 @@ SolverLog TraceRows::solver(std::size_t i) const {
 
 class TraceScan {
  public:
-  TraceScan(const std::string& policy, const CampaignInfo& info, std::uint64_t particles, unsigned columns,
+  TraceScan(const std::string& policy, const CampaignInfo& info, const Parts& parts, unsigned columns,
             const TraceFilter& wanted)
       : policy_(policy),
         group_(schema::traces_group(policy)),
         events_{kEvents, schema::events_group(policy), {}},
         phases_{kContactPhases, schema::phases_group(policy), {}},
         info_(info),
-        particles_(particles),
+        parts_(parts),
         widths_(widths_of(info)),
         columns_(columns),
         wanted_(wanted) {}
@@ -132,7 +148,7 @@ class TraceScan {
     rows_.rows_.clear();
     for (std::size_t i = 0; i < count; ++i) {
       const std::uint32_t id = rows_.particle_[i];
-      if (id >= particles_) continue;
+      if (!parts_.counts(id)) continue;
       const auto outcome = static_cast<Outcome>(rows_.outcome_[i]);
       if (!possible_outcome(outcome, rows_.violated_[i], info_.deciding())) {
         file.fail(fmt::format("policy '{}', particle {}: outcome {} with violated requirement {} is not possible",
@@ -206,7 +222,7 @@ class TraceScan {
   const std::string policy_, group_;
   Flat events_, phases_;
   const CampaignInfo& info_;
-  const std::uint64_t particles_;  // that count
+  const Parts& parts_;
   const Widths widths_;
   const unsigned columns_;
   const TraceFilter& wanted_;
@@ -219,9 +235,9 @@ class TraceScan {
 
 void scan_traces(Parts& parts, const std::string& policy, const CampaignInfo& info, unsigned columns,
                  const std::function<void(const TraceRows&)>& take, const TraceFilter& wanted) {
-  TraceScan scan(policy, info, parts.particles_that_count(), columns, wanted);
+  TraceScan scan(policy, info, parts, columns, wanted);
   for (std::size_t part = 0; part < parts.size(); ++part) scan.scan(*parts.hold(part), take);
-  if (!scan.twice().empty()) check_again(parts, policy, scan.twice());
+  if (!scan.twice().empty()) check_again(parts, policy, info, scan.twice());
 }
 
 std::uint64_t count_traces(Parts& parts, const std::string& policy, const CampaignInfo& info) {
@@ -244,7 +260,7 @@ void scan_values(Parts& parts, const CampaignInfo& info,
       const auto id = file.slice<std::uint32_t>(schema::kParticles, schema::particle(), rows, first, count);
       const auto values = file.slice<double>(schema::kParticles, spec, rows, first, count);
       for (std::size_t i = 0; i < count; ++i) {
-        if (id[i] >= parts.particles_that_count() || !once.first(id[i])) continue;
+        if (!parts.counts(id[i]) || !once.first(id[i])) continue;
         take(id[i], std::span(values).subspan(i * spec.width, spec.width));
       }
     }

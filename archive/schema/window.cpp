@@ -23,12 +23,14 @@ void WindowWalk::count(std::uint32_t part, std::vector<bool>& seen, const std::v
   const std::uint64_t table = file.column(group_, schema::particle()).rows();
   const auto ids = file.read<std::uint32_t>(group_, schema::particle(), table);
   if (!std::is_sorted(ids.begin(), ids.end())) file.fail(fmt::format("'{}' is not in order of particle id", group_));
-  const auto end = std::lower_bound(ids.begin(), ids.end(), parts_.particles_that_count());
-  const auto rows = static_cast<std::uint64_t>(end - ids.begin());
-  if (rows == 0) return;
-  cursors_.push_back({part, rows, 0, ids.front()});
+  const auto place = [&](std::uint64_t id) {
+    return static_cast<std::uint64_t>(std::lower_bound(ids.begin(), ids.end(), id) - ids.begin());
+  };
+  const std::uint64_t first = place(parts_.counting().begin), rows = place(parts_.counting().end);
+  if (first == rows) return;
+  cursors_.push_back({part, rows, first, ids[first]});
   std::vector<bool> fresh(rows);
-  for (std::uint64_t i = 0; i < rows; ++i) {
+  for (std::uint64_t i = first; i < rows; ++i) {
     const std::size_t id = ids[i];
     if (id >= seen.size()) seen.resize(std::max(id + 1, 2 * seen.size()));
     fresh[i] = !seen[id];
@@ -38,7 +40,7 @@ void WindowWalk::count(std::uint32_t part, std::vector<bool>& seen, const std::v
   for (std::size_t k = 0; k < flat.size(); ++k) {
     const std::vector<std::uint64_t> offset = file.offsets(flat[k], table);
     if (offset.empty()) continue;
-    for (std::uint64_t i = 0; i < rows; ++i) flat_rows_[k] += fresh[i] ? offset[i + 1] - offset[i] : 0;
+    for (std::uint64_t i = first; i < rows; ++i) flat_rows_[k] += fresh[i] ? offset[i + 1] - offset[i] : 0;
   }
 }
 

@@ -10,6 +10,7 @@
 #include <mutex>
 #include <set>
 
+#include "engine/model/direction.h"
 #include "engine/model/limits.h"
 #include "engine/model/mesh_files.h"
 #include "engine/model/mesh_size.h"
@@ -241,7 +242,7 @@ class Builder {
     joint.X_PJ = pose(from.parent_to_joint_origin_transform, entry.rpy);
     joint.type = type_of(from);
     if (joint.type == JointType::revolute || joint.type == JointType::prismatic) {
-      joint.axis = vector(from.axis).normalized();
+      joint.axis = direction(vector(from.axis));
     }
     if (from.limits) set_limits(from, joint);
     if (from.dynamics) {

@@ -368,8 +368,7 @@ class Reader {
     if (!axis || joint.type == "fixed" || joint.type == "floating") return;
     printer_.OpenElement("axis");
     const std::vector<double> xyz = numbers(*axis, "xyz", 3, where);
-    const double norm = std::hypot(xyz[0], xyz[1], xyz[2]);
-    if (!(norm > 1e-12) || !std::isfinite(norm)) {
+    if (xyz[0] == 0 && xyz[1] == 0 && xyz[2] == 0) {
       fail(axis->GetLineNum(), where + ": <axis> xyz: the axis has no direction; it must not be the zero vector");
     }
     printer_.CloseElement();

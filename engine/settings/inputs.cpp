@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <iostream>
 
+#include "engine/settings/nul.h"
 #include "engine/settings/paths.h"
 #include "engine/settings/regular_file.h"
 #include "engine/settings/settings.h"
@@ -35,6 +36,8 @@ class InputFile {
  public:
   InputFile(const std::string& path, const std::string& where, std::size_t most)
       : path_(path), where_(where), most_(most) {
+    if (has_nul(path))
+      fail("the name of a file has no NUL character (\\0)");  // the system would take what is before it
     OpenedFile opened = open_regular(AT_FDCWD, path.c_str(), O_RDONLY, Links::followed);
     if (opened.error != 0) cannot_open(opened.error);
     if (opened.refused == kind_of(S_IFDIR)) fail("not a file, but a folder");
@@ -63,7 +66,7 @@ class InputFile {
 
  private:
   [[noreturn]] void fail(const std::string& message) const {
-    throw InputError(fmt::format("{}{}: {}", where_, path_, message));
+    throw InputError(with_nul_shown(fmt::format("{}{}: {}", where_, path_, message)));
   }
 
   [[noreturn]] void cannot_open(int error) const {
@@ -96,12 +99,14 @@ std::string input_path(const std::string& path) {
 
 bool input_exists(const std::string& path) {
   if (replaying) return replaying->files_.count(input_path(path)) > 0;
+  if (has_nul(path)) return false;
   std::error_code error;
   return fs::is_regular_file(path, error);
 }
 
 std::string input_identity(const std::string& path) {
   if (replaying) return input_path(path);
+  if (has_nul(path)) return path;  // of no file
   std::error_code error;
   const fs::path real = fs::canonical(path, error);
   return error ? input_path(path) : real.string();

@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "engine/settings/inputs.h"
+#include "engine/settings/nul.h"
 #include "engine/settings/tree.h"
 #include "engine/settings/units.h"
 
@@ -137,17 +138,18 @@ std::string Settings::key_place() const { return node_->key_place.text(); }
 std::string Settings::file() const { return *node_->place.file; }
 
 std::string Settings::resolve_file(const std::string& value) const {
+  if (has_nul(value)) fail(clipped(value, kShown) + ": the name of a file has no NUL character (\\0)");
   const std::filesystem::path path(value);
   if (path.is_absolute() || node_->on_command_line) return path.lexically_normal().string();
   return (std::filesystem::path(file()).parent_path() / path).lexically_normal().string();
 }
 
 void Settings::fail(const std::string& message) const {
-  throw InputError(fmt::format("{}: {}{}{}", place(), path_, path_.empty() ? "" : ": ", message));
+  throw InputError(with_nul_shown(fmt::format("{}: {}{}{}", place(), path_, path_.empty() ? "" : ": ", message)));
 }
 
 void Settings::fail_key(const std::string& message) const {
-  throw InputError(fmt::format("{}: {}{}{}", key_place(), path_, path_.empty() ? "" : ": ", message));
+  throw InputError(with_nul_shown(fmt::format("{}: {}{}{}", key_place(), path_, path_.empty() ? "" : ": ", message)));
 }
 
 std::string Settings::shown() const {

@@ -11,6 +11,7 @@
 #include <unordered_set>
 
 #include "engine/settings/inputs.h"
+#include "engine/settings/nul.h"
 
 namespace graze {
 
@@ -130,7 +131,7 @@ class TreeBuilder : public YAML::EventHandler {
   }
 
   [[noreturn]] void fail(const YAML::Mark& mark, const std::string& message) const {
-    throw InputError(fmt::format("{}: {}", place(mark).text(), message));
+    throw InputError(with_nul_shown(fmt::format("{}: {}", place(mark).text(), message)));
   }
 
   [[noreturn]] void fail_hinting(const YAML::Mark& mark, const std::string& message) const {

@@ -242,7 +242,7 @@ int check(const CheckArguments& arguments) {
   if (arguments.json) {
     nlohmann::json out = as_json(scenario, readers);
     out["archive"] = as_json(size, free);
-    std::cout << out.dump(2) << "\n";
+    std::cout << out.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << "\n";
   } else {
     std::cout << overview(scenario, readers) << "  archive      " << size_text(size, free) << "\n";
     if (free && size.total() > *free) spdlog::warn("the archive would not fit");

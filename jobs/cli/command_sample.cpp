@@ -37,8 +37,14 @@ class Output {
  public:
   Output(const std::string& name, bool file, bool force) : name_(name) {
     if (file) file_.emplace(name, force);
-    if (!file && name != "-") stream_ = Descriptor(open(name.c_str(), O_WRONLY | O_CLOEXEC));
-    if (!file && name != "-" && !stream_) fail_writing(name, errno);
+    if (file || name == "-") return;
+    stream_ = Descriptor(open(name.c_str(), O_WRONLY | O_CLOEXEC | O_NONBLOCK));  // else it waits for a reader, forever
+    if (!stream_ && errno == ENXIO) {
+      throw InputError(
+          fmt::format("{}: is a pipe that nobody reads; start its reader first, or choose another --output", name));
+    }
+    if (!stream_) fail_writing(name, errno);
+    fcntl(stream_.number(), F_SETFL, fcntl(stream_.number(), F_GETFL) & ~O_NONBLOCK);  // writing may wait
   }
   void write(const std::string& text) {
     buffer_ += text;

@@ -11,6 +11,7 @@
 #include "analysis/text_table.h"
 #include "archive/archive.h"
 #include "archive/directory/campaign_directory.h"
+#include "archive/directory/campaign_files.h"
 #include "archive/directory/set_aside.h"
 #include "archive/directory/unfinished.h"
 #include "archive/files/shell_word.h"
@@ -81,7 +82,7 @@ Status status_of(const fs::path& path) {
     const Directory directory(path);
     out.writer = writer_of(directory);
     out.rate = writing_rate(directory);
-    out.unfinished = read_unfinished(directory);
+    if (why_no_list(directory).empty()) out.unfinished = read_unfinished(directory);  // else a warning says so
     out.shards = shard_names(directory).size();
     out.replacing = interrupted_replacing(directory).what;
   }
@@ -102,6 +103,7 @@ Status status_of(const fs::path& path) {
     out.policies.push_back(counts_of(archive, policy, out));
     out.done += out.policies.back().done;
   }
+  out.complete &= out.done == out.total;  // what the description says is no proof: shards may have been lost since
   return out;
 }
 

@@ -6,6 +6,7 @@
 #include <charconv>
 
 #include "analysis/sequential.h"
+#include "archive/directory/campaign_directory.h"
 #include "archive/files/files.h"
 #include "archive/files/shell_word.h"
 #include "archive/schema/info.h"
@@ -30,6 +31,7 @@ struct Destination {
 void check_is_free(const fs::path& directory, const fs::path& file) {
   std::error_code error;
   if (!fs::exists(fs::symlink_status(directory, error)) || fs::is_empty(directory, error)) return;
+  if (fs::is_directory(directory, error) && only_begun(directory)) return;  // a run was killed before it was described
   const std::string there = shell_path(directory.string());
   throw InputError(
       fmt::format("--output {0}: is made in {1}, which is there already: a campaign of its own, or what a run that was "

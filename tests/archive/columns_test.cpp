@@ -244,7 +244,7 @@ TEST(TwoParts, AreNamedWhenTheyDiffer) {
   write_two(folder / "a.graze", facts, range(0, 8), range(5, 12), 1);
   const auto expect = [](const std::string& message) {
     EXPECT_THAT(message, HasSubstr("000002.h5: particle 5 of policy 'step/1cm' went another way here than in "));
-    EXPECT_THAT(message, HasSubstr("000001.h5; these shards"));
+    EXPECT_THAT(message, HasSubstr("000001.h5; these shards are not of one campaign: move the one"));
   };
   const Archive archive(folder / "a.graze");
   expect(message_of<InputError>([&] { archive.trace("step/1cm", 0); }));

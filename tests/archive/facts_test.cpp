@@ -199,7 +199,7 @@ TEST_F(ForgedFacts, NumbersArePossible) {
   constexpr std::uint64_t kMost = std::uint64_t{1} << 32;
   EXPECT_EQ(Archive(forged(folder_, source_, [](hid_t f) { set(f, "particles", kMost); })).info().particles, kMost);
   EXPECT_THAT(after([](hid_t f) { set(f, "particles", kMost + 1); }),
-              HasSubstr("particles is 4294967297; a campaign has at most 4294967296"));
+              HasSubstr("'particles' is 4294967297; a campaign has 1 to 4294967296"));
 }
 
 // Claim: an archive that lacks what later programs added is read, and says nothing of it.

@@ -143,7 +143,7 @@ TEST_F(Stranger, ClaimsNoMoreRowsThanAreStored) {
                 hdf5::check(H5Adelete(f, "particles"), "particles");
                 hdf5::write_attribute(f, "particles", std::uint64_t{1} << 60);
               }),
-              HasSubstr("particles is 1152921504606846976; a campaign has at most 4294967296"));
+              HasSubstr("'particles' is 1152921504606846976; a campaign has 1 to 4294967296"));
 }
 
 // One long text to which a thousand rows refer would be a hundred megabytes.

@@ -7,6 +7,7 @@
 #include <array>
 #include <csignal>
 #include <cstdlib>
+#include <nlohmann/json.hpp>
 
 #include "tests/jobs/ball_campaign.h"
 
@@ -288,6 +289,43 @@ TEST(Outputs, APartIsNotTheWhole) {
   const testing::Result both = campaign.graze("pack one.graze two.graze -o p.h5 --force");
   EXPECT_EQ(both.err, "");
   EXPECT_THAT(campaign.graze("status p.h5").out, HasSubstr("complete\n"));
+}
+
+// Claim: what a run into a file leaves that was killed before its campaign was described is in no other run's way.
+TEST(Outputs, ACampaignThatWasNeverDescribedIsBegunAnew) {
+  const BallCampaign campaign;
+  testing::fs::create_directories(campaign.folder / "a.graze" / "shards");
+  testing::write_file(campaign.folder / "a.graze" / "lock", "");
+  testing::write_file(campaign.folder / "a.graze" / "campaign.h5.tmp", "half");
+  const testing::Result result = campaign.graze("run ball.yaml -n 8 --quiet -o a.h5");
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_THAT(campaign.graze("status a.h5").out, HasSubstr("8 of 8 traces"));
+  EXPECT_FALSE(testing::fs::exists(campaign.folder / "a.graze"));
+}
+
+// Claim: a pipe that nobody reads is refused instead of waited for; one that is read gets the particles.
+TEST(Outputs, APipeNeedsAReader) {
+  const BallCampaign campaign;
+  const testing::Result none = testing::shell(
+      campaign.folder.path(), "mkfifo pipe; timeout 20 '" GRAZE_PROGRAM "' sample ball.yaml -n 3 -o pipe");
+  EXPECT_EQ(none.code, 2);
+  EXPECT_THAT(none.err, HasSubstr("pipe: is a pipe that nobody reads; start its reader first"));
+  const testing::Result read =
+      testing::shell(campaign.folder.path(),
+                     "exec 3<>pipe; '" GRAZE_PROGRAM "' sample ball.yaml -n 3 -o pipe && timeout 5 head -4 <&3");
+  EXPECT_EQ(read.code, 0) << read.err;
+  EXPECT_EQ(std::count(read.out.begin(), read.out.end(), '\n'), 4);
+}
+
+// Claim: names of any bytes are printed as JSON that can be read.
+TEST(Outputs, JsonIsReadableWhateverNamesAreMadeOf) {
+  const BallCampaign campaign;
+  std::string text = testing::read_file(campaign.folder / "ball.yaml");
+  text.replace(text.find("name: Ball"), 10, "name: \"B\xE9ll\"");
+  testing::write_file(campaign.folder / "b\xE9.yaml", text);
+  const testing::Result result = campaign.graze("check --json 'b\xE9.yaml'");
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_TRUE(nlohmann::json::accept(result.out));
 }
 
 }  // namespace

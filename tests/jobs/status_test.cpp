@@ -111,5 +111,35 @@ TEST_F(Status, TellsTheRateWhileACampaignRunsUnlessItsFilesComeFromTheFuture) {
   EXPECT_EQ(json("a.graze")["state"], "stopped");
 }
 
+// Claim: a campaign whose description says that it is complete, and that has lost traces since, is not, whoever looks.
+TEST_F(Status, ACampaignThatLostTracesIsNotComplete) {
+  ASSERT_EQ(graze("run ball.yaml -n 16 --quiet -o a.graze").code, 0);
+  testing::fs::remove_all(folder / "a.graze/shards");
+  testing::fs::remove_all(folder / "a.graze/manifest");
+  EXPECT_EQ(json("a.graze")["state"], "stopped");
+  EXPECT_THAT(graze("status a.graze").out, AllOf(HasSubstr("0 of 16 traces"), HasSubstr("does the rest")));
+  const testing::Result score = graze("score a.graze");
+  EXPECT_EQ(score.code, 3);
+  EXPECT_THAT(score.out, HasSubstr("INCOMPLETE"));
+  EXPECT_THAT(graze("pack a.graze").err, HasSubstr("holds 0 of 16 traces: the campaign is not complete"));
+  EXPECT_EQ(graze("verify a.graze").code, 3);
+  EXPECT_EQ(graze("resume a.graze --quiet").code, 0);
+  EXPECT_EQ(graze("score a.graze").code, 0);
+}
+
+// Claim: what lies where the list of unfinished traces should makes no verb fail that does not need it, and all tell.
+TEST_F(Status, VerbsAgreeOnAListThatIsNone) {
+  ASSERT_EQ(graze("run ball.yaml -n 8 --quiet -o a.graze").code, 0);
+  const std::string list = (folder / "a.graze/unfinished.jsonl").string();
+  for (const std::string& make : {"mkfifo " + list, "mkdir " + list, "ln -s /dev/null " + list}) {
+    ASSERT_EQ(testing::shell(folder.path(), "rm -rf " + list + "; " + make).code, 0);
+    for (const std::string verb : {"status a.graze", "score a.graze", "pack a.graze --force"}) {
+      const testing::Result result = graze(verb);
+      EXPECT_EQ(result.code, 0) << verb << ": " << result.err;
+      EXPECT_THAT(result.err, HasSubstr("unfinished.jsonl: is a")) << verb << " after " << make;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace graze

@@ -102,6 +102,15 @@ TEST(Scenario, ReadsTheWorld) {
   EXPECT_EQ(s.timing.steps_per_control(), 4);
 }
 
+// Claim: a plane's normal may have any length, also one whose square no number holds.
+TEST(Scenario, TakesNormalsOfAnyLength) {
+  for (const std::string length : {"1", "1e308", "1e-160"}) {
+    const Scenario s = read(hopper("environment: {wall: {plane: [" + length + ", 0, " + length + "]}}\n"));
+    const Vec3 normal = s.world->objects.at(0).X_WO.linear().col(2);
+    EXPECT_LT((normal - Vec3(std::sqrt(0.5), 0, std::sqrt(0.5))).norm(), 1e-15) << length;
+  }
+}
+
 // Claim: a distribution that stands where the world has a number is the same as an entry of `uncertain`, and its mean
 // is what the controller believes.
 TEST(Scenario, TakesDistributionsInTheWorld) {

@@ -228,6 +228,19 @@ TEST(Urdf, ReadsJoints) {
   EXPECT_EQ(r.joint("k").effort, 7);
 }
 
+// An axis may have any length, also one whose square no number holds.
+TEST(Urdf, AxesOfAnyLength) {
+  const std::vector<std::pair<std::string, Vec3>> axes = {{"1e200 0 0", {1, 0, 0}},
+                                                          {"1e155 1e155 0", {std::sqrt(0.5), std::sqrt(0.5), 0}},
+                                                          {"1e-160 1e-160 0", {std::sqrt(0.5), std::sqrt(0.5), 0}},
+                                                          {"0 -1e308 1e308", {0, -std::sqrt(0.5), std::sqrt(0.5)}},
+                                                          {"0 0 -5e-324", {0, 0, -1}}};
+  for (const auto& [xyz, want] : axes) {
+    const Robot r = parse(solid("a") + solid("b") + joint("j", "a", "b", "continuous", "<axis xyz=\"" + xyz + "\"/>"));
+    EXPECT_LT((r.joint("j").axis - want).norm(), 1e-15) << xyz;
+  }
+}
+
 // A link without <inertial> weighs what its collision shapes weigh, or else its visual primitives.
 TEST(Urdf, InertiaFromGeometry) {
   const std::string shape = "<origin xyz=\"1 0 0\"/><geometry><box size=\"1 2 3\"/></geometry>";

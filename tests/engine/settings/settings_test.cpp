@@ -12,6 +12,7 @@
 #include <functional>
 #include <numbers>
 
+#include "engine/settings/inputs.h"
 #include "engine/settings/units.h"
 #include "engine/settings/warnings.h"
 #include "tests/message_of.h"
@@ -465,6 +466,23 @@ TEST(RoundedNumbers, AreShort) {
   EXPECT_EQ(rounded_numbers("empirical(n=1234567, min=-inf, max=inf)"), "empirical(n=1234567, min=-inf, max=inf)");
   EXPECT_EQ(rounded_numbers("constant(4.9406564584124654e-324)"), "constant(4.94066e-324)");
   EXPECT_EQ(rounded_numbers(""), "");
+}
+
+// A NUL ends what the system is given: no file is named by the text before it, and no message ends there.
+TEST(Texts, WithNulNameNoFileAndAreShownWhole) {
+  const Settings s = parse("a: \"0.2\\0 s\"\nb: \"x.urdf\\0.backup\"\n\"c\\0d\": 1\n");
+  EXPECT_EQ(message_of([&] { s.at("a").number(Quantity::time); }),
+            "a.yaml:1:4: a: 0.2\\0 s: the unit '\\0 s' does not fit; one of: s, ms, us");
+  EXPECT_EQ(message_of([&] { s.at("b").resolve_file(s.at("b").text()); }),
+            "a.yaml:2:4: b: x.urdf\\0.backup: the name of a file has no NUL character (\\0)");
+  EXPECT_EQ(message_of([&] { s.at(std::string("c\0d", 3)).text_or("x", ""); }).find('\0'), std::string::npos);
+  const std::string nothing("/dev/null\0.yaml", 15);
+  EXPECT_EQ(message_of([&] { read_input(nothing); }),
+            "/dev/null\\0.yaml: the name of a file has no NUL character (\\0)");
+  EXPECT_FALSE(input_exists(std::string(__FILE__) + std::string("\0.x", 3)));
+  EXPECT_EQ(
+      parse_message("include: \"" + std::string(__FILE__) + "\\0.yaml\"\n"),
+      "a.yaml:1:10: include: " + std::string(__FILE__) + "\\0.yaml: the name of a file has no NUL character (\\0)");
 }
 
 }  // namespace
