@@ -6,6 +6,7 @@ Directives are comments on a line of their own, of the block that follows or, `b
 
     <!-- example: skip: REASON -->          the block is not run
     <!-- example: base=SCENARIO -->         a fragment of yaml is merged over this scenario (default: BASE)
+    <!-- example: save=NAME -->             a whole scenario that is kept under this name for what follows
     <!-- example: file NAME: CONTENT -->    makes a file; \\n in CONTENT is the end of a line
     <!-- example: before: COMMAND -->       runs a command
 
@@ -179,6 +180,8 @@ class Page:
         whole = any(line.startswith("graze:") for line in block.lines)
         base = directive.removeprefix("base=") if directive.startswith("base=") else BASE
         head = "" if whole else f"include: {base}\n"
+        if directive.startswith("save="):
+            (self.folder / directive.removeprefix("save=")).write_text("\n".join(block.lines) + "\n")
         (self.folder / "example.yaml").write_text(head + "\n".join(block.lines) + "\n")
         self.shell(block.line, "graze check example.yaml")
 
