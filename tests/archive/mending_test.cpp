@@ -136,7 +136,7 @@ TEST_F(Mending, CountsDecideWhetherItIsWhole) {
   EXPECT_EQ(verify(folder_ / "few.graze").left(), 19u);
   pack(folder_ / "few.graze", folder_ / "few.h5", false);
   EXPECT_EQ(verify(folder_ / "few.h5").soundness, Soundness::incomplete) << "pack has counted";
-  pack(folder_ / "few.graze", folder_ / "few.h5", true, Seals::trusted);
+  pack(folder_ / "few.graze", folder_ / "few.h5", true, PackedContent::trusted);
   EXPECT_EQ(verify(folder_ / "few.h5").soundness, Soundness::damaged);
   EXPECT_THAT(verify(folder_ / "few.h5").faults, ElementsAre(HasSubstr("few.h5: says that it is complete")));
 }
