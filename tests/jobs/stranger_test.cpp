@@ -77,8 +77,13 @@ class StrangeArchive : public ::testing::Test, public testing::BallCampaign {
 TEST_F(StrangeArchive, EveryVerbEndsWithAMessage) {
   ASSERT_EQ(graze("run ball.yaml -n 20 --quiet -o good.h5").code, 0);
   const std::string bytes = testing::read_file(folder / "good.h5");
-  const int rounds = std::getenv("GRAZE_LONG") != nullptr ? 2000 : 12;
-  const std::string verbs[] = {"score ", "status ", "replay --particle 3 ", "score --failures --json "};
+  const int rounds = std::getenv("GRAZE_LONG") != nullptr ? 3000 : 18;
+  const std::string verbs[] = {"score ",
+                               "status ",
+                               "replay --particle 3 ",
+                               "score --failures --json ",
+                               "report --json ",
+                               "view --particle 3 --force "};
   int refused = 0;
   for (int round = 0; round < rounds; ++round) {
     change("changed.h5", bytes, round);
@@ -151,6 +156,7 @@ TEST_F(StrangeArchive, NamesReachTheTerminalEscaped) {
       {"replay a.graze --particle 0", shown},
       {"replay a.graze --particle 0 --json", shown},
       {"score a.graze --json", shown},
+      {"report a.graze --json", shown},
       {"score a.graze --policy $'\\e[1m'", "\\u001b[1m"},
       {"check ball.yaml --set name=$'[\\e[1m'", "\\u001b[1m"},
   };

@@ -36,7 +36,7 @@ export function trajectories(data) {
   }
   const groups = data.channels.map((one, k) => [k, `${one.group}: ${one.name}`]);
   draw();
-  return {id: 'trajectories', title: 'Trajectories', text: `${traces.length} traces, simulated again: of each policy the success nearest to the nominal robot, a typical trace of each way to fail, the earliest violation, and the first particles.`, parts: [
+  return {id: 'trajectories', title: 'Trajectories', text: data.kind === 'view' ? 'What the particles did, simulated again.' : `${traces.length} traces, simulated again: of each policy the success nearest to the nominal robot, a typical trace of each way to fail, the earliest violation, and the first particles.`, parts: [
     el('div', {class: 'choices'},
         select('Colour by', [['outcome', 'outcome'], ['policy', 'policy']], state.by, (v) => { state.by = v; draw(); }),
         select('Policy', [['', 'all'], ...policies.map((p) => [p, p])], '', (v) => { state.policy = v; draw(); }),
