@@ -450,12 +450,8 @@ void TaskMonitor::values(const WitnessInput& input, BlockArray& requirements, Bl
   requirements = BlockArray(static_cast<int>(watched_.size()));
   objective = BlockArray(static_cast<int>(judging_.size()));
   double part[kLanes];
-  for (int i = 0; i < requirements.rows(); ++i) {
-    watched_[i].evaluate(input, nullptr, requirements.row(i), part);
-  }
-  for (int i = 0; i < objective.rows(); ++i) {
-    judging_[i].evaluate(input, nullptr, objective.row(i), part);
-  }
+  for (int i = 0; i < requirements.rows(); ++i) watched_[i].evaluate(input, nullptr, requirements.row(i), part);
+  for (int i = 0; i < objective.rows(); ++i) judging_[i].evaluate(input, nullptr, objective.row(i), part);
 }
 
 void TaskMonitor::note_violations(int requirement, unsigned lanes, const WitnessInput& input, const double* part) {

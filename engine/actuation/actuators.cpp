@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 
+#include "engine/lane_physics/kernel.h"
 #include "engine/lane_physics/lane_engine.h"
 
 namespace graze {

@@ -8,13 +8,15 @@
 
 #include "engine/block_physics.h"
 #include "engine/dynamics/dynamics_model.h"
-#include "engine/lane_physics/kernel.h"
 #include "engine/lanes/block.h"
 #include "engine/lanes/isa.h"
 #include "engine/lanes/lane_tape.h"
 #include "engine/sensing/sensors.h"
 
 namespace graze {
+
+struct ActuatorRows;  // engine/lane_physics/kernel.h
+struct LaneKernel;    // engine/lane_physics/kernel.h
 
 /// Asked of the actuators until the next control step; na rows each. tau + kp (q - q_enc) + kd (v - v_enc) + ki *
 /// integral.

@@ -105,7 +105,9 @@ TEST(Scenario, ReadsTheWorld) {
 // Claim: a plane's normal may have any length, also one whose square no number holds.
 TEST(Scenario, TakesNormalsOfAnyLength) {
   for (const std::string length : {"1", "1e308", "1e-160"}) {
-    const Scenario s = read(hopper("environment: {wall: {plane: [" + length + ", 0, " + length + "]}}\n"));
+    std::string text = hopper("");
+    text.replace(text.find("plane: z"), 8, "plane: [" + length + ", 0, " + length + "]");
+    const Scenario s = read(text);
     const Vec3 normal = s.world->objects.at(0).X_WO.linear().col(2);
     EXPECT_LT((normal - Vec3(std::sqrt(0.5), 0, std::sqrt(0.5))).norm(), 1e-15) << length;
   }
