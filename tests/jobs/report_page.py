@@ -114,8 +114,8 @@ class Test:
         text = page.read_text()
         if sections is not None:
             packed = json.dumps(sections).replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
-            self.check(text.count('"sections":[]') == 1, f"{page.name}: has a place for sections")
-            text = text.replace('"sections":[]', '"sections":' + packed)
+            self.check(text.count('"sections":[') == 1, f"{page.name}: has a place for sections")
+            text = text.replace('"sections":[', '"sections":' + packed[:-1] + ",", 1)
         probe = page.with_suffix(".probe.html")
         probe.write_text(text.replace("</body>", f"<script>{PROBE}</script></body>"))
         run = subprocess.run([chromium(), *SWITCHES, f"--user-data-dir={self.folder}/browser", f"--window-size={width},1000",
@@ -149,6 +149,7 @@ class Test:
         for section in ("rates", "trajectories", "phases", "margins", "parameters", "section-made"):
             self.check(told["plots"].get(section, 0) > 0 and told["marks"][section] > 0, f"{section}: has a plot")
         self.check("replay" in told["sections"], "there is a replay")
+        self.check("section-events" in told["sections"], "there are events")
         self.check(told["rows"]["failures"] == len(data["ways"]) + len(score["policies"]) * len(score["measures"])
                    or told["rows"]["failures"] > 0, "failures are listed")
         for row, policy in zip(told["verdict"][0], score["policies"]):
