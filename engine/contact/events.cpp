@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "engine/contact/pair_list.h"
+
 namespace graze {
 namespace {
 
@@ -88,16 +90,6 @@ void EventTracker::update(const std::array<double, kLanes>& time, const std::vec
   std::erase_if(pairs_, [](const Pair& pair) { return pair.before == 0; });
 }
 
-EventTracker::Pair& EventTracker::pair_of(int a, int b) {
-  const auto before = [](const Pair& x, const std::pair<int, int>& y) { return std::pair(x.a, x.b) < y; };
-  const auto place = std::lower_bound(pairs_.begin(), pairs_.end(), std::pair(a, b), before);
-  if (place != pairs_.end() && place->a == a && place->b == b) return *place;
-  Pair fresh;
-  fresh.a = a;
-  fresh.b = b;
-  return *pairs_.insert(place, fresh);
-}
-
 void EventTracker::carry(int lane, LaneTape& tape) {
   const unsigned bit = 1u << lane;
   std::vector<Pair> touching;
@@ -110,7 +102,7 @@ void EventTracker::carry(int lane, LaneTape& tape) {
     Pair pair = i < touching.size() ? touching[i] : Pair{};
     tape.carry(pair.a), tape.carry(pair.b), tape.carry(pair.mode[lane]);
     if (!tape.reads()) continue;
-    Pair& own = pair_of(pair.a, pair.b);
+    Pair& own = entry_of_pair(pairs_, pair.a, pair.b);
     own.before |= bit;
     own.mode[lane] = pair.mode[lane];
   }
@@ -132,7 +124,7 @@ void EventTracker::find_touching(const std::vector<ContactPoint>& points, unsign
   for (const ContactPoint& point : points) {
     const unsigned touching = point.touching().bits() & active;
     if (touching == 0) continue;
-    Pair& pair = pair_of(point.a, point.b);
+    Pair& pair = entry_of_pair(pairs_, point.a, point.b);
     for (int lane = 0; lane < kLanes; ++lane) {
       if (!(touching >> lane & 1u)) continue;
       const bool loaded = pair.now >> lane & 1u;

@@ -46,7 +46,6 @@ class EventTracker {
     int body, q;
     std::array<double, kLanes> lower, upper, side, now;
   };
-  Pair& pair_of(int a, int b);
   void find_touching(const std::vector<ContactPoint>& points, unsigned active);
   unsigned changed_contacts(unsigned active) const;
   unsigned changed_limits(const BlockState& state, unsigned active);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <tuple>
 
+#include "engine/contact/pair_list.h"
+
 namespace graze {
 namespace {
 
@@ -31,16 +33,6 @@ void PhaseTracker::start(int lane) {
   std::erase_if(pairs_, [](const Pair& pair) { return pair.open == 0; });
 }
 
-PhaseTracker::Pair& PhaseTracker::pair_of(int a, int b) {
-  const auto before = [](const Pair& x, const std::pair<int, int>& y) { return std::pair(x.a, x.b) < y; };
-  const auto place = std::lower_bound(pairs_.begin(), pairs_.end(), std::pair(a, b), before);
-  if (place != pairs_.end() && place->a == a && place->b == b) return *place;
-  Pair fresh;
-  fresh.a = a;
-  fresh.b = b;
-  return *pairs_.insert(place, fresh);
-}
-
 void PhaseTracker::carry(int lane, LaneTape& tape) {
   const unsigned bit = 1u << lane;
   std::vector<Pair> open;
@@ -54,7 +46,7 @@ void PhaseTracker::carry(int lane, LaneTape& tape) {
     carry_phase(pair.phase[lane], tape);
     tape.carry(pair.steps[lane]);
     if (!tape.reads()) continue;
-    Pair& own = pair_of(pair.phase[lane].a, pair.phase[lane].b);
+    Pair& own = entry_of_pair(pairs_, pair.phase[lane].a, pair.phase[lane].b);
     own.open |= bit;
     own.phase[lane] = pair.phase[lane];
     own.steps[lane] = pair.steps[lane];
@@ -81,7 +73,7 @@ void PhaseTracker::find_touching(const std::vector<ContactPoint>& points, unsign
   for (const ContactPoint& point : points) {
     const unsigned touching = point.touching().bits() & active;
     if (touching == 0) continue;
-    Pair& pair = pair_of(point.a, point.b);
+    Pair& pair = entry_of_pair(pairs_, point.a, point.b);
     for (unsigned left = touching; left != 0; left &= left - 1) {
       const int lane = std::countr_zero(left);
       const double load = point(kNormalImpulse, lane);

@@ -37,7 +37,6 @@ class PhaseTracker {
     std::array<ContactPhase, kLanes> phase{};        // slip and roll count steps
     std::array<double, kLanes> steps{};              // in which it touched
   };
-  Pair& pair_of(int a, int b);
   void find_touching(const std::vector<ContactPoint>& points, unsigned active);
   void follow(Pair& pair, int lane, double time);
   void close(Pair& pair, int lane);
