@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
+#include "engine/model/direction.h"
 
 namespace graze {
 
@@ -10,12 +10,11 @@ ImpulsePart::ImpulsePart(const Described& own) {
   const auto written = own.find("direction");
   if (!written) return;
   const std::vector<double> u = written->numbers(3);
-  const Vec3 direction(u[0], u[1], u[2]);
-  const double length = direction.stableNorm();
-  if (!(length > 0) || !std::isfinite(length)) {
+  const Vec3 along = direction({u[0], u[1], u[2]});
+  if (along.isZero()) {
     written->fail(fmt::format("[{:g}, {:g}, {:g}]: has no direction; along y: [0, 1, 0]", u[0], u[1], u[2]));
   }
-  along_ = direction / length;
+  along_ = along;
   text_ = fmt::format(" along ({:g}, {:g}, {:g})", u[0], u[1], u[2]);
 }
 

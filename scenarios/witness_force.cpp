@@ -4,9 +4,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <deque>
 #include <limits>
 
+#include "engine/contact/pair_list.h"
 #include "scenarios/impulse_part.h"
 #include "scenarios/witnesses.h"
 
@@ -14,6 +16,7 @@ namespace graze {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// What two colliders exchanged in one step of a lane.
 struct StepImpulse {
@@ -32,6 +35,7 @@ struct ForceMemory final : WitnessMemory {
   struct Lane {
     std::deque<StepImpulse> steps;  // oldest first, in each step by a, then b
     std::vector<Pair> pairs;        // of those, by a, then b
+    double begin = kNaN;            // s: of the trace; NaN: nothing was seen of it
     double time = 0, step = 0;      // s: of the last step, its length
   };
   std::array<Lane, kLanes> lanes;
@@ -48,14 +52,7 @@ struct ForceMemory final : WitnessMemory {
     for (Pair& one : own.pairs) {
       tape.carry(one.a), tape.carry(one.b), tape.carry(one.impulse), tape.carry(one.steps);
     }
-    tape.carry(own.time), tape.carry(own.step);
-  }
-
-  static Pair& pair_of(Lane& lane, int a, int b) {
-    const auto before = [](const Pair& x, const std::pair<int, int>& y) { return std::pair(x.a, x.b) < y; };
-    const auto place = std::lower_bound(lane.pairs.begin(), lane.pairs.end(), std::pair(a, b), before);
-    if (place != lane.pairs.end() && place->a == a && place->b == b) return *place;
-    return *lane.pairs.insert(place, {a, b});
+    tape.carry(own.begin), tape.carry(own.time), tape.carry(own.step);
   }
 
  private:
@@ -80,6 +77,7 @@ class ContactForce final : public Witness {
     for (int lane = 0; lane < kLanes; ++lane) {
       if (!in.lanes[lane]) continue;
       ForceMemory::Lane& own = memory.lanes[lane];
+      if (std::isnan(own.begin)) own.begin = own.time = in.time[lane];
       own.step = in.time[lane] - own.time;
       own.time = in.time[lane];
       forget(own);
@@ -103,14 +101,16 @@ class ContactForce final : public Witness {
   };
 
   /// The time that is averaged over: no less than a step, and no more than there has been.
-  double time_of(const ForceMemory::Lane& lane) const { return std::min(std::max(over_, lane.step), lane.time); }
+  double time_of(const ForceMemory::Lane& lane) const {
+    return std::min(std::max(over_, lane.step), lane.time - lane.begin);
+  }
 
   /// Drops what ended before the time that is averaged over.
   void forget(ForceMemory::Lane& lane) const {
     const double from = lane.time - time_of(lane);
     while (!lane.steps.empty() && lane.steps.front().end <= from) {
       const StepImpulse& oldest = lane.steps.front();
-      ForceMemory::Pair& pair = ForceMemory::pair_of(lane, oldest.a, oldest.b);
+      ForceMemory::Pair& pair = entry_of_pair(lane.pairs, oldest.a, oldest.b);
       pair.impulse -= oldest.impulse;
       if (--pair.steps == 0) pair.impulse = 0;  // and not what rounding left
       lane.steps.pop_front();
@@ -127,7 +127,7 @@ class ContactForce final : public Witness {
       ForceMemory::Lane& own = memory.lanes[lane];
       if (!(touching >> lane & 1u) || !(own.step > 0)) continue;
       const double impulse = counted_(point, first_is_a, lane);
-      ForceMemory::Pair& pair = ForceMemory::pair_of(own, point.a, point.b);
+      ForceMemory::Pair& pair = entry_of_pair(own.pairs, point.a, point.b);
       own.steps.push_back({point.a, point.b, own.time - own.step, own.time, impulse});
       pair.impulse += impulse;
       ++pair.steps;

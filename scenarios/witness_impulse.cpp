@@ -6,8 +6,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
+#include "engine/contact/pair_list.h"
 #include "scenarios/impulse_part.h"
 #include "scenarios/witnesses.h"
 
@@ -15,6 +17,7 @@ namespace graze {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kPause = 5e-3;  // s
 
 /// The contacts of one pair of colliders.
@@ -35,11 +38,11 @@ struct PairImpulse {
 
 struct ImpulseMemory final : WitnessMemory {
   std::vector<PairImpulse> pairs;     // by a, then b
-  std::array<double, kLanes> time{};  // s, of the last step
+  std::array<double, kLanes> time{};  // s, of the last step; NaN: nothing was seen of the trace
 
   void start(int lane, const Model&) override {
     for (PairImpulse& pair : pairs) pair.open &= ~(1u << lane), pair.total[lane] = 0;
-    time[lane] = 0;
+    time[lane] = kNaN;
   }
 
   void carry(int lane, LaneTape& tape) override {
@@ -55,22 +58,12 @@ struct ImpulseMemory final : WitnessMemory {
       tape.carry(pair.a), tape.carry(pair.b), tape.carry(open);
       for (auto* numbers : {&pair.sum, &pair.begin, &pair.last, &pair.total}) tape.carry((*numbers)[lane]);
       if (!tape.reads()) continue;
-      PairImpulse& own = pair_of(pair.a, pair.b);
+      PairImpulse& own = entry_of_pair(pairs, pair.a, pair.b);
       own.open = open ? own.open | bit : own.open & ~bit;
       own.sum[lane] = pair.sum[lane], own.begin[lane] = pair.begin[lane], own.last[lane] = pair.last[lane];
       own.total[lane] = pair.total[lane];
     }
     tape.carry(time[lane]);
-  }
-
-  PairImpulse& pair_of(int a, int b) {
-    const auto before = [](const PairImpulse& x, const std::pair<int, int>& y) { return std::pair(x.a, x.b) < y; };
-    const auto place = std::lower_bound(pairs.begin(), pairs.end(), std::pair(a, b), before);
-    if (place != pairs.end() && place->a == a && place->b == b) return *place;
-    PairImpulse fresh;
-    fresh.a = a;
-    fresh.b = b;
-    return *pairs.insert(place, fresh);
   }
 };
 
@@ -90,6 +83,9 @@ class ContactImpulse final : public Witness {
 
   void follow(const WitnessInput& in) const override {
     ImpulseMemory& memory = *static_cast<ImpulseMemory*>(in.memory);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      if (in.lanes[lane] && std::isnan(memory.time[lane])) memory.time[lane] = in.time[lane];
+    }
     for (PairImpulse& pair : memory.pairs) {
       pair.touching = 0;
       pair.impulse.fill(0);
@@ -142,7 +138,7 @@ class ContactImpulse final : public Witness {
     if (between == 0) return;  // most are not
     const unsigned touching = between & point.touching().bits();
     if (touching == 0) return;
-    PairImpulse& pair = memory.pair_of(point.a, point.b);
+    PairImpulse& pair = entry_of_pair(memory.pairs, point.a, point.b);
     pair.touching |= touching;
     const unsigned first_is_a = counted_.is_normal() ? 0 : between_.first_is_a(point);
     for (int lane = 0; lane < kLanes; ++lane) {

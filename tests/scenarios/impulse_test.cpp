@@ -185,6 +185,35 @@ TEST_P(Impulses, ForcesOfAllPairsAddUp) {
 
 INSTANTIATE_TEST_SUITE_P(BackEnds, Impulses, ::testing::Values("lanes", "bullet"));
 
+// A trace may begin at any time: what was before it is no time in which nothing pressed.
+TEST(ImpulseMemories, BeginWithTheTrace) {
+  World world = over(test::sphere(0.05), 1, test::plane());
+  world.gravity = {0, 0, -test::kGravity};
+  world.initial.position = {0, 0, 0.05};
+  test::Bench bench("lanes", world);
+  const Task task = read_task(
+      Settings::parse("requirements:\n"
+                      "  a: {contact_force: {between: [body, thing], below: 10, over: 20 ms}}\n"
+                      "  b: {contact_impulse: {between: [thing, body], below: 10, during: 1.2 ms, total: true}}\n",
+                      "task.yaml"),
+      bench.model());
+  TaskMonitor from_0(task), from_1(task);
+  const BlockArray tau(0);
+  for (int k = 0; k <= 10; ++k) {
+    if (k > 0) bench.step(5e-4);
+    for (const auto& [monitor, begin] : {std::pair{&from_0, 0.0}, {&from_1, 1.0}}) {
+      if (k == 0) monitor->start(0, bench.model());
+      std::array<double, kLanes> times{};
+      times[0] = begin + 5e-4 * k;
+      monitor->update({bench.physics().state(), bench.physics().contact_points(), tau, tau, times, LaneMask(1)});
+    }
+  }
+  const std::vector<double> early = from_0.margins(0), late = from_1.margins(0);
+  EXPECT_NEAR(10 - early[0], test::kGravity, 1e-2 * test::kGravity) << "over what there has been";
+  EXPECT_NEAR(10 - early[1], 1.2e-3 * test::kGravity, 1e-2 * 1.2e-3 * test::kGravity);
+  for (int r = 0; r < 2; ++r) EXPECT_NEAR(late[r], early[r], 1e-9) << r;
+}
+
 // A judgement that is written down in the middle and read into a fresh monitor goes on to the same bits, in another
 // block.
 TEST(ImpulseMemories, AreCarried) {

@@ -247,6 +247,7 @@ Valued alone(const Witness& witness, const RandomBlock& block, int lane) {
   const BlockState state = only_lane(block.state, lane);
   const BlockArray tau = only_lane(block.tau, lane), headroom = only_lane(block.headroom, lane);
   double out[kLanes], part[kLanes];
+  witness.follow({state, {}, tau, headroom, {}, LaneMask(1u << lane), memory.get()});  // at the start
   const WitnessInput input{state, points, tau, headroom, kLater, LaneMask(1u << lane), memory.get()};
   witness.follow(input);
   witness.evaluate(input, own, out, part);
@@ -263,6 +264,7 @@ std::array<Valued, kLanes> together(const Witness& witness, RandomBlock& block) 
   }
   const std::vector<ContactPoint> points = block.contacts.gather();
   double value[kLanes], part[kLanes];
+  witness.follow({block.state, {}, block.tau, block.headroom, {}, LaneMask::all(), memory.get()});  // at the start
   const WitnessInput input{block.state, points, block.tau, block.headroom, kLater, LaneMask::all(), memory.get()};
   witness.follow(input);
   witness.evaluate(input, own, value, part);
