@@ -30,13 +30,17 @@ std::uint64_t digest_of(const Task& task) {
 
 void add_pose(const Pose& X, RunningDigest& digest) { digest.add_all(X.matrix()); }
 
-/// "{telemetry: last, every: 1, last: 0.02 s}"
+/// "{telemetry: last, every: 1, last: 0.02 s, events: false, phases: {gap: 0.02 s, dwell: 0.002 s, impulse: 0.1 N s}}"
 std::string text_of(const Recording& recording) {
   static constexpr const char* kNames[] = {"none", "failures", "last", "all"};
   const std::string last =
       recording.telemetry == Telemetry::last ? fmt::format(", last: {} s", recording.last) : std::string();
-  return fmt::format("{{telemetry: {}, every: {}{}}}", kNames[static_cast<int>(recording.telemetry)], recording.every,
-                     last);
+  const PhaseRules& rules = recording.rules;
+  const std::string phases = recording.phases ? fmt::format("{{gap: {} s, dwell: {} s, impulse: {} N s}}", rules.gap,
+                                                            rules.dwell, rules.impulse)
+                                              : "false";
+  return fmt::format("{{telemetry: {}, every: {}{}, events: {}, phases: {}}}",
+                     kNames[static_cast<int>(recording.telemetry)], recording.every, last, recording.events, phases);
 }
 
 void check_kind(const Scenario& scenario, const PolicySpec& policy, const TraceKind& here, const TraceKind& saved) {

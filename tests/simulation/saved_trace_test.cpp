@@ -20,6 +20,7 @@ namespace {
 
 using testing::message_of;
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using Saved = std::shared_ptr<const SavedTrace>;
 
@@ -236,10 +237,17 @@ TEST(SavedTrace, OfAnotherTaskOrRecordIsRefused) {
   };
   EXPECT_EQ(refused({}), "(accepted)");
   EXPECT_EQ(refused({{"time.end", "0.4 s"}}), "(accepted)") << "the end is yet to come";
-  EXPECT_THAT(refused({{"record", "{telemetry: all, every: 2}"}}),
-              HasSubstr("record: a trace that was saved under {telemetry: last, every: 1, last: 0.02 s} cannot go on "
-                        "under {telemetry: all, every: 2}"));
-  EXPECT_THAT(refused({{"record.last", "10 ms"}}), HasSubstr("under {telemetry: last, every: 1, last: 0.01 s}"));
+  EXPECT_THAT(
+      refused({{"record", "{telemetry: all, every: 2}"}}),
+      AllOf(HasSubstr("record: a trace that was saved under {telemetry: last, every: 1, last: 0.02 s, events: "),
+            HasSubstr(" cannot go on under {telemetry: all, every: 2, events: ")));
+  EXPECT_THAT(refused({{"record.last", "10 ms"}}), HasSubstr("under {telemetry: last, every: 1, last: 0.01 s, "));
+  EXPECT_THAT(refused({{"record.events", "true"}}), HasSubstr("cannot go on under {telemetry: last, every: 1, last: "
+                                                              "0.02 s, events: true, phases: {gap: 0.02 s, "));
+  EXPECT_THAT(refused({{"record.phases", "{gap: 5 ms}"}}), HasSubstr("events: false, phases: {gap: 0.005 s, dwell: "));
+  EXPECT_THAT(refused({{"record.phases", "{dwell: 5 ms}"}}), HasSubstr("dwell: 0.005 s, impulse: "));
+  EXPECT_THAT(refused({{"record.phases", "{impulse: 5 mN s}"}}), HasSubstr("impulse: 0.005 N s}}"));
+  EXPECT_THAT(refused({{"record.phases", "false"}}), HasSubstr("phases: false}"));
   EXPECT_THAT(refused({{"time.step", "0.25 ms"}}),
               HasSubstr("time.step: a trace that was saved with physics steps of 0.0005 s cannot go on with steps of "
                         "0.00025 s"));
