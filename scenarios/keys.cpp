@@ -171,7 +171,7 @@ Description correlated() {
 
 Description sampling() {
   std::vector<std::string> designs;
-  for (const Design design : {Design::random, Design::latin_hypercube, Design::sobol}) {
+  for (const Design design : kDesigns) {
     designs.emplace_back(design_name(design));
   }
   return {"how particles are drawn",

@@ -186,7 +186,7 @@ void read_sampling(const Settings& root, Scenario& out) {
   if (const auto design = sampling->find("design")) {
     refuse_short_name(*design);
     const std::string name = Described(*sampling, section_of("sampling")).word("design");
-    for (const Design one : {Design::random, Design::latin_hypercube, Design::sobol}) {
+    for (const Design one : kDesigns) {
       if (name == design_name(one)) out.design = one;
     }
     constexpr int kSobolDimensions = 3667;
