@@ -309,7 +309,9 @@ std::vector<std::string> pack_files(CampaignFiles files, const std::filesystem::
       check_part(files.parts.open(part), files.stored.info);
     }
     // Nor is a campaign called complete whose traces have been lost since.
-    if (content == PackedContent::checked) files.stored.complete &= holds_all(files.parts, files.stored.info);
+    if (content == PackedContent::checked && files.stored.complete) {
+      files.stored.complete = holds_all(files.parts, files.stored.info);
+    }
     write_info(out, files.stored.info, Layout::packed, files.stored.complete);
     Packer(files, out, file).pack();
   });

@@ -41,6 +41,7 @@ struct Archive::Impl {
   CampaignFiles files;
   std::map<std::string, std::vector<RowRef>> index;  // by policy
   std::optional<std::vector<RowRef>> particles;
+  std::optional<bool> complete;  // once it was asked
 };
 
 Archive::Archive(const std::filesystem::path& path, Seals seals) : impl_(std::make_unique<Impl>(path, seals)) {}
@@ -48,7 +49,16 @@ Archive::~Archive() = default;
 
 const std::filesystem::path& Archive::path() const { return impl_->path; }
 const CampaignInfo& Archive::info() const { return impl_->files.stored.info; }
-bool Archive::complete() const { return impl_->files.stored.complete; }
+
+bool Archive::complete() const {
+  // What the description says is no proof: shards may have been lost since.
+  if (!impl_->complete) {
+    const hdf5::Lock lock;
+    impl_->complete = impl_->files.stored.complete && holds_all(impl_->files.parts, info());
+  }
+  return *impl_->complete;
+}
+
 const std::vector<std::string>& Archive::warnings() const { return impl_->files.warnings; }
 
 std::optional<TraceRecord> Archive::trace(const std::string& policy, std::uint32_t particle) const {

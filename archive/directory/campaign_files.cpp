@@ -224,9 +224,7 @@ std::string campaign_difference(const CampaignInfo& a, const CampaignInfo& b) {
 
 bool holds_all(Parts& parts, const CampaignInfo& info) {
   return std::all_of(info.policies.begin(), info.policies.end(), [&](const std::string& policy) {
-    std::uint64_t traces = 0;
-    scan_traces(parts, policy, info, 0, [&](const TraceRows& some) { traces += some.size(); });
-    return traces == info.part.count(info.particles);
+    return count_traces(parts, policy, info) == info.part.count(info.particles);
   });
 }
 

@@ -79,11 +79,17 @@ class PartCheck {
     });
     const std::string phases = schema::phases_group(policy);
     const std::uint64_t all_phases = flat_rows(phases, rows);
+    const std::vector<std::uint64_t> offset = part_.offsets(phases, rows);
+    std::vector<ContactPhase> last;  // of the piece before
     for_each_piece(all_phases, [&](std::uint64_t first, std::uint64_t count) {
-      for (const ContactPhase& phase : read_phases(part_, phases, {all_phases, first, count}, info_)) {
-        check_time(phases, "begin", phase.begin);
-        check_time(phases, "end", phase.end);
+      std::vector<ContactPhase> piece = read_phases(part_, phases, {all_phases, first, count}, info_);
+      piece.insert(piece.begin(), last.begin(), last.end());
+      const std::uint64_t from = first - last.size();
+      for (std::uint64_t i = 1; i < piece.size(); ++i) {
+        if (std::binary_search(offset.begin(), offset.end(), from + i)) continue;  // the first of a trace
+        check_in_order(part_, phases, std::span(piece).subspan(i - 1, 2));
       }
+      last.assign(piece.end() - std::min<std::ptrdiff_t>(1, std::ssize(piece)), piece.end());
     });
     if (frames == 0) return;
     for (const hdf5::Spec& spec : schema::telemetry(widths_)) {

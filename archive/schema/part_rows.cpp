@@ -3,6 +3,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "archive/schema/culprit.h"
 
 namespace graze {
@@ -21,10 +24,11 @@ bool possible(const Event& event, const CampaignInfo& info) {
 }
 
 bool possible(const ContactPhase& phase, const CampaignInfo& info) {
-  const auto share = [](double x) { return x >= 0 && x <= 1; };
+  constexpr double kRounding = 1e-9;
   return phase.feature_a <= Feature::rim && phase.feature_b <= Feature::rim && within(phase.a, info.colliders) &&
-         within(phase.b, info.colliders) && phase.begin <= phase.end && phase.peak >= 0 && phase.impulse >= 0 &&
-         share(phase.slip) && share(phase.roll);
+         within(phase.b, info.colliders) && phase.a < phase.b && phase.begin >= 0 && phase.begin <= phase.end &&
+         phase.end <= info.end * (1 + kRounding) && phase.peak >= 0 && phase.peak <= phase.impulse * (1 + kRounding) &&
+         std::isfinite(phase.impulse) && phase.slip >= 0 && phase.roll >= 0 && phase.slip + phase.roll <= 1 + kRounding;
 }
 
 /// Reads flat rows column by column into what they stand for.
@@ -123,6 +127,13 @@ std::vector<ContactPhase> read_phases(const OpenPart& file, const std::string& g
   return phases;
 }
 
+void check_in_order(const OpenPart& file, const std::string& group, std::span<const ContactPhase> trace) {
+  const auto before = [](const ContactPhase& a, const ContactPhase& b) { return a.begin < b.begin; };
+  if (!std::is_sorted(trace.begin(), trace.end(), before)) {
+    file.fail(fmt::format("'{}': phases of a trace that do not stand in the order of their beginnings", group));
+  }
+}
+
 std::vector<TelemetryFrame> read_frames(const OpenPart& file, const std::string& group, RowRange range,
                                         const Widths& widths) {
   const auto [rows, first, count] = range;
@@ -181,6 +192,7 @@ TraceRecord read_trace(const OpenPart& file, const std::string& policy, std::uin
   const std::string phases = schema::phases_group(policy);
   if (const auto offset = file.offsets(phases, rows); !offset.empty()) {
     trace.phases = read_phases(file, phases, {offset.back(), offset[row], offset[row + 1] - offset[row]}, info);
+    check_in_order(file, phases, trace.phases);
   }
   return trace;
 }

@@ -3,6 +3,7 @@
 // file; needs the library's lock.
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,8 @@ std::vector<Event> read_events(const OpenPart& file, const std::string& group, R
 /// Contact phases, as read_events().
 std::vector<ContactPhase> read_phases(const OpenPart& file, const std::string& group, RowRange range,
                                       const CampaignInfo& info);
+/// Throws unless the phases of one trace stand in the order of their beginnings.
+void check_in_order(const OpenPart& file, const std::string& group, std::span<const ContactPhase> trace);
 std::vector<TelemetryFrame> read_frames(const OpenPart& file, const std::string& group, RowRange range,
                                         const Widths& widths);
 /// Row `row` of /traces/<policy> with its events and phases, without telemetry and contact sequence.

@@ -28,6 +28,11 @@ class Once {
   std::vector<bool> seen_;
 };
 
+bool same_bits(std::span<const double> a, std::span<const double> b) {
+  const auto bits = [](double x) { return std::bit_cast<std::uint64_t>(x); };
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [&](double x, double y) { return bits(x) == bits(y); });
+}
+
 /// Particles that stand in two parts must have gone the same way in both.
 void check_again(Parts& parts, const std::string& policy, const CampaignInfo& info,
                  const std::vector<std::uint32_t>& twice) {
@@ -37,13 +42,7 @@ void check_again(Parts& parts, const std::string& policy, const CampaignInfo& in
     std::uint8_t outcome = 0;
     std::int32_t violated = 0;
     std::vector<double> margins = {};
-    std::string file = {};  // empty: not found yet
-    bool same_as(const First& other) const {
-      return digest == other.digest && outcome == other.outcome && violated == other.violated &&
-             std::equal(
-                 margins.begin(), margins.end(), other.margins.begin(), other.margins.end(),
-                 [](double a, double b) { return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b); });
-    }
+    std::ptrdiff_t part = -1;  // none yet
   };
   std::map<std::uint32_t, First> firsts;
   for (const std::uint32_t particle : twice) firsts[particle];
@@ -58,14 +57,18 @@ void check_again(Parts& parts, const std::string& policy, const CampaignInfo& in
       const auto digest = file.slice<std::uint64_t>(group, schema::digest(), rows, first, count);
       const auto outcome = file.slice<std::uint8_t>(group, schema::outcome(), rows, first, count);
       const auto violated = file.slice<std::int32_t>(group, schema::violated(), rows, first, count);
+      const auto all_margins = file.slice<double>(group, margins, rows, first, count);
       for (std::size_t i = 0; i < count; ++i) {
         const auto at = firsts.find(particle[i]);
         if (at == firsts.end()) continue;
-        const First here{digest[i], outcome[i], violated[i], file.slice<double>(group, margins, rows, first + i, 1),
-                         file.path().string()};
+        const std::span<const double> own = std::span(all_margins).subspan(i * margins.width, margins.width);
         First& one = at->second;
-        if (one.file.empty()) one = here;
-        if (!one.same_as(here)) fail_two_ways(file, particle[i], policy, one.file);
+        if (one.part < 0) {
+          one = {digest[i], outcome[i], violated[i], {own.begin(), own.end()}, static_cast<std::ptrdiff_t>(part)};
+        } else if (one.digest != digest[i] || one.outcome != outcome[i] || one.violated != violated[i] ||
+                   !same_bits(one.margins, own)) {
+          fail_two_ways(file, particle[i], policy, parts.open(static_cast<std::size_t>(one.part)).path().string());
+        }
       }
     }
   }
@@ -190,6 +193,7 @@ class TraceScan {
               [&](const RowRange& of) { return read_events(file, events_.group, of, info_); });
     read_flat(phases_, range, rows_.phases_,
               [&](const RowRange& of) { return read_phases(file, phases_.group, of, info_); });
+    for (const std::size_t i : rows_.rows_) check_in_order(file, phases_.group, rows_.phases_.of(i));
   }
 
   /// Indices into one of the part's dictionaries.
