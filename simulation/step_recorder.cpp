@@ -133,10 +133,11 @@ void add_targets(const std::string& prefix, const Scenario& scenario, const Trac
 std::vector<FrameTable> tables(const Scenario& scenario, const TraceNames& names, const Controller& controller) {
   const Model& model = scenario.model;
   const auto actuators = [&](const auto& unit) { return actuator_columns(model, names, unit); };
+  const StateColumns state = state_columns(scenario, names);
   std::vector<FrameTable> out = {
-      {"q", position_columns(model, names)},
-      {"v", velocity_columns(model, names)},
-      {"tau", actuators([](const Units& u) { return u.torque; })},
+      {"q", state.q},
+      {"v", state.v},
+      {"tau", state.tau},
       {"command/tau", actuators([](const Units& u) { return u.torque; })},
       {"command/q", actuators([](const Units& u) { return u.position; })},
       {"command/v", actuators([](const Units& u) { return u.speed; })},
@@ -144,8 +145,8 @@ std::vector<FrameTable> tables(const Scenario& scenario, const TraceNames& names
       {"command/kd", actuators([](const Units& u) { return u.torque + " s/" + u.position; })},
       {"command/ki", actuators([](const Units& u) { return u.torque + "/(" + u.position + " s)"; })},
       {"command/prescribed", actuators([](const Units&) { return std::string("1"); })},
-      {"requirements", requirement_columns(scenario.task)},
-      {"objective", objective_columns(scenario.task)},
+      {"requirements", state.requirements},
+      {"objective", state.objective},
       {"control", {{"sensed_at", "s"}, {"lag", "s"}}}};
   std::vector<NamedColumn> inside;
   for (const auto& [name, unit] : controller.policy().inside()) inside.push_back({name, unit});
@@ -159,6 +160,13 @@ std::vector<FrameTable> tables(const Scenario& scenario, const TraceNames& names
 }
 
 }  // namespace
+
+StateColumns state_columns(const Scenario& scenario, const TraceNames& names) {
+  const Model& model = scenario.model;
+  return {position_columns(model, names), velocity_columns(model, names),
+          actuator_columns(model, names, [](const Units& u) { return u.torque; }), requirement_columns(scenario.task),
+          objective_columns(scenario.task)};
+}
 
 double StepRecorder::frame_bytes(const Scenario& scenario, const TraceNames& names, const Controller& controller) {
   std::size_t numbers = 1;  // the time

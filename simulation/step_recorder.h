@@ -10,6 +10,13 @@
 
 namespace graze {
 
+/// What the numbers of a StepView are, each with its name and unit.
+struct StateColumns {
+  std::vector<NamedColumn> q, v, tau, requirements, objective;
+};
+/// `names`: trace_names() of the scenario's model.
+StateColumns state_columns(const Scenario& scenario, const TraceNames& names);
+
 /// Watches a run of one particle. About 3 to 4 kB per frame of a quadruped.
 class StepRecorder : public TraceObserver {
  public:

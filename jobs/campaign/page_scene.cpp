@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <map>
 
+#include "engine/model/measures.h"
+
 namespace graze {
 namespace {
 
@@ -72,13 +74,11 @@ Json scene_json(const Model& model, NumberForm form) {
   for (const HeightGrid* grid : grids.things()) {
     grid_list.push_back({{"nx", grid->nx}, {"ny", grid->ny}, {"height", numbers(grid->height, form)}});
   }
-  double mass = 0;
-  for (const Body& body : model.bodies) mass += body.mass;
   return {{"bodies", bodies},
           {"colliders", colliders},
           {"meshes", mesh_list},
           {"grids", grid_list},
-          {"weight", short_number(mass * model.gravity.norm())},
+          {"weight", short_number(robot_weight(model))},
           {"floating_base", model.floating_base}};
 }
 

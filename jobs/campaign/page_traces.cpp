@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include "analysis/failures.h"
@@ -11,6 +12,7 @@
 #include "jobs/campaign/page_scene.h"
 #include "jobs/campaign/trace_frames.h"
 #include "simulation/simulation.h"
+#include "simulation/step_recorder.h"
 
 namespace graze {
 namespace {
@@ -23,44 +25,21 @@ struct Channel {
   std::string group, name, unit;
 };
 
-struct StateUnits {
-  std::vector<std::string> q, v, tau;
-};
-
-StateUnits state_units(const Model& model) {
-  StateUnits out;
-  for (const Body& body : model.bodies) {
-    if (body.type == JointType::floating) {
-      out.q.insert(out.q.end(), {"1", "1", "1", "1", "m", "m", "m"});
-      out.v.insert(out.v.end(), {"rad/s", "rad/s", "rad/s", "m/s", "m/s", "m/s"});
-    } else {
-      out.q.push_back(body.type == JointType::prismatic ? "m" : "rad");
-      out.v.push_back(body.type == JointType::prismatic ? "m/s" : "rad/s");
-    }
-  }
-  for (const int body : model.actuated) {
-    out.tau.push_back(model.bodies[static_cast<std::size_t>(body)].type == JointType::prismatic ? "N" : "N m");
-  }
-  return out;
-}
-
 /// In the order of TraceFrames::rows.
-std::vector<Channel> channels_of(const Scenario& scenario, const CampaignInfo& info) {
+std::vector<Channel> channels_of(const Scenario& scenario) {
   std::vector<Channel> out;
-  const auto add = [&](const char* group, const std::vector<std::string>& names,
-                       const std::vector<std::string>& units) {
-    for (std::size_t i = 0; i < names.size(); ++i) out.push_back({group, names[i], units[i]});
+  const auto add = [&](const char* group, const std::vector<NamedColumn>& columns) {
+    for (const NamedColumn& one : columns) out.push_back({group, one.name, one.unit});
   };
-  const StateUnits units = state_units(scenario.model);
-  add("position", info.q_names, units.q);
-  add("velocity", info.v_names, units.v);
-  add("torque", info.actuator_names, units.tau);
-  for (const Requirement& one : scenario.task.requirements) {
-    out.push_back({one.measure ? "measure" : "requirement", one.name, one.unit});
+  const StateColumns state = state_columns(scenario, trace_names(scenario.model));
+  add("position", state.q);
+  add("velocity", state.v);
+  add("torque", state.tau);
+  add("requirement", state.requirements);
+  for (std::size_t r = 0; r < state.requirements.size(); ++r) {
+    if (scenario.task.requirements[r].measure) out[out.size() - state.requirements.size() + r].group = "measure";
   }
-  for (const Objective* leaf : leaves(scenario.task.objective)) {
-    out.push_back({"objective", leaf->description, leaf->unit});
-  }
+  add("objective", state.objective);
   return out;
 }
 
@@ -117,6 +96,11 @@ std::string title(const ChosenTrace& one) {
   return fmt::format("particle {} under policy '{}'", one.particle, one.policy);
 }
 
+/// s; of a trace whose simulation threw nobody knows it.
+double end_of(const PageTrace& one, const CampaignInfo& info) {
+  return std::isfinite(one.archived.end_time) ? one.archived.end_time : info.end;
+}
+
 /// Simulates the traces of one policy, and puts them where they stand among all.
 class PolicyPlayer {
  public:
@@ -128,8 +112,11 @@ class PolicyPlayer {
     std::vector<Particle> particles;
     std::vector<std::size_t> places;
     std::set<std::uint32_t> bodies;
+    std::map<std::uint32_t, double> ends;
     for (std::size_t i = 0; i < traces.size(); ++i) {
       if (traces[i].chosen.policy != policy) continue;
+      // A trace that goes on beyond its archived end goes another way: it is not followed for ever.
+      ends[traces[i].chosen.particle] = end_of(traces[i], info_) + 1.5 * info_.step;
       try {
         particles.push_back(simulation_.particle(traces[i].chosen.particle));
       } catch (const InputError&) {  // it could not be fabricated, as the archive knows
@@ -139,7 +126,7 @@ class PolicyPlayer {
       places.push_back(i);
       if (traces[i].bodies) bodies.insert(traces[i].chosen.particle);
     }
-    FrameWatch watch(every_, bodies);
+    FrameWatch watch(every_, bodies, ends);
     Simulator simulator(simulation_, policy);
     const std::vector<TraceRecord> records = simulator.run(particles, {.observer = &watch});
     for (std::size_t k = 0; k < records.size(); ++k) {
@@ -168,12 +155,29 @@ class PolicyPlayer {
   std::vector<std::string> different_;
 };
 
+/// Archives say themselves how long their traces are; what would take hours is refused.
+void check_effort(const std::vector<PageTrace>& traces, const CampaignInfo& info) {
+  constexpr double kMostSteps = 1e8;  // some minutes
+  double steps = 0;
+  for (const PageTrace& one : traces) steps += end_of(one, info) / info.step;
+  if (steps <= kMostSteps) return;
+  throw InputError(
+      fmt::format("{} traces have {:.3g} physics steps together; at most {:.0e} are simulated anew for a "
+                  "page; nearest right answer: choose fewer traces",
+                  traces.size(), steps, kMostSteps));
+}
+
 }  // namespace
 
 std::vector<PageTrace> find_traces(const Archive& archive, const std::vector<ChosenTrace>& chosen, std::size_t bodies) {
   std::vector<PageTrace> out;
   for (const ChosenTrace& one : chosen) {
     std::optional<TraceRecord> trace = archive.trace(one.policy, one.particle);
+    const std::uint64_t particles = archive.info().particles;
+    if (!trace && one.particle >= particles) {
+      throw InputError(fmt::format("--particle {}: {} has particles 0 to {}", one.particle, archive.path().string(),
+                                   particles - 1));
+    }
     if (!trace) {
       throw InputError(
           fmt::format("--particle {}: {} holds no trace of it under policy '{}' (it was not finished yet, "
@@ -191,8 +195,9 @@ std::vector<std::string> add_traces(Json& page, const Scenario& scenario, const 
   own.recording.telemetry = Telemetry::none;
   own.recording.events = false;
   own.recording.phases = true;
+  check_effort(traces, info);
   const Simulation simulation(std::move(own), info.particles);
-  const std::vector<Channel> channels = channels_of(simulation.scenario(), info);
+  const std::vector<Channel> channels = channels_of(simulation.scenario());
   PolicyPlayer player(simulation, info, name, steps_between(simulation.scenario(), channels.size(), traces), form);
   std::set<std::string> policies;
   for (const PageTrace& one : traces) policies.insert(one.chosen.policy);

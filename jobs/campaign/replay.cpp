@@ -274,12 +274,11 @@ std::vector<std::string> trace_differences(const TraceRecord& archived, const Tr
   out.number("margin of the objective", archived.objective_margin, replayed.objective_margin);
   out.numbers("final position", archived.q, replayed.q, info.q_names);
   out.numbers("final velocity", archived.v, replayed.v, info.v_names);
-  const bool older = !kept.events && !archived.events.empty();  // events were the default, and phases unknown
-  if (kept.events || older) {
+  if (kept.events) {
     out.rows("event", archived.events, replayed.events,
              [](const Event& e) { return fmt::format("{} at {} s", event_kind_name(e.kind), e.time); });
   }
-  if (kept.phases && !older) {
+  if (kept.phases) {
     out.rows("contact phase", archived.phases, replayed.phases, [&](const ContactPhase& p) {
       return fmt::format("{}-{} from {} to {} s", info.colliders.at(p.a), info.colliders.at(p.b), p.begin, p.end);
     });

@@ -11,11 +11,12 @@ bool FrameWatch::see(const StepView& step) {
   }
   const bool with_bodies = bodies_.contains(step.particle);
   if (with_bodies && step.step > step.first) add_contacts(step, contacts);
-  if (step.step % every_ != 0 && !step.ends) return true;
+  const bool goes_on = step.time < ends_.at(step.particle);
+  if (step.step % every_ != 0 && !step.ends && goes_on) return true;
   out.time.push_back(step.time);
   add_rows(step, out);
   if (with_bodies) add_bodies(step, contacts, out);
-  return true;
+  return goes_on;
 }
 
 void FrameWatch::add_rows(const StepView& step, TraceFrames& out) {

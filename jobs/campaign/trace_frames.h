@@ -39,8 +39,10 @@ struct TraceFrames {
 /// Watches runs of any number of particles under one policy and keeps one of `every` steps, the start and the end.
 class FrameWatch : public TraceObserver {
  public:
-  /// `bodies`: particles of which poses and contacts are kept, too.
-  FrameWatch(std::uint32_t every, std::set<std::uint32_t> bodies) : every_(every), bodies_(std::move(bodies)) {}
+  /// `bodies`: particles of which poses and contacts are kept, too. `ends`: s, when each particle's trace ends at the
+  /// latest; it is stopped there.
+  FrameWatch(std::uint32_t every, std::set<std::uint32_t> bodies, std::map<std::uint32_t, double> ends)
+      : every_(every), bodies_(std::move(bodies)), ends_(std::move(ends)) {}
   bool see(const StepView& step) override;
   TraceFrames take(std::uint32_t particle) { return std::move(frames_[particle]); }
 
@@ -52,6 +54,7 @@ class FrameWatch : public TraceObserver {
 
   const std::uint32_t every_;
   const std::set<std::uint32_t> bodies_;
+  const std::map<std::uint32_t, double> ends_;
   std::map<std::uint32_t, TraceFrames> frames_;
   std::map<std::uint32_t, Pairs> contacts_;  // since the last frame
 };

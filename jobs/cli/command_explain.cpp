@@ -35,15 +35,17 @@ std::string csv_line(const std::vector<std::string>& cells) {
 void write_csv(const Arguments& arguments, const Explanation& explanation) {
   const std::vector<ExplanationTable> tables = explanation_tables(explanation);
   const ParentFolders folders(file_of(arguments, tables[0].name));
+  // All are written before the first takes its name, so that a full disk leaves none of them.
+  std::vector<std::unique_ptr<NewFile>> files;
   for (const ExplanationTable& table : tables) {
     const fs::path path = file_of(arguments, table.name);
     std::string text = csv_line(table.head);
     for (const auto& row : table.rows) text += csv_line(row);
-    NewFile file(path, arguments.force);
-    const int error = write_all(file.descriptor(), std::as_bytes(std::span(text)));
+    files.push_back(std::make_unique<NewFile>(path, arguments.force));
+    const int error = write_all(files.back()->descriptor(), std::as_bytes(std::span(text)));
     if (error != 0) fail_writing(path, error);
-    file.publish();
   }
+  for (const auto& file : files) file->publish();
 }
 
 /// Before anything is read: options that cannot be meant, files that must stay.

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -33,7 +34,10 @@ std::vector<ChosenTrace> chosen_traces(const Arguments& arguments, const Campaig
   const std::vector<std::string> policies = chosen_names(info.policies, arguments.policies, arguments.archive);
   for (const std::string& text : arguments.particles) {
     const auto particle = static_cast<std::uint32_t>(parse_whole(text, "--particle", 0, kParticleLimit - 1));
-    for (const std::string& policy : policies) out.push_back({policy, particle, ""});
+    for (const std::string& policy : policies) {
+      const auto same = [&](const ChosenTrace& one) { return one.particle == particle && one.policy == policy; };
+      if (std::none_of(out.begin(), out.end(), same)) out.push_back({policy, particle, ""});
+    }
   }
   if (out.size() <= kMostViewed) return out;
   throw InputError(

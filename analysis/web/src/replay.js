@@ -96,10 +96,12 @@ export class Stage {
       tiles.needsUpdate = true;
     }
     this.arrows.material.color = styled('--ink');
+    // Ghosts that lie where the trace in focus lies must not tint it.
+    const behind = {polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 8};
     const lit = (color, more) => new three.MeshLambertMaterial({color, ...more});
     this.materials = this.players.map((player) => {
       const color = styled(outcomeOf(player.trace.outcome).color);
-      return {focus: lit(color), object: lit(styled('--body')), ghost: lit(color, {transparent: true, opacity: 0.2, depthWrite: false})};
+      return {focus: lit(color), object: lit(styled('--body')), ghost: lit(color, {transparent: true, opacity: 0.2, depthWrite: false, ...behind})};
     });
     this.stone = lit(styled('--body'));
     this.assign();

@@ -202,6 +202,7 @@ export function parameters(data) {
   const graph = el('div'), rank = el('div'), picker = el('span');
   // The policy whose rate is nearest to one half tells most.
   const rate = (one) => Math.abs((data.score.policies.find((p) => p.policy === one.policy)?.rate ?? 0) - 0.5);
+  if (!data.parameters.length) return null;  // nothing was uncertain, or the archive keeps no values
   let policy = policies.reduce((best, one, k) => (rate(one) < rate(policies[best]) ? k : best), 0), parameter = 0, against = 'rate';
   const order = () => data.parameters.map((_, k) => [k, separation(values[k], policies[policy].outcome)]).sort((a, b) => Math.abs(b[1]) - Math.abs(a[1]) || a[0] - b[0]);
   const choose = (k) => {
