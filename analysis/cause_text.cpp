@@ -27,6 +27,23 @@ std::string condition_text(const TreeRule::Condition& condition, const ParticleT
   return fmt::format("{} {} {}", column.name, condition.yes || other ? "is" : "is not", label);
 }
 
+/// Of the bounds of a number on one side the last alone: a tree only ever tightens them.
+std::vector<TreeRule::Condition> tightest(const std::vector<TreeRule::Condition>& all, const ParticleTable& table) {
+  std::vector<TreeRule::Condition> out;
+  for (const TreeRule::Condition& one : all) {
+    const auto wider = std::find_if(out.begin(), out.end(), [&](const TreeRule::Condition& other) {
+      return other.feature == one.feature && other.yes == one.yes;
+    });
+    const bool number = table.columns[static_cast<std::size_t>(one.feature)].labels.empty();
+    if (number && wider != out.end()) {
+      wider->threshold = one.threshold;
+    } else {
+      out.push_back(one);
+    }
+  }
+  return out;
+}
+
 /// "more often where a.b is larger (AUC 0.83, p = 2e-05)".
 std::string effect_text(const ParameterEffect& effect, bool binary, const ParticleTable& table) {
   const ParticleTable::Column& column = table.columns[effect.column];
@@ -35,7 +52,7 @@ std::string effect_text(const ParameterEffect& effect, bool binary, const Partic
     return fmt::format("{} where {} is {} (effect {:.2f}, {})", binary ? "most often" : "highest", column.name,
                        effect.label, effect.effect, p);
   }
-  if (std::abs(effect.effect) < 0.3 && effect.p_hsic < 1e-3 * effect.p_rank) {
+  if (effect.p_hsic < 1e-3 * effect.p_rank) {  // the p-value is that of any dependence
     return fmt::format("it depends on {}, not by rising or falling with it alone (HSIC {:.2f}, {})", column.name,
                        effect.hsic, p);
   }
@@ -49,7 +66,7 @@ std::string effect_text(const ParameterEffect& effect, bool binary, const Partic
 
 std::string rule_text(const TreeRule& rule, const ParticleTable& table) {
   std::string out;
-  for (const TreeRule::Condition& condition : rule.conditions) {
+  for (const TreeRule::Condition& condition : tightest(rule.conditions, table)) {
     out += (out.empty() ? "" : " and ") +
            condition_text(condition, table.columns[static_cast<std::size_t>(condition.feature)]);
   }

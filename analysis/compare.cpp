@@ -8,6 +8,7 @@
 #include <map>
 #include <set>
 
+#include "analysis/quantiles.h"
 #include "analysis/significance.h"
 
 namespace graze {
@@ -17,6 +18,7 @@ namespace {
 struct End {
   Outcome outcome = Outcome::invalid;
   int violated = -1;
+  double time = 0;  // s
   std::vector<double> margins;
 };
 
@@ -25,11 +27,11 @@ using Ends = std::map<std::uint32_t, End>;
 
 Ends read_ends(const Archive& archive, const std::string& policy) {
   Ends out;
-  archive.scan(policy, kMargins, [&](const TraceRows& rows) {
+  archive.scan(policy, kEndTime | kMargins, [&](const TraceRows& rows) {
     for (std::size_t i = 0; i < rows.size(); ++i) {
       if (rows.outcome(i) == Outcome::invalid) continue;
       const auto margins = rows.margins(i);
-      out[rows.particle(i)] = {rows.outcome(i), rows.violated(i), {margins.begin(), margins.end()}};
+      out[rows.particle(i)] = {rows.outcome(i), rows.violated(i), rows.end_time(i), {margins.begin(), margins.end()}};
     }
   });
   return out;
@@ -47,6 +49,9 @@ std::uint64_t successes(const Ends& ends) {
       std::count_if(ends.begin(), ends.end(), [](const auto& one) { return one.second.outcome == Outcome::success; }));
 }
 
+/// `step`: s, of the physics.
+bool ended_together(const End& a, const End& b, double step) { return std::abs(a.time - b.time) < 0.5 * step; }
+
 void count_pairs(const Ends& a, const Ends& b, const CampaignInfo& info_a, const CampaignInfo& info_b,
                  PolicyComparison& out) {
   std::map<std::string, std::map<std::string, std::uint64_t>> moves;
@@ -57,6 +62,7 @@ void count_pairs(const Ends& a, const Ends& b, const CampaignInfo& info_a, const
     const End& in_b = found->second;
     const bool met_a = in_a.outcome == Outcome::success, met_b = in_b.outcome == Outcome::success;
     ++(met_a ? met_b ? out.pairs.both : out.pairs.only_a : met_b ? out.pairs.only_b : out.pairs.neither);
+    if (!ended_together(in_a, in_b, info_a.step)) ++out.uneven;
     const std::string name_a = end_name(in_a, info_a), name_b = end_name(in_b, info_b);
     ++moves[name_a][name_b];
     ends.insert(name_b);
@@ -72,14 +78,14 @@ void count_pairs(const Ends& a, const Ends& b, const CampaignInfo& info_a, const
 }
 
 MarginChange margin_change(const Ends& a, const Ends& b, std::size_t of_a, std::size_t of_b,
-                           const CampaignInfo::RequirementRow& requirement) {
+                           const CampaignInfo::RequirementRow& requirement, double step) {
   MarginChange out;
   out.requirement = requirement.name;
   out.unit = requirement.unit;
   std::vector<double> changes;
   for (const auto& [particle, in_a] : a) {
     const auto found = b.find(particle);
-    if (found == b.end()) continue;
+    if (found == b.end() || !ended_together(in_a, found->second, step)) continue;
     const double change = found->second.margins[of_b] - in_a.margins[of_a];
     if (!std::isfinite(change)) continue;  // a window that was never reached, in one or both
     changes.push_back(change);
@@ -90,10 +96,7 @@ MarginChange margin_change(const Ends& a, const Ends& b, std::size_t of_a, std::
   out.p_value = mcnemar_exact(out.better, out.worse);  // the sign test: the same binomial
   if (changes.empty()) return out;
   std::sort(changes.begin(), changes.end());
-  const auto at = [&](double q) {
-    return changes[static_cast<std::size_t>(std::lround(q * static_cast<double>(changes.size() - 1)))];
-  };
-  out.low = at(0.25), out.median = at(0.5), out.high = at(0.75);
+  out.low = quantile(changes, 0.25), out.median = quantile(changes, 0.5), out.high = quantile(changes, 0.75);
   return out;
 }
 
@@ -126,11 +129,23 @@ PolicyComparison compare_policies(const Archive& a, const Archive& b, const std:
     for (std::size_t j = 0; j < b.info().requirements.size(); ++j) {
       const auto &in_a = a.info().requirements[i], &in_b = b.info().requirements[j];
       if (in_a.name == in_b.name && in_a.unit == in_b.unit) {
-        out.margins.push_back(margin_change(ends_a, ends_b, i, j, in_a));
+        out.margins.push_back(margin_change(ends_a, ends_b, i, j, in_a, a.info().step));
       }
     }
   }
   return out;
+}
+
+/// Why particle i of a is not that of b; empty: it is.
+std::string why_others(const CampaignInfo& a, const CampaignInfo& b) {
+  if (a.q_names != b.q_names) return "the robots differ";
+  if (a.seed != b.seed) return fmt::format("the seeds differ ({} and {})", a.seed, b.seed);
+  if (a.design != b.design) return fmt::format("the sampling designs differ ({} and {})", a.design, b.design);
+  if (a.design == "latin_hypercube" && a.particles != b.particles) {
+    return fmt::format("points of a Latin hypercube depend on how many there are ({} and {})", a.particles,
+                       b.particles);
+  }
+  return "";
 }
 
 /// Particles whose values are compared: another seed, design or distribution shows in any of them.
@@ -169,6 +184,7 @@ void compare_values(const Archive& a, const Archive& b, SameParticles& out) {
       if (found->second[k] != row[common[k].second]) differ[k] = true;
     }
   });
+  if (out.compared == 0) return;
   for (std::size_t k = 0; k < names.size(); ++k) (differ[k] ? out.differ : out.common).push_back(names[k]);
 }
 
@@ -203,13 +219,12 @@ Comparison compare_campaigns(const Archive& a, const Archive& b, const CompareRe
   out.complete_a = a.complete();
   out.complete_b = b.complete();
   const auto policies = policies_of(a.info(), b.info(), request);
-  // Points of a Latin hypercube depend on how many there are.
-  out.particles.seeds = a.info().seed == b.info().seed && a.info().design == b.info().design &&
-                        (a.info().design != "latin_hypercube" || a.info().particles == b.info().particles);
+  out.particles.others = why_others(a.info(), b.info());
+  out.changes = scenario_changes(a.info().scenario_text, b.info().scenario_text);
   compare_values(a, b, out.particles);
   std::vector<double> p_values;
   for (const auto& [policy_a, policy_b] : policies) {
-    out.policies.push_back(compare_policies(a, b, policy_a, policy_b, out.particles.seeds));
+    out.policies.push_back(compare_policies(a, b, policy_a, policy_b, out.particles.others.empty()));
     p_values.push_back(out.policies.back().p_value);
   }
   const std::vector<double> corrected = holm(p_values);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "analysis/proportions.h"
+#include "analysis/scenario_changes.h"
 #include "archive/archive.h"
 
 namespace graze {
@@ -18,12 +19,12 @@ struct CompareRequest {
 
 /// Whether particle i of both campaigns is the same robot in the same world.
 struct SameParticles {
-  bool seeds = true;                // both drew with one seed and design
+  std::string others;               // why they have nothing in common: "the seeds differ (1 and 2)"; empty: they have
   std::uint64_t compared = 0;       // particles whose values were compared: the first few thousand that both keep
   std::vector<std::string> common;  // parameters of both with equal values
   std::vector<std::string> differ;  // of both, with other values
   std::vector<std::string> only_a, only_b;
-  bool same() const { return seeds && differ.empty(); }
+  bool same() const { return others.empty() && differ.empty(); }
 };
 
 /// One particle that ends otherwise in b than in a.
@@ -32,10 +33,11 @@ struct Change {
   std::string in_a, in_b;  // "success", the requirement that was violated, "objective"
 };
 
-/// A margin on the same particles.
+/// A margin on the same particles, of the pairs of traces that ended at the same time: a trace that was cut short has
+/// had less time to come near a violation.
 struct MarginChange {
   std::string requirement, unit;
-  std::uint64_t n = 0, better = 0, worse = 0;  // pairs with a finite margin in both; larger, smaller in b
+  std::uint64_t n = 0, better = 0, worse = 0;  // such pairs with a finite margin in both; larger, smaller in b
   double low = 0, median = 0, high = 0;        // quartiles of b - a
   double p_value = 1;                          // sign test, exact
 };
@@ -43,12 +45,13 @@ struct MarginChange {
 struct PolicyComparison {
   std::string policy_a, policy_b;
   std::uint64_t n_a = 0, success_a = 0, n_b = 0, success_b = 0;  // valid traces of each
-  PairedTable pairs;      // of particles with a valid trace in both: only_a broke, only_b was fixed
-  bool paired = true;     // else the particles are others, and the numbers below take them for independent
-  double difference = 0;  // success rate of b minus that of a; NaN: no traces
-  Interval interval;      // 95 %: Newcombe, for paired or independent proportions
-  double p_value = 1;     // McNemar, exact; Fisher, exact
-  double corrected = 1;   // by Holm, over the policies that are compared
+  PairedTable pairs;         // of particles with a valid trace in both: only_a broke, only_b was fixed
+  std::uint64_t uneven = 0;  // pairs that did not end at the same time
+  bool paired = true;        // else the particles are others, and the numbers below take them for independent
+  double difference = 0;     // success rate of b minus that of a; NaN: no traces
+  Interval interval;         // 95 %: Newcombe, for paired or independent proportions
+  double p_value = 1;        // McNemar, exact; Fisher, exact
+  double corrected = 1;      // by Holm, over the policies that are compared
   std::vector<std::pair<std::string, std::vector<std::uint64_t>>> moves;  // outcome in a: counts by `ends`
   std::vector<std::string> ends;                                          // outcomes in b
   std::vector<Change> fixed, broken;                                      // by particle
@@ -60,6 +63,7 @@ struct Comparison {
   std::string campaign_a, campaign_b;
   bool complete_a = true, complete_b = true;
   SameParticles particles;
+  std::vector<ScenarioChange> changes;  // of the scenario
   std::vector<PolicyComparison> policies;
 };
 

@@ -1,6 +1,7 @@
 // A comparison as text for people, as JSON and CSV for scripts.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -8,6 +9,7 @@
 #include "analysis/failures.h"
 #include "analysis/text_table.h"
 #include "archive/files/csv.h"
+#include "engine/settings/settings.h"
 
 namespace graze {
 namespace {
@@ -31,19 +33,40 @@ std::string some_names(const std::vector<std::string>& names) {
   return names.size() > kShownNames ? out + fmt::format(" and {} more", names.size() - kShownNames) : out;
 }
 
+/// "1 parameter is", "3 parameters are"
+std::string counted(std::size_t n, const char* one, const char* several) {
+  return fmt::format("{} {}", n, n == 1 ? one : several);
+}
+
+std::string changes_text(const std::vector<ScenarioChange>& changes) {
+  constexpr std::size_t kShown = 12;
+  if (changes.empty()) return "The scenarios are equal.\n";
+  std::string out = fmt::format("The scenarios differ in {}:\n", counted(changes.size(), "value", "values"));
+  for (std::size_t i = 0; i < std::min(kShown, changes.size()); ++i) {
+    const ScenarioChange& one = changes[i];
+    out += fmt::format("  {}: {} -> {}\n", one.path, one.in_a.empty() ? "(not there)" : clipped(one.in_a, 40),
+                       one.in_b.empty() ? "(not there)" : clipped(one.in_b, 40));
+  }
+  return changes.size() <= kShown ? out : out + fmt::format("  … and {} more (--json)\n", changes.size() - kShown);
+}
+
 std::string particles_text(const Comparison& c) {
   const SameParticles& p = c.particles;
-  if (!p.seeds) {
-    return "Other particles (another seed or sampling design): rates are compared as of independent samples.\n";
+  if (!p.others.empty()) {
+    return fmt::format("Other particles, as {}: rates are compared as of independent samples.\n", p.others);
+  }
+  const auto pairs = [](const PolicyComparison& one) { return one.pairs.n() > 0; };
+  if (std::none_of(c.policies.begin(), c.policies.end(), pairs)) {
+    return "No particle has a valid trace in both: there is nothing to compare.\n";
   }
   std::string out;
   if (p.differ.empty()) {
-    out = p.compared > 0 ? fmt::format("The same particles: {} parameters are equal on the {} that were compared.\n",
-                                       p.common.size(), p.compared)
-                         : "The same particles, by seed and design (their values are not stored).\n";
+    out = p.compared > 0 ? fmt::format("The same particles: {} equal on the {} that were compared.\n",
+                                       counted(p.common.size(), "parameter is", "parameters are"), p.compared)
+                         : "The same particles, by seed and design (the values of none are stored in both).\n";
   } else {
-    out = fmt::format("The same seed, but {} parameters have other values (another distribution): {}.\n",
-                      p.differ.size(), some_names(p.differ));
+    out = fmt::format("The same seed, but {} other values (another distribution): {}.\n",
+                      counted(p.differ.size(), "parameter has", "parameters have"), some_names(p.differ));
   }
   if (!p.only_a.empty()) out += fmt::format("Uncertain in A alone: {}.\n", some_names(p.only_a));
   if (!p.only_b.empty()) out += fmt::format("Uncertain in B alone: {}.\n", some_names(p.only_b));
@@ -53,12 +76,15 @@ std::string particles_text(const Comparison& c) {
 std::string verdict_table(const Comparison& c) {
   Rows rows = {{"policy", "A", "B", "fixed", "broken", "B - A", "95 % interval", "p", "p, Holm"}};
   for (const PolicyComparison& one : c.policies) {
-    rows.push_back({policy_name(one), rate_text(one.success_a, one.n_a), rate_text(one.success_b, one.n_b),
-                    one.paired ? std::to_string(one.pairs.only_b) : "-",
-                    one.paired ? std::to_string(one.pairs.only_a) : "-",
-                    std::isnan(one.difference) ? "-" : fmt::format("{:+.4f}", one.difference),
-                    fmt::format("{:+.4f} .. {:+.4f}", one.interval.low, one.interval.high),
-                    fmt::format("{:.3g}", one.p_value), fmt::format("{:.3g}", one.corrected)});
+    // Of the particles of both, of which the difference is.
+    const PairedTable& p = one.pairs;
+    rows.push_back(
+        {policy_name(one), one.paired ? rate_text(p.both + p.only_a, p.n()) : rate_text(one.success_a, one.n_a),
+         one.paired ? rate_text(p.both + p.only_b, p.n()) : rate_text(one.success_b, one.n_b),
+         one.paired ? std::to_string(one.pairs.only_b) : "-", one.paired ? std::to_string(one.pairs.only_a) : "-",
+         std::isnan(one.difference) ? "-" : fmt::format("{:+.4f}", one.difference),
+         fmt::format("{:+.4f} .. {:+.4f}", one.interval.low, one.interval.high), fmt::format("{:.3g}", one.p_value),
+         fmt::format("{:.3g}", one.corrected)});
   }
   return text_table(rows, 1);
 }
@@ -134,6 +160,7 @@ Json policy_json(const PolicyComparison& one) {
           {"interval", {one.interval.low, one.interval.high}},
           {"p_value", one.p_value},
           {"p_holm", one.corrected},
+          {"ended_at_other_times", one.uneven},
           {"moves", moves},
           {"fixed", changes_json(one.fixed)},
           {"broken", changes_json(one.broken)},
@@ -146,11 +173,15 @@ std::string format_comparison(const Comparison& c, std::size_t most) {
   std::string out =
       fmt::format("A: {} ({}){}\nB: {} ({}){}\n", c.request.name_a, c.campaign_a, c.complete_a ? "" : " INCOMPLETE",
                   c.request.name_b, c.campaign_b, c.complete_b ? "" : " INCOMPLETE");
-  out += particles_text(c) + "\n" + verdict_table(c);
+  out += particles_text(c) + changes_text(c.changes) + "\n" + verdict_table(c);
   for (const PolicyComparison& one : c.policies) {
     if (!one.paired) continue;
     out += fmt::format("\n{}: how the {} particles of both end\n", policy_name(one), one.pairs.n()) + moves_table(one);
     if (!one.margins.empty()) out += "\n" + margins_table(one);
+    if (!one.margins.empty() && one.uneven > 0) {
+      out += fmt::format("Margins: without {} that did not end at the same time.\n",
+                         counted(one.uneven, "pair of traces", "pairs of traces"));
+    }
     out += changes_table(one.fixed, "Fixed", one, c, most) + changes_table(one.broken, "Broken", one, c, most);
   }
   return out;
@@ -159,16 +190,24 @@ std::string format_comparison(const Comparison& c, std::size_t most) {
 std::string comparison_json(const Comparison& c) {
   Json policies = Json::array();
   for (const PolicyComparison& one : c.policies) policies.push_back(policy_json(one));
+  Json changes = Json::array();
+  for (const ScenarioChange& one : c.changes) {
+    changes.push_back({{"path", one.path},
+                       {"a", one.in_a.empty() ? Json() : Json(one.in_a)},
+                       {"b", one.in_b.empty() ? Json() : Json(one.in_b)}});
+  }
   const SameParticles& p = c.particles;
   const Json out = {{"a", {{"archive", c.request.name_a}, {"campaign", c.campaign_a}, {"complete", c.complete_a}}},
                     {"b", {{"archive", c.request.name_b}, {"campaign", c.campaign_b}, {"complete", c.complete_b}}},
                     {"particles",
-                     {{"same_seed", p.seeds},
+                     {{"paired", p.others.empty()},
+                      {"why_not", p.others},
                       {"compared", p.compared},
                       {"equal", p.common},
                       {"different", p.differ},
                       {"only_a", p.only_a},
                       {"only_b", p.only_b}}},
+                    {"scenario_changes", changes},
                     {"policies", policies}};
   return out.dump(2, ' ', false, Json::error_handler_t::replace);
 }

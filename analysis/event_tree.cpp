@@ -25,26 +25,32 @@ struct Thread {
   }
 };
 
-/// The tokens of one thread in each trace.
+/// The tokens of one thread in each trace. Which they are, not what: there are as many threads as pairs that touch.
 class PartStories {
  public:
-  PartStories(const Stories& stories, const Thread& thread) {
+  PartStories(const Stories& stories, const Thread& thread) : stories_(stories) {
     for (std::size_t i = 0; i < stories.size(); ++i) {
-      first_.push_back(tokens_.size());
-      for (const Token& token : stories[i].tokens) {
-        if (thread.has(token.word)) tokens_.push_back(token);
+      first_.push_back(places_.size());
+      const std::span<const Token> tokens = stories[i].tokens;
+      for (std::size_t k = 0; k < tokens.size(); ++k) {
+        if (thread.has(tokens[k].word)) places_.push_back(static_cast<std::uint32_t>(k));
       }
     }
-    first_.push_back(tokens_.size());
+    first_.push_back(places_.size());
   }
-  std::span<const Token> of(std::size_t trace) const {
-    return std::span(tokens_).subspan(first_[trace], first_[trace + 1] - first_[trace]);
+  std::size_t size(std::size_t trace) const { return first_[trace + 1] - first_[trace]; }
+  const Token& at(std::size_t trace, std::size_t depth) const {
+    return stories_[trace].tokens[places_[first_[trace] + depth]];
   }
 
  private:
-  std::vector<Token> tokens_;
+  const Stories& stories_;
+  std::vector<std::uint32_t> places_;  // in the trace's tokens
   std::vector<std::size_t> first_;
 };
+
+/// Traces by the branch that they take.
+using Ways = std::map<std::uint64_t, std::vector<std::size_t>>;
 
 /// Traces that stand at the same node of a part.
 struct Place {
@@ -53,19 +59,13 @@ struct Place {
   std::vector<std::size_t> traces;
 };
 
+/// A node and what it is worth. Not its traces: they are found again for the one that is chosen.
 struct Candidate {
   int part = 0;
   std::size_t depth = 0;
+  std::size_t example = 0;  // a trace that comes by
   double p_value = 1, information = 0, time = 0;
-  std::vector<std::size_t> traces;
-  std::map<std::uint64_t, std::vector<std::size_t>> ways;
 };
-
-double median(std::vector<double>& x) {
-  const auto middle = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
-  std::nth_element(x.begin(), middle, x.end());
-  return *middle;
-}
 
 double entropy(const std::vector<double>& counts) {
   const double sum = std::accumulate(counts.begin(), counts.end(), 0.0);
@@ -124,21 +124,14 @@ class Grower {
   }
 
   OutcomeCounts count(const std::vector<std::size_t>& traces) const {
-    OutcomeCounts out;
-    out.violated.assign(requirements_, 0);
-    for (const std::size_t trace : traces) {
-      const Story story = stories_[trace];
-      ++out.n;
-      if (story.outcome == Outcome::success) ++out.success;
-      if (story.outcome == Outcome::unknown_failure) ++out.unknown;
-      if (story.outcome == Outcome::known_failure) ++out.violated[static_cast<std::size_t>(story.violated)];
-    }
+    OutcomeCounts out(requirements_);
+    for (const std::size_t trace : traces) out.add(stories_[trace]);
     return out;
   }
 
   std::uint64_t way_of(std::size_t part, std::size_t trace, std::size_t depth) const {
-    const auto tokens = of_part_[part].of(trace);
-    if (depth < tokens.size()) return tokens[depth].word;
+    const PartStories& of_part = of_part_[part];
+    if (depth < of_part.size(trace)) return of_part.at(trace, depth).word;
     return stories_[trace].end_time > end_ * (1 - 1e-9) ? kNothing : kCut;
   }
 
@@ -150,22 +143,27 @@ class Grower {
       while (!places.empty()) {
         const Place place = std::move(places.back());
         places.pop_back();
-        std::map<std::uint64_t, std::vector<std::size_t>> ways;
-        for (const std::size_t trace : place.traces) ways[way_of(part, trace, place.depth)].push_back(trace);
+        Ways ways = ways_of(place);
         for (const auto& [way, those] : ways) {
           if (way < kNothing && those.size() >= 2 * rules_.fewest) {
             places.push_back({place.part, place.depth + 1, those});
           }
         }
-        if (std::optional<Candidate> one = weigh(place, std::move(ways))) out.push_back(std::move(*one));
+        put_rare_together(ways);
+        if (std::optional<Candidate> one = weigh(place, ways)) out.push_back(*one);
       }
     }
     return out;
   }
 
-  /// None if fewer than two branches have enough traces. Traces that were cut off before say nothing about what their
-  /// part would have done.
-  std::optional<Candidate> weigh(const Place& place, std::map<std::uint64_t, std::vector<std::size_t>> ways) const {
+  Ways ways_of(const Place& place) const {
+    Ways out;
+    const auto part = static_cast<std::size_t>(place.part);
+    for (const std::size_t trace : place.traces) out[way_of(part, trace, place.depth)].push_back(trace);
+    return out;
+  }
+
+  void put_rare_together(Ways& ways) const {
     std::vector<std::size_t> rare;
     for (auto way = ways.begin(); way != ways.end();) {
       const bool keep = way->first == kCut || way->second.size() >= rules_.fewest;
@@ -173,6 +171,25 @@ class Grower {
       way = keep ? std::next(way) : ways.erase(way);
     }
     if (rare.size() >= rules_.fewest) ways[kOthers] = rare;
+  }
+
+  /// Of `traces` those that have had the same contacts as the candidate's example.
+  Place place_of(const Candidate& one, const std::vector<std::size_t>& traces) const {
+    Place out{one.part, one.depth, {}};
+    const PartStories& of_part = of_part_[static_cast<std::size_t>(one.part)];
+    for (const std::size_t trace : traces) {
+      bool same = of_part.size(trace) >= one.depth;
+      for (std::size_t k = 0; same && k < one.depth; ++k) {
+        same = of_part.at(trace, k).word == of_part.at(one.example, k).word;
+      }
+      if (same) out.traces.push_back(trace);
+    }
+    return out;
+  }
+
+  /// None if fewer than two branches have enough traces. Traces that were cut off before say nothing about what their
+  /// part would have done.
+  std::optional<Candidate> weigh(const Place& place, const Ways& ways) const {
     if (ways.size() - ways.count(kCut) < 2) return std::nullopt;
     std::vector<std::vector<double>> table;  // [branch][class]
     std::vector<double> sums(classes_), sizes;
@@ -186,7 +203,7 @@ class Grower {
     Candidate out;
     out.part = place.part;
     out.depth = place.depth;
-    out.traces = place.traces;
+    out.example = place.traces.front();
     out.p_value = p_value(table, sums, sizes);
     double within = 0;
     const double all = std::accumulate(sizes.begin(), sizes.end(), 0.0);
@@ -195,12 +212,11 @@ class Grower {
     out.information = (entropy(sums) - within) * all;
     out.time = std::numeric_limits<double>::infinity();
     for (const auto& [way, those] : ways) {
-      if (way >= kNothing) continue;
+      if (way == kNothing || way == kCut) continue;
       std::vector<double> begins;
-      for (const std::size_t trace : those) begins.push_back(of_part_[place.part].of(trace)[place.depth].begin);
-      out.time = std::min(out.time, median(begins));
+      for (const std::size_t trace : those) begins.push_back(of_part_[place.part].at(trace, place.depth).begin);
+      out.time = std::min(out.time, median(std::move(begins)));
     }
-    out.ways = std::move(ways);
     return out;
   }
 
@@ -240,7 +256,7 @@ class Grower {
       if (corrected[i] > error_rate || all[i].information < 0.5 * most) continue;
       if (best == all.size() || all[i].time < all[best].time) best = i;
     }
-    add(all[best], corrected[best], depth, parent, parent_branch);
+    add(all[best], traces, corrected[best], depth, parent, parent_branch);
     const int node = static_cast<int>(tree_.nodes.size()) - 1;
     for (std::size_t b = 0; b < tree_.nodes[node].branches.size(); ++b) {
       const std::vector<std::size_t> those = tree_.nodes[node].branches[b].traces;  // nodes_ grows meanwhile
@@ -248,21 +264,25 @@ class Grower {
     }
   }
 
-  void add(const Candidate& one, double p_value, int depth, int parent, int parent_branch) {
+  void add(const Candidate& one, const std::vector<std::size_t>& traces, double p_value, int depth, int parent,
+           int parent_branch) {
     EventNode node;
+    const Place place = place_of(one, traces);
+    Ways ways = ways_of(place);
+    put_rare_together(ways);
     const PartStories& of_part = of_part_[static_cast<std::size_t>(one.part)];
     node.part = threads_[static_cast<std::size_t>(one.part)].part;
     node.with = threads_[static_cast<std::size_t>(one.part)].with;
-    for (std::size_t k = 0; k < one.depth; ++k) node.past.push_back(of_part.of(one.traces.front())[k].word);
+    for (std::size_t k = 0; k < one.depth; ++k) node.past.push_back(of_part.at(one.example, k).word);
     node.time = one.time;
     node.p_value = p_value;
     std::vector<double> classes(classes_);
-    for (const std::size_t trace : one.traces) ++classes[class_of(trace)];
-    node.information = one.information / (entropy(classes) * static_cast<double>(one.traces.size()));
+    for (const std::size_t trace : place.traces) ++classes[class_of(trace)];
+    node.information = one.information / (entropy(classes) * static_cast<double>(place.traces.size()));
     node.depth = depth;
     node.parent = parent;
     node.parent_branch = parent_branch;
-    for (const auto& [way, those] : one.ways) {
+    for (const auto& [way, those] : ways) {
       EventBranch branch;
       branch.kind = way == kNothing  ? EventBranch::Kind::nothing
                     : way == kCut    ? EventBranch::Kind::cut
@@ -272,10 +292,9 @@ class Grower {
       branch.outcomes = count(those);
       std::vector<double> times, impulses;
       for (const std::size_t trace : those) {
-        const auto tokens = of_part.of(trace);
-        if (one.depth >= tokens.size()) continue;
-        times.push_back(tokens[one.depth].begin);
-        impulses.push_back(tokens[one.depth].impulse);
+        if (one.depth >= of_part.size(trace)) continue;
+        times.push_back(of_part.at(trace, one.depth).begin);
+        impulses.push_back(of_part.at(trace, one.depth).impulse);
       }
       branch.time = quantiles(std::move(times));
       branch.impulse = quantiles(std::move(impulses));
@@ -304,13 +323,11 @@ class Grower {
 
 }  // namespace
 
-Quantiles quantiles(std::vector<double> x) {
-  if (x.empty()) return {std::nan(""), std::nan(""), std::nan("")};
-  std::sort(x.begin(), x.end());
-  const auto at = [&](double q) {
-    return x[static_cast<std::size_t>(std::lround(q * static_cast<double>(x.size() - 1)))];
-  };
-  return {at(0.05), at(0.5), at(0.95)};
+void OutcomeCounts::add(const Story& story) {
+  ++n;
+  if (story.outcome == Outcome::success) ++success;
+  if (story.outcome == Outcome::unknown_failure) ++unknown;
+  if (story.outcome == Outcome::known_failure) ++violated[static_cast<std::size_t>(story.violated)];
 }
 
 double OutcomeCounts::rate() const {

@@ -16,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "analysis/quantiles.h"
 #include "analysis/score.h"
 #include "analysis/stories.h"
 
@@ -32,16 +33,11 @@ struct EventTreeRules {
 struct OutcomeCounts {
   std::uint64_t n = 0, success = 0, unknown = 0;
   std::vector<std::uint64_t> violated;  // by requirement
-  double rate() const;                  // of success; NaN: none
-  Interval interval() const;            // 95 %, Clopper-Pearson
+  explicit OutcomeCounts(std::size_t requirements = 0) : violated(requirements) {}
+  void add(const Story& story);
+  double rate() const;        // of success; NaN: none
+  Interval interval() const;  // 95 %, Clopper-Pearson
 };
-
-/// Of a number over the traces of a branch: 5 %, 50 % and 95 % quantiles; NaN: it has none.
-struct Quantiles {
-  double low, median, high;
-};
-
-Quantiles quantiles(std::vector<double> x);
 
 /// What a part does next: touches something, or nothing until the natural end of its trace.
 struct EventBranch {

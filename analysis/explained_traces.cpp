@@ -6,6 +6,13 @@
 #include "archive/schema/kept.h"
 
 namespace graze {
+namespace {
+
+/// A margin is infinite where its window was never reached: that says nothing about how near a violation was. Nor does
+/// one that was kept until another violation cut the trace short: who falls early strikes little.
+double judged(double margin) { return std::isfinite(margin) ? margin : std::nan(""); }
+
+}  // namespace
 
 std::vector<ExplainedTrace> explained_traces(const Archive& archive, const std::string& policy,
                                              const Freedoms& freedoms, std::uint64_t end) {
@@ -19,8 +26,10 @@ std::vector<ExplainedTrace> explained_traces(const Archive& archive, const std::
       one.violated = rows.violated(i);
       one.end_time = std::isfinite(rows.end_time(i)) ? rows.end_time(i) : 0;  // a forged one
       one.cut = cut_short(one.outcome, one.end_time, archive.info());
-      one.objective_margin = rows.objective_margin(i);
-      one.margins.assign(rows.margins(i).begin(), rows.margins(i).end());
+      one.objective_margin = one.cut ? std::nan("") : judged(rows.objective_margin(i));
+      for (const double margin : rows.margins(i)) {
+        one.margins.push_back(one.cut && margin >= 0 ? std::nan("") : judged(margin));
+      }
       one.first_violations.assign(rows.first_violations(i).begin(), rows.first_violations(i).end());
       one.freedoms.resize(freedoms.names().size());
       freedoms.read(rows.final_q(i), one.freedoms);

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "analysis/scatter.h"
+#include "analysis/freedoms.h"
 #include "analysis/survival.h"
 #include "archive/archive.h"
 
@@ -15,11 +15,13 @@ struct ExplainedTrace {
   std::uint32_t particle = 0;
   Outcome outcome = Outcome::invalid;
   int violated = -1;
-  bool cut = false;     // a violation ended it before its time
-  double end_time = 0;  // s
-  double objective_margin = 0;
-  std::vector<double> margins, first_violations;  // [requirement]; NaN: none
-  std::vector<double> freedoms;                   // final state, as Freedoms::read()
+  bool cut = false;             // a violation ended it before its time
+  double end_time = 0;          // s
+  double objective_margin = 0;  // NaN: not judged, the trace was cut short
+  std::vector<double> margins;  // [requirement]; NaN: not judged: kept until another violation cut the trace short, or
+                                // its window was never reached
+  std::vector<double> first_violations;  // [requirement], s; NaN: none
+  std::vector<double> freedoms;          // final state, as Freedoms::read()
   bool valid() const { return outcome != Outcome::invalid; }
 };
 

@@ -83,7 +83,7 @@ bool varies(const std::vector<ExplainedTrace>& traces, const std::function<doubl
 
 std::vector<CauseTarget> targets_of(const CampaignInfo& info, const std::vector<ExplainedTrace>& traces,
                                     const ParticleRows& rows, const std::vector<int>& side,
-                                    const std::string& side_name, bool two_sides) {
+                                    const std::string& side_name) {
   Targets targets(traces, rows);
   const auto add_if = [&](const std::string& name, const std::function<double(const ExplainedTrace&)>& value) {
     if (varies(traces, value)) targets.add(name, [&](std::size_t i) { return value(traces[i]); });
@@ -99,9 +99,7 @@ std::vector<CauseTarget> targets_of(const CampaignInfo& info, const std::vector<
   const auto unknown = std::count_if(traces.begin(), traces.end(), unmet);
   if (static_cast<std::size_t>(unknown) >= kLeastOfAClass) add_if("failure: objective unmet", unmet);
   if (!side.empty()) {
-    targets.add(side_name, [&](std::size_t i) {
-      return side[i] < 0 ? kNaN : two_sides ? std::min(side[i], 1) + 0.0 : side[i] + 0.0;
-    });
+    targets.add(side_name, [&](std::size_t i) { return side[i] < 0 ? kNaN : static_cast<double>(side[i]); });
   }
   for (std::size_t r = 0; r < info.requirements.size(); ++r) {
     add_if("margin: " + info.requirements[r].name, [r](const ExplainedTrace& t) { return t.margins[r]; });
@@ -296,8 +294,7 @@ PolicyExplanation explain_policy(const Archive& archive, const std::string& poli
   out.all = scatter_of(traces, freedoms, test, [](const ExplainedTrace& trace) { return trace.valid(); });
   const std::vector<int> side = sides_of(traces, out);
   if (table.rows() > 0) {
-    const bool two = out.modes.size() == 2;
-    out.causes = find_causes(table, targets_of(info, traces, rows, side, side_name_of(out.ended), two));
+    out.causes = find_causes(table, targets_of(info, traces, rows, side, side_name_of(out.ended)));
   }
   for (const Causes& causes : out.causes) out.verdicts.push_back(verdict_text(causes, table));
   find_growth(archive, traces, freedoms, out);

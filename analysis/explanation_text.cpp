@@ -99,7 +99,9 @@ std::string causes_text(const PolicyExplanation& policy, const ParticleTable& ta
   std::vector<std::string> notes;
   for (const Causes& causes : policy.causes) {
     for (const std::string& note : causes.notes) {
-      const bool told = note.rfind("not tested", 0) == 0 || std::find(notes.begin(), notes.end(), note) != notes.end();
+      // Shares are in the JSON and the tables alone.
+      const bool told = note.starts_with("not tested") || note.starts_with("no shares") ||
+                        std::find(notes.begin(), notes.end(), note) != notes.end();
       if (!told) notes.push_back(note);
     }
   }
@@ -178,11 +180,13 @@ std::string margins_text(const PolicyExplanation& policy) {
 }
 
 std::string sizes_text(const PolicyExplanation& policy) {
-  std::string out = "were the rate what was seen: ";
+  std::vector<std::string> widths;
   for (std::size_t k = 0; k < policy.sizes.size(); ++k) {
-    out += fmt::format("{}± {} takes {}", k > 0 ? ", " : "", kHalfWidths[k], policy.sizes[k]);
+    const std::uint64_t n = policy.sizes[k];  // 0: no traces, or more than anybody simulates
+    if (n > 0) widths.push_back(fmt::format("± {} takes {}", kHalfWidths[k], n));
   }
-  out += " particles";
+  if (widths.empty()) return "";
+  std::string out = fmt::format("were the rate what was seen: {} particles", fmt::join(widths, ", "));
   for (const DecisionSize& one : policy.decisions) {
     if (one.fixed <= policy.n && one.fixed > 0) continue;  // known already
     if (one.fixed == 0) continue;
@@ -228,7 +232,8 @@ std::string format_explanation(const Explanation& all) {
     out += "  Final states\n" + modes_text(policy) + growth_text(policy.growth);
     out += "  Survival\n" + survival_text(policy);
     out += "  Margins\n" + margins_text(policy);
-    out += "  How many particles\n" + sizes_text(policy);
+    const std::string sizes = sizes_text(policy);
+    if (!sizes.empty()) out += "  How many particles\n" + sizes;
   }
   return printable_lines(out + pairs_text(all));
 }

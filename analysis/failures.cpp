@@ -112,12 +112,13 @@ std::vector<Failure> WaysToFail::firsts(const Archive& archive, const std::strin
 std::string format_failures(const std::vector<Failure>& failures, const std::string& archive, const std::string& list,
                             std::size_t most) {
   if (failures.empty()) return "";
+  // How many went this way, then the one that stands for them: the others may have another culprit.
   std::vector<std::vector<std::string>> rows = {
-      {"policy", "outcome", "what", "culprit", "traces", "particle", "time", "margin", "replay"}};
+      {"policy", "outcome", "what", "traces", "particle", "its culprit", "time", "margin", "replay"}};
   for (const Failure& failure : failures) {
     if (rows.size() > most) break;
     rows.push_back({failure.policy, std::string(outcome_name(failure.outcome)), shortened(failure.what),
-                    shortened(failure.culprit), std::to_string(failure.alike), std::to_string(failure.particle),
+                    std::to_string(failure.alike), std::to_string(failure.particle), shortened(failure.culprit),
                     number(failure.time, " s"), margin_text(failure),
                     replay_command(archive, failure.policy, failure.particle)});
   }

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "analysis/proportions.h"
+#include "analysis/quantiles.h"
 #include "analysis/sequential.h"
 #include "analysis/significance.h"
 
@@ -49,9 +50,9 @@ RateStatistics rate_statistics(const Score& score) {
     const auto n = static_cast<double>(policy.n);
     one.worst = policy.n > 0 ? static_cast<double>(policy.success) / n : kNaN;
     one.best = policy.n > 0 ? static_cast<double>(policy.success + policy.unknown) / n : kNaN;
-    one.worst_interval = clopper_pearson(policy.success, policy.n);
-    one.best_interval = clopper_pearson(policy.success + policy.unknown, policy.n);
-    one.simultaneous = clopper_pearson(policy.success, policy.n, each);
+    one.worst_interval = score.interval(policy.success, policy.n);
+    one.best_interval = score.interval(policy.success + policy.unknown, policy.n);
+    one.simultaneous = score.interval(policy.success, policy.n, each);
   }
   std::vector<double> p_values;
   for (const PairedComparison& pair : score.pairs) p_values.push_back(pair.n > 0 ? pair.p_value : kNaN);
@@ -80,16 +81,7 @@ MarginSummary summarise_margins(const std::vector<double>& margins, const std::v
   std::sort(sorted.begin(), sorted.end());
   out.n = sorted.size();
   out.interval = clopper_pearson(out.below, out.n);
-  for (const double p : kMarginQuantiles) {
-    const double place = p * (static_cast<double>(sorted.size()) - 1);
-    const auto low = static_cast<std::size_t>(std::max(0.0, place));
-    const std::size_t high = std::min(low + 1, sorted.empty() ? 0 : sorted.size() - 1);
-    // Not interpolated where both are equal: infinite margins have no difference.
-    const bool flat = sorted.empty() || sorted[low] == sorted[high];
-    out.quantiles.push_back(sorted.empty() ? kNaN
-                            : flat         ? sorted[low]
-                                   : sorted[low] + (place - static_cast<double>(low)) * (sorted[high] - sorted[low]));
-  }
+  for (const double p : kMarginQuantiles) out.quantiles.push_back(quantile(sorted, p));
   return out;
 }
 

@@ -16,7 +16,7 @@ struct RateBounds {
   std::string policy;
   std::uint64_t n = 0, success = 0, unknown = 0;
   double worst = 0, best = 0;              // success / n, (success + unknown) / n; NaN if n = 0
-  Interval worst_interval, best_interval;  // each 95 %, Clopper-Pearson
+  Interval worst_interval, best_interval;  // each 95 %, Score::interval()
   Interval simultaneous;  // of `worst`: all policies' together hold at 95 % (Bonferroni: it asks for no independence)
 };
 

@@ -21,6 +21,7 @@ std::vector<double> edges_of(std::vector<double> values) {
     low -= least;
     high += least;
   }
+  if (!std::isfinite(high - low)) return {low, 0, high};  // forged: no bins of one width span it
   const double width = (high - low) / kBins;
   const bool zero = low < 0 && high > 0;
   const double start = zero ? -std::ceil(-low / width) * width : low;

@@ -8,6 +8,7 @@
 #include <map>
 #include <numeric>
 
+#include "analysis/quantiles.h"
 #include "analysis/significance.h"
 
 namespace graze {
@@ -16,14 +17,6 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kLevel = 0.05;
 constexpr std::size_t kLeastTraces = 10, kMostModes = 4, kLeastOfMode = 2;
-const double kPi = std::acos(-1.0);
-
-double quantile(std::span<const double> sorted, double p) {
-  const double place = p * static_cast<double>(sorted.size() - 1);
-  const auto low = static_cast<std::size_t>(place);
-  const std::size_t high = std::min(low + 1, sorted.size() - 1);
-  return sorted[low] + (place - static_cast<double>(low)) * (sorted[high] - sorted[low]);
-}
 
 Mode mode_of(std::span<const double> values) {
   const auto n = static_cast<double>(values.size());
@@ -152,64 +145,6 @@ std::string mode_text(const Mode& mode, const std::string& unit) {
 }
 
 }  // namespace
-
-Freedoms::Freedoms(const std::vector<std::string>& q_names) {
-  std::map<std::string, int> column;
-  for (std::size_t i = 0; i < q_names.size(); ++i) column[q_names[i]] = static_cast<int>(i);
-  const auto ends_in = [](const std::string& name, const char* end) {
-    return name.size() > 3 && name.compare(name.size() - 3, 3, end) == 0;
-  };
-  for (std::size_t i = 0; i < q_names.size(); ++i) {
-    const std::string& name = q_names[i];
-    const std::string body = name.substr(0, name.rfind('.'));
-    const bool floats = name.find('.') != std::string::npos && column.count(body + ".qw") > 0;
-    if (floats && (ends_in(name, ".qx") || ends_in(name, ".qy") || ends_in(name, ".qz"))) continue;
-    if (!floats || !ends_in(name, ".qw")) {
-      Part& part = parts_.emplace_back();
-      part.column = static_cast<int>(i);
-      names_.push_back(name);
-      units_.push_back(floats ? "m" : "");
-      continue;
-    }
-    constexpr const char* kAngles[] = {".roll", ".pitch", ".yaw"};
-    for (int angle = 0; angle < 3; ++angle) {
-      const auto of = [&](const char* what) { return column.count(body + what) > 0 ? column[body + what] : -1; };
-      parts_.push_back({-1, of(".qw"), of(".qx"), of(".qy"), of(".qz"), angle});
-      names_.push_back(body + kAngles[angle]);
-      units_.push_back("rad");
-    }
-  }
-}
-
-void Freedoms::read(std::span<const double> q, std::span<double> out) const {
-  const auto at = [&](int column) { return column < 0 ? 0.0 : q[static_cast<std::size_t>(column)]; };
-  for (std::size_t k = 0; k < parts_.size(); ++k) {
-    const Part& part = parts_[k];
-    const double w = at(part.w), x = at(part.x), y = at(part.y), z = at(part.z);
-    if (part.column >= 0) {
-      out[k] = at(part.column);
-    } else if (part.angle == 0) {
-      out[k] = std::atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y));
-    } else if (part.angle == 1) {
-      out[k] = std::asin(std::clamp(2 * (w * y - z * x), -1.0, 1.0));
-    } else {
-      out[k] = std::atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z));
-    }
-  }
-}
-
-void Freedoms::unwrap(std::vector<std::vector<double>>& columns) const {
-  for (std::size_t k = 0; k < parts_.size(); ++k) {
-    if (parts_[k].column >= 0) continue;
-    double sine = 0, cosine = 0;
-    for (const double angle : columns[k]) {
-      sine += std::sin(angle);
-      cosine += std::cos(angle);
-    }
-    const double mean = std::atan2(sine, cosine);
-    for (double& angle : columns[k]) angle = mean + std::remainder(angle - mean, 2 * kPi);
-  }
-}
 
 double deviation_of(std::span<const double> values) { return values.empty() ? 0 : mode_of(values).deviation; }
 

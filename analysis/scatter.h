@@ -11,28 +11,6 @@
 
 namespace graze {
 
-/// Degrees of freedom of a state, from the columns of q: of each floating body x, y, z and roll, pitch, yaw (rad; R =
-/// Rz(yaw) Ry(pitch) Rx(roll)) in place of its quaternion; joints as they are.
-class Freedoms {
- public:
-  explicit Freedoms(const std::vector<std::string>& q_names);
-  const std::vector<std::string>& names() const { return names_; }
-  const std::vector<std::string>& units() const { return units_; }  // m, rad; of joints: empty
-  /// out: [freedom].
-  void read(std::span<const double> q, std::span<double> out) const;
-  /// Angles about full turns: puts those of each such column within half a turn of their mean direction.
-  void unwrap(std::vector<std::vector<double>>& columns) const;
-
- private:
-  struct Part {
-    int column = -1;                     // of q; or
-    int w = -1, x = -1, y = -1, z = -1;  // of the quaternion
-    int angle = 0;                       // 0 roll, 1 pitch, 2 yaw
-  };
-  std::vector<Part> parts_;
-  std::vector<std::string> names_, units_;
-};
-
 struct Mode {
   std::size_t traces = 0;
   double mean = 0, deviation = 0;

@@ -78,7 +78,6 @@ PolicyScore score_policy(const Archive& archive, const std::string& policy, Ends
   out.n = out.success + out.known + out.unknown;
   out.rate = out.n > 0 ? static_cast<double>(out.success) / static_cast<double>(out.n)
                        : std::numeric_limits<double>::quiet_NaN();
-  out.interval = clopper_pearson(out.success, out.n);
   for (PolicyScore::Kept& kept : out.kept) kept.interval = clopper_pearson(kept.all, out.n);
   return out;
 }
@@ -104,11 +103,11 @@ PairedComparison compare(const std::string& name_a, const Ends& a, const std::st
 /// questions.
 void answer_questions(const CampaignInfo& info, Score& out) {
   const std::vector<Question> questions = questions_of(info);
-  const double mass = mixture_mass(questions);
+  const double mass = out.mixture_mass = mixture_mass(questions);
   out.stopped_by_question = !questions.empty();
   out.confidence = info.until.confidence;
   for (PolicyScore& policy : out.policies) {
-    if (out.stopped_by_question) policy.interval = confidence_sequence(policy.success, policy.n, 0.95, mass);
+    policy.interval = out.interval(policy.success, policy.n);
     if (!out.complete) continue;  // what is there is not the first particles
     const Interval interval = confidence_sequence(policy.success, policy.n, out.confidence, mass);
     for (const Question& question : questions) {
@@ -127,6 +126,10 @@ std::string failures_command(const std::string& archive, const std::vector<std::
 
 }  // namespace
 
+Interval Score::interval(std::uint64_t k, std::uint64_t n, double level) const {
+  return stopped_by_question ? confidence_sequence(k, n, level, mixture_mass) : clopper_pearson(k, n, level);
+}
+
 Score score(const Archive& archive, const std::string& name, const std::vector<std::string>& chosen) {
   const CampaignInfo& info = archive.info();
   Score out;
@@ -142,9 +145,6 @@ Score score(const Archive& archive, const std::string& name, const std::vector<s
   for (std::size_t i = 0; i < policies.size(); ++i) {
     out.policies.push_back(score_policy(archive, policies[i], policies.size() > 1 ? &ends[i] : nullptr, out.failures));
   }
-  // What the description says is no proof: shards may have been lost since.
-  const std::uint64_t particles = info.part.count(info.particles);
-  for (const PolicyScore& policy : out.policies) out.complete &= policy.n + policy.invalid == particles;
   answer_questions(info, out);
   out.archive = name.empty() ? archive.path().string() : name;
   out.failures_command =

@@ -63,11 +63,14 @@ struct Score {
   ParticleRange part;                // if it is one of several parts of a campaign
   std::uint64_t particles = 0;       // of the campaign; with --until those that it stopped at
   bool stopped_by_question = false;  // --until chose the number of particles: intervals are of the confidence sequence
+  double mixture_mass = 0;           // of the confidence sequence
   double confidence = 0.95;          // of the answers
   std::vector<Answer> answers;       // of a complete campaign with --until
   std::string archive;               // as replay commands name it
   std::string failures_command;      // that lists every failure of these policies
   std::vector<Failure> failures;     // the first of each kind
+  /// Of a rate of k among n traces of a policy: Clopper-Pearson, or the confidence sequence where --until chose n.
+  Interval interval(std::uint64_t k, std::uint64_t n, double level = 0.95) const;
 };
 
 /// `name`: the archive as replay commands shall name it; empty: its path. `policies`: those of the archive's that it is

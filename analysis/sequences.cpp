@@ -1,30 +1,23 @@
 #include "analysis/sequences.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <set>
 
+#include "engine/settings/settings.h"
+
 namespace graze {
 namespace {
+
+constexpr double kMostCycles = 10000;
 
 std::vector<std::uint32_t> words_of(const Story& story) {
   std::vector<std::uint32_t> out;
   out.reserve(story.tokens.size());
   for (const Token& token : story.tokens) out.push_back(token.word);
-  return out;
-}
-
-void count(const Story& story, OutcomeCounts& out) {
-  ++out.n;
-  if (story.outcome == Outcome::success) ++out.success;
-  if (story.outcome == Outcome::unknown_failure) ++out.unknown;
-  if (story.outcome == Outcome::known_failure) ++out.violated[static_cast<std::size_t>(story.violated)];
-}
-
-OutcomeCounts none(std::size_t requirements) {
-  OutcomeCounts out;
-  out.violated.assign(requirements, 0);
   return out;
 }
 
@@ -56,9 +49,10 @@ std::vector<SequenceCount> count_sequences(const Stories& stories, std::size_t r
   std::map<std::vector<std::uint32_t>, SequenceCount> by_words;
   for (std::size_t i = 0; i < stories.size(); ++i) {
     const Story story = stories[i];
-    const auto [entry, fresh] = by_words.try_emplace(words_of(story), SequenceCount{{}, none(requirements), 0});
+    const auto [entry, fresh] =
+        by_words.try_emplace(words_of(story), SequenceCount{{}, OutcomeCounts(requirements), 0});
     if (fresh) entry->second.example = story.particle;
-    count(story, entry->second.outcomes);
+    entry->second.outcomes.add(story);
   }
   std::vector<SequenceCount> out;
   for (auto& [words, one] : by_words) {
@@ -70,30 +64,39 @@ std::vector<SequenceCount> count_sequences(const Stories& stories, std::size_t r
 }
 
 std::vector<CycleCount> count_cycles(const Stories& stories, double cycle, double end) {
-  std::vector<CycleCount> out;
-  const double offset = quiet_offset(stories, cycle);
-  for (double from = offset; from + cycle <= end * (1 + 1e-9); from += cycle) {
-    if (from < -1e-9) continue;
-    CycleCount one;
-    one.from = from;
-    one.to = from + cycle;
-    std::map<std::vector<std::uint32_t>, std::uint64_t> sequences;
-    for (std::size_t i = 0; i < stories.size(); ++i) {
-      const Story story = stories[i];
-      if (story.end_time < one.to - 1e-9) continue;
-      std::vector<std::uint32_t> words;
-      for (const Token& token : story.tokens) {
-        if (token.begin >= one.from && token.begin < one.to) words.push_back(token.word);
-      }
-      ++sequences[words];
-      ++one.n;
-    }
-    one.distinct = sequences.size();
-    for (const auto& [words, n] : sequences) {
-      if (n > one.alike) one.alike = n, one.words = words;
-    }
-    if (one.n > 0) out.push_back(std::move(one));
+  if (end / cycle > kMostCycles) {
+    throw InputError(fmt::format("--cycle {:g} s: {:.3g} cycles until {:g} s; at most {} can be told", cycle,
+                                 end / cycle, end, kMostCycles));
   }
+  // The first cycle may begin before 0 by no more than rounding.
+  const double offset = quiet_offset(stories, cycle), first = offset < -1e-9 ? offset + cycle : offset;
+  const auto last = std::floor((end * (1 + 1e-9) - first) / cycle);
+  std::vector<CycleCount> out(last > 0 ? static_cast<std::size_t>(last) : 0);
+  for (std::size_t k = 0; k < out.size(); ++k) {
+    out[k].from = first + static_cast<double>(k) * cycle;
+    out[k].to = first + static_cast<double>(k + 1) * cycle;
+  }
+  std::vector<std::map<std::vector<std::uint32_t>, std::uint64_t>> sequences(out.size());
+  std::vector<std::vector<std::uint32_t>> words(out.size());
+  for (std::size_t i = 0; i < stories.size(); ++i) {
+    const Story story = stories[i];
+    for (auto& of_cycle : words) of_cycle.clear();
+    for (const Token& token : story.tokens) {
+      const double place = std::floor((static_cast<double>(token.begin) - first) / cycle);
+      if (place >= 0 && place < last) words[static_cast<std::size_t>(place)].push_back(token.word);
+    }
+    for (std::size_t k = 0; k < out.size() && story.end_time >= out[k].to - 1e-9; ++k) {
+      ++sequences[k][words[k]];
+      ++out[k].n;
+    }
+  }
+  for (std::size_t k = 0; k < out.size(); ++k) {
+    out[k].distinct = sequences[k].size();
+    for (const auto& [of_cycle, n] : sequences[k]) {
+      if (n > out[k].alike) out[k].alike = n, out[k].words = of_cycle;
+    }
+  }
+  std::erase_if(out, [](const CycleCount& one) { return one.n == 0; });
   return out;
 }
 
@@ -112,10 +115,10 @@ std::vector<Novelty> novelties(const Stories& stories, std::size_t requirements,
 
   std::map<std::pair<int, std::uint32_t>, Novelty> found;
   const auto note = [&](Novelty::Kind kind, std::uint32_t word, double time, const Story& story) {
-    const auto [entry, fresh] = found.try_emplace({static_cast<int>(kind), word},
-                                                  Novelty{kind, word, none(requirements), time, story.particle});
+    const auto [entry, fresh] = found.try_emplace(
+        {static_cast<int>(kind), word}, Novelty{kind, word, OutcomeCounts(requirements), time, story.particle});
     Novelty& one = entry->second;
-    count(story, one.outcomes);
+    one.outcomes.add(story);
     if (time < one.first) one.first = time, one.example = story.particle;
   };
   for (std::size_t i = 0; i < stories.size(); ++i) {

@@ -5,6 +5,8 @@
 #include <map>
 #include <numbers>
 
+#include "analysis/freedoms.h"
+
 namespace graze {
 namespace {
 
@@ -27,14 +29,13 @@ Raw raw_of(const TraceRows& rows, std::size_t i) {
   return out;
 }
 
-bool ends_with_quaternion(const std::string& name) { return name.ends_with(".qw"); }
-
 class Columns {
  public:
-  Columns(const CampaignInfo& info, const std::map<std::uint32_t, Raw>& traces) : info_(info), traces_(traces) {}
+  Columns(const CampaignInfo& info, const Freedoms& freedoms, const std::map<std::uint32_t, Raw>& traces)
+      : info_(info), freedoms_(freedoms), traces_(traces) {}
 
   std::vector<TraceFeature> take() {
-    add_positions();
+    add_freedoms();
     add_margins();
     add_contacts();
     return std::move(out_);
@@ -46,17 +47,13 @@ class Columns {
     out_.push_back(std::move(feature));
   }
 
-  void add_positions() {
-    for (std::size_t i = 0; i < info_.q_names.size(); ++i) {
-      const std::string& name = info_.q_names[i];
-      if (ends_with_quaternion(name)) {
-        const std::string body = name.substr(0, name.size() - 2);
-        for (const char* angle : {"roll", "pitch", "yaw"}) add(TraceFeature::Kind::angle, body + angle, "rad");
-        i += 3;
-      } else {
-        const bool place = name.ends_with(".x") || name.ends_with(".y") || name.ends_with(".z");
-        add(place ? TraceFeature::Kind::position : TraceFeature::Kind::joint, name, place ? "m" : "");
-      }
+  void add_freedoms() {
+    for (std::size_t i = 0; i < freedoms_.size(); ++i) {
+      const std::string& unit = freedoms_.units()[i];
+      add(unit == "m"     ? TraceFeature::Kind::position
+          : unit == "rad" ? TraceFeature::Kind::angle
+                          : TraceFeature::Kind::joint,
+          freedoms_.names()[i], unit);
     }
   }
 
@@ -84,21 +81,15 @@ class Columns {
   }
 
   const CampaignInfo& info_;
+  const Freedoms& freedoms_;
   const std::map<std::uint32_t, Raw>& traces_;
   std::vector<TraceFeature> out_;
 };
 
-void append_row(const Raw& raw, const CampaignInfo& info, const std::vector<TraceFeature>& columns,
+void append_row(const Raw& raw, const Freedoms& freedoms, const std::vector<TraceFeature>& columns,
                 std::vector<double>& out) {
-  for (std::size_t i = 0; i < info.q_names.size(); ++i) {
-    if (ends_with_quaternion(info.q_names[i])) {
-      const std::vector<double> angles = roll_pitch_yaw(raw.q[i], raw.q[i + 1], raw.q[i + 2], raw.q[i + 3]);
-      out.insert(out.end(), angles.begin(), angles.end());
-      i += 3;
-    } else {
-      out.push_back(raw.q[i]);
-    }
-  }
+  out.resize(out.size() + freedoms.size());
+  freedoms.read(raw.q, std::span(out).last(freedoms.size()));
   for (const TraceFeature& column : columns) {
     if (column.kind == TraceFeature::Kind::margin) out.push_back(raw.margins[column.requirement]);
     if (column.kind != TraceFeature::Kind::contact) continue;
@@ -107,13 +98,19 @@ void append_row(const Raw& raw, const CampaignInfo& info, const std::vector<Trac
   }
 }
 
-}  // namespace
-
-std::vector<double> roll_pitch_yaw(double w, double x, double y, double z) {
-  return {std::atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)),
-          std::asin(std::clamp(2 * (w * y - z * x), -1.0, 1.0)),
-          std::atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))};
+/// A heading of 179 degrees is no other kind of end than one of -179.
+void unwrap_angles(const Freedoms& freedoms, TraceFeatures& out) {
+  std::vector<std::vector<double>> columns(freedoms.size());
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    for (std::size_t row = 0; row < out.rows(); ++row) columns[c].push_back(out(row, c));
+  }
+  freedoms.unwrap(columns);
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    for (std::size_t row = 0; row < out.rows(); ++row) out.values[row * out.columns.size() + c] = columns[c][row];
+  }
 }
+
+}  // namespace
 
 TraceFeatures trace_features(const Archive& archive, const std::string& policy, std::size_t most) {
   TraceFeatures out;
@@ -134,12 +131,14 @@ TraceFeatures trace_features(const Archive& archive, const std::string& policy, 
         return outcome == Outcome::success || outcome == Outcome::unknown_failure;
       });
   successes.merge(failures);
-  out.columns = Columns(archive.info(), successes).take();
+  const Freedoms freedoms(archive.info().q_names);
+  out.columns = Columns(archive.info(), freedoms, successes).take();
   for (const auto& [particle, raw] : successes) {
     out.particle.push_back(particle);
     out.success.push_back(raw.success);
-    append_row(raw, archive.info(), out.columns, out.values);
+    append_row(raw, freedoms, out.columns, out.values);
   }
+  unwrap_angles(freedoms, out);
   return out;
 }
 

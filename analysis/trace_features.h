@@ -33,7 +33,4 @@ struct TraceFeatures {
 /// Of successes and unknown failures; no more than `most` of each, those of the lowest particles.
 TraceFeatures trace_features(const Archive& archive, const std::string& policy, std::size_t most);
 
-/// roll, pitch, yaw (rad) of a unit quaternion w, x, y, z.
-std::vector<double> roll_pitch_yaw(double w, double x, double y, double z);
-
 }  // namespace graze

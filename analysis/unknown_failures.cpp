@@ -8,6 +8,7 @@
 #include <limits>
 #include <numeric>
 
+#include "analysis/quantiles.h"
 #include "analysis/trace_features.h"
 
 namespace graze {
@@ -19,13 +20,6 @@ constexpr double kDivided = 0.25;  // mean silhouette from which on there are se
 constexpr double kFar = 5;         // robust standard deviations: farther is as far
 
 using Rows = std::vector<std::size_t>;
-
-double median(std::vector<double> x) {
-  if (x.empty()) return std::nan("");
-  const auto middle = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
-  std::nth_element(x.begin(), middle, x.end());
-  return *middle;
-}
 
 /// 1.4826 times the median deviation from the median: the standard deviation, of a normal distribution; where half of
 /// the values are equal, the standard deviation.
@@ -169,15 +163,25 @@ class Proposals {
     for (const std::size_t row : successes) (features.particle[row] % 2 == 0 ? fine_ : fine_odd_).push_back(row);
   }
 
+  /// Whether there are enough traces to choose a requirement on and to try it: from fewer nothing is to be learned.
+  bool possible() const {
+    constexpr std::size_t kFewest = 5;
+    return std::min({kind_.size(), kind_odd_.size(), fine_.size(), fine_odd_.size()}) >= kFewest;
+  }
+
+  /// The three that do best on even particles, in the order of what they do on odd ones, which is what is told.
   std::vector<ProposedWitness> take() {
-    constexpr std::size_t kFewest = 5;  // from fewer of either nothing is to be learned
-    if (std::min({kind_.size(), kind_odd_.size(), fine_.size(), fine_odd_.size()}) < kFewest) return {};
     for (std::size_t c = 0; c < features_.columns.size(); ++c) propose(c);
     std::stable_sort(found_.begin(), found_.end(), [](const auto& x, const auto& y) { return x.first > y.first; });
     std::vector<ProposedWitness> out;
     for (auto& [score, witness] : found_) {
       if (out.size() < 3) out.push_back(std::move(witness));
     }
+    const auto net = [](const ProposedWitness& one) {
+      return static_cast<double>(one.caught) / static_cast<double>(one.of) -
+             static_cast<double>(one.alarms) / static_cast<double>(one.successes);
+    };
+    std::stable_sort(out.begin(), out.end(), [&](const auto& x, const auto& y) { return net(x) > net(y); });
     return out;
   }
 
@@ -212,8 +216,10 @@ class Proposals {
   std::string at_end(const TraceFeature& f, const char* side, double t) const {
     const std::string axis = f.name.substr(5), link = info_.links.front();
     const std::string bound = fmt::format("{}: {:.4g} m", side, t);
-    return axis == "z" ? fmt::format("height: {{link: {}, {}}}, from: {:g} s", link, bound, info_.end)
-                       : fmt::format("position: {{link: {}, {}: {{{}}}}}, from: {:g} s", link, axis, bound, info_.end);
+    // The last step alone, at which the feature was taken.
+    const std::string window = fmt::format("window: [{:.10g} s, {:.10g} s]", info_.end - info_.step, info_.end);
+    return axis == "z" ? fmt::format("height: {{link: {}, {}}}, {}", link, bound, window)
+                       : fmt::format("position: {{link: {}, {}: {{{}}}}}, {}", link, axis, bound, window);
   }
 
   double share(const Rows& rows, std::size_t c, double t, int side) const {
@@ -303,7 +309,9 @@ UnknownFailures unknown_failures(const Archive& archive, const std::string& poli
     one.traces = rows.size();
     one.typical = features.particle[failures[best.medoids[kind]]];
     one.traits = traits_of(features, rows, successes.empty() ? failures : successes);
-    if (!successes.empty()) one.witnesses = Proposals(features, rows, successes, archive.info()).take();
+    Proposals proposals(features, rows, successes, archive.info());
+    one.tried = proposals.possible();
+    if (one.tried) one.witnesses = proposals.take();
     out.kinds.push_back(std::move(one));
   }
   std::stable_sort(out.kinds.begin(), out.kinds.end(),

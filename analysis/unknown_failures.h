@@ -29,6 +29,7 @@ struct FailureKind {
   std::uint32_t typical = 0;               // particle: of the trace nearest to all others of its kind
   std::vector<std::uint32_t> particles;    // by particle
   std::vector<Trait> traits;               // the most telling first
+  bool tried = false;                      // there were enough traces of it and of successes to look for a requirement
   std::vector<ProposedWitness> witnesses;  // the best first; empty: none catches more than half of it with fewer alarms
 };
 
@@ -43,7 +44,8 @@ struct UnknownFailures {
 /// kinds (at most six) as give the largest mean silhouette (Rousseeuw 1987), one unless that exceeds 0.25.
 UnknownFailures unknown_failures(const Archive& archive, const std::string& policy);
 
-std::string format_unknown_failures(const std::vector<UnknownFailures>& all, const std::string& archive);
-std::string unknown_failures_json(const std::vector<UnknownFailures>& all, const std::string& archive);
+/// `complete`: whether the campaign is; if not, that is told first.
+std::string format_unknown_failures(const std::vector<UnknownFailures>& all, const std::string& archive, bool complete);
+std::string unknown_failures_json(const std::vector<UnknownFailures>& all, const std::string& archive, bool complete);
 
 }  // namespace graze

@@ -19,13 +19,14 @@ std::string trait_text(const Trait& trait) {
 
 std::string kind_text(const FailureKind& kind, std::size_t number, const std::string& policy,
                       const std::string& archive, bool successes) {
-  std::string out = fmt::format("  kind {}: {} traces; typical: {}\n", number, kind.traces,
-                                replay_command(archive, policy, kind.typical));
+  std::string out = fmt::format("  kind {}: {} trace{}; typical: {}\n", number, kind.traces,
+                                kind.traces == 1 ? "" : "s", replay_command(archive, policy, kind.typical));
   if (kind.traits.empty()) return out;
   out += fmt::format("    medians, those of the {} in brackets:", successes ? "successes" : "unknown failures");
   for (std::size_t i = 0; i < kind.traits.size(); ++i) out += (i > 0 ? "; " : " ") + trait_text(kind.traits[i]);
   out += "\n";
   if (!successes) return out;
+  if (!kind.tried) return out + "    too few traces to choose a requirement on and to try it\n";
   if (kind.witnesses.empty()) return out + "    no simple requirement tells it from the successes\n";
   out += "    would have caught it (chosen on even particles, tried on odd ones):\n";
   for (const ProposedWitness& one : kind.witnesses) {
@@ -37,14 +38,16 @@ std::string kind_text(const FailureKind& kind, std::size_t number, const std::st
 
 }  // namespace
 
-std::string format_unknown_failures(const std::vector<UnknownFailures>& all, const std::string& archive) {
-  std::string out;
+std::string format_unknown_failures(const std::vector<UnknownFailures>& all, const std::string& archive,
+                                    bool complete) {
+  std::string out = complete ? "" : "INCOMPLETE: of the traces that are there.\n";
   for (const UnknownFailures& one : all) {
-    out += fmt::format("{}{}: {} unknown failures", out.empty() ? "" : "\n", one.policy, one.traces);
+    out += fmt::format("{}{}: {} unknown failure{}", out.empty() ? "" : "\n", one.policy, one.traces,
+                       one.traces == 1 ? "" : "s");
     if (one.looked_at < one.traces) out += fmt::format(", of which the first {} are looked at", one.looked_at);
     if (one.kinds.size() > 1) {
       out += fmt::format(", {} kinds (silhouette {:.2f})", one.kinds.size(), one.silhouette);
-    } else if (!one.kinds.empty()) {
+    } else if (one.traces > 1) {
       out += ", all of one kind";
     }
     out += "\n";
@@ -55,8 +58,8 @@ std::string format_unknown_failures(const std::vector<UnknownFailures>& all, con
   return out;
 }
 
-std::string unknown_failures_json(const std::vector<UnknownFailures>& all, const std::string& archive) {
-  Json out = Json::array();
+std::string unknown_failures_json(const std::vector<UnknownFailures>& all, const std::string& archive, bool complete) {
+  Json policies = Json::array();
   for (const UnknownFailures& one : all) {
     Json kinds = Json::array();
     for (const FailureKind& kind : one.kinds) {
@@ -80,15 +83,17 @@ std::string unknown_failures_json(const std::vector<UnknownFailures>& all, const
                        {"replay", replay_command(archive, one.policy, kind.typical)},
                        {"particles", kind.particles},
                        {"traits", traits},
+                       {"tried", kind.tried},
                        {"witnesses", witnesses}});
     }
-    out.push_back({{"policy", one.policy},
-                   {"unknown_failures", one.traces},
-                   {"successes", one.successes},
-                   {"looked_at", one.looked_at},
-                   {"silhouette", one.silhouette},
-                   {"kinds", kinds}});
+    policies.push_back({{"policy", one.policy},
+                        {"unknown_failures", one.traces},
+                        {"successes", one.successes},
+                        {"looked_at", one.looked_at},
+                        {"silhouette", one.silhouette},
+                        {"kinds", kinds}});
   }
+  const Json out = {{"archive", archive}, {"complete", complete}, {"policies", policies}};
   return out.dump(2, ' ', false, Json::error_handler_t::replace);
 }
 

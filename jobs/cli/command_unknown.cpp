@@ -22,12 +22,13 @@ int tell_unknown(const Arguments& arguments) {
   for (const std::string& policy : chosen_names(archive.info().policies, arguments.policies, arguments.archive)) {
     all.push_back(unknown_failures(archive, policy));
   }
+  const bool complete = archive.complete();
   if (arguments.json) {
-    std::cout << unknown_failures_json(all, arguments.archive) << "\n";
+    std::cout << unknown_failures_json(all, arguments.archive, complete) << "\n";
   } else {
-    std::cout << format_unknown_failures(all, arguments.archive);
+    std::cout << format_unknown_failures(all, arguments.archive, complete);
   }
-  return archive.complete() ? kDone : kMachineFailed;
+  return complete ? kDone : kMachineFailed;
 }
 
 }  // namespace

@@ -23,6 +23,7 @@ struct Fate {
   Outcome outcome = Outcome::success;
   int violated = -1;
   double margin = 1;  // of the first requirement
+  double end = 0;     // s; 0: as it comes
 };
 
 /// A campaign of one policy, whose particles meet these fates; `shift` is added to the first parameter.
@@ -40,6 +41,7 @@ void write_fates(const std::filesystem::path& path, const std::vector<Fate>& fat
     record.outcome = fates[i].outcome;
     record.violated = fates[i].violated;
     record.margins[0] = fates[i].margin;
+    if (fates[i].end > 0) record.end_time = fates[i].end;
     record.margin_parts.assign(info.requirements.size(), kNoPart);
     record.violation_parts.assign(info.requirements.size(), kNoPart);
     record.objective_culprit = {};
@@ -105,7 +107,7 @@ TEST(Compare, OfOtherParticlesIsUnpaired) {
   write_fates(folder / "a.graze", a, 1);
   write_fates(folder / "b.graze", b, 2);
   const Comparison got = compared(folder);
-  EXPECT_FALSE(got.particles.seeds);
+  EXPECT_EQ(got.particles.others, "the seeds differ (1 and 2)");
   EXPECT_FALSE(got.policies[0].paired);
   EXPECT_DOUBLE_EQ(got.policies[0].difference, 0.5);
   EXPECT_GT(got.policies[0].interval.low, 0.3);
@@ -114,13 +116,40 @@ TEST(Compare, OfOtherParticlesIsUnpaired) {
   EXPECT_THAT(format_comparison(got, 5), Not(HasSubstr("Fixed")));
 }
 
+// A margin that a trace had no time to narrow is no gain.
+TEST(Compare, LeavesOutMarginsOfTracesThatWereCutShort) {
+  const synthetic::Folder folder;
+  std::vector<Fate> a(20, {Outcome::success, -1, 0.5, 1.5}), b = a;
+  for (int i = 0; i < 8; ++i) b[i] = {Outcome::known_failure, 1, 0.9, 0.4};
+  write_fates(folder / "a.graze", a);
+  write_fates(folder / "b.graze", b);
+  const Comparison got = compared(folder);
+  EXPECT_EQ(got.policies[0].uneven, 8u);
+  EXPECT_EQ(got.policies[0].margins[0].n, 12u);
+  EXPECT_EQ(got.policies[0].margins[0].better, 0u);
+  EXPECT_EQ(got.policies[0].pairs.only_a, 8u) << "who broke is counted over all";
+  EXPECT_THAT(format_comparison(got, 5), HasSubstr("without 8 pairs of traces that did not end at the same time"));
+}
+
+// Rates and their difference are of the same particles.
+TEST(Compare, TellsRatesOfThePairs) {
+  const synthetic::Folder folder;
+  std::vector<Fate> a(40), b(10);
+  for (int i = 20; i < 40; ++i) a[i] = {Outcome::unknown_failure, -1, 1};
+  write_fates(folder / "a.graze", a);
+  write_fates(folder / "b.graze", b);
+  const std::string text = format_comparison(compared(folder), 5);
+  EXPECT_THAT(text, HasSubstr("1.0000 of 10  1.0000 of 10"));
+  EXPECT_THAT(text, HasSubstr("+0.0000"));
+}
+
 TEST(Compare, NamesParametersWithOtherValues) {
   const synthetic::Folder folder;
   write_fates(folder / "a.graze", std::vector<Fate>(5), 1);
   write_fates(folder / "b.graze", std::vector<Fate>(5), 1, 0.5);
   const Comparison got = compared(folder);
   EXPECT_THAT(got.particles.differ, ElementsAre("robot.link.LF_SHIN.length"));
-  EXPECT_THAT(format_comparison(got, 5), HasSubstr("1 parameters have other values"));
+  EXPECT_THAT(format_comparison(got, 5), HasSubstr("1 parameter has other values"));
 }
 
 TEST(Compare, NeedsAPolicyInCommonUnlessEachHasOne) {

@@ -38,6 +38,9 @@ TraceRecord record_of(const CampaignInfo& info, int policy, std::uint32_t partic
   out.objective_margin = x - 0.7;
   out.first_violations.assign(info.requirements.size(), std::numeric_limits<double>::quiet_NaN());
   if (x < 0.2) out.first_violations[0] = 0.5;
+  // Who is cut short has not come near the second requirement yet; a window that few reach says nothing of the others.
+  out.margins = {x < 0.2 ? -0.1 : 0.1, x < 0.2 ? 50 - x : draw(policy, particle, 5001)};
+  if (draw(policy, particle, 5002) < 0.3) out.margins[1] = std::numeric_limits<double>::infinity();
   out.violation_parts.assign(info.requirements.size(), kNoPart);
   out.invalid_reason.clear();
   out.telemetry.clear();
@@ -86,6 +89,21 @@ TEST(Explanation, NamesTheCause) {
   EXPECT_THAT(rule_text(rule, got.parameters), ::testing::StartsWith("robot.link.LF_SHIN.length > 0.7"));
 }
 
+// Claim: a margin is looked at where it was judged: not of traces that another violation cut short, which had no time
+// to come near, nor where its window was never reached.
+TEST(Explanation, LooksAtMarginsThatWereJudged) {
+  const Folder folder;
+  write_campaign(folder / "a.graze", facts());
+  const Explanation got = explain(Archive(folder / "a.graze"));
+  const PolicyExplanation& decided = got.policies[0];
+  EXPECT_FALSE(causes_of(decided, "margin: " + facts().requirements[1].name).explained());
+  EXPECT_TRUE(causes_of(decided, "margin: upright").explained()) << "its own violations are its least margins";
+  const MarginSummary& second = decided.margins[1];
+  EXPECT_GT(second.n, 60u);
+  EXPECT_LT(second.n, decided.n - decided.known);
+  for (const double quantile : second.quantiles) EXPECT_LT(quantile, 1);
+}
+
 // Claim: traces that ran to the end part in base.x into those that succeed and those that do not; the idle policy
 // scatters.
 TEST(Explanation, Modes) {
@@ -121,7 +139,8 @@ TEST(Explanation, SurvivalAndMargins) {
   EXPECT_EQ(one.survival[3].failed, one.unknown);
   ASSERT_EQ(one.margins.size(), 3u);
   EXPECT_EQ(one.margins[2].name, "objective");
-  EXPECT_EQ(one.margins[2].below, one.n - one.success);
+  EXPECT_EQ(one.margins[2].n, one.success + one.unknown) << "who was cut short was not asked";
+  EXPECT_EQ(one.margins[2].below, one.unknown);
   EXPECT_EQ(got.rates.policies[0].success, one.success);
 }
 

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "analysis/freedoms.h"
 #include "sampling/distribution.h"
 #include "sampling/stream.h"
 #include "tests/sanitized.h"

@@ -6,7 +6,9 @@
 
 #include <random>
 
+#include "scenarios/task.h"
 #include "tests/archive/synthetic.h"
+#include "tests/engine/bullet/worlds.h"
 
 namespace graze {
 namespace {
@@ -25,7 +27,7 @@ UnknownFailures planted(std::uint32_t traces, const Kind& kind) {
   info.policies = {"walk"};
   info.particles = traces;
   info.q_names = {"base.qw", "base.qx", "base.qy", "base.qz", "base.x", "base.y", "base.z", "hip", "knee"};
-  info.links = {"BODY"};
+  info.links = {"body"};
   std::mt19937_64 random(5);
   std::normal_distribution<double> noise(0, 0.01);
   {
@@ -78,16 +80,42 @@ TEST(UnknownFailures, AreDividedIntoThePlantedKinds) {
   for (const std::uint32_t particle : got.kinds[1].particles) EXPECT_GE(particle % 10, 8u);
   EXPECT_THAT(got.kinds[0].traits[0].name, testing::AnyOf("base.y", "base.z"));
   ASSERT_FALSE(got.kinds[0].witnesses.empty());
-  EXPECT_THAT(got.kinds[0].witnesses[0].yaml, testing::AnyOf(HasSubstr("position: {link: BODY, y: {below: 0."),
-                                                             HasSubstr("height: {link: BODY, above: 0.")));
+  EXPECT_THAT(got.kinds[0].witnesses[0].yaml, testing::AnyOf(HasSubstr("position: {link: body, y: {below: 0."),
+                                                             HasSubstr("height: {link: body, above: 0.")));
   EXPECT_EQ(got.kinds[0].witnesses[0].caught, got.kinds[0].witnesses[0].of);
   EXPECT_EQ(got.kinds[0].witnesses[0].alarms, 0u);
   ASSERT_FALSE(got.kinds[1].witnesses.empty());
   EXPECT_THAT(got.kinds[1].witnesses[0].yaml, StartsWith("no_contact: ["));
-  const std::string text = format_unknown_failures({got}, "a.graze");
+  const std::string text = format_unknown_failures({got}, "a.graze", true);
   EXPECT_THAT(text, HasSubstr("walk: 100 unknown failures, 2 kinds"));
   EXPECT_THAT(text, HasSubstr("typical: graze replay a.graze --particle "));
-  EXPECT_THAT(unknown_failures_json({got}, "a.graze"), HasSubstr("\"requirement\": \"no_contact: ["));
+  EXPECT_THAT(unknown_failures_json({got}, "a.graze", true), HasSubstr("\"requirement\": \"no_contact: ["));
+}
+
+// What is proposed can be written under task.requirements as it stands.
+TEST(UnknownFailures, ProposeWhatAScenarioTakes) {
+  const UnknownFailures got = planted(200, [](std::uint32_t i) { return i % 10 < 5 ? 0 : 1; });
+  ASSERT_THAT(got.kinds, SizeIs(1));
+  const Model model = compile(test::free_body(test::sphere(0.1), 1));
+  int places = 0;
+  for (const ProposedWitness& one : got.kinds[0].witnesses) {
+    if (!one.yaml.starts_with("position: ") && !one.yaml.starts_with("height: ")) continue;
+    ++places;
+    const Task task = read_task(Settings::parse("requirements: {made: {" + one.yaml + "}}", "task.yaml"), model);
+    EXPECT_THAT(task.requirements, SizeIs(1)) << one.yaml;
+  }
+  EXPECT_GT(places, 0);
+}
+
+// Of what is rare nothing can be learned and tried; that is said, and is something else than having found nothing.
+TEST(UnknownFailures, OfFewTracesAreNotJudged) {
+  const UnknownFailures got = planted(60, [](std::uint32_t i) { return i % 10 == 0 ? 1 : 0; });
+  ASSERT_THAT(got.kinds, SizeIs(1));
+  EXPECT_FALSE(got.kinds[0].tried);
+  const std::string text = format_unknown_failures({got}, "a", false);
+  EXPECT_THAT(text, StartsWith("INCOMPLETE: "));
+  EXPECT_THAT(text, HasSubstr("too few traces to choose a requirement on and to try it"));
+  EXPECT_THAT(text, Not(HasSubstr("no simple requirement")));
 }
 
 // Claim: failures that differ by nothing but noise are of one kind, and no requirement is proposed that would catch
@@ -97,14 +125,15 @@ TEST(UnknownFailures, ThatAreLikeTheSuccessesAreOfOneKind) {
   ASSERT_THAT(got.kinds, SizeIs(1));
   EXPECT_EQ(got.silhouette, 0);
   EXPECT_THAT(got.kinds[0].witnesses, IsEmpty());
-  EXPECT_THAT(format_unknown_failures({got}, "a"), HasSubstr("no simple requirement tells it from the successes"));
+  EXPECT_THAT(format_unknown_failures({got}, "a", true),
+              HasSubstr("no simple requirement tells it from the successes"));
 }
 
 TEST(UnknownFailures, WithoutSuccessesHaveNoRequirementProposed) {
   const UnknownFailures got = planted(20, [](std::uint32_t i) { return 1 + static_cast<int>(i % 2); });
   EXPECT_THAT(got.kinds, SizeIs(2));
   EXPECT_THAT(got.kinds[0].witnesses, IsEmpty());
-  EXPECT_THAT(format_unknown_failures({got}, "a"), Not(HasSubstr("would have caught")));
+  EXPECT_THAT(format_unknown_failures({got}, "a", true), Not(HasSubstr("would have caught")));
   EXPECT_THAT(planted(5, [](std::uint32_t) { return 0; }).kinds, IsEmpty());
 }
 
