@@ -175,8 +175,8 @@ std::vector<PageTrace> find_traces(const Archive& archive, const std::vector<Cho
     std::optional<TraceRecord> trace = archive.trace(one.policy, one.particle);
     const std::uint64_t particles = archive.info().particles;
     if (!trace && one.particle >= particles) {
-      throw InputError(fmt::format("--particle {}: {} has particles 0 to {}", one.particle, archive.path().string(),
-                                   particles - 1));
+      throw InputError(
+          fmt::format("--particle {}: {} has particles 0 to {}", one.particle, archive.path().string(), particles - 1));
     }
     if (!trace) {
       throw InputError(

@@ -90,7 +90,7 @@ TEST_F(Report, ViewShowsWhatIsAskedFor) {
               AllOf(HasSubstr("\"kind\":\"view\""), HasSubstr("\"particle\":3"), HasSubstr("\"particle\":5")));
   EXPECT_EQ(graze("view a.graze --particle 3").code, 0);
   EXPECT_TRUE(testing::fs::exists(campaign.folder / "a.p3.html"));
-  refused("view a.graze --particle 20 -o w.html", {"--particle 20", "a.graze holds no trace"});
+  refused("view a.graze --particle 20 -o w.html", {"--particle 20", "a.graze has particles 0 to 19"});
   refused("view a.graze --particle x -o w.html", {"--particle", "x"});
   EXPECT_FALSE(testing::fs::exists(campaign.folder / "w.html"));
 }

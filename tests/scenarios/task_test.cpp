@@ -18,7 +18,6 @@ namespace {
 
 using ::testing::ElementsAre;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 using testing::write_poses;
 using Tasks = testing::TaskBench;
 
