@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
+#include <limits>
 #include <numeric>
 #include <optional>
 #include <set>
@@ -25,46 +25,51 @@ struct Thread {
   }
 };
 
-/// The tokens of one thread in each trace. Which they are, not what: there are as many threads as pairs that touch.
-class PartStories {
+using Rows = std::vector<std::uint32_t>;  // of Stories
+
+/// The words of one thread in each trace. Words alone: there are as many threads as pairs that touch, and most nodes
+/// are looked at for nothing else.
+class ThreadWords {
  public:
-  PartStories(const Stories& stories, const Thread& thread) : stories_(stories) {
+  ThreadWords(const Stories& stories, const Thread& thread) {
     for (std::size_t i = 0; i < stories.size(); ++i) {
-      first_.push_back(places_.size());
-      const std::span<const Token> tokens = stories[i].tokens;
-      for (std::size_t k = 0; k < tokens.size(); ++k) {
-        if (thread.has(tokens[k].word)) places_.push_back(static_cast<std::uint32_t>(k));
+      first_.push_back(words_.size());
+      for (const Token& token : stories[i].tokens) {
+        if (thread.has(token.word)) words_.push_back(token.word);
       }
     }
-    first_.push_back(places_.size());
+    first_.push_back(words_.size());
   }
-  std::size_t size(std::size_t trace) const { return first_[trace + 1] - first_[trace]; }
-  const Token& at(std::size_t trace, std::size_t depth) const {
-    return stories_[trace].tokens[places_[first_[trace] + depth]];
+  std::span<const std::uint32_t> of(std::size_t trace) const {
+    return std::span(words_).subspan(first_[trace], first_[trace + 1] - first_[trace]);
   }
 
  private:
-  const Stories& stories_;
-  std::vector<std::uint32_t> places_;  // in the trace's tokens
+  std::vector<std::uint32_t> words_;
   std::vector<std::size_t> first_;
 };
 
-/// Traces by the branch that they take.
-using Ways = std::map<std::uint64_t, std::vector<std::size_t>>;
-
-/// Traces that stand at the same node of a part.
+/// Traces that stand at the same node of a thread.
 struct Place {
-  int part;
+  std::size_t thread;
   std::size_t depth;  // contacts before
-  std::vector<std::size_t> traces;
+  Rows traces;
+};
+
+/// How many traces take a branch, and how they end.
+struct Way {
+  std::uint64_t way;
+  std::uint64_t n = 0;
+  std::vector<double> classes = {};  // [class]
+  Rows traces = {};                  // where they were asked for
 };
 
 /// A node and what it is worth. Not its traces: they are found again for the one that is chosen.
 struct Candidate {
-  int part = 0;
-  std::size_t depth = 0;
-  std::size_t example = 0;  // a trace that comes by
-  double p_value = 1, information = 0, time = 0;
+  std::size_t thread = 0, depth = 0;
+  std::uint32_t example = 0;  // a trace that comes by
+  double p_value = 1;
+  double information = 0, unknown = 0;  // nats over all its traces: what the branches tell of the class, what there is
 };
 
 double entropy(const std::vector<double>& counts) {
@@ -91,11 +96,7 @@ class Grower {
  public:
   Grower(const Stories& stories, const std::vector<int>& parts, std::size_t requirements, double end,
          const EventTreeRules& rules)
-      : stories_(stories),
-        requirements_(requirements),
-        classes_(rules.kinds ? requirements + 2 : 2),
-        end_(end),
-        rules_(rules) {
+      : stories_(stories), requirements_(requirements), classes_(rules.kinds ? requirements + 2 : 2), rules_(rules) {
     for (const int part : parts) threads_.push_back({part, -1});
     std::set<std::pair<int, int>> pairs;
     for (std::size_t i = 0; i < stories.size(); ++i) {
@@ -103,12 +104,16 @@ class Grower {
     }
     const auto moves = [&](int part) { return std::find(parts.begin(), parts.end(), part) != parts.end(); };
     for (const auto& [a, b] : pairs) threads_.push_back(moves(a) ? Thread{a, b} : Thread{b, a});
-    for (const Thread& thread : threads_) of_part_.emplace_back(stories, thread);
+    for (const Thread& thread : threads_) words_.emplace_back(stories, thread);
+    for (std::size_t i = 0; i < stories.size(); ++i) {
+      class_.push_back(class_of(stories[i]));
+      lasted_.push_back(stories[i].end_time > end * (1 - 1e-9));
+    }
   }
 
   EventTree grow() {
-    std::vector<std::size_t> all(stories_.size());
-    std::iota(all.begin(), all.end(), std::size_t{0});
+    Rows all(stories_.size());
+    std::iota(all.begin(), all.end(), 0u);
     tree_.all = count(all);
     split(all, 0, -1, -1);
     return std::move(tree_);
@@ -116,108 +121,155 @@ class Grower {
 
  private:
   /// 0: success; then failure, or violated requirements and, last, objective unmet.
-  std::size_t class_of(std::size_t trace) const {
-    const Story story = stories_[trace];
+  std::uint32_t class_of(const Story& story) const {
     if (story.outcome == Outcome::success) return 0;
-    return story.outcome == Outcome::known_failure && rules_.kinds ? static_cast<std::size_t>(story.violated) + 1
-                                                                   : classes_ - 1;
+    const bool violated = story.outcome == Outcome::known_failure && rules_.kinds;
+    return violated ? static_cast<std::uint32_t>(story.violated) + 1 : static_cast<std::uint32_t>(classes_ - 1);
   }
 
-  OutcomeCounts count(const std::vector<std::size_t>& traces) const {
+  OutcomeCounts count(const Rows& traces) const {
     OutcomeCounts out(requirements_);
-    for (const std::size_t trace : traces) out.add(stories_[trace]);
+    for (const std::uint32_t trace : traces) out.add(stories_[trace]);
     return out;
   }
 
-  std::uint64_t way_of(std::size_t part, std::size_t trace, std::size_t depth) const {
-    const PartStories& of_part = of_part_[part];
-    if (depth < of_part.size(trace)) return of_part.at(trace, depth).word;
-    return stories_[trace].end_time > end_ * (1 - 1e-9) ? kNothing : kCut;
+  std::uint64_t way_of(const Place& place, std::uint32_t trace) const {
+    const auto words = words_[place.thread].of(trace);
+    if (place.depth < words.size()) return words[place.depth];
+    return lasted_[trace] ? kNothing : kCut;
+  }
+
+  /// Branches in the order of their words. `wanted`: of which the traces are kept, by way and number.
+  template <class Wanted>
+  std::vector<Way> ways_of(const Place& place, const Wanted& wanted) const {
+    std::vector<Way> out;
+    std::vector<std::uint32_t> taken;  // by trace of the place
+    std::uint32_t at = 0;
+    for (const std::uint32_t trace : place.traces) {
+      const std::uint64_t way = way_of(place, trace);
+      if (out.empty() || out[at].way != way) {
+        const auto found = std::find_if(out.begin(), out.end(), [&](const Way& one) { return one.way == way; });
+        at = static_cast<std::uint32_t>(found - out.begin());
+        if (found == out.end()) out.push_back({way, 0, std::vector<double>(classes_)});
+      }
+      ++out[at].n;
+      ++out[at].classes[class_[trace]];
+      taken.push_back(at);
+    }
+    std::vector<bool> keep;
+    for (Way& one : out) {
+      keep.push_back(wanted(one));
+      if (keep.back()) one.traces.reserve(one.n);
+    }
+    for (std::size_t i = 0; i < taken.size(); ++i) {
+      if (keep[taken[i]]) out[taken[i]].traces.push_back(place.traces[i]);
+    }
+    std::sort(out.begin(), out.end(), [](const Way& a, const Way& b) { return a.way < b.way; });
+    return out;
+  }
+
+  void put_rare_together(std::vector<Way>& ways) const {
+    Way rare{kOthers, 0, std::vector<double>(classes_)};
+    std::erase_if(ways, [&](const Way& one) {
+      if (one.way == kCut || one.n >= rules_.fewest) return false;
+      rare.n += one.n;
+      for (std::size_t k = 0; k < classes_; ++k) rare.classes[k] += one.classes[k];
+      rare.traces.insert(rare.traces.end(), one.traces.begin(), one.traces.end());
+      return true;
+    });
+    if (rare.n >= rules_.fewest) ways.push_back(std::move(rare));
   }
 
   /// Every node at which traces part, with what their outcomes say.
-  std::vector<Candidate> candidates(const std::vector<std::size_t>& traces) const {
+  std::vector<Candidate> candidates(const Rows& traces) const {
     std::vector<Candidate> out;
-    for (std::size_t part = 0; part < threads_.size(); ++part) {
-      std::vector<Place> places = {{static_cast<int>(part), 0, traces}};
+    for (std::size_t thread = 0; thread < threads_.size(); ++thread) {
+      std::vector<Place> places = {{thread, 0, traces}};
       while (!places.empty()) {
         const Place place = std::move(places.back());
         places.pop_back();
-        Ways ways = ways_of(place);
-        for (const auto& [way, those] : ways) {
-          if (way < kNothing && those.size() >= 2 * rules_.fewest) {
-            places.push_back({place.part, place.depth + 1, those});
-          }
+        std::vector<Way> ways =
+            ways_of(place, [&](const Way& one) { return one.way < kNothing && one.n >= 2 * rules_.fewest; });
+        for (Way& one : ways) {
+          if (!one.traces.empty()) places.push_back({thread, place.depth + 1, std::move(one.traces)});
+          one.traces.clear();
+        }
+        std::vector<double> classes(classes_);
+        for (const Way& one : ways) {
+          for (std::size_t k = 0; k < classes_; ++k) classes[k] += one.classes[k];
         }
         put_rare_together(ways);
-        if (std::optional<Candidate> one = weigh(place, ways)) out.push_back(*one);
+        std::optional<Candidate> one = weigh(place, ways);
+        if (!one) continue;
+        one->unknown = entropy(classes) * static_cast<double>(place.traces.size());
+        out.push_back(*one);
       }
     }
     return out;
   }
 
-  Ways ways_of(const Place& place) const {
-    Ways out;
-    const auto part = static_cast<std::size_t>(place.part);
-    for (const std::size_t trace : place.traces) out[way_of(part, trace, place.depth)].push_back(trace);
-    return out;
-  }
-
-  void put_rare_together(Ways& ways) const {
-    std::vector<std::size_t> rare;
-    for (auto way = ways.begin(); way != ways.end();) {
-      const bool keep = way->first == kCut || way->second.size() >= rules_.fewest;
-      if (!keep) rare.insert(rare.end(), way->second.begin(), way->second.end());
-      way = keep ? std::next(way) : ways.erase(way);
+  /// The branches of a candidate, with those of `traces` that have had the same contacts as its example.
+  std::vector<Way> branches_of(const Candidate& one, const Rows& traces) const {
+    Place place{one.thread, one.depth, {}};
+    const ThreadWords& words = words_[one.thread];
+    const auto past = words.of(one.example).first(one.depth);
+    for (const std::uint32_t trace : traces) {
+      const auto own = words.of(trace);
+      const bool same = own.size() >= past.size() && std::equal(past.begin(), past.end(), own.begin());
+      if (same) place.traces.push_back(trace);
     }
-    if (rare.size() >= rules_.fewest) ways[kOthers] = rare;
-  }
-
-  /// Of `traces` those that have had the same contacts as the candidate's example.
-  Place place_of(const Candidate& one, const std::vector<std::size_t>& traces) const {
-    Place out{one.part, one.depth, {}};
-    const PartStories& of_part = of_part_[static_cast<std::size_t>(one.part)];
-    for (const std::size_t trace : traces) {
-      bool same = of_part.size(trace) >= one.depth;
-      for (std::size_t k = 0; same && k < one.depth; ++k) {
-        same = of_part.at(trace, k).word == of_part.at(one.example, k).word;
-      }
-      if (same) out.traces.push_back(trace);
-    }
+    std::vector<Way> out = ways_of(place, [](const Way&) { return true; });
+    put_rare_together(out);
     return out;
   }
 
   /// None if fewer than two branches have enough traces. Traces that were cut off before say nothing about what their
   /// part would have done.
-  std::optional<Candidate> weigh(const Place& place, const Ways& ways) const {
-    if (ways.size() - ways.count(kCut) < 2) return std::nullopt;
+  std::optional<Candidate> weigh(const Place& place, const std::vector<Way>& ways) const {
     std::vector<std::vector<double>> table;  // [branch][class]
     std::vector<double> sums(classes_), sizes;
-    for (const auto& [way, those] : ways) {
-      if (way == kCut) continue;
-      table.emplace_back(classes_);
-      for (const std::size_t trace : those) ++table.back()[class_of(trace)];
-      for (std::size_t k = 0; k < classes_; ++k) sums[k] += table.back()[k];
-      sizes.push_back(static_cast<double>(those.size()));
+    for (const Way& one : ways) {
+      if (one.way == kCut) continue;
+      table.push_back(one.classes);
+      for (std::size_t k = 0; k < classes_; ++k) sums[k] += one.classes[k];
+      sizes.push_back(static_cast<double>(one.n));
     }
-    Candidate out;
-    out.part = place.part;
-    out.depth = place.depth;
-    out.example = place.traces.front();
-    out.p_value = p_value(table, sums, sizes);
+    if (table.size() < 2) return std::nullopt;
+    Candidate out{place.thread, place.depth, place.traces.front(), p_value(table, sums, sizes)};
     double within = 0;
     const double all = std::accumulate(sizes.begin(), sizes.end(), 0.0);
     for (std::size_t b = 0; b < table.size(); ++b) within += sizes[b] / all * entropy(table[b]);
     // In nats, times the share of traces that it is about, so that nodes of few traces do not outdo the root's.
     out.information = (entropy(sums) - within) * all;
-    out.time = std::numeric_limits<double>::infinity();
-    for (const auto& [way, those] : ways) {
-      if (way == kNothing || way == kCut) continue;
-      std::vector<double> begins;
-      for (const std::size_t trace : those) begins.push_back(of_part_[place.part].at(trace, place.depth).begin);
-      out.time = std::min(out.time, median(std::move(begins)));
+    return out;
+  }
+
+  /// The contacts of some traces at a node; of those that have one there.
+  std::vector<Token> tokens_of(const Candidate& one, const Rows& traces) const {
+    std::vector<Token> out;
+    for (const std::uint32_t trace : traces) {
+      std::size_t left = one.depth;
+      for (const Token& token : stories_[trace].tokens) {
+        if (!threads_[one.thread].has(token.word) || left-- > 0) continue;
+        out.push_back(token);
+        break;
+      }
     }
     return out;
+  }
+
+  /// s: of the median trace of the branch that comes first; of the rare contacts where there is no other.
+  double time_of(const Candidate& one, const std::vector<Way>& ways) const {
+    double named = std::numeric_limits<double>::infinity(), rare = named;
+    for (const Way& way : ways) {
+      if (way.way == kNothing || way.way == kCut) continue;
+      std::vector<double> begins;
+      for (const Token& token : tokens_of(one, way.traces)) begins.push_back(token.begin);
+      if (begins.empty()) continue;
+      double& least = way.way == kOthers ? rare : named;
+      least = std::min(least, median(std::move(begins)));
+    }
+    return std::isfinite(named) ? named : rare;
   }
 
   double p_value(const std::vector<std::vector<double>>& table, const std::vector<double>& sums,
@@ -238,9 +290,9 @@ class Grower {
     return tests == 0 ? 1.0 : std::min(1.0, least * static_cast<double>(tests));
   }
 
-  void split(const std::vector<std::size_t>& traces, int depth, int parent, int parent_branch) {
+  void split(const Rows& traces, int depth, int parent, int parent_branch) {
     if (depth >= rules_.depth || traces.size() < 2 * rules_.fewest) return;
-    std::vector<Candidate> all = candidates(traces);
+    const std::vector<Candidate> all = candidates(traces);
     tree_.tested += all.size();
     std::vector<double> raw;
     for (const Candidate& one : all) raw.push_back(one.p_value);
@@ -252,53 +304,53 @@ class Grower {
     }
     if (most == 0) return;
     std::size_t best = all.size();
+    double first = 0;
+    std::vector<Way> ways;
     for (std::size_t i = 0; i < all.size(); ++i) {
       if (corrected[i] > error_rate || all[i].information < 0.5 * most) continue;
-      if (best == all.size() || all[i].time < all[best].time) best = i;
+      std::vector<Way> own = branches_of(all[i], traces);
+      const double time = time_of(all[i], own);
+      if (best < all.size() && time >= first) continue;
+      best = i, first = time, ways = std::move(own);
     }
-    add(all[best], traces, corrected[best], depth, parent, parent_branch);
+    add(all[best], ways, first, corrected[best], depth, parent, parent_branch);
     const int node = static_cast<int>(tree_.nodes.size()) - 1;
     for (std::size_t b = 0; b < tree_.nodes[node].branches.size(); ++b) {
-      const std::vector<std::size_t> those = tree_.nodes[node].branches[b].traces;  // nodes_ grows meanwhile
+      const auto& of_branch = tree_.nodes[node].branches[b].traces;
+      const Rows those(of_branch.begin(), of_branch.end());  // nodes grow meanwhile
       split(those, depth + 1, node, static_cast<int>(b));
     }
   }
 
-  void add(const Candidate& one, const std::vector<std::size_t>& traces, double p_value, int depth, int parent,
+  void add(const Candidate& one, const std::vector<Way>& ways, double time, double p_value, int depth, int parent,
            int parent_branch) {
     EventNode node;
-    const Place place = place_of(one, traces);
-    Ways ways = ways_of(place);
-    put_rare_together(ways);
-    const PartStories& of_part = of_part_[static_cast<std::size_t>(one.part)];
-    node.part = threads_[static_cast<std::size_t>(one.part)].part;
-    node.with = threads_[static_cast<std::size_t>(one.part)].with;
-    for (std::size_t k = 0; k < one.depth; ++k) node.past.push_back(of_part.at(one.example, k).word);
-    node.time = one.time;
+    node.part = threads_[one.thread].part;
+    node.with = threads_[one.thread].with;
+    const auto past = words_[one.thread].of(one.example).first(one.depth);
+    node.past.assign(past.begin(), past.end());
+    node.time = time;
     node.p_value = p_value;
-    std::vector<double> classes(classes_);
-    for (const std::size_t trace : place.traces) ++classes[class_of(trace)];
-    node.information = one.information / (entropy(classes) * static_cast<double>(place.traces.size()));
+    node.information = one.information / one.unknown;
     node.depth = depth;
     node.parent = parent;
     node.parent_branch = parent_branch;
-    for (const auto& [way, those] : ways) {
+    for (const Way& way : ways) {
       EventBranch branch;
-      branch.kind = way == kNothing  ? EventBranch::Kind::nothing
-                    : way == kCut    ? EventBranch::Kind::cut
-                    : way == kOthers ? EventBranch::Kind::others
-                                     : EventBranch::Kind::contact;
-      branch.word = way < kNothing ? static_cast<std::uint32_t>(way) : 0;
-      branch.outcomes = count(those);
+      branch.kind = way.way == kNothing  ? EventBranch::Kind::nothing
+                    : way.way == kCut    ? EventBranch::Kind::cut
+                    : way.way == kOthers ? EventBranch::Kind::others
+                                         : EventBranch::Kind::contact;
+      branch.word = way.way < kNothing ? static_cast<std::uint32_t>(way.way) : 0;
+      branch.outcomes = count(way.traces);
       std::vector<double> times, impulses;
-      for (const std::size_t trace : those) {
-        if (one.depth >= of_part.size(trace)) continue;
-        times.push_back(of_part.at(trace, one.depth).begin);
-        impulses.push_back(of_part.at(trace, one.depth).impulse);
+      for (const Token& token : tokens_of(one, way.traces)) {
+        times.push_back(token.begin);
+        impulses.push_back(token.impulse);
       }
       branch.time = quantiles(std::move(times));
       branch.impulse = quantiles(std::move(impulses));
-      branch.traces = those;
+      branch.traces.assign(way.traces.begin(), way.traces.end());
       node.branches.push_back(std::move(branch));
     }
     std::stable_sort(node.branches.begin(), node.branches.end(), [](const EventBranch& a, const EventBranch& b) {
@@ -314,10 +366,11 @@ class Grower {
 
   const Stories& stories_;
   std::vector<Thread> threads_;
+  std::vector<std::uint32_t> class_;  // [trace]
+  std::vector<bool> lasted_;          // [trace]: it was not cut off
   const std::size_t requirements_, classes_;
-  const double end_;
   const EventTreeRules rules_;
-  std::vector<PartStories> of_part_;
+  std::vector<ThreadWords> words_;  // [thread]
   EventTree tree_;
 };
 

@@ -95,6 +95,25 @@ EventTree grow(const Stories& stories, const EventTreeRules& rules = {}) {
 
 std::uint32_t word(int a, int b) { return static_cast<std::uint32_t>(a) << 20 | static_cast<std::uint32_t>(b) << 8; }
 
+// Claim: where traces part into those that touch nothing more and rare contacts of all kinds, the node has the time of
+// these, though some of them touch nothing either.
+TEST(EventTree, OfRareContactsAlone) {
+  std::vector<Trace> traces(40);
+  for (std::size_t i = 0; i < 12; ++i) {
+    traces[i].outcome = Outcome::unknown_failure;
+    const int struck[] = {RF, LH, RH, body};
+    traces[i].phases.push_back(phase(LF, struck[i % 4], 1.0 + 0.01 * static_cast<double>(i)));
+  }
+  for (std::size_t i = 12; i < 16; ++i) {  // a thread of its own ends in nothing more, four times
+    traces[i].outcome = Outcome::unknown_failure;
+    traces[i].phases = {phase(LF, RF, 1.05), phase(LF, LH, 1.3)};
+  }
+  const EventTree tree = event_tree(tell(traces), {LF}, 2, kEnd);
+  ASSERT_FALSE(tree.nodes.empty());
+  for (const EventNode& node : tree.nodes) EXPECT_TRUE(std::isfinite(node.time)) << node.time;
+  EXPECT_NEAR(tree.nodes[0].time, 1.06, 0.06);
+}
+
 // Claim: a contact that half of the traces have, and that decides most of their ends, is found at its node and time.
 TEST(EventTree, FindsAPlantedBifurcation) {
   std::mt19937_64 random(1);
