@@ -65,13 +65,8 @@ PolicyEvents events_of(const Stories& fine, const Stories& told, const CampaignI
                        const EventsRequest& request) {
   PolicyEvents out;
   out.policy = fine.policy();
-  const std::size_t requirements = info.deciding();
-  EventTreeRules rules = request.tree;
-  for (std::size_t i = 0; i < fine.size(); ++i) out.kinds = out.kinds || fine[i].outcome == Outcome::success;
-  out.kinds = !out.kinds;
-  rules.kinds = rules.kinds || out.kinds;
-  out.tree = event_tree(fine, moving_parts(info), requirements, info.end, rules);
-  out.sequences = count_sequences(told, requirements);
+  out.tree = event_tree(fine, info, request.tree);
+  out.sequences = count_sequences(told, info.deciding());
   if (request.cycle > 0) out.cycles = count_cycles(told, request.cycle, info.end);
   const double period = usual_period(told);
   for (const EventNode& node : out.tree.nodes) out.around.push_back(around_node(told, node, period));
@@ -162,6 +157,19 @@ void add_novelties(const std::vector<Stories>& fine, const std::vector<Stories>&
   }
 }
 
+/// Values are read only if there is a bifurcation to explain.
+void add_causes(const Archive& archive, const std::vector<Stories>& fine, CampaignEvents& out) {
+  const auto divides = [](const PolicyEvents& policy) { return !policy.tree.nodes.empty(); };
+  if (std::none_of(out.policies.begin(), out.policies.end(), divides)) return;
+  ParticleValues values = read_particle_values(archive, kMostExplained);
+  out.no_causes = values.none();
+  const EventWords words(out.info, std::max(out.request.rules.detail, Detail::features));
+  for (std::size_t p = 0; out.no_causes.empty() && p < fine.size(); ++p) {
+    out.policies[p].causes = bifurcation_causes(out.policies[p].tree, fine[p], words, values);
+  }
+  out.parameters = std::move(values.table);
+}
+
 }  // namespace
 
 CampaignEvents campaign_events(const Archive& archive, const EventsRequest& request) {
@@ -180,6 +188,7 @@ CampaignEvents campaign_events(const Archive& archive, const EventsRequest& requ
     out.policies.push_back(events_of(fine[p], same ? fine[p] : coarse[p], out.info, request));
     add_near_misses(archive, fine[p], out.policies.back());
   }
+  add_causes(archive, fine, out);
   add_novelties(fine, read_reference(archive, request, policies, rules), out.info.deciding(), out.policies);
   return out;
 }

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "analysis/bifurcation_causes.h"
 #include "analysis/sequences.h"
 
 namespace graze {
@@ -19,8 +20,8 @@ struct EventsRequest {
 
 struct PolicyEvents {
   std::string policy;
-  EventTree tree;      // words with features, at least
-  bool kinds = false;  // it tells kinds of failures apart: no trace succeeds
+  EventTree tree;                                      // words with features, at least
+  std::vector<std::vector<BifurcationCauses>> causes;  // [node]; empty: CampaignEvents::no_causes says why
   std::vector<SequenceCount> sequences;
   std::vector<CycleCount> cycles;
   std::vector<Novelty> novelties;
@@ -49,6 +50,8 @@ struct CampaignEvents {
   EventsRequest request;
   CampaignInfo info;
   std::vector<PolicyEvents> policies;
+  ParticleTable parameters;  // that causes were looked for in: of the first kMostExplained particles
+  std::string no_causes;     // why none were
 };
 
 /// Throws InputError: no phases in the archive, another robot in the reference, no such policy.
@@ -59,5 +62,9 @@ std::string format_events(const CampaignEvents& events, std::size_t most);
 std::string events_json(const CampaignEvents& events);
 /// One line per sequence: policy, traces, outcomes, share of success with its interval, an example, the sequence.
 std::string sequences_csv(const CampaignEvents& events);
+/// One line per branch of a bifurcation: its traces, outcomes, time and impulse, and what explains it.
+std::string branches_csv(const CampaignEvents& events);
+/// One line per bifurcation, branch and parameter: the numbers of docs/statistics.md.
+std::string causes_csv(const CampaignEvents& events);
 
 }  // namespace graze

@@ -119,30 +119,38 @@ std::vector<Stories> StoryTeller::take() {
   return std::move(stories_);
 }
 
-std::vector<Stories> read_stories(const Archive& archive, const std::vector<std::string>& policies,
-                                  const StoryRules& rules) {
+StoriesRead look_for_stories(const Archive& archive, const std::vector<std::string>& policies, const StoryRules& rules,
+                             std::uint64_t end) {
   const CampaignInfo& info = archive.info();
   if (info.colliders.size() > kParts) {
-    throw InputError(fmt::format("{}: {} parts that can touch; contacts are told apart of at most {}",
-                                 archive.path().string(), info.colliders.size(), kParts));
+    return {{},
+            fmt::format("{}: {} parts that can touch; contacts are told apart of at most {}", archive.path().string(),
+                        info.colliders.size(), kParts)};
   }
   StoryTeller teller(policies, rules, info.step);
   bool any_phase = false;
   for (std::size_t p = 0; p < policies.size(); ++p) {
-    archive.scan(policies[p], kEndTime | kContactPhases, [&](const TraceRows& rows) {
+    const auto take = [&](const TraceRows& rows) {
       for (std::size_t i = 0; i < rows.size(); ++i) {
         any_phase = any_phase || !rows.phases(i).empty();
         teller.add(p, rows.particle(i), rows.outcome(i), rows.violated(i), rows.end_time(i), rows.phases(i));
       }
-    });
+    };
+    archive.scan(policies[p], kEndTime | kContactPhases, take,
+                 [&](std::uint32_t particle, Outcome) { return particle < end; });
   }
-  if (!any_phase) {
-    throw InputError(
-        fmt::format("{}: has no contact phases: nothing touched, or record.phases was false, or an older "
-                    "program made it; simulate it again with record.phases",
-                    archive.path().string()));
-  }
-  return teller.take();
+  if (any_phase) return {teller.take(), ""};
+  return {{},
+          fmt::format("{}: has no contact phases: nothing touched, or record.phases was false, or an older program "
+                      "made it; simulate it again with record.phases",
+                      archive.path().string())};
+}
+
+std::vector<Stories> read_stories(const Archive& archive, const std::vector<std::string>& policies,
+                                  const StoryRules& rules) {
+  StoriesRead out = look_for_stories(archive, policies, rules);
+  if (!out.none.empty()) throw InputError(out.none);
+  return std::move(out.stories);
 }
 
 }  // namespace graze

@@ -92,8 +92,15 @@ class StoryTeller {
   std::vector<Stories> stories_;
 };
 
-/// Of each policy. Throws InputError if the archive
-/// keeps no contact phases.
+/// Stories by policy, or why there are none: the archive keeps no contact phases, or too many parts touch.
+struct StoriesRead {
+  std::vector<Stories> stories;
+  std::string none;
+};
+/// Of particles below `end`.
+StoriesRead look_for_stories(const Archive& archive, const std::vector<std::string>& policies, const StoryRules& rules,
+                             std::uint64_t end = std::numeric_limits<std::uint64_t>::max());
+/// The same; throws InputError if there are none.
 std::vector<Stories> read_stories(const Archive& archive, const std::vector<std::string>& policies,
                                   const StoryRules& rules);
 

@@ -13,7 +13,7 @@ namespace graze {
 namespace {
 
 struct Arguments {
-  std::string archive, detail = "parts", reference;
+  std::string archive, detail = "parts", table = "sequences", reference;
   std::vector<std::string> policies;
   EventsRequest request;
   std::uint64_t top = 5;
@@ -35,7 +35,14 @@ double parse_share(const std::string& text, const std::string& option, double le
   return value;
 }
 
+std::string csv_of(const CampaignEvents& events, const std::string& table) {
+  return table == "branches" ? branches_csv(events) : table == "causes" ? causes_csv(events) : sequences_csv(events);
+}
+
 int tell_events(const Arguments& arguments) {
+  if (arguments.table != "sequences" && !arguments.csv) {
+    throw InputError(fmt::format("--table {}: is for --csv, which was not given", arguments.table));
+  }
   const Archive archive(arguments.archive);
   warn(archive.warnings());
   EventsRequest request = arguments.request;
@@ -52,7 +59,7 @@ int tell_events(const Arguments& arguments) {
   if (arguments.json) {
     std::cout << events_json(events) << "\n";
   } else {
-    std::cout << (arguments.csv ? sequences_csv(events) : format_events(events, arguments.top));
+    std::cout << (arguments.csv ? csv_of(events, arguments.table) : format_events(events, arguments.top));
   }
   return archive.complete() ? kDone : kMachineFailed;
 }
@@ -66,7 +73,8 @@ void add_events(CLI::App& app, Action& action) {
                             "  graze events curb.h5 --policy step/3cm --detail features\n"
                             "  graze events trot.h5 --cycle '0.3 s'             # what each step of a gait is like\n"
                             "  graze events new.h5 --reference old.h5           # new against last week's campaign\n"
-                            "  graze events curb.h5 --csv > sequences.csv\n");
+                            "  graze events curb.h5 --csv > sequences.csv\n"
+                            "  graze events curb.h5 --csv --table branches      # where behaviour divides, and why\n");
   Arguments& a = *arguments;
   verb->add_option("archive", a.archive, "Campaign directory or packed file")->required();
   verb->add_option("--policy", a.policies, "Only these policies (globs; may be repeated)")->allow_extra_args(false);
@@ -102,12 +110,16 @@ void add_events(CLI::App& app, Action& action) {
       ->type_name("ARCHIVE");
   add_whole(*verb, "--top", a.top, 1, 1'000'000, "So many sequences and novelties of each kind (5)");
   CLI::Option* json = verb->add_flag("--json", a.json, "Print JSON: everything");
-  verb->add_flag("--csv", a.csv, "Print the sequences as CSV")->excludes(json);
+  verb->add_flag("--csv", a.csv, "Print a table as CSV")->excludes(json);
+  add_choice(*verb, "--table", a.table, {"sequences", "branches", "causes"},
+             "Which table --csv prints: sequences, branches of bifurcations, or all numbers of their causes");
   verb->callback([arguments, &action] {
     action = [arguments] {
       std::vector<std::string> archives = {arguments->archive};
       if (!arguments->reference.empty()) archives.push_back(arguments->reference);
-      return in_reading_child(archives, [&] { return tell_events(*arguments); });
+      // Beside reading, causes of many bifurcations take time.
+      return in_reading_child(
+          archives, [&] { return tell_events(*arguments); }, 2);
     };
   });
 }
