@@ -145,6 +145,23 @@ std::vector<Stories> read_reference(const Archive& archive, const EventsRequest&
   return out;
 }
 
+/// The nominal traces as stories, by policy. What is light is what is light in the campaign.
+std::vector<Stories> tell_nominal(const EventsRequest& request, const std::vector<std::string>& policies,
+                                  const StoryRules& rules, const UsualImpulses& usual, CampaignEvents& out) {
+  const std::vector<TraceRecord> traces = request.nominal(policies);
+  StoryTeller teller(policies, rules, out.info.step, usual);
+  for (std::size_t p = 0; p < policies.size(); ++p) {
+    const TraceRecord& trace = traces.at(p);
+    if (trace.outcome == Outcome::invalid) {
+      throw InputError(fmt::format("--reference nominal: under policy '{}' the nominal trace is invalid: {}",
+                                   policies[p], trace.invalid_reason));
+    }
+    out.policies[p].nominal = {trace.outcome, trace.end_time};
+    teller.add(p, trace.particle, trace.outcome, trace.violated, trace.end_time, trace.phases);
+  }
+  return teller.take();
+}
+
 void add_novelties(const std::vector<Stories>& fine, const std::vector<Stories>& others, std::size_t requirements,
                    std::vector<PolicyEvents>& out) {
   for (std::size_t p = 0; p < fine.size(); ++p) {
@@ -181,7 +198,9 @@ CampaignEvents campaign_events(const Archive& archive, const EventsRequest& requ
   const std::vector<std::string>& policies = request.policies.empty() ? out.info.policies : request.policies;
   StoryRules rules = request.rules;
   rules.detail = std::max(rules.detail, Detail::features);
-  const std::vector<Stories> fine = read_stories(archive, policies, rules);
+  const StoriesRead read = look_for_stories(archive, policies, rules);
+  if (!read.none.empty()) throw InputError(read.none);
+  const std::vector<Stories>& fine = read.stories;
   const bool same = rules.detail == request.rules.detail;
   const std::vector<Stories> coarse = same ? std::vector<Stories>() : read_stories(archive, policies, request.rules);
   for (std::size_t p = 0; p < fine.size(); ++p) {
@@ -189,7 +208,9 @@ CampaignEvents campaign_events(const Archive& archive, const EventsRequest& requ
     add_near_misses(archive, fine[p], out.policies.back());
   }
   add_causes(archive, fine, out);
-  add_novelties(fine, read_reference(archive, request, policies, rules), out.info.deciding(), out.policies);
+  const std::vector<Stories> others = request.nominal ? tell_nominal(request, policies, rules, read.usual, out)
+                                                      : read_reference(archive, request, policies, rules);
+  add_novelties(fine, others, out.info.deciding(), out.policies);
   return out;
 }
 

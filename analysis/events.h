@@ -1,7 +1,10 @@
 #pragma once
 // What `graze events` tells of a campaign: where behaviour divides, which contact sequences there are, what is new.
 
+#include <functional>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "analysis/bifurcation_causes.h"
@@ -16,6 +19,9 @@ struct EventsRequest {
   EventTreeRules tree;
   double cycle = 0;       // s, of a gait; 0: not told by cycles
   std::string reference;  // another archive of the same robot and world; empty: the policy's own successes
+  /// In place of a reference: simulates the nominal trace of each of these policies, with its contact phases. Called
+  /// when all has been read.
+  std::function<std::vector<TraceRecord>(const std::vector<std::string>& policies)> nominal;
 };
 
 struct PolicyEvents {
@@ -25,7 +31,9 @@ struct PolicyEvents {
   std::vector<SequenceCount> sequences;
   std::vector<CycleCount> cycles;
   std::vector<Novelty> novelties;
-  std::uint64_t reference = 0;  // traces that novelties are told against
+  std::uint64_t reference = 0;                                // traces that novelties are told against
+  std::optional<std::pair<Outcome, double /* s */>> nominal;  // how and when the nominal trace ended, if it is told
+                                                              // against that
   /// About a bifurcation and a branch, [node][branch]: the sequence of all parts that most of its traces have from
   /// before until after the moment at which they part.
   struct Around {
@@ -54,7 +62,8 @@ struct CampaignEvents {
   std::string no_causes;     // why none were
 };
 
-/// Throws InputError: no phases in the archive, another robot in the reference, no such policy.
+/// Throws InputError: no phases in the archive, another robot in the reference, no such policy, an invalid nominal
+/// trace.
 CampaignEvents campaign_events(const Archive& archive, const EventsRequest& request);
 
 /// For people; `most`: sequences and novelties listed of each kind.

@@ -157,7 +157,9 @@ constexpr const char* kNoveltyNames[] = {"new contact", "new sequence", "new fea
 std::string novelties_text(const PolicyEvents& policy, const CampaignEvents& events, std::size_t most) {
   Detail detail = std::max(events.request.rules.detail, Detail::features);
   const Teller fine(events, detail), coarse(events, Detail::parts);
-  const std::string against = events.request.reference.empty()
+  const std::string against = policy.nominal ? fmt::format("the nominal trace ({} at {:.3f} s)",
+                                                           outcome_name(policy.nominal->first), policy.nominal->second)
+                              : events.request.reference.empty()
                                   ? fmt::format("the {} successes", policy.reference)
                                   : fmt::format("the {} traces of {}", policy.reference, events.request.reference);
   if (policy.reference == 0) return "\nNo success to tell novelties against (--reference names other traces).\n";
@@ -268,6 +270,9 @@ Json policy_json(const PolicyEvents& policy, const CampaignEvents& events) {
   out["sequences"] = sequences;
   if (events.request.cycle > 0) out["cycles"] = cycles;
   out["reference_traces"] = policy.reference;
+  if (policy.nominal) {
+    out["nominal"] = {{"outcome", outcome_name(policy.nominal->first)}, {"end", policy.nominal->second}};
+  }
   out["novelties"] = novel;
   return out;
 }
@@ -299,7 +304,9 @@ std::string events_json(const CampaignEvents& events) {
                     {"from", request.rules.from},
                     {"to", std::isinf(request.rules.to) ? Json() : Json(request.rules.to)},
                     {"error_rate", request.tree.error_rate},
-                    {"reference", request.reference.empty() ? "success" : request.reference},
+                    {"reference", request.nominal             ? "nominal"
+                                  : request.reference.empty() ? "success"
+                                                              : request.reference},
                     {"no_causes", events.no_causes.empty() ? Json() : Json(events.no_causes)},
                     {"policies", policies}};
   return out.dump(2, ' ', false, Json::error_handler_t::replace);

@@ -5,12 +5,17 @@
 #include <memory>
 
 #include "analysis/events.h"
+#include "archive/hdf5/reading_child.h"
+#include "jobs/campaign/archived_scenario.h"
+#include "jobs/campaign/nominal_traces.h"
 #include "jobs/cli/commands.h"
 #include "jobs/cli/option_values.h"
 #include "jobs/cli/reading_verb.h"
 
 namespace graze {
 namespace {
+
+constexpr const char* kNominal = "nominal";
 
 struct Arguments {
   std::string archive, detail = "parts", table = "sequences", reference;
@@ -48,7 +53,16 @@ int tell_events(const Arguments& arguments) {
   EventsRequest request = arguments.request;
   request.name = arguments.archive;
   request.policies = chosen_names(archive.info().policies, arguments.policies, arguments.archive);
-  request.reference = arguments.reference;
+  if (arguments.reference == kNominal) {
+    check_results_version(arguments.archive, archive.info(), "tell novelties with that program, or run it anew");
+    request.nominal = [&](const std::vector<std::string>& policies) {
+      end_of_reading();
+      const ArchivedScenario reloaded(arguments.archive, archive.info(), "nothing can be simulated again");
+      return nominal_traces(reloaded.scenario(), policies);
+    };
+  } else {
+    request.reference = arguments.reference;
+  }
   request.rules.detail = arguments.detail == "parts"      ? Detail::parts
                          : arguments.detail == "features" ? Detail::features
                                                           : Detail::modes;
@@ -73,6 +87,7 @@ void add_events(CLI::App& app, Action& action) {
                             "  graze events curb.h5 --policy step/3cm --detail features\n"
                             "  graze events trot.h5 --cycle '0.3 s'             # what each step of a gait is like\n"
                             "  graze events new.h5 --reference old.h5           # new against last week's campaign\n"
+                            "  graze events curb.h5 --reference nominal         # new against the nominal trace\n"
                             "  graze events curb.h5 --csv > sequences.csv\n"
                             "  graze events curb.h5 --csv --table branches      # where behaviour divides, and why\n");
   Arguments& a = *arguments;
@@ -106,8 +121,9 @@ void add_events(CLI::App& app, Action& action) {
       ->type_name("SHARE");
   verb->add_option(
           "--reference", a.reference,
-          "Tell what is new against this archive, of the same robot and world, instead of against the successes")
-      ->type_name("ARCHIVE");
+          "Tell what is new against this archive, of the same robot and world, or against the nominal trace, simulated "
+          "now, instead of against the successes")
+      ->type_name("ARCHIVE|nominal");
   add_whole(*verb, "--top", a.top, 1, 1'000'000, "So many sequences and novelties of each kind (5)");
   CLI::Option* json = verb->add_flag("--json", a.json, "Print JSON: everything");
   verb->add_flag("--csv", a.csv, "Print a table as CSV")->excludes(json);
@@ -116,7 +132,7 @@ void add_events(CLI::App& app, Action& action) {
   verb->callback([arguments, &action] {
     action = [arguments] {
       std::vector<std::string> archives = {arguments->archive};
-      if (!arguments->reference.empty()) archives.push_back(arguments->reference);
+      if (!arguments->reference.empty() && arguments->reference != kNominal) archives.push_back(arguments->reference);
       // Beside reading, causes of many bifurcations take time.
       return in_reading_child(
           archives, [&] { return tell_events(*arguments); }, 2);
