@@ -105,8 +105,9 @@ void Case::test_choice(std::size_t k, ParameterEffect& out) const {
     ++rows;
     sum += y_[i];
   }
-  const GroupTest test = kruskal_wallis(y_ranks_, group);
   out.test = "kruskal-wallis";
+  if (sums.size() < 2) return;  // of others: fractions that mean one choice
+  const GroupTest test = kruskal_wallis(y_ranks_, group);
   out.effect = std::sqrt(test.epsilon);
   out.p_rank = test.p_value;
   double most = -std::numeric_limits<double>::infinity();

@@ -115,6 +115,7 @@ class Grower {
     Rows all(stories_.size());
     std::iota(all.begin(), all.end(), 0u);
     tree_.all = count(all);
+    tree_.kinds = rules_.kinds;
     split(all, 0, -1, -1);
     return std::move(tree_);
   }
@@ -405,6 +406,13 @@ std::vector<int> moving_parts(const CampaignInfo& info) {
 EventTree event_tree(const Stories& stories, const std::vector<int>& parts, std::size_t requirements, double end,
                      const EventTreeRules& rules) {
   return Grower(stories, parts, requirements, end, rules).grow();
+}
+
+EventTree event_tree(const Stories& stories, const CampaignInfo& info, EventTreeRules rules) {
+  bool any_success = false;
+  for (std::size_t i = 0; i < stories.size(); ++i) any_success |= stories[i].outcome == Outcome::success;
+  rules.kinds = rules.kinds || !any_success;
+  return event_tree(stories, moving_parts(info), info.deciding(), info.end, rules);
 }
 
 }  // namespace graze

@@ -66,6 +66,7 @@ struct EventTree {
   OutcomeCounts all;
   std::vector<EventNode> nodes;  // parents first
   std::uint64_t tested = 0;      // nodes that were looked at, in all
+  bool kinds = false;            // kinds of failures were told apart
 };
 
 /// `parts`: which are followed, rows of CampaignInfo::colliders (moving_parts()). `end`: s, when traces end naturally.
@@ -74,5 +75,9 @@ EventTree event_tree(const Stories& stories, const std::vector<int>& parts, std:
 
 /// Parts of the robot and of movable objects.
 std::vector<int> moving_parts(const CampaignInfo& info);
+
+/// Of a policy of a campaign: all moving parts are followed; kinds of failures are told apart where no trace succeeds,
+/// too. `stories` are read with features, at least.
+EventTree event_tree(const Stories& stories, const CampaignInfo& info, EventTreeRules rules = {});
 
 }  // namespace graze

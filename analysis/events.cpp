@@ -65,13 +65,8 @@ PolicyEvents events_of(const Stories& fine, const Stories& told, const CampaignI
                        const EventsRequest& request) {
   PolicyEvents out;
   out.policy = fine.policy();
-  const std::size_t requirements = info.deciding();
-  EventTreeRules rules = request.tree;
-  for (std::size_t i = 0; i < fine.size(); ++i) out.kinds = out.kinds || fine[i].outcome == Outcome::success;
-  out.kinds = !out.kinds;
-  rules.kinds = rules.kinds || out.kinds;
-  out.tree = event_tree(fine, moving_parts(info), requirements, info.end, rules);
-  out.sequences = count_sequences(told, requirements);
+  out.tree = event_tree(fine, info, request.tree);
+  out.sequences = count_sequences(told, info.deciding());
   if (request.cycle > 0) out.cycles = count_cycles(told, request.cycle, info.end);
   const double period = usual_period(told);
   for (const EventNode& node : out.tree.nodes) out.around.push_back(around_node(told, node, period));
@@ -150,6 +145,23 @@ std::vector<Stories> read_reference(const Archive& archive, const EventsRequest&
   return out;
 }
 
+/// The nominal traces as stories, by policy. What is light is what is light in the campaign.
+std::vector<Stories> tell_nominal(const EventsRequest& request, const std::vector<std::string>& policies,
+                                  const StoryRules& rules, const UsualImpulses& usual, CampaignEvents& out) {
+  const std::vector<TraceRecord> traces = request.nominal(policies);
+  StoryTeller teller(policies, rules, out.info.step, usual);
+  for (std::size_t p = 0; p < policies.size(); ++p) {
+    const TraceRecord& trace = traces.at(p);
+    if (trace.outcome == Outcome::invalid) {
+      throw InputError(fmt::format("--reference nominal: under policy '{}' the nominal trace is invalid: {}",
+                                   policies[p], trace.invalid_reason));
+    }
+    out.policies[p].nominal = {trace.outcome, trace.end_time};
+    teller.add(p, trace.particle, trace.outcome, trace.violated, trace.end_time, trace.phases);
+  }
+  return teller.take();
+}
+
 void add_novelties(const std::vector<Stories>& fine, const std::vector<Stories>& others, std::size_t requirements,
                    std::vector<PolicyEvents>& out) {
   for (std::size_t p = 0; p < fine.size(); ++p) {
@@ -160,6 +172,19 @@ void add_novelties(const std::vector<Stories>& fine, const std::vector<Stories>&
         other ? other->size() : static_cast<std::uint64_t>(std::count(succeeded.begin(), succeeded.end(), true));
     if (out[p].reference > 0) out[p].novelties = novelties(fine[p], requirements, succeeded, other);
   }
+}
+
+/// Values are read only if there is a bifurcation to explain.
+void add_causes(const Archive& archive, const std::vector<Stories>& fine, CampaignEvents& out) {
+  const auto divides = [](const PolicyEvents& policy) { return !policy.tree.nodes.empty(); };
+  if (std::none_of(out.policies.begin(), out.policies.end(), divides)) return;
+  ParticleValues values = read_particle_values(archive, kMostExplained);
+  out.no_causes = values.none();
+  const EventWords words(out.info, std::max(out.request.rules.detail, Detail::features));
+  for (std::size_t p = 0; out.no_causes.empty() && p < fine.size(); ++p) {
+    out.policies[p].causes = bifurcation_causes(out.policies[p].tree, fine[p], words, values);
+  }
+  out.parameters = std::move(values.table);
 }
 
 }  // namespace
@@ -173,14 +198,19 @@ CampaignEvents campaign_events(const Archive& archive, const EventsRequest& requ
   const std::vector<std::string>& policies = request.policies.empty() ? out.info.policies : request.policies;
   StoryRules rules = request.rules;
   rules.detail = std::max(rules.detail, Detail::features);
-  const std::vector<Stories> fine = read_stories(archive, policies, rules);
+  const StoriesRead read = look_for_stories(archive, policies, rules);
+  if (!read.none.empty()) throw InputError(read.none);
+  const std::vector<Stories>& fine = read.stories;
   const bool same = rules.detail == request.rules.detail;
   const std::vector<Stories> coarse = same ? std::vector<Stories>() : read_stories(archive, policies, request.rules);
   for (std::size_t p = 0; p < fine.size(); ++p) {
     out.policies.push_back(events_of(fine[p], same ? fine[p] : coarse[p], out.info, request));
     add_near_misses(archive, fine[p], out.policies.back());
   }
-  add_novelties(fine, read_reference(archive, request, policies, rules), out.info.deciding(), out.policies);
+  add_causes(archive, fine, out);
+  const std::vector<Stories> others = request.nominal ? tell_nominal(request, policies, rules, read.usual, out)
+                                                      : read_reference(archive, request, policies, rules);
+  add_novelties(fine, others, out.info.deciding(), out.policies);
   return out;
 }
 

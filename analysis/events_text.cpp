@@ -1,14 +1,14 @@
-// Events as text for people, as JSON and CSV for scripts.
+// Events as text for people and as JSON for scripts.
 #include <fmt/format.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "analysis/cause_numbers.h"
 #include "analysis/events.h"
 #include "analysis/events_words.h"
 #include "analysis/failures.h"
 #include "analysis/text_table.h"
-#include "archive/files/csv.h"
 
 namespace graze {
 namespace {
@@ -63,29 +63,46 @@ std::string range_text(const Quantiles& x, double scale) {
   return fmt::format("{:.4g} ({:.4g} .. {:.4g})", scale * x.median, scale * x.low, scale * x.high);
 }
 
+/// Which parameters decide which way traces go; branches that nothing explains share a line.
+std::string causes_text(const PolicyEvents& policy, std::size_t at, const Teller& tell, const CampaignEvents& events) {
+  if (policy.causes.empty()) return fmt::format("no causes: {}\n", events.no_causes);
+  std::string out, nothing;
+  for (const BifurcationCauses& one : policy.causes[at]) {
+    const Causes& causes = one.causes;
+    const std::string branch =
+        fmt::format("{} ({} of {})", tell.branch(policy.tree.nodes[at].branches[one.branch]), causes.ones, causes.rows);
+    if (causes.explained() || causes.effects.empty()) {
+      out += fmt::format("{}: {}\n", branch, verdict_text(causes, events.parameters));
+    } else {
+      nothing += (nothing.empty() ? "" : "; ") + branch;
+    }
+  }
+  return nothing.empty() ? out : out + fmt::format("no parameter explains it: {}\n", nothing);
+}
+
+std::string indented(const std::string& lines, const std::string& indent) {
+  std::string out;
+  for (std::size_t begin = 0; begin < lines.size();) {
+    const std::size_t end = std::min(lines.find('\n', begin), lines.size() - 1);
+    out += indent + lines.substr(begin, end - begin + 1);
+    begin = end + 1;
+  }
+  return out;
+}
+
 /// `tell` the tree's words, `told` those of sequences.
 std::string node_text(const PolicyEvents& policy, std::size_t at, const Teller& tell, const Teller& told,
-                      const CampaignInfo& info) {
+                      const CampaignEvents& events) {
   const EventNode& node = policy.tree.nodes[at];
   const std::string indent(2 + 4 * static_cast<std::size_t>(node.depth), ' ');
-  std::string out = indent + fmt::format("{:.3f} s: {}", node.time, tell.node(node));
-  if (node.parent >= 0) {
-    const EventNode& above = policy.tree.nodes[static_cast<std::size_t>(node.parent)];
-    out += ", where " + tell.branch(above.branches[static_cast<std::size_t>(node.parent_branch)]);
-  }
-  out += fmt::format(" (p = {:.2g}; tells {:.0f} % about the outcome)\n", node.p_value, 100 * node.information);
+  std::string out = indent + fmt::format("{} (p = {:.2g}; tells {:.0f} % about the outcome)\n",
+                                         tell.place(policy.tree, at), node.p_value, 100 * node.information);
   Rows rows = {{"next contact", "traces", "success, 95 % interval", "s, median (5 .. 95 %)", "mN s", "outcomes"}};
   for (const EventBranch& branch : node.branches) {
     rows.push_back({tell.branch(branch), std::to_string(branch.outcomes.n), rate_text(branch.outcomes),
                     range_text(branch.time, 1), range_text(branch.impulse, 1e3), tell.outcomes(branch.outcomes)});
   }
-  std::string table = text_table(rows, 1);
-  std::size_t begin = 0;
-  while (begin < table.size()) {
-    const std::size_t end = table.find('\n', begin);
-    out += indent + "  " + table.substr(begin, end - begin + 1);
-    begin = end == std::string::npos ? table.size() : end + 1;
-  }
+  out += indented(text_table(rows, 1) + causes_text(policy, at, tell, events), indent + "  ");
   for (std::size_t b = 0; b < node.branches.size(); ++b) {
     const PolicyEvents::Around& around = policy.around[at][b];
     if (node.branches[b].kind == EventBranch::Kind::cut || around.n == 0) continue;
@@ -96,8 +113,8 @@ std::string node_text(const PolicyEvents& policy, std::size_t at, const Teller& 
     if (one.node != at) continue;
     const std::uint32_t pair = parts_only(node.branches[one.branch].word);
     out += indent + fmt::format("  {} in other branches: least gap {} mm, told by '{}' of {} of {} traces\n",
-                                word_text(pair, Detail::parts, info), range_text(one.gap, 1e3), one.witness, one.n,
-                                one.other);
+                                word_text(pair, Detail::parts, events.info), range_text(one.gap, 1e3), one.witness,
+                                one.n, one.other);
   }
   return out;
 }
@@ -112,7 +129,7 @@ std::string tree_text(const PolicyEvents& policy, const CampaignEvents& events, 
   }
   std::string out =
       fmt::format("Where behaviour divides ({} nodes tested, error rate {:g})\n", tree.tested, error_rate);
-  for (std::size_t i = 0; i < tree.nodes.size(); ++i) out += node_text(policy, i, tell, told, events.info);
+  for (std::size_t i = 0; i < tree.nodes.size(); ++i) out += node_text(policy, i, tell, told, events);
   return out;
 }
 
@@ -140,7 +157,9 @@ constexpr const char* kNoveltyNames[] = {"new contact", "new sequence", "new fea
 std::string novelties_text(const PolicyEvents& policy, const CampaignEvents& events, std::size_t most) {
   Detail detail = std::max(events.request.rules.detail, Detail::features);
   const Teller fine(events, detail), coarse(events, Detail::parts);
-  const std::string against = events.request.reference.empty()
+  const std::string against = policy.nominal ? fmt::format("the nominal trace ({} at {:.3f} s)",
+                                                           outcome_name(policy.nominal->first), policy.nominal->second)
+                              : events.request.reference.empty()
                                   ? fmt::format("the {} successes", policy.reference)
                                   : fmt::format("the {} traces of {}", policy.reference, events.request.reference);
   if (policy.reference == 0) return "\nNo success to tell novelties against (--reference names other traces).\n";
@@ -188,6 +207,12 @@ Json node_json(const PolicyEvents& policy, std::size_t at, const Teller& tell, c
                           {"traces", around.alike},
                           {"sequence", told.words_json(around.words)}}}});
   }
+  Json causes = Json::array();
+  for (std::size_t q = 0; !policy.causes.empty() && q < policy.causes[at].size(); ++q) {
+    const BifurcationCauses& one = policy.causes[at][q];
+    causes.push_back({{"branch", one.branch}});
+    causes.back().update(causes_json(one.causes, events.parameters));
+  }
   return {{"part", events.info.colliders[static_cast<std::size_t>(node.part)]},
           {"with", node.with < 0 ? Json() : Json(events.info.colliders[static_cast<std::size_t>(node.with)])},
           {"past", tell.words_json(node.past)},
@@ -197,7 +222,8 @@ Json node_json(const PolicyEvents& policy, std::size_t at, const Teller& tell, c
           {"depth", node.depth},
           {"parent", node.parent < 0 ? Json() : Json(node.parent)},
           {"parent_branch", node.parent_branch < 0 ? Json() : Json(node.parent_branch)},
-          {"branches", branches}};
+          {"branches", branches},
+          {"causes", causes}};
 }
 
 Json policy_json(const PolicyEvents& policy, const CampaignEvents& events) {
@@ -229,7 +255,7 @@ Json policy_json(const PolicyEvents& policy, const CampaignEvents& events) {
          {"particle", one.example}});
   }
   out["tested"] = policy.tree.tested;
-  out["by_kinds_of_failures"] = policy.kinds;
+  out["by_kinds_of_failures"] = policy.tree.kinds;
   out["bifurcations"] = nodes;
   Json near = Json::array();
   for (const PolicyEvents::NearMiss& one : policy.near_misses) {
@@ -244,6 +270,9 @@ Json policy_json(const PolicyEvents& policy, const CampaignEvents& events) {
   out["sequences"] = sequences;
   if (events.request.cycle > 0) out["cycles"] = cycles;
   out["reference_traces"] = policy.reference;
+  if (policy.nominal) {
+    out["nominal"] = {{"outcome", outcome_name(policy.nominal->first)}, {"end", policy.nominal->second}};
+  }
   out["novelties"] = novel;
   return out;
 }
@@ -275,23 +304,12 @@ std::string events_json(const CampaignEvents& events) {
                     {"from", request.rules.from},
                     {"to", std::isinf(request.rules.to) ? Json() : Json(request.rules.to)},
                     {"error_rate", request.tree.error_rate},
-                    {"reference", request.reference.empty() ? "success" : request.reference},
+                    {"reference", request.nominal             ? "nominal"
+                                  : request.reference.empty() ? "success"
+                                                              : request.reference},
+                    {"no_causes", events.no_causes.empty() ? Json() : Json(events.no_causes)},
                     {"policies", policies}};
   return out.dump(2, ' ', false, Json::error_handler_t::replace);
-}
-
-std::string sequences_csv(const CampaignEvents& events) {
-  const Teller tell(events, events.request.rules.detail);
-  std::string out = "policy,traces,success,unknown,rate,low,high,example,sequence\n";
-  for (const PolicyEvents& policy : events.policies) {
-    for (const SequenceCount& one : policy.sequences) {
-      const Interval interval = one.outcomes.interval();
-      out += fmt::format("{},{},{},{},{},{},{},{},{}\n", csv_cell(policy.policy), one.outcomes.n, one.outcomes.success,
-                         one.outcomes.unknown, one.outcomes.rate(), interval.low, interval.high, one.example,
-                         csv_cell(tell.sequence(one.words, one.words.size())));
-    }
-  }
-  return out;
 }
 
 }  // namespace graze

@@ -43,4 +43,12 @@ std::string EventWords::node(const EventNode& node) const {
   return node.with < 0 ? out : out + " with " + info_.colliders[static_cast<std::size_t>(node.with)];
 }
 
+std::string EventWords::place(const EventTree& tree, std::size_t at) const {
+  const EventNode& one = tree.nodes[at];
+  const std::string out = fmt::format("{:.3f} s: {}", one.time, node(one));
+  if (one.parent < 0) return out;
+  const EventNode& above = tree.nodes[static_cast<std::size_t>(one.parent)];
+  return out + ", where " + branch(above.branches[static_cast<std::size_t>(one.parent_branch)]);
+}
+
 }  // namespace graze

@@ -22,6 +22,8 @@ class EventWords {
   std::string branch(const EventBranch& branch) const;
   /// "the 3rd contact of LF_FOOT with curb".
   std::string node(const EventNode& node) const;
+  /// The same with its time and the branch that it lies below: "1.931 s: the 1st contact of LF_FOOT, where …".
+  std::string place(const EventTree& tree, std::size_t at) const;
 
  private:
   const CampaignInfo& info_;

@@ -17,47 +17,16 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kLeastOfAClass = 3;  // failures of a kind that are asked about
 constexpr std::size_t kGrowthTraces = 100, kGrowthTimes = 8, kGrowthFreedoms = 6;
 
-/// Rows of the table by particle.
-struct ParticleRows {
-  std::vector<std::uint32_t> particle;  // by row, rising
-  std::size_t of(std::uint32_t id) const {
-    const auto at = std::lower_bound(particle.begin(), particle.end(), id);
-    return at != particle.end() && *at == id ? static_cast<std::size_t>(at - particle.begin()) : particle.size();
-  }
-};
-
-ParticleRows read_parameters(const Archive& archive, std::uint64_t end, ParticleTable& out) {
-  const CampaignInfo& info = archive.info();
-  const std::size_t width = info.parameters.size();
-  std::vector<std::pair<std::uint32_t, std::size_t>> found;  // particle, place in `values`
-  std::vector<double> values;
-  archive.scan_values([&](std::uint32_t particle, std::span<const double> row) {
-    if (particle >= end || row.size() != width) return;
-    found.emplace_back(particle, values.size());
-    values.insert(values.end(), row.begin(), row.end());
-  });
-  std::sort(found.begin(), found.end());
-  ParticleRows rows;
-  for (const auto& [particle, place] : found) rows.particle.push_back(particle);
-  for (std::size_t k = 0; k < width; ++k) {
-    const CampaignInfo::ParameterRow& parameter = info.parameters[k];
-    out.columns.push_back({parameter.name, parameter.unit, parameter.labels, {}});
-    out.columns.back().values.reserve(found.size());
-    for (const auto& [particle, place] : found) out.columns.back().values.push_back(values[place + k]);
-  }
-  return rows;
-}
-
 /// What is asked about the traces of a policy: targets by row of the table.
 class Targets {
  public:
-  Targets(const std::vector<ExplainedTrace>& traces, const ParticleRows& rows) : traces_(traces), rows_(rows) {}
+  Targets(const std::vector<ExplainedTrace>& traces, const ParticleValues& values) : traces_(traces), values_(values) {}
   /// value: of a valid trace; NaN: it does not count.
   template <class Value>
   void add(const std::string& name, const Value& value) {
-    CauseTarget target{name, std::vector<double>(rows_.particle.size(), kNaN)};
+    CauseTarget target{name, std::vector<double>(values_.particles.size(), kNaN)};
     for (std::size_t i = 0; i < traces_.size(); ++i) {
-      const std::size_t row = rows_.of(traces_[i].particle);
+      const std::size_t row = values_.row_of(traces_[i].particle);
       if (traces_[i].valid() && row < target.values.size()) target.values[row] = value(i);
     }
     const auto counts = [](double y) { return !std::isnan(y); };
@@ -67,7 +36,7 @@ class Targets {
 
  private:
   const std::vector<ExplainedTrace>& traces_;
-  const ParticleRows& rows_;
+  const ParticleValues& values_;
 };
 
 bool varies(const std::vector<ExplainedTrace>& traces, const std::function<double(const ExplainedTrace&)>& value) {
@@ -82,9 +51,9 @@ bool varies(const std::vector<ExplainedTrace>& traces, const std::function<doubl
 }
 
 std::vector<CauseTarget> targets_of(const CampaignInfo& info, const std::vector<ExplainedTrace>& traces,
-                                    const ParticleRows& rows, const std::vector<int>& side,
+                                    const ParticleValues& values, const std::vector<int>& side,
                                     const std::string& side_name) {
-  Targets targets(traces, rows);
+  Targets targets(traces, values);
   const auto add_if = [&](const std::string& name, const std::function<double(const ExplainedTrace&)>& value) {
     if (varies(traces, value)) targets.add(name, [&](std::size_t i) { return value(traces[i]); });
   };
@@ -283,9 +252,24 @@ void compare_all(const std::vector<std::vector<ExplainedTrace>>& traces, std::si
   for (std::size_t i = 0; i < out.pairs.size(); ++i) out.pairs[i].p_holm = adjusted[i];
 }
 
+/// Causes of what became of traces, and, with `stories`, of the ways that they went.
+void find_all_causes(const CampaignInfo& info, const std::vector<ExplainedTrace>& traces, const Stories* stories,
+                     const ParticleValues& values, const std::vector<int>& side, PolicyExplanation& out) {
+  out.causes = find_causes(values.table, targets_of(info, traces, values, side, side_name_of(out.ended)));
+  const std::size_t others = out.causes.size();
+  if (stories != nullptr) {
+    const EventTree tree = event_tree(*stories, info);
+    for (auto& of_node : bifurcation_causes(tree, *stories, EventWords(info, Detail::features), values)) {
+      for (BifurcationCauses& one : of_node) out.causes.push_back(std::move(one.causes));
+    }
+  }
+  out.bifurcations = out.causes.size() - others;
+  for (const Causes& causes : out.causes) out.verdicts.push_back(verdict_text(causes, values.table));
+}
+
 PolicyExplanation explain_policy(const Archive& archive, const std::string& policy,
-                                 const std::vector<ExplainedTrace>& traces, const Freedoms& freedoms,
-                                 const ParticleRows& rows, const ParticleTable& table, DipTest& test) {
+                                 const std::vector<ExplainedTrace>& traces, const Stories* stories,
+                                 const Freedoms& freedoms, const ParticleValues& values, DipTest& test) {
   const CampaignInfo& info = archive.info();
   PolicyExplanation out;
   out.policy = policy;
@@ -293,10 +277,7 @@ PolicyExplanation explain_policy(const Archive& archive, const std::string& poli
   out.ended = scatter_of(traces, freedoms, test, ran_to_the_end);
   out.all = scatter_of(traces, freedoms, test, [](const ExplainedTrace& trace) { return trace.valid(); });
   const std::vector<int> side = sides_of(traces, out);
-  if (table.rows() > 0) {
-    out.causes = find_causes(table, targets_of(info, traces, rows, side, side_name_of(out.ended)));
-  }
-  for (const Causes& causes : out.causes) out.verdicts.push_back(verdict_text(causes, table));
+  if (values.none().empty()) find_all_causes(info, traces, stories, values, side, out);
   find_growth(archive, traces, freedoms, out);
   find_survival(info, traces, out);
   find_margins(info, traces, out);
@@ -322,19 +303,24 @@ Explanation explain(const Archive& archive, const std::vector<std::string>& chos
   if (out.looked_at < asked) {
     out.notes.push_back(fmt::format("rates are of all particles, everything else of the first {}", out.looked_at));
   }
-  const ParticleRows rows = read_parameters(archive, end, out.parameters);
-  if (out.parameters.columns.empty()) {
-    out.notes.push_back("no causes: the scenario has no uncertain parameters");
-  } else if (out.parameters.rows() == 0) {
-    out.notes.push_back("no causes: the archive does not keep the particles' values");
+  ParticleValues values = read_particle_values(archive, end);
+  StoryRules rules;
+  rules.detail = Detail::features;  // as `graze events` looks for bifurcations
+  StoriesRead told;
+  if (!values.none().empty()) {
+    out.notes.push_back("no causes: " + values.none());
+  } else {
+    told = look_for_stories(archive, policies, rules, end);
   }
   const Freedoms freedoms(info.q_names);
   DipTest test;
   std::vector<std::vector<ExplainedTrace>> traces;
-  for (const std::string& policy : policies) {
-    traces.push_back(explained_traces(archive, policy, freedoms, end));
-    out.policies.push_back(explain_policy(archive, policy, traces.back(), freedoms, rows, out.parameters, test));
+  for (std::size_t p = 0; p < policies.size(); ++p) {
+    traces.push_back(explained_traces(archive, policies[p], freedoms, end));
+    const Stories* stories = told.stories.empty() ? nullptr : &told.stories[p];
+    out.policies.push_back(explain_policy(archive, policies[p], traces.back(), stories, freedoms, values, test));
   }
+  out.parameters = std::move(values.table);
   compare_all(traces, info.deciding(), out);
   return out;
 }

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "analysis/causes.h"
+#include "analysis/bifurcation_causes.h"
 #include "analysis/rates.h"
 #include "analysis/scatter.h"
 #include "analysis/score.h"
@@ -37,8 +37,10 @@ struct Growth {
 struct PolicyExplanation {
   std::string policy;
   std::uint64_t n = 0, success = 0, known = 0, unknown = 0, invalid = 0;  // of the particles looked at
-  std::vector<Causes> causes;         // success, failures by requirement, unmet objective, margins, modes
-  std::vector<std::string> verdicts;  // of these, in words
+  /// Success, failures by requirement, unmet objective, modes, margins; then branches of bifurcations.
+  std::vector<Causes> causes;
+  std::size_t bifurcations = 0;       // the last so many of them, which are corrected for each other alone
+  std::vector<std::string> verdicts;  // of all, in words
   Scatter ended, all;                 // of valid traces that ran to the end, and of all valid ones
   std::vector<ModeTraces> modes;      // of `ended`, by its clearest degree of freedom; empty: one mode
   Growth growth;
@@ -72,12 +74,12 @@ struct Explanation {
 };
 
 struct ExplainOptions {
-  std::uint64_t most_particles = 100'000;  // beyond it only rates count them
+  std::uint64_t most_particles = kMostExplained;  // beyond it only rates count them
 };
 
 /// `policies`: those of the archive's that it is about; empty: all. A function of the archive's content alone. Memory:
-/// about 16 bytes for each parameter and 8 for each coordinate of a particle. Throws InputError: the archive is
-/// damaged.
+/// about 16 bytes for each parameter, 8 for each coordinate and 20 for each contact phase of a particle. Throws
+/// InputError: the archive is damaged.
 Explanation explain(const Archive& archive, const std::vector<std::string>& policies = {},
                     const ExplainOptions& options = {});
 

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "analysis/cause_numbers.h"
 #include "analysis/explanation.h"
 
 namespace graze {
@@ -21,53 +22,6 @@ Json list(const std::vector<T>& values, const Function& function) {
 }
 Json numbers(const std::vector<double>& values) {
   return list(values, [](double x) { return of(x); });
-}
-
-Json of(const ParameterEffect& e, const ParticleTable& table) {
-  return {{"parameter", table.columns[e.column].name},
-          {"test", e.test},
-          {"effect", of(e.effect)},
-          {"spearman", of(e.spearman)},
-          {"auc", of(e.auc)},
-          {"highest_choice", e.label.empty() ? Json(nullptr) : Json(e.label)},
-          {"p_rank", of(e.p_rank)},
-          {"hsic", of(e.hsic)},
-          {"p_hsic", of(e.p_hsic)},
-          {"p_value", of(e.p_value)},
-          {"p_holm", of(e.p_holm)},
-          {"partial", of(e.partial)},
-          {"p_partial", of(e.p_partial)},
-          {"share_of_variance", of(e.share)},
-          {"share_noise", of(e.share_noise)}};
-}
-
-Json of(const DecisionTree& tree, const ParticleTable& table) {
-  const Json rules = list(rules_of(tree), [&](const TreeRule& rule) {
-    return Json{{"rule", rule_text(rule, table)}, {"traces", rule.rows}, {"mean", of(rule.mean)}};
-  });
-  return {{"depth", tree.depth},
-          {"skill", of(tree.skill)},
-          {"skill_is", tree.binary ? "balanced_accuracy" : "rank_correlation"},
-          {"chance", tree.chance},
-          {"standard_error", of(tree.standard_error)},
-          {"accuracy", tree.binary ? of(tree.accuracy) : Json(nullptr)},
-          {"majority", tree.binary ? of(tree.majority) : Json(nullptr)},
-          {"p_value", of(tree.p_value)},
-          {"rules", rules}};
-}
-
-Json of(const Causes& c, const std::string& verdict, const ParticleTable& table) {
-  return {{"target", c.target},
-          {"binary", c.binary},
-          {"traces", c.rows},
-          {"ones", c.binary ? Json(c.ones) : Json(nullptr)},
-          {"explained", c.explained()},
-          {"verdict", verdict},
-          {"significant", c.significant},
-          {"effects", list(c.effects, [&](const ParameterEffect& e) { return of(e, table); })},
-          {"tree_tells", c.tree_tells},
-          {"tree", of(c.tree, table)},
-          {"notes", c.notes}};
 }
 
 Json of(const FreedomSpread& f) {
@@ -162,8 +116,6 @@ Json sizes_of(const PolicyExplanation& p) {
 }
 
 Json of(const PolicyExplanation& p, const RateBounds& rate, const ParticleTable& table) {
-  Json causes = Json::array();
-  for (std::size_t i = 0; i < p.causes.size(); ++i) causes.push_back(of(p.causes[i], p.verdicts[i], table));
   const auto mode = [](const ModeTraces& m) {
     return Json{
         {"success", m.success}, {"known_failure", m.known}, {"unknown_failure", m.unknown}, {"particles", m.particles}};
@@ -175,7 +127,8 @@ Json of(const PolicyExplanation& p, const RateBounds& rate, const ParticleTable&
           {"unknown_failure", p.unknown},
           {"invalid", p.invalid},
           {"rate", rate_of(rate)},
-          {"causes", causes},
+          {"causes", list(p.causes, [&](const Causes& one) { return causes_json(one, table); })},
+          {"bifurcation_causes", p.bifurcations},
           {"final_states", of(p.ended)},
           {"final_states_of_all", of(p.all)},
           {"modes", list(p.modes, mode)},

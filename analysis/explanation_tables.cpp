@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "analysis/cause_numbers.h"
 #include "analysis/explanation.h"
 
 namespace graze {
@@ -15,18 +16,14 @@ std::string cell(double x) { return std::isnan(x) ? "" : fmt::format("{}", x); }
 std::string cell(std::uint64_t x) { return std::to_string(x); }
 
 ExplanationTable causes_of(const Explanation& all) {
-  ExplanationTable out{
-      "causes",
-      {"policy", "target", "parameter", "test", "effect", "spearman", "auc", "highest_choice", "p_rank", "hsic",
-       "p_hsic", "p_value", "p_holm", "partial", "p_partial", "share_of_variance", "share_noise"},
-      {}};
+  ExplanationTable out{"causes", {"policy", "target"}, {}};
+  for (const std::string& name : cause_columns()) out.head.push_back(name);
   for (const PolicyExplanation& policy : all.policies) {
     for (const Causes& causes : policy.causes) {
-      for (const ParameterEffect& e : causes.effects) {
-        out.rows.push_back({policy.policy, causes.target, all.parameters.columns[e.column].name, e.test, cell(e.effect),
-                            cell(e.spearman), cell(e.auc), e.label, cell(e.p_rank), cell(e.hsic), cell(e.p_hsic),
-                            cell(e.p_value), cell(e.p_holm), cell(e.partial), cell(e.p_partial), cell(e.share),
-                            cell(e.share_noise)});
+      for (const ParameterEffect& effect : causes.effects) {
+        Row row = {policy.policy, causes.target};
+        for (std::string& one : cause_cells(effect, all.parameters)) row.push_back(std::move(one));
+        out.rows.push_back(std::move(row));
       }
     }
   }

@@ -213,8 +213,10 @@ std::string pairs_text(const Explanation& all) {
       "uses that particles are shared, 'survival p' the plain one, which takes the policies' traces as independent.",
       0, 0);
   if (!std::isnan(all.log_rank.p_value) && all.policies.size() > 2) {
-    out += fmt::format("All policies together: log-rank chi-square {:.3g} with {:g} degrees of freedom, p = {:.2g}\n",
-                       all.log_rank.chi_square, all.log_rank.freedom, all.log_rank.p_value);
+    out += paragraph(
+        fmt::format("All policies together: log-rank chi-square {:.3g} with {:g} degrees of freedom, p = {:.2g}",
+                    all.log_rank.chi_square, all.log_rank.freedom, all.log_rank.p_value),
+        0, 0);
   }
   return out;
 }

@@ -89,6 +89,27 @@ Json branch_table(const CampaignEvents& events) {
           {"note", "Medians over the traces of a branch; p after Holm's correction over all nodes that were tested."}};
 }
 
+/// What explains which way traces go; null: there is no bifurcation.
+Json causes_table(const CampaignEvents& events) {
+  const EventWords words(events.info, std::max(events.request.rules.detail, Detail::features));
+  Json rows = Json::array();
+  for (const PolicyEvents& policy : events.policies) {
+    for (std::size_t n = 0; n < policy.causes.size(); ++n) {
+      for (const BifurcationCauses& one : policy.causes[n]) {
+        rows.push_back({policy.policy, words.place(policy.tree, n),
+                        words.branch(policy.tree.nodes[n].branches[one.branch]), one.causes.ones, one.causes.rows,
+                        verdict_text(one.causes, events.parameters)});
+      }
+    }
+  }
+  if (rows.empty()) return nullptr;
+  return {{"type", "table"},
+          {"title", "What decides which way"},
+          {"columns", {"Policy", "Bifurcation", "Next contact", "Traces", "Of", "Parameters"}},
+          {"rows", rows},
+          {"note", "p after Holm's correction over all parameters and branches of the policy's bifurcations."}};
+}
+
 Json novelty_table(const CampaignEvents& events) {
   constexpr const char* kKinds[] = {"new contact", "new sequence", "new feature", "both outcomes"};
   const EventWords fine(events.info, std::max(events.request.rules.detail, Detail::features));
@@ -119,13 +140,16 @@ Json novelty_table(const CampaignEvents& events) {
 }  // namespace
 
 Json events_section(const CampaignEvents& events) {
+  Json widgets = {tree_widget(events), branch_table(events)};
+  if (Json causes = causes_table(events); !causes.is_null()) widgets.push_back(std::move(causes));
+  widgets.push_back(novelty_table(events));
   return {
       {"id", "events"},
       {"title", "Events"},
       {"text", fmt::format("Contacts at which what happens next has to do with how a trace ends; found where there is "
                            "none with a probability of at most {:g} %.",
                            100 * events.request.tree.error_rate)},
-      {"widgets", {tree_widget(events), branch_table(events), novelty_table(events)}}};
+      {"widgets", widgets}};
 }
 
 Json unknown_section(const std::vector<UnknownFailures>& all, const std::string& archive) {

@@ -60,28 +60,26 @@ void order_simultaneous(std::span<Token> tokens, double simultaneous) {
   }
 }
 
-/// What nine in ten contacts of two parts carry at most, N s.
-struct StoryTeller::Usual {
-  std::map<std::pair<int, int>, std::vector<float>> impulses;
-  std::map<std::pair<int, int>, float> most;
-
-  void settle() {
-    for (auto& [pair, all] : impulses) {
-      const auto ninth = all.begin() + static_cast<std::ptrdiff_t>(0.9 * static_cast<double>(all.size() - 1));
-      std::nth_element(all.begin(), ninth, all.end());
-      most[pair] = *ninth;
-    }
-    impulses.clear();
+void StoryTeller::find_usual() {
+  for (auto& [pair, all] : impulses_) {
+    const auto ninth = all.begin() + static_cast<std::ptrdiff_t>(0.9 * static_cast<double>(all.size() - 1));
+    std::nth_element(all.begin(), ninth, all.end());
+    usual_[pair] = *ninth;
   }
-  float of(std::uint32_t word) const { return most.at({part_a(word), part_b(word)}); }
-};
+  impulses_.clear();
+}
 
 StoryTeller::StoryTeller(const std::vector<std::string>& policies, const StoryRules& rules, double step)
-    : rules_(rules), step_(step), usual_(std::make_unique<Usual>()), stories_(policies.size()) {
+    : rules_(rules), step_(step), stories_(policies.size()) {
   for (std::size_t p = 0; p < policies.size(); ++p) stories_[p].policy_ = policies[p];
 }
 
-StoryTeller::~StoryTeller() = default;
+StoryTeller::StoryTeller(const std::vector<std::string>& policies, const StoryRules& rules, double step,
+                         UsualImpulses usual)
+    : StoryTeller(policies, rules, step) {
+  given_ = true;
+  usual_ = std::move(usual);
+}
 
 void StoryTeller::add(std::size_t policy, std::uint32_t particle, Outcome outcome, int violated, double end_time,
                       std::span<const ContactPhase> phases) {
@@ -90,7 +88,7 @@ void StoryTeller::add(std::size_t policy, std::uint32_t particle, Outcome outcom
   const std::uint64_t first = stories.tokens_.size();
   for (const ContactPhase& phase : phases) {
     const auto impulse = static_cast<float>(phase.impulse);
-    usual_->impulses[{phase.a, phase.b}].push_back(impulse);
+    if (!given_) impulses_[{phase.a, phase.b}].push_back(impulse);
     if (phase.begin < rules_.from || phase.begin >= rules_.to) continue;
     const bool under_way = phase.end > end_time - 1.5 * step_;
     // Negative: counts, whatever it carries.
@@ -101,13 +99,16 @@ void StoryTeller::add(std::size_t policy, std::uint32_t particle, Outcome outcom
 }
 
 std::vector<Stories> StoryTeller::take() {
-  usual_->settle();
+  find_usual();
+  const auto usual = [&](std::uint32_t word) {
+    const auto found = usual_.find({part_a(word), part_b(word)});
+    return found == usual_.end() ? 0.0f : found->second;
+  };
   for (Stories& stories : stories_) {
     for (Stories::Head& head : stories.heads_) {
       const auto first = stories.tokens_.begin() + static_cast<std::ptrdiff_t>(head.first);
       const auto last = std::remove_if(first, first + static_cast<std::ptrdiff_t>(head.count), [&](const Token& token) {
-        return !std::signbit(token.impulse) &&
-               token.impulse < static_cast<float>(rules_.light) * usual_->of(token.word);
+        return !std::signbit(token.impulse) && token.impulse < static_cast<float>(rules_.light) * usual(token.word);
       });
       std::for_each(first, last, [](Token& token) { token.impulse = std::abs(token.impulse); });
       head.count = static_cast<std::uint64_t>(last - first);
@@ -119,30 +120,44 @@ std::vector<Stories> StoryTeller::take() {
   return std::move(stories_);
 }
 
-std::vector<Stories> read_stories(const Archive& archive, const std::vector<std::string>& policies,
-                                  const StoryRules& rules) {
+StoriesRead look_for_stories(const Archive& archive, const std::vector<std::string>& policies, const StoryRules& rules,
+                             std::uint64_t end) {
   const CampaignInfo& info = archive.info();
+  StoriesRead out;
   if (info.colliders.size() > kParts) {
-    throw InputError(fmt::format("{}: {} parts that can touch; contacts are told apart of at most {}",
-                                 archive.path().string(), info.colliders.size(), kParts));
+    out.none = fmt::format("{}: {} parts that can touch; contacts are told apart of at most {}",
+                           archive.path().string(), info.colliders.size(), kParts);
+    return out;
   }
   StoryTeller teller(policies, rules, info.step);
   bool any_phase = false;
   for (std::size_t p = 0; p < policies.size(); ++p) {
-    archive.scan(policies[p], kEndTime | kContactPhases, [&](const TraceRows& rows) {
+    const auto take = [&](const TraceRows& rows) {
       for (std::size_t i = 0; i < rows.size(); ++i) {
         any_phase = any_phase || !rows.phases(i).empty();
         teller.add(p, rows.particle(i), rows.outcome(i), rows.violated(i), rows.end_time(i), rows.phases(i));
       }
-    });
+    };
+    archive.scan(policies[p], kEndTime | kContactPhases, take,
+                 [&](std::uint32_t particle, Outcome) { return particle < end; });
   }
-  if (!any_phase) {
-    throw InputError(
-        fmt::format("{}: has no contact phases: nothing touched, or record.phases was false, or an older "
-                    "program made it; simulate it again with record.phases",
-                    archive.path().string()));
+  if (any_phase) {
+    out.stories = teller.take();
+    out.usual = teller.usual();
+    return out;
   }
-  return teller.take();
+  out.none = fmt::format(
+      "{}: has no contact phases: nothing touched, or record.phases was false, or an older program "
+      "made it; simulate it again with record.phases",
+      archive.path().string());
+  return out;
+}
+
+std::vector<Stories> read_stories(const Archive& archive, const std::vector<std::string>& policies,
+                                  const StoryRules& rules) {
+  StoriesRead out = look_for_stories(archive, policies, rules);
+  if (!out.none.empty()) throw InputError(out.none);
+  return std::move(out.stories);
 }
 
 }  // namespace graze

@@ -3,9 +3,10 @@
 
 #include <cstdint>
 #include <limits>
-#include <memory>
+#include <map>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "archive/archive.h"
@@ -72,28 +73,46 @@ class Stories {
   std::vector<Token> tokens_;
 };
 
-/// Makes stories of traces that come in any order. What contacts of two parts usually carry is taken over all policies.
+/// What nine in ten contacts of two parts (rows of CampaignInfo::colliders) carry at most, N s.
+using UsualImpulses = std::map<std::pair<int, int>, float>;
+
+/// Makes stories of traces that come in any order. What contacts of two parts usually carry is taken over all policies,
+/// or given.
 class StoryTeller {
  public:
   /// `step`: of the physics, s.
   StoryTeller(const std::vector<std::string>& policies, const StoryRules& rules, double step);
-  ~StoryTeller();
+  /// With what is usual elsewhere; all contacts of parts that never touched there count.
+  StoryTeller(const std::vector<std::string>& policies, const StoryRules& rules, double step, UsualImpulses usual);
   /// Invalid traces are passed over.
   void add(std::size_t policy, std::uint32_t particle, Outcome outcome, int violated, double end_time,
            std::span<const ContactPhase> phases);
   /// One per policy. Nothing can be added afterwards.
   std::vector<Stories> take();
+  /// What is usual here, or was given; after take().
+  const UsualImpulses& usual() const { return usual_; }
 
  private:
-  struct Usual;
+  void find_usual();
+
   StoryRules rules_;
   double step_;
-  std::unique_ptr<Usual> usual_;
+  bool given_ = false;
+  std::map<std::pair<int, int>, std::vector<float>> impulses_;  // unless what is usual was given
+  UsualImpulses usual_;
   std::vector<Stories> stories_;
 };
 
-/// Of each policy. Throws InputError if the archive
-/// keeps no contact phases.
+/// Stories by policy, or why there are none: the archive keeps no contact phases, or too many parts touch.
+struct StoriesRead {
+  std::vector<Stories> stories;
+  UsualImpulses usual;
+  std::string none;
+};
+/// Of particles below `end`.
+StoriesRead look_for_stories(const Archive& archive, const std::vector<std::string>& policies, const StoryRules& rules,
+                             std::uint64_t end = std::numeric_limits<std::uint64_t>::max());
+/// The same; throws InputError if there are none.
 std::vector<Stories> read_stories(const Archive& archive, const std::vector<std::string>& policies,
                                   const StoryRules& rules);
 

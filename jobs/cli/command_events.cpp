@@ -5,6 +5,9 @@
 #include <memory>
 
 #include "analysis/events.h"
+#include "archive/hdf5/reading_child.h"
+#include "jobs/campaign/archived_scenario.h"
+#include "jobs/campaign/nominal_traces.h"
 #include "jobs/cli/commands.h"
 #include "jobs/cli/option_values.h"
 #include "jobs/cli/reading_verb.h"
@@ -12,8 +15,10 @@
 namespace graze {
 namespace {
 
+constexpr const char* kNominal = "nominal";
+
 struct Arguments {
-  std::string archive, detail = "parts", reference;
+  std::string archive, detail = "parts", table = "sequences", reference;
   std::vector<std::string> policies;
   EventsRequest request;
   std::uint64_t top = 5;
@@ -35,13 +40,29 @@ double parse_share(const std::string& text, const std::string& option, double le
   return value;
 }
 
+std::string csv_of(const CampaignEvents& events, const std::string& table) {
+  return table == "branches" ? branches_csv(events) : table == "causes" ? causes_csv(events) : sequences_csv(events);
+}
+
 int tell_events(const Arguments& arguments) {
+  if (arguments.table != "sequences" && !arguments.csv) {
+    throw InputError(fmt::format("--table {}: is for --csv, which was not given", arguments.table));
+  }
   const Archive archive(arguments.archive);
   warn(archive.warnings());
   EventsRequest request = arguments.request;
   request.name = arguments.archive;
   request.policies = chosen_names(archive.info().policies, arguments.policies, arguments.archive);
-  request.reference = arguments.reference;
+  if (arguments.reference == kNominal) {
+    check_results_version(arguments.archive, archive.info(), "tell novelties with that program, or run it anew");
+    request.nominal = [&](const std::vector<std::string>& policies) {
+      end_of_reading();
+      const ArchivedScenario reloaded(arguments.archive, archive.info(), "nothing can be simulated again");
+      return nominal_traces(reloaded.scenario(), policies);
+    };
+  } else {
+    request.reference = arguments.reference;
+  }
   request.rules.detail = arguments.detail == "parts"      ? Detail::parts
                          : arguments.detail == "features" ? Detail::features
                                                           : Detail::modes;
@@ -52,7 +73,7 @@ int tell_events(const Arguments& arguments) {
   if (arguments.json) {
     std::cout << events_json(events) << "\n";
   } else {
-    std::cout << (arguments.csv ? sequences_csv(events) : format_events(events, arguments.top));
+    std::cout << (arguments.csv ? csv_of(events, arguments.table) : format_events(events, arguments.top));
   }
   return archive.complete() ? kDone : kMachineFailed;
 }
@@ -66,7 +87,9 @@ void add_events(CLI::App& app, Action& action) {
                             "  graze events curb.h5 --policy step/3cm --detail features\n"
                             "  graze events trot.h5 --cycle '0.3 s'             # what each step of a gait is like\n"
                             "  graze events new.h5 --reference old.h5           # new against last week's campaign\n"
-                            "  graze events curb.h5 --csv > sequences.csv\n");
+                            "  graze events curb.h5 --reference nominal         # new against the nominal trace\n"
+                            "  graze events curb.h5 --csv > sequences.csv\n"
+                            "  graze events curb.h5 --csv --table branches      # where behaviour divides, and why\n");
   Arguments& a = *arguments;
   verb->add_option("archive", a.archive, "Campaign directory or packed file")->required();
   verb->add_option("--policy", a.policies, "Only these policies (globs; may be repeated)")->allow_extra_args(false);
@@ -98,16 +121,21 @@ void add_events(CLI::App& app, Action& action) {
       ->type_name("SHARE");
   verb->add_option(
           "--reference", a.reference,
-          "Tell what is new against this archive, of the same robot and world, instead of against the successes")
-      ->type_name("ARCHIVE");
+          "Tell what is new against this archive, of the same robot and world, or against the nominal trace, simulated "
+          "now, instead of against the successes")
+      ->type_name("ARCHIVE|nominal");
   add_whole(*verb, "--top", a.top, 1, 1'000'000, "So many sequences and novelties of each kind (5)");
   CLI::Option* json = verb->add_flag("--json", a.json, "Print JSON: everything");
-  verb->add_flag("--csv", a.csv, "Print the sequences as CSV")->excludes(json);
+  verb->add_flag("--csv", a.csv, "Print a table as CSV")->excludes(json);
+  add_choice(*verb, "--table", a.table, {"sequences", "branches", "causes"},
+             "Which table --csv prints: sequences, branches of bifurcations, or all numbers of their causes");
   verb->callback([arguments, &action] {
     action = [arguments] {
       std::vector<std::string> archives = {arguments->archive};
-      if (!arguments->reference.empty()) archives.push_back(arguments->reference);
-      return in_reading_child(archives, [&] { return tell_events(*arguments); });
+      if (!arguments->reference.empty() && arguments->reference != kNominal) archives.push_back(arguments->reference);
+      // Beside reading, causes of many bifurcations take time.
+      return in_reading_child(
+          archives, [&] { return tell_events(*arguments); }, 2);
     };
   });
 }

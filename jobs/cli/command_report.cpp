@@ -122,7 +122,11 @@ void add_report(CLI::App& app, Action& action) {
   verb->add_flag("--force", arguments->force, "Replace the page if it exists");
   verb->add_flag("--json", arguments->json, "Print the page's data as JSON, and write no page");
   verb->callback([arguments, &action] {
-    action = [arguments] { return in_reading_child({arguments->archive}, [&] { return report(*arguments); }); };
+    // Beside reading, causes of many bifurcations take time.
+    action = [arguments] {
+      return in_reading_child(
+          {arguments->archive}, [&] { return report(*arguments); }, 2);
+    };
   });
 }
 

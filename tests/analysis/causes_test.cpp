@@ -119,6 +119,20 @@ TEST(Causes, DependenceWithoutDirection) {
   EXPECT_THAT(verdict_text(got, table), HasSubstr("depends on p3, not by rising or falling with it alone"));
 }
 
+// Claim: a choice whose values are fractions of one label, as files of others may hold, is no cause and no NaN.
+TEST(Causes, AChoiceOfOneLabelIsNoCause) {
+  ParticleTable table = table_of(3, 100);
+  table.columns[1].labels = {"rigid", "soft"};
+  for (double& value : table.columns[1].values) value = 0.25 + 1e-3 * value;
+  const Causes got =
+      find_causes(table, target_of(table, [&](std::size_t i) { return table.columns[0].values[i] > 0 ? 1.0 : 0.0; }));
+  ASSERT_EQ(got.significant, 1u);
+  for (const ParameterEffect& effect : got.effects) {
+    EXPECT_FALSE(std::isnan(effect.p_holm)) << effect.column;
+    EXPECT_TRUE(effect.column != 1 || effect.p_holm == 1);
+  }
+}
+
 // Claim: under independence the p-values of HSIC fall below 0.05, 0.01 and 0.001 as often as they say (3000 pairs of 60
 // values, continuous and 0/1, within 4 standard errors and a tenth of the rate).
 TEST(Dependence, PValuesAreCalibrated) {
