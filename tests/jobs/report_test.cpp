@@ -45,6 +45,27 @@ TEST_F(Report, IsOneFile) {
   EXPECT_THAT(text, AllOf(Not(HasSubstr("src=\"http")), Not(HasSubstr("@DATA@")), Not(HasSubstr("@SCRIPT@"))));
 }
 
+// Claim: sections on survival and causes come before those on events; of so few traces causes are asked of all, and are
+// those of `explain --json`.
+TEST_F(Report, ExplainsLikeExplain) {
+  const Json sections = Json::parse(graze("report a.graze --json --replays 0 --trajectories 0").out)["sections"];
+  ASSERT_GE(sections.size(), 2u);
+  EXPECT_EQ(sections[0]["id"], "survival");
+  EXPECT_EQ(sections[1]["id"], "causes");
+  const Json explanation = Json::parse(graze("explain a.graze --json").out);
+  const Json& questions = sections[1]["widgets"][0]["rows"];
+  std::size_t row = 0;
+  for (const Json& policy : explanation["policies"]) {
+    for (const Json& causes : policy["causes"]) {
+      ASSERT_LT(row, questions.size());
+      EXPECT_EQ(questions[row][1], causes["target"]);
+      EXPECT_EQ(questions[row++][3], causes["verdict"]);
+    }
+  }
+  EXPECT_EQ(row, questions.size());
+  EXPECT_GT(row, 0u);
+}
+
 // Claim: --json has the numbers of `score --json`, and of traces the bits that the archive knows: all are identical.
 TEST_F(Report, JsonHasTheNumbersOfTheScore) {
   const Json data = Json::parse(graze("report a.graze --json --replays 3 --trajectories 7").out);
