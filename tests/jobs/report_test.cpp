@@ -116,6 +116,25 @@ TEST_F(Report, ViewShowsWhatIsAskedFor) {
   EXPECT_FALSE(testing::fs::exists(campaign.folder / "w.html"));
 }
 
+// Claim: `replay --view` writes and names the page that `view` writes of that trace, beside what else is exported; it
+// takes no other file's place without --force, and refuses before anything is written.
+TEST_F(Report, ReplayWritesTheSamePage) {
+  ASSERT_EQ(graze("view a.graze --particle 3 --policy still -o v.html").code, 0);
+  const testing::Result run = graze("replay a.graze --particle 3 --policy still --view -o p3.h5");
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("written: a.p3.html, p3.h5\n"));
+  EXPECT_EQ(page("a.p3.html"), page("v.html"));
+  const testing::Result json = graze("replay a.graze --particle 3 --view --force --json");
+  EXPECT_EQ(Json::parse(json.out)["exported"], Json::array({"a.p3.html"})) << json.err;
+  testing::write_file(campaign.folder / "a.p4.html", "mine");
+  refused("replay a.graze --particle 4 --view -o p4.h5", {"a.p4.html", "--force"});
+  EXPECT_EQ(page("a.p4.html"), "mine");
+  refused("replay a.graze --particle 25 --unverified --view -o p25.h5",
+          {"--view", "a.graze holds no trace of particle 25"});
+  EXPECT_FALSE(testing::fs::exists(campaign.folder / "p25.h5"));
+  EXPECT_FALSE(testing::fs::exists(campaign.folder / "a.p25.html"));
+}
+
 // Claim: an archive of another results version has a report without what is simulated, which the page and the terminal
 // say; it cannot be viewed.
 TEST(ReportOfAnother, ResultsVersionHasNoReplays) {
@@ -134,6 +153,7 @@ TEST(ReportOfAnother, ResultsVersionHasNoReplays) {
   EXPECT_GT(data["trajectories"].size(), 0u);
   EXPECT_EQ(testing::graze(folder.path(), "report old.graze").code, 0);
   EXPECT_EQ(testing::graze(folder.path(), "view old.graze --particle 0").code, 2);
+  EXPECT_EQ(testing::graze(folder.path(), "replay old.graze --particle 0 --any-version --view").code, 2);
 }
 
 // Claim: a trace that is not the archive's is shown with a note, and `view` ends with 1.
