@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <random>
 
 #include "sampling/stream.h"
 
@@ -140,17 +139,20 @@ double DipSearch::run() {
   return most / (2 * count(n));
 }
 
-/// Dips of uniform samples, sorted. A sorted sample comes from sums of exponential spacings.
-std::vector<double> simulated(std::size_t n) {
-  std::mt19937_64 random(3);
-  std::vector<double> out, sample(n);
-  for (std::size_t k = 0; k < kSamples; ++k) {
-    double sum = 0;
-    for (double& x : sample) x = sum -= std::log(to_uniform(random()));
-    out.push_back(dip(sample));
-  }
-  std::sort(out.begin(), out.end());
-  return out;
+/// The dip of a uniform sample. A sorted sample comes from sums of exponential spacings.
+double simulated(std::mt19937_64& random, std::size_t n) {
+  std::vector<double> sample(n);
+  double sum = 0;
+  for (double& x : sample) x = sum -= std::log(to_uniform(random()));
+  return dip(sample);
+}
+
+/// p of a dip that so many of the simulated ones reach.
+double p_of(std::size_t reached) { return count(reached + 1) / count(kSamples + 1); }
+
+/// What a simulated dip must have to count as reaching it: the last digits do not decide.
+double reached_from(double dip, std::size_t n, std::size_t simulated_n) {
+  return dip * std::sqrt(count(n) / count(simulated_n)) * (1 - 1e-12);
 }
 
 }  // namespace
@@ -159,11 +161,27 @@ double dip(std::span<const double> sorted) { return DipSearch(sorted).run(); }
 
 double DipTest::p_value(double dip, std::size_t n) {
   const std::size_t simulated_n = std::min(n, kMostSimulated);
-  const auto [at, fresh] = null_.try_emplace(simulated_n);
-  if (fresh) at->second = simulated(simulated_n);
-  const double scaled = dip * std::sqrt(count(n) / count(simulated_n));
-  const auto from = std::lower_bound(at->second.begin(), at->second.end(), scaled * (1 - 1e-12));
-  return (static_cast<double>(at->second.end() - from) + 1) / (static_cast<double>(kSamples) + 1);
+  Null& null = null_[simulated_n];
+  while (null.dips.size() < kSamples) null.dips.push_back(simulated(null.random, simulated_n));
+  if (null.sorted.empty()) {
+    null.sorted = null.dips;
+    std::sort(null.sorted.begin(), null.sorted.end());
+  }
+  const auto from = std::lower_bound(null.sorted.begin(), null.sorted.end(), reached_from(dip, n, simulated_n));
+  return p_of(static_cast<std::size_t>(null.sorted.end() - from));
+}
+
+bool DipTest::below(double dip, std::size_t n, double level) {
+  const std::size_t simulated_n = std::min(n, kMostSimulated);
+  Null& null = null_[simulated_n];
+  const double least = reached_from(dip, n, simulated_n);
+  std::size_t reached = 0;
+  for (std::size_t k = 0; k < kSamples; ++k) {
+    if (k == null.dips.size()) null.dips.push_back(simulated(null.random, simulated_n));
+    reached += null.dips[k] >= least;
+    if (p_of(reached) >= level) return false;  // p only rises with more samples that reach it
+  }
+  return true;
 }
 
 }  // namespace graze

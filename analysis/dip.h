@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <map>
+#include <random>
 #include <span>
 #include <vector>
 
@@ -20,9 +21,17 @@ double dip(std::span<const double> sorted);
 class DipTest {
  public:
   double p_value(double dip, std::size_t n);
+  /// p_value(dip, n) < level, from as many samples as tell it: where nothing parts, from a few dozen.
+  bool below(double dip, std::size_t n, double level);
 
  private:
-  std::map<std::size_t, std::vector<double>> null_;  // by n: sorted dips
+  /// Dips of uniform samples of one size: so many as were asked for, always the same ones.
+  struct Null {
+    std::mt19937_64 random{3};
+    std::vector<double> dips;    // in the order of the samples
+    std::vector<double> sorted;  // once there are all
+  };
+  std::map<std::size_t, Null> null_;  // by n
 };
 
 }  // namespace graze

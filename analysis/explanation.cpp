@@ -325,4 +325,27 @@ Explanation explain(const Archive& archive, const std::vector<std::string>& chos
   return out;
 }
 
+Explanation explain_survival(const Archive& archive, const std::vector<std::string>& chosen,
+                             const ExplainOptions& options) {
+  const CampaignInfo& info = archive.info();
+  Explanation out;
+  out.campaign = info.scenario_name;
+  out.archive = archive.path().string();
+  out.complete = archive.complete();
+  out.particles = info.particles;
+  const std::uint64_t asked = info.part.count(info.particles);
+  out.looked_at = std::min(asked, options.most_particles);
+  if (out.looked_at < asked) out.notes.push_back(fmt::format("of the first {} particles", out.looked_at));
+  std::vector<std::vector<ExplainedTrace>> traces;
+  for (const std::string& policy : chosen.empty() ? info.policies : chosen) {
+    traces.push_back(explained_traces(archive, policy, Freedoms({}), info.part.begin + out.looked_at));
+    PolicyExplanation& one = out.policies.emplace_back();
+    one.policy = policy;
+    count(traces.back(), one);
+    find_survival(info, traces.back(), one);
+  }
+  compare_all(traces, info.deciding(), out);
+  return out;
+}
+
 }  // namespace graze

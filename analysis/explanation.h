@@ -83,6 +83,11 @@ struct ExplainOptions {
 Explanation explain(const Archive& archive, const std::vector<std::string>& policies = {},
                     const ExplainOptions& options = {});
 
+/// Only how long traces last and whether policies differ in it: names, numbers of traces and `survival` of each policy,
+/// `log_rank` and `pairs`, as explain() has them. Takes little longer than reading.
+Explanation explain_survival(const Archive& archive, const std::vector<std::string>& policies = {},
+                             const ExplainOptions& options = {});
+
 /// For people, 80 columns wide but for names that are longer.
 std::string format_explanation(const Explanation& explanation);
 /// Everything, for scripts.

@@ -67,6 +67,7 @@ Json of(const Survival& s) {
   return {{"what", s.what},
           {"traces", s.traces},
           {"failed", s.failed},
+          {"seen_until", of(s.seen_until)},
           {"median", of(s.median)},
           {"median_interval", of(s.median_interval)},
           {"steps", list(s.steps, step)}};

@@ -55,11 +55,15 @@ double precision_of(const std::vector<double>& values) {
 
 }  // namespace
 
+std::uint64_t particles_of_traces(std::uint64_t most, std::size_t policies) {
+  return std::max<std::uint64_t>(most / std::max<std::size_t>(policies, 1), 100);
+}
+
 ReportSample sample_traces(const Archive& archive, const std::vector<std::string>& policies, std::uint64_t most) {
   const CampaignInfo& info = archive.info();
   ReportSample out;
   out.first = static_cast<std::uint32_t>(info.part.begin);
-  const std::uint64_t each = std::max<std::uint64_t>(most / std::max<std::size_t>(policies.size(), 1), 100);
+  const std::uint64_t each = particles_of_traces(most, policies.size());
   out.count = static_cast<std::uint32_t>(std::min(info.part.count(info.particles), each));
   for (const std::string& policy : policies) {
     out.policies.push_back(empty_traces(policy, out.count, info.requirements.size()));

@@ -28,6 +28,12 @@ struct ReportSample {
 /// Traces of a whole page: 10,000 open in well under two seconds.
 inline constexpr std::uint64_t kPlottedTraces = 10'000;
 
+/// Traces that are asked for causes: for 1000 explain() takes as long as all else that is read for a page.
+inline constexpr std::uint64_t kExplainedTraces = 1000;
+
+/// Of so many policies the particles that make `most` traces, but at least 100.
+std::uint64_t particles_of_traces(std::uint64_t most, std::size_t policies);
+
 /// Throws as Archive::scan().
 ReportSample sample_traces(const Archive& archive, const std::vector<std::string>& policies,
                            std::uint64_t most = kPlottedTraces);

@@ -102,7 +102,7 @@ void part(std::span<const double> sorted, double level, DipTest& test, std::vect
   cuts.push_back(cut);
   for (const std::span<const double> side : {sorted.first(at), sorted.subspan(at)}) {
     if (side.size() < kLeastTraces || side.front() == side.back()) continue;
-    if (test.p_value(dip(side), side.size()) < level) part(side, level, test, cuts);
+    if (test.below(dip(side), side.size(), level)) part(side, level, test, cuts);
   }
 }
 

@@ -74,6 +74,7 @@ Survival survival_of(std::vector<Lifetime> lifetimes, double confidence) {
   const double z = normal_quantile(1 - (1 - confidence) / 2);
   Survival out;
   out.traces = lifetimes.size();
+  if (!lifetimes.empty()) out.seen_until = lifetimes.back().time;
   double share = 1, variance = 0, before = 1;
   for (std::size_t i = 0; i < lifetimes.size();) {
     std::size_t failed = 0, end = i;

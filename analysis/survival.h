@@ -27,6 +27,7 @@ struct SurvivalStep {
 struct Survival {
   std::string what;  // any failure, or a requirement
   std::size_t traces = 0, failed = 0;
+  double seen_until = 0;          // s: the last time at which a trace was seen; the estimate ends there
   double median = 0;              // s: the first time at which half or fewer are left; NaN: more than half last
   Interval median_interval = {};  // 95 %, by the intervals of the shares; ends NaN: beyond what was seen
   std::vector<SurvivalStep> steps;

@@ -8,11 +8,14 @@
 #include <optional>
 
 #include "archive/files/parent_folders.h"
+#include "archive/files/shell_word.h"
 #include "archive/files/utf8.h"
 #include "jobs/campaign/replay.h"
 #include "jobs/cli/commands.h"
 #include "jobs/cli/option_values.h"
+#include "jobs/cli/page.h"
 #include "jobs/cli/reading_verb.h"
+#include "jobs/cli/view_page.h"
 #include "simulation/results_epoch.h"
 
 namespace graze {
@@ -21,16 +24,47 @@ namespace {
 struct ReplayArguments {
   ReplayRequest request;
   std::string output;
-  bool force = false, all = false, json = false;
+  bool force = false, all = false, json = false, view = false;
 };
+
+/// The name of the page, which --output does not choose.
+std::filesystem::path page_of(const ReplayArguments& arguments) {
+  const ReplayRequest& request = arguments.request;
+  const auto page = default_page(request.archive, ".p" + std::to_string(request.particle));
+  if (!arguments.force && std::filesystem::exists(page)) {
+    throw InputError(
+        fmt::format("--view: {} exists already; give --force, or write another page: graze view {} "
+                    "--particle {} -o OTHER.html",
+                    page.string(), shell_word(request.archive), request.particle));
+  }
+  return view_page_of("replay --view", request.archive, request.particle, "", arguments.force);
+}
+
+/// The page of the trace, as graze view makes it.
+void write_view(const std::filesystem::path& page, const ReplayArguments& arguments, const Replay& result) {
+  const ReplayFile& file = result.file;
+  if (!result.archived) {
+    throw InputError(
+        fmt::format("--view: {} holds no trace of particle {} under policy '{}', and a page is of what an "
+                    "archive holds; leave out --view",
+                    arguments.request.archive, file.trace.particle, file.policy));
+  }
+  write_view_page(page, arguments.force, arguments.request.archive, result.archived_info,
+                  {{{file.policy, file.trace.particle, ""}, true, *result.archived}});
+}
 
 int replay(const ReplayArguments& arguments) {
   if (!arguments.output.empty()) check_replay_output(arguments.output, arguments.force, arguments.request.archive);
   std::optional<ParentFolders> folders;
   if (!arguments.output.empty()) folders.emplace(arguments.output);
+  const std::filesystem::path page = arguments.view ? page_of(arguments) : std::filesystem::path();
   const Replay result = replay(arguments.request);
   warn(result.warnings);
   std::vector<std::string> exported;
+  if (arguments.view) {  // first: where there can be no page nothing is written
+    write_view(page, arguments, result);
+    exported.push_back(page.string());
+  }
   if (!arguments.output.empty()) {
     write_replay(result.file, arguments.output, arguments.force);
     for (const auto& file : replay_files(arguments.output)) exported.push_back(file.string());
@@ -39,7 +73,7 @@ int replay(const ReplayArguments& arguments) {
     std::cout << replay_json(result, exported) << "\n";
   } else {
     std::cout << format_replay(result, arguments.all);
-    for (const std::string& file : exported) std::cout << (file == exported[0] ? "\nwritten: " : ", ") << file;
+    for (const std::string& file : exported) std::cout << (&file == &exported[0] ? "\nwritten: " : ", ") << file;
     if (!exported.empty()) std::cout << "\n";
   }
   std::cout.flush();
@@ -65,7 +99,8 @@ void add_replay(CLI::App& app, Action& action) {
       app, "replay", "Simulate one trace of an archive again, bit for bit, with everything at each step",
       "  graze replay quadruped_curb.graze --particle 17 --policy step/4cm\n"
       "  graze replay curb.h5 --particle 17 --policy step/4cm -o p17.h5      # state, commands, contacts, witnesses\n"
-      "  graze replay curb.h5 --particle 17 --policy step/4cm -o p17.csv     # p17.csv, p17.contacts.csv, …\n\n"
+      "  graze replay curb.h5 --particle 17 --policy step/4cm -o p17.csv     # p17.csv, p17.contacts.csv, …\n"
+      "  graze replay curb.h5 --particle 17 --policy step/4cm --view         # curb.p17.html, for a browser\n\n"
       "The scenario's files are taken from the archive. Exit code 1: the trace is not the archive's.\n"
       "'graze score ARCHIVE --failures' lists failed particles with their replay commands.\n");
   verb->add_option("archive", request.archive, "Campaign directory or packed file")->required();
@@ -76,6 +111,8 @@ void add_replay(CLI::App& app, Action& action) {
                    "Export every step: a file ending in .h5, or in .csv (with .contacts.csv, .events.csv, .phases.csv, "
                    ".parameters.csv, .derived.csv and .trace.csv beside it)");
   add_whole(*verb, "--every", request.every, 1, 1'000'000'000, "Export one of so many physics steps (default: 1)");
+  verb->add_flag("--view", arguments->view,
+                 "Also write the trace in three dimensions, the page of graze view: ARCHIVE with .pN.html");
   verb->add_flag("--force", arguments->force, "Replace existing files");
   verb->add_flag("--all", arguments->all,
                  "Print every parameter and event, and the particle's masses, inertias and lengths");

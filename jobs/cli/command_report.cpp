@@ -6,8 +6,10 @@
 #include <memory>
 #include <optional>
 
+#include "analysis/report_causes.h"
 #include "analysis/report_data.h"
 #include "analysis/report_events.h"
+#include "analysis/report_survival.h"
 #include "archive/files/parent_folders.h"
 #include "archive/files/utf8.h"
 #include "archive/hdf5/reading_child.h"
@@ -47,6 +49,17 @@ void add_replays(Json& page, const Arguments& arguments, const CampaignInfo& inf
   }
 }
 
+/// How long traces last, and why they end as they do.
+void add_explanation(Json& page, const Archive& archive, const std::string& name,
+                     const std::vector<std::string>& policies, NumberForm form) {
+  if (Json section = survival_section(explain_survival(archive, policies), form); !section.is_null()) {
+    page["sections"].push_back(std::move(section));
+  }
+  ExplainOptions options;
+  options.most_particles = particles_of_traces(kExplainedTraces, policies.size());
+  page["sections"].push_back(causes_section(explain(archive, policies, options), name));
+}
+
 /// What happened in traces, if the archive tells it.
 void add_sections(Json& page, const Archive& archive, const std::string& name,
                   const std::vector<std::string>& policies) {
@@ -79,6 +92,7 @@ int report(const Arguments& arguments) {
   const std::vector<std::string> policies = chosen_names(info.policies, arguments.policies, arguments.archive);
   const ReportInput input = read_report(*archive, arguments.archive, policies);
   Json page = report_data(*archive, input, form);
+  add_explanation(page, *archive, arguments.archive, policies, form);
   add_sections(page, *archive, arguments.archive, policies);
   for (const std::string& warning : archive->warnings()) page["notes"].push_back(warning);
   if (!archive->complete())
@@ -122,7 +136,7 @@ void add_report(CLI::App& app, Action& action) {
   verb->add_flag("--force", arguments->force, "Replace the page if it exists");
   verb->add_flag("--json", arguments->json, "Print the page's data as JSON, and write no page");
   verb->callback([arguments, &action] {
-    // Beside reading, causes of many bifurcations take time.
+    // Beside reading, some tests of many policies take seconds for few megabytes, as those of explain.
     action = [arguments] {
       return in_reading_child(
           {arguments->archive}, [&] { return report(*arguments); }, 2);

@@ -7,16 +7,13 @@
 #include <memory>
 #include <optional>
 
-#include "analysis/report_data.h"
 #include "archive/files/parent_folders.h"
 #include "archive/files/utf8.h"
 #include "archive/hdf5/reading_child.h"
-#include "jobs/campaign/archived_scenario.h"
-#include "jobs/campaign/page_traces.h"
 #include "jobs/cli/commands.h"
 #include "jobs/cli/option_values.h"
-#include "jobs/cli/page.h"
 #include "jobs/cli/reading_verb.h"
+#include "jobs/cli/view_page.h"
 
 namespace graze {
 namespace {
@@ -47,29 +44,19 @@ std::vector<ChosenTrace> chosen_traces(const Arguments& arguments, const Campaig
 }
 
 int view(const Arguments& arguments) {
-  check_page_built("view");
-  const std::string particle =
-      "p" + std::to_string(parse_whole(arguments.particles[0], "--particle", 0, kParticleLimit - 1));
-  const std::filesystem::path output = arguments.output.empty() ? default_page(arguments.archive, "." + particle)
-                                                                : std::filesystem::path(arguments.output);
-  check_page_output(output, arguments.force, arguments.archive);
+  const auto first =
+      static_cast<std::uint32_t>(parse_whole(arguments.particles[0], "--particle", 0, kParticleLimit - 1));
+  const std::filesystem::path output =
+      view_page_of("view", arguments.archive, first, arguments.output, arguments.force);
   const ParentFolders folders(output);
   std::optional<Archive> archive(arguments.archive);
   warn(archive->warnings());
   const CampaignInfo info = archive->info();
-  check_results_version(arguments.archive, info, "view it with that program");
   const std::vector<ChosenTrace> chosen = chosen_traces(arguments, info);
   const std::vector<PageTrace> traces = find_traces(*archive, chosen, chosen.size());
   archive.reset();
   end_of_reading();
-  const ArchivedScenario reloaded(arguments.archive, info, "it cannot be viewed");
-  Json page = {{"kind", "view"},
-               {"campaign", campaign_json(info, arguments.archive)},
-               {"notes", Json::array()},
-               {"sections", Json::array()}};
-  const std::vector<std::string> different =
-      add_traces(page, reloaded.scenario(), info, arguments.archive, traces, NumberForm::packed);
-  write_page(output, arguments.force, script_json(page));
+  const std::vector<std::string> different = write_view_page(output, arguments.force, arguments.archive, info, traces);
   std::cout << fmt::format("{}: {:.1f} kB\n", printable(output.string()),
                            static_cast<double>(std::filesystem::file_size(output)) / 1e3);
   for (const std::string& one : different) {

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "tests/archive/synthetic.h"
+#include "tests/analysis/planted_archive.h"
 #include "tests/message_of.h"
 
 namespace graze {
@@ -33,26 +33,14 @@ void write_fates(const std::filesystem::path& path, const std::vector<Fate>& fat
   info.policies = policies;
   info.seed = seed;
   info.particles = fates.size();
-  CampaignWriter writer(path, info, false);
-  std::vector<TraceRecord> records;
-  std::vector<double> values;
-  for (std::uint32_t i = 0; i < fates.size(); ++i) {
-    TraceRecord record = synthetic::trace(info, 0, i);
-    record.outcome = fates[i].outcome;
+  const auto trace_of = [&](std::uint32_t i) {
+    TraceRecord record = planted::plain_trace(info, 0, i, fates[i].outcome);
     record.violated = fates[i].violated;
     record.margins[0] = fates[i].margin;
     if (fates[i].end > 0) record.end_time = fates[i].end;
-    record.margin_parts.assign(info.requirements.size(), kNoPart);
-    record.violation_parts.assign(info.requirements.size(), kNoPart);
-    record.objective_culprit = {};
-    record.invalid_reason = fates[i].outcome == Outcome::invalid ? "planted" : "";
-    records.push_back(std::move(record));
-    std::vector<double> row = synthetic::values(info, i);
-    row[0] += shift;
-    values.insert(values.end(), row.begin(), row.end());
-  }
-  writer.append(0, std::move(records), std::move(values));
-  writer.finish();
+    return record;
+  };
+  planted::write(path, info, trace_of, shift);
 }
 
 Comparison compared(const synthetic::Folder& folder) {

@@ -7,7 +7,7 @@
 
 #include <random>
 
-#include "tests/archive/synthetic.h"
+#include "tests/analysis/planted_archive.h"
 #include "tests/message_of.h"
 
 namespace graze {
@@ -352,30 +352,15 @@ TEST(Events, OfAnArchiveNameTheBifurcation) {
   CampaignInfo info = planted_info();
   info.particles = 200;
   std::mt19937_64 random(8);
-  {
-    CampaignWriter writer(folder / "a.graze", info, false);
-    std::vector<TraceRecord> records;
-    std::vector<double> values;
-    for (std::uint32_t i = 0; i < 200; ++i) {
-      Trace trace = walk(random);
-      if (i % 2 == 0) strike(trace, 3);
-      TraceRecord record = synthetic::trace(info, 0, i);
-      record.events.clear();
-      record.phases = trace.phases;
-      record.outcome = i % 2 == 0 ? Outcome::unknown_failure : Outcome::success;
-      record.violated = -1;
-      record.invalid_reason.clear();
-      record.end_time = kEnd;
-      record.margin_parts.assign(info.requirements.size(), kNoPart);
-      record.violation_parts.assign(info.requirements.size(), kNoPart);
-      record.objective_culprit = {};
-      records.push_back(std::move(record));
-      const std::vector<double> row = synthetic::values(info, i);
-      values.insert(values.end(), row.begin(), row.end());
-    }
-    writer.append(0, std::move(records), std::move(values));
-    writer.finish();
-  }
+  planted::write(folder / "a.graze", info, [&](std::uint32_t i) {
+    Trace trace = walk(random);
+    if (i % 2 == 0) strike(trace, 3);
+    const Outcome outcome = i % 2 == 0 ? Outcome::unknown_failure : Outcome::success;
+    TraceRecord record = planted::plain_trace(info, 0, i, outcome);
+    record.phases = trace.phases;
+    record.end_time = kEnd;
+    return record;
+  });
   const Archive archive(folder / "a.graze");
   EventsRequest request;
   request.cycle = 0.3;
@@ -396,16 +381,7 @@ TEST(Events, NeedContactPhases) {
   const synthetic::Folder folder;
   CampaignInfo info = planted_info();
   info.particles = 1;
-  {
-    CampaignWriter writer(folder / "a.graze", info, false);
-    TraceRecord record = synthetic::trace(info, 0, 0);
-    record.phases.clear();
-    record.events.clear();
-    record.margin_parts.assign(info.requirements.size(), kNoPart);
-    record.violation_parts.assign(info.requirements.size(), kNoPart);
-    writer.append(0, {record}, synthetic::values(info, 0));
-    writer.finish();
-  }
+  planted::write(folder / "a.graze", info, [&](std::uint32_t i) { return planted::plain_trace(info, 0, i); });
   const Archive archive(folder / "a.graze");
   EXPECT_THAT(testing::message_of([&] { campaign_events(archive, {}); }), HasSubstr("no contact phases"));
 }

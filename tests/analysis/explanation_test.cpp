@@ -9,6 +9,8 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "analysis/report_causes.h"
+#include "analysis/report_survival.h"
 #include "tests/archive/synthetic.h"
 
 namespace graze {
@@ -197,6 +199,159 @@ TEST(Explanation, WhatIsNotThere) {
   EXPECT_EQ(first.policies[0].n, 40u);
   EXPECT_EQ(first.score.policies[0].n, kParticles);
   EXPECT_THAT(first.notes, ::testing::Contains(HasSubstr("of the first 40")));
+}
+
+// Claim: survival by itself is that of the whole explanation, test by test; of large campaigns the first particles.
+TEST(Explanation, SurvivalAlone) {
+  const Folder folder;
+  write_campaign(folder / "a.graze", facts());
+  const Archive archive(folder / "a.graze");
+  const Explanation all = explain(archive), alone = explain_survival(archive);
+  EXPECT_EQ(explain_survival(archive, {"idle"}).policies[0].policy, "idle");
+  ASSERT_EQ(alone.policies.size(), 2u);
+  for (std::size_t p = 0; p < 2; ++p) {
+    EXPECT_EQ(alone.policies[p].policy, all.policies[p].policy);
+    EXPECT_EQ(alone.policies[p].n, all.policies[p].n);
+    ASSERT_EQ(alone.policies[p].survival.size(), all.policies[p].survival.size());
+    for (std::size_t k = 0; k < all.policies[p].survival.size(); ++k) {
+      const Survival &got = alone.policies[p].survival[k], &want = all.policies[p].survival[k];
+      EXPECT_EQ(got.what, want.what);
+      EXPECT_EQ(got.failed, want.failed);
+      ASSERT_EQ(got.steps.size(), want.steps.size());
+      for (std::size_t i = 0; i < got.steps.size(); ++i) {
+        EXPECT_EQ(got.steps[i].share, want.steps[i].share);
+        EXPECT_EQ(got.steps[i].interval.low, want.steps[i].interval.low);
+      }
+    }
+  }
+  EXPECT_EQ(alone.log_rank.chi_square, all.log_rank.chi_square);
+  ASSERT_EQ(alone.pairs.size(), 1u);
+  EXPECT_EQ(alone.pairs[0].p_holm, all.pairs[0].p_holm);
+  EXPECT_TRUE(alone.notes.empty());
+  const Explanation first = explain_survival(archive, {}, {40});
+  EXPECT_EQ(first.policies[0].n, 40u);
+  EXPECT_THAT(survival_section(first, NumberForm::plain)["text"].get<std::string>(),
+              ::testing::EndsWith(" Only of the first 40 particles."));
+}
+
+const Json& widget_of(const Json& section, const std::string& title) {
+  for (const Json& one : section["widgets"]) {
+    if (one.value("title", "") == title) return one;
+  }
+  throw std::runtime_error("no widget " + title);
+}
+
+// Claim: the page's curves begin at 1, have the shares and intervals of the estimate at its steps, and end when the
+// last trace was seen; the table has what is left; a sentence says whether policies differ; where nothing is violated
+// there are no curves, and a word.
+TEST(ReportSurvival, IsThatOfTheExplanation) {
+  const Folder folder;
+  write_campaign(folder / "a.graze", facts());
+  const Explanation all = explain(Archive(folder / "a.graze"));
+  const Json section = survival_section(all, NumberForm::plain);
+  const Json& plots = section["widgets"][0]["widgets"];
+  ASSERT_EQ(plots.size(), 1u) << "one requirement alone has the curve of any";
+  ASSERT_EQ(plots[0]["lines"].size(), 2u);
+  const Json& line = plots[0]["lines"][0];
+  const Survival& any = all.policies[0].survival[0];
+  const SurvivalStep& step = any.steps[0];
+  EXPECT_EQ(line["name"], "decided");
+  EXPECT_EQ(line["x"], (Json{0.0, 0.5, any.seen_until}));
+  EXPECT_EQ(any.seen_until, facts().end);
+  EXPECT_EQ(line["y"], (Json{1.0, short_number(step.share), short_number(step.share)}));
+  EXPECT_EQ(line["low"], (Json{1.0, short_number(step.interval.low), short_number(step.interval.low)}));
+  EXPECT_EQ(line["high"], (Json{1.0, short_number(step.interval.high), short_number(step.interval.high)}));
+  const Json& row = widget_of(section, "What is left")["rows"][0];
+  EXPECT_EQ(row[1], "any requirement");
+  EXPECT_EQ(row[2], all.policies[0].n);
+  EXPECT_EQ(row[3], all.policies[0].known);
+  EXPECT_EQ(row[4], step.share);
+  EXPECT_THAT(section["widgets"][1]["text"].get<std::string>(),
+              ::testing::AllOf(HasSubstr("1 degree of freedom, " + p_words(all.log_rank.p_value)),
+                               HasSubstr(all.log_rank.p_value < 0.05 ? "differ in how long" : "no difference shows")));
+  const Json& pair = widget_of(section, "Whether two policies differ: log-rank tests")["rows"][0];
+  EXPECT_EQ(pair[3]["value"], short_number(all.pairs[0].p_holm));
+  const Json packed = survival_section(all, NumberForm::packed);
+  EXPECT_EQ(packed["widgets"][0]["widgets"][0]["lines"][0]["x"]["n"], 3);
+
+  Explanation calm = all;
+  for (PolicyExplanation& policy : calm.policies) {
+    for (Survival& survival : policy.survival) survival.steps.clear(), survival.failed = 0;
+  }
+  EXPECT_THAT(survival_section(calm, NumberForm::plain).dump(),
+              ::testing::AllOf(HasSubstr("No requirement was violated"), Not(HasSubstr("lines"))));
+  for (PolicyExplanation& policy : calm.policies) policy.n = 0;
+  EXPECT_TRUE(survival_section(calm, NumberForm::plain).is_null());
+}
+
+// Claim: of very many steps some are drawn, all of them points of the estimate, the last among them.
+TEST(ReportSurvival, ManySteps) {
+  std::vector<Lifetime> lifetimes;
+  for (int i = 0; i < 3000; ++i) lifetimes.push_back({1e-3 * (i + 1), true});
+  Explanation all;
+  PolicyExplanation& policy = all.policies.emplace_back();
+  policy.n = lifetimes.size();
+  policy.survival = {survival_of(lifetimes), survival_of(lifetimes), survival_of({})};
+  all.log_rank.p_value = std::numeric_limits<double>::quiet_NaN();
+  const Json line = survival_section(all, NumberForm::plain)["widgets"][0]["widgets"][0]["lines"][0];
+  ASSERT_EQ(line["x"].size(), 501u);
+  EXPECT_EQ(line["x"].back(), 3.0);
+  EXPECT_EQ(line["y"].back(), 0.0);
+  for (std::size_t i = 1; i < 501; ++i) {
+    EXPECT_NEAR(line["y"][i].get<double>(), 1 - line["x"][i].get<double>() / 3, 1e-5);
+  }
+}
+
+// Claim: the page has each question with the verdict of the explanation, the parameters that matter with effect, p and
+// direction, the tree with its counts, and what final states do; what nothing explains is said so.
+TEST(ReportCauses, AreThoseOfTheExplanation) {
+  const Folder folder;
+  write_campaign(folder / "a.graze", facts());
+  const Explanation all = explain(Archive(folder / "a.graze"));
+  const Json section = causes_section(all, "a b.graze");
+  std::size_t row = 0;
+  for (const PolicyExplanation& policy : all.policies) {
+    for (std::size_t i = 0; i < policy.causes.size(); ++i, ++row) {
+      const Json& got = widget_of(section, "What explains it")["rows"][row];
+      EXPECT_EQ(got[0], policy.policy);
+      EXPECT_EQ(got[1], policy.causes[i].target);
+      EXPECT_EQ(got[3], policy.verdicts[i]);
+      EXPECT_EQ(got[4].is_null(), !policy.causes[i].tree_tells);
+      EXPECT_EQ(got[3] == "no parameter explains it", !policy.causes[i].explained()) << got;
+    }
+  }
+  const Causes& success = causes_of(all.policies[0], "success");
+  const Json& effect = widget_of(section, "Parameters that matter")["rows"][0];
+  EXPECT_EQ(effect, (Json{"decided", "success", "robot.link.LF_SHIN.length", short_number(success.effects[0].effect),
+                          p_cell(success.effects[0].p_holm), "more often where it is larger"}));
+  const Json& figures = widget_of(section, "What goes with outcomes")["widgets"];
+  ASSERT_GE(figures.size(), 3u);
+  EXPECT_EQ(figures[0]["title"], "success");
+  const Json& tree = widget_of(section, "Decision trees")["root"][0];
+  EXPECT_THAT(tree["label"].get<std::string>(), ::testing::StartsWith("decided, success: balanced accuracy "));
+  EXPECT_EQ(tree["n"], all.policies[0].n);
+  EXPECT_EQ(tree["parts"][0]["value"], static_cast<double>(all.policies[0].success));
+  ASSERT_EQ(tree["children"].size(), 2u);
+  EXPECT_THAT(tree["children"][0]["label"].get<std::string>(), HasSubstr("robot.link.LF_SHIN.length > 0.7"));
+  EXPECT_EQ(tree["children"][0]["said"], "100 %");
+  const Json& states = widget_of(section, "Final states: scattering or bifurcation")["rows"];
+  for (std::size_t p = 0; p < 2; ++p) EXPECT_EQ(states[p][2], scatter_text(all.policies[p].ended));
+  EXPECT_EQ(widget_of(section, "Modes of final states")["bars"][1]["parts"][0]["value"], all.policies[0].success);
+  EXPECT_THAT(section["text"].get<std::string>(), Not(HasSubstr("Of the first")));
+  const Json few = causes_section(explain(Archive(folder / "a.graze"), {}, {100}), "a b.graze");
+  EXPECT_THAT(few["text"].get<std::string>(), HasSubstr("Of the first 100 particles; graze explain 'a b.graze' asks"));
+}
+
+// Claim: without stored values the page says why there are no causes, and still tells of final states.
+TEST(ReportCauses, WithoutValues) {
+  const Folder folder;
+  CampaignInfo without = facts();
+  without.store_values = false;
+  write_campaign(folder / "a.graze", without);
+  const Json section = causes_section(explain(Archive(folder / "a.graze")), "a.graze");
+  EXPECT_EQ(section["widgets"][0]["text"], "no causes: the archive does not keep the particles' values");
+  EXPECT_THAT(widget_of(section, "Final states: scattering or bifurcation")["rows"][0][2].get<std::string>(),
+              HasSubstr("bifurcates: base.x"));
 }
 
 }  // namespace

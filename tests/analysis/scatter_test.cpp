@@ -122,6 +122,26 @@ TEST(Dip, LargeSamplesByScaling) {
   EXPECT_GT(test.p_value(d, 1000), 0.02);
 }
 
+// Claim: whether p is below a level is told without the p-value as with it, whichever is asked first, at levels that a
+// p-value can and cannot have; a level above all and one below all are answered, too.
+TEST(Dip, BelowALevelAsThePValue) {
+  for (const std::size_t n : {10u, 37u, 1200u}) {
+    DipTest first, second;
+    const std::size_t samples = n < 1000 ? 60 : 5;
+    for (std::uint32_t sample = 0; sample < samples; ++sample) {
+      std::vector<double> x;
+      for (std::uint32_t i = 0; i < n; ++i) x.push_back(normal(i, 4, sample) + (i % 2) * 0.1 * sample);
+      std::sort(x.begin(), x.end());
+      const double d = dip(x);
+      for (const double level : {0.0, 2e-4, 0.05 / 18, 0.05, 0.3, 1.0, 1.1}) {
+        const bool before = first.below(d, n, level);
+        EXPECT_EQ(before, second.p_value(d, n) < level) << n << " " << sample << " " << level;
+        EXPECT_EQ(second.below(d, n, level), before);
+      }
+    }
+  }
+}
+
 std::vector<std::vector<double>> columns_of(std::uint32_t traces, std::size_t freedoms, std::uint32_t sample) {
   std::vector<std::vector<double>> out(freedoms);
   for (std::size_t k = 0; k < freedoms; ++k) {

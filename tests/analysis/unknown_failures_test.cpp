@@ -7,7 +7,7 @@
 #include <random>
 
 #include "scenarios/task.h"
-#include "tests/archive/synthetic.h"
+#include "tests/analysis/planted_archive.h"
 #include "tests/engine/bullet/worlds.h"
 
 namespace graze {
@@ -30,42 +30,25 @@ UnknownFailures planted(std::uint32_t traces, const Kind& kind) {
   info.links = {"body"};
   std::mt19937_64 random(5);
   std::normal_distribution<double> noise(0, 0.01);
-  {
-    CampaignWriter writer(folder / "a.graze", info, false);
-    std::vector<TraceRecord> records;
-    std::vector<double> values;
-    for (std::uint32_t i = 0; i < traces; ++i) {
-      TraceRecord record = synthetic::trace(info, 0, i);
-      const int what = kind(i);
-      record.outcome = what == 0 ? Outcome::success : Outcome::unknown_failure;
-      record.violated = -1;
-      record.invalid_reason.clear();
-      record.events.clear();
-      record.phases.clear();
-      for (double& margin : record.margins) margin = 1 + noise(random);
-      record.margin_parts.assign(info.requirements.size(), kNoPart);
-      record.violation_parts.assign(info.requirements.size(), kNoPart);
-      record.objective_culprit = {};
-      record.q = {1, 0, 0, 0, 0.5 + noise(random), noise(random), 0.3 + noise(random), noise(random), noise(random)};
-      if (what == 1) record.q[5] = 0.4 + noise(random), record.q[6] = 0.1 + noise(random);
-      if (what == 2) record.q[7] = 0.5 + noise(random);
-      ContactPhase touch;
-      touch.a = 0;
-      touch.b = 2;
-      touch.end = 0.1;
-      touch.impulse = 1 + noise(random);
+  planted::write(folder / "a.graze", info, [&](std::uint32_t i) {
+    const int what = kind(i);
+    TraceRecord record = planted::plain_trace(info, 0, i, what == 0 ? Outcome::success : Outcome::unknown_failure);
+    for (double& margin : record.margins) margin = 1 + noise(random);
+    record.q = {1, 0, 0, 0, 0.5 + noise(random), noise(random), 0.3 + noise(random), noise(random), noise(random)};
+    if (what == 1) record.q[5] = 0.4 + noise(random), record.q[6] = 0.1 + noise(random);
+    if (what == 2) record.q[7] = 0.5 + noise(random);
+    ContactPhase touch;
+    touch.a = 0;
+    touch.b = 2;
+    touch.end = 0.1;
+    touch.impulse = 1 + noise(random);
+    record.phases.push_back(touch);
+    if (what == 2) {
+      touch.b = 1;
       record.phases.push_back(touch);
-      if (what == 2) {
-        touch.b = 1;
-        record.phases.push_back(touch);
-      }
-      records.push_back(std::move(record));
-      const std::vector<double> row = synthetic::values(info, i);
-      values.insert(values.end(), row.begin(), row.end());
     }
-    writer.append(0, std::move(records), std::move(values));
-    writer.finish();
-  }
+    return record;
+  });
   return unknown_failures(Archive(folder / "a.graze"), "walk");
 }
 

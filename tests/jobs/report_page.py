@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Claim: the pages of `graze report` and `graze view` work in a browser, from a file, without a network: no error, every
-section and plot is there, tables have the numbers of `graze score --json`, the replay moves and is drawn, names that hold
+section and plot is there, tables have the numbers of `graze score --json` and `graze explain --json`, the replay moves and is drawn, names that hold
 markup stay text, sections that are data alone are shown, and a page of 10,000 traces is small.
 
 usage: report_page.py SOURCE GRAZE
@@ -29,6 +29,14 @@ SECTIONS = [
          "lines": [{"name": "a", "x": [0, 1], "y": [1, 0.5], "low": [1, 0.4], "high": [1, 0.6]}]},
         {"type": "scatter", "x": {"title": "Mass", "unit": "kg"}, "y": {"title": "Margin", "unit": "rad"},
          "groups": [{"name": "success", "color": "success", "x": [1, 2], "y": [0.2, None]}]},
+        {"type": "row", "widgets": [
+            {"type": "lines", "steps": True, "x": {"title": "Time", "unit": "s"}, "y": {"title": "Alive"},
+             "lines": [{"name": "a", "x": [0, 1, 2], "y": [1, 0.5, 0.5], "low": [1, 0.4, 0.4], "high": [1, 0.6, 0.6]}]},
+            {"type": "bars", "title": "Effect", "label": "Rank correlation", "domain": [-1, 1],
+             "bars": [{"label": "mass", "value": -0.4, "color": "policy-1"}]}]},
+        {"type": "tree", "legend": [{"name": "Falls", "color": "known"}], "root": [
+            {"label": NASTY, "n": 10, "said": "40 %", "parts": [{"name": "falls", "value": 4, "color": "known"}],
+             "closed": True, "children": [{"label": "mass > 1 kg", "n": 6, "said": "0.1 m", "children": []}]}]},
         {"type": "tree", "root": {"label": "start", "n": 10, "outcomes": {"S": 6, "K": 4}, "time": 0,
                                   "children": [{"label": "touch", "n": 4, "outcomes": {"K": 4}, "time": 0.1}]}}]}]
 
@@ -49,6 +57,11 @@ PROBE = """
     told.rows = Object.fromEntries(graze.sections.map((id) => [id, inside(id, 'tbody tr')]));
     told.bad = [...document.querySelectorAll('svg [d], svg [x], svg [y]')].filter((one) => /NaN|undefined|Infinity/.test(['d', 'x', 'y'].map((a) => one.getAttribute(a)).join())).length;
     told.verdict = [...document.querySelectorAll('#verdict table')].map((t) => [...t.querySelectorAll('tbody tr')].map((r) => [...r.cells].map((c) => c.textContent)));
+    const cells = (id) => [...document.querySelectorAll(`#${id} table`)].map((t) => [...t.querySelectorAll('tbody tr')].map((r) => [...r.cells].map((c) => c.textContent)));
+    told.tables = Object.fromEntries(['section-survival', 'section-causes'].map((id) => [id, cells(id)]));
+    told.stairs = [...document.querySelectorAll('#section-made .row path.line')].map((one) => one.getAttribute('d').replace(/[^ML]/g, ''));
+    told.said = [...document.querySelectorAll('#section-made .tree .when')].map((one) => one.textContent);
+    told.folded = [...document.querySelectorAll('#section-made details')].map((one) => one.open);
     told.wide = document.documentElement.scrollWidth - document.documentElement.clientWidth;
     for (const box of document.querySelectorAll('select')) {  // every choice of every plot is drawn without error
       for (const option of [...box.options].slice(0, 40)) {
@@ -136,7 +149,8 @@ class Test:
     def report(self):
         scenario = self.folder / "nasty.yaml"
         scenario.write_text(f"include: {self.source}/data/scenarios/quadruped_curb.yaml\nname: {json.dumps(NASTY)}\n"
-                            "time: {end: 0.4 s}\ntask: {objective: !replace {position: {link: BODY0, x: {above: 0.02}}}}\n")
+                            "time: {end: 0.4 s}\ntask:\n  objective: !replace {position: {link: BODY0, x: {above: 0.02}}}\n"
+                            "  requirements: {level: {tilt: {link: BODY0, below: 17 deg}}}  # half of the traces keep it\n")
         self.graze("run", scenario, "-n", 24, "-o", "curb.graze", "--quiet", "--ignore-space")
         score = json.loads(self.graze("score", "curb.graze", "--json"))
         data = json.loads(self.graze("report", "curb.graze", "--json"))
@@ -146,9 +160,13 @@ class Test:
         if not told:
             return
         self.check(told["title"] == json.loads(json.dumps(score["campaign"])), f"the name is shown as it is: {told['title']}")
-        for section in ("rates", "trajectories", "phases", "margins", "parameters", "section-made"):
+        for section in ("rates", "trajectories", "phases", "margins", "parameters", "section-survival", "section-made"):
             self.check(told["plots"].get(section, 0) > 0 and told["marks"][section] > 0, f"{section}: has a plot")
         self.check("replay" in told["sections"], "there is a replay")
+        self.explained(told, json.loads(self.graze("explain", "curb.graze", "--json")))
+        self.check(told["stairs"] == ["MLLLL"], f"steps are drawn as stairs: {told['stairs']}")
+        self.check(told["said"] == ["40 %", "0.1 m", "0 s", "0.1 s"], f"a tree says what it is told: {told['said']}")
+        self.check(told["folded"] == [False, True], f"a tree is folded: {told['folded']}")
         self.check("section-events" in told["sections"], "there are events")
         self.check(told["rows"]["failures"] == len(data["ways"]) + len(score["policies"]) * len(score["measures"]), f"failures are listed: {told['rows']['failures']}")
         for row, policy in zip(told["verdict"][0], score["policies"]):
@@ -161,6 +179,27 @@ class Test:
         self.graze("report", "curb.graze", "--replays", 0, "--trajectories", 0, "-o", "tables.html")
         told = self.open(self.folder / "tables.html")
         self.check(told and "replay" not in told["sections"] and "margins" in told["sections"], "tables stand without replays")
+
+    def explained(self, told, explanation):
+        """Survival and causes have the numbers and words of `graze explain --json`; of so few traces all are asked."""
+        left, differ = told["tables"]["section-survival"]
+        rows = [(policy["policy"], one) for policy in explanation["policies"] for k, one in enumerate(policy["survival"][:-1])
+                if k == 0 or one["failed"] > 0]
+        self.check(len(left) >= min(len(rows), 12) and any(one["failed"] for _, one in rows), f"survival has rows: {left}")
+        for row, (policy, one) in zip(left, rows):
+            share = one["steps"][-1]["share"] if one["steps"] else 1
+            self.check(row[:5] == [policy, one["what"], str(one["traces"]), str(one["failed"]), f"{share:.3f}"],
+                       f"survival: {row} of {policy}, {one}")
+        for row, pair in zip(differ, explanation["pairs"]):
+            p = pair["paired_log_rank_p_holm"]
+            self.check(row[:2] == [pair["a"], pair["b"]] and row[3] == ("–" if p is None else f"{p:.2g}"), f"pairs: {row} of {pair}")
+        tables = told["tables"]["section-causes"]
+        asked = [(policy["policy"], one) for policy in explanation["policies"] for one in policy["causes"]]
+        self.check(len(asked) > 4 and len(tables) >= 2, f"there are causes: {len(asked)}, {len(tables)}")
+        for row, (policy, one) in zip(tables[0], asked):
+            self.check([row[0], row[1], row[3]] == [policy, one["target"], one["verdict"]], f"causes: {row} of {one['verdict']}")
+        for row, policy in zip(tables[-1], explanation["policies"]):
+            self.check(row[2] == policy["final_states"]["verdict"], f"final states: {row}")
 
     def moves(self, told):
         begin, middle, end = told["stage"]

@@ -45,6 +45,27 @@ TEST_F(Report, IsOneFile) {
   EXPECT_THAT(text, AllOf(Not(HasSubstr("src=\"http")), Not(HasSubstr("@DATA@")), Not(HasSubstr("@SCRIPT@"))));
 }
 
+// Claim: sections on survival and causes come before those on events; of so few traces causes are asked of all, and are
+// those of `explain --json`.
+TEST_F(Report, ExplainsLikeExplain) {
+  const Json sections = Json::parse(graze("report a.graze --json --replays 0 --trajectories 0").out)["sections"];
+  ASSERT_GE(sections.size(), 2u);
+  EXPECT_EQ(sections[0]["id"], "survival");
+  EXPECT_EQ(sections[1]["id"], "causes");
+  const Json explanation = Json::parse(graze("explain a.graze --json").out);
+  const Json& questions = sections[1]["widgets"][0]["rows"];
+  std::size_t row = 0;
+  for (const Json& policy : explanation["policies"]) {
+    for (const Json& causes : policy["causes"]) {
+      ASSERT_LT(row, questions.size());
+      EXPECT_EQ(questions[row][1], causes["target"]);
+      EXPECT_EQ(questions[row++][3], causes["verdict"]);
+    }
+  }
+  EXPECT_EQ(row, questions.size());
+  EXPECT_GT(row, 0u);
+}
+
 // Claim: --json has the numbers of `score --json`, and of traces the bits that the archive knows: all are identical.
 TEST_F(Report, JsonHasTheNumbersOfTheScore) {
   const Json data = Json::parse(graze("report a.graze --json --replays 3 --trajectories 7").out);
@@ -95,6 +116,25 @@ TEST_F(Report, ViewShowsWhatIsAskedFor) {
   EXPECT_FALSE(testing::fs::exists(campaign.folder / "w.html"));
 }
 
+// Claim: `replay --view` writes and names the page that `view` writes of that trace, beside what else is exported; it
+// takes no other file's place without --force, and refuses before anything is written.
+TEST_F(Report, ReplayWritesTheSamePage) {
+  ASSERT_EQ(graze("view a.graze --particle 3 --policy still -o v.html").code, 0);
+  const testing::Result run = graze("replay a.graze --particle 3 --policy still --view -o p3.h5");
+  ASSERT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("written: a.p3.html, p3.h5\n"));
+  EXPECT_EQ(page("a.p3.html"), page("v.html"));
+  const testing::Result json = graze("replay a.graze --particle 3 --view --force --json");
+  EXPECT_EQ(Json::parse(json.out)["exported"], Json::array({"a.p3.html"})) << json.err;
+  testing::write_file(campaign.folder / "a.p4.html", "mine");
+  refused("replay a.graze --particle 4 --view -o p4.h5", {"a.p4.html", "--force"});
+  EXPECT_EQ(page("a.p4.html"), "mine");
+  refused("replay a.graze --particle 25 --unverified --view -o p25.h5",
+          {"--view", "a.graze holds no trace of particle 25"});
+  EXPECT_FALSE(testing::fs::exists(campaign.folder / "p25.h5"));
+  EXPECT_FALSE(testing::fs::exists(campaign.folder / "a.p25.html"));
+}
+
 // Claim: an archive of another results version has a report without what is simulated, which the page and the terminal
 // say; it cannot be viewed.
 TEST(ReportOfAnother, ResultsVersionHasNoReplays) {
@@ -113,6 +153,7 @@ TEST(ReportOfAnother, ResultsVersionHasNoReplays) {
   EXPECT_GT(data["trajectories"].size(), 0u);
   EXPECT_EQ(testing::graze(folder.path(), "report old.graze").code, 0);
   EXPECT_EQ(testing::graze(folder.path(), "view old.graze --particle 0").code, 2);
+  EXPECT_EQ(testing::graze(folder.path(), "replay old.graze --particle 0 --any-version --view").code, 2);
 }
 
 // Claim: a trace that is not the archive's is shown with a note, and `view` ends with 1.

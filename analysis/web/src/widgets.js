@@ -63,7 +63,7 @@ export function table({columns, rows, fold = LINES, caption}) {
 }
 
 /** bars: [{label, value | parts: [{value, color, name}], low?, high?, note?}], horizontal. */
-export function bars({bars, title, unit, domain}) {
+export function bars({bars, title, label = title, unit, domain}) {
   const total = (bar) => bar.parts ? bar.parts.reduce((sum, part) => sum + part.value, 0) : bar.value;
   const box = el('div', {class: 'figure'});
   const ends = bars.map((bar) => Math.max(total(bar), bar.high ?? 0)), starts = bars.map((bar) => Math.min(0, total(bar), bar.low ?? 0));
@@ -71,7 +71,7 @@ export function bars({bars, title, unit, domain}) {
   whenSized(box, (width) => {
     const height = 54 + 26 * bars.length;
     const labels = bars.map((bar, i) => [i, bar.label.length > 42 ? bar.label.slice(0, 41) + '…' : bar.label]);
-    const plot = axes({width, height, label: title, x: {domain: range, title: titled(title ?? '', unit)},
+    const plot = axes({width, height, label, x: {domain: range, title: titled(label ?? '', unit)},
       y: {domain: [bars.length - 0.4, -0.6], ticks: labels, grid: false}});
     bars.forEach((bar, i) => {
       let from = 0;
@@ -91,11 +91,23 @@ export function bars({bars, title, unit, domain}) {
   return el('div', {}, names.length > 0 && legend(names), box);
 }
 
+/** What holds from each x until the next: the corners of its stairs. */
+function stairs(xs, ys) {
+  const out = [];
+  for (let i = 0; i < xs.length; ++i) {
+    if (i > 0) out.push([xs[i], ys[i - 1]]);
+    out.push([xs[i], ys[i]]);
+  }
+  return [out.map((one) => one[0]), out.map((one) => one[1])];
+}
+
 /**
  * lines: [{name, x: [], y: [], low?: [], high?: [], color?, marks?: true, errors?: true, dash?}]; x, y: {title, unit,
- * domain?, labels?: [[value, text]]}. low and high make a band, or with `errors` bars.
+ * domain?, labels?: [[value, text]]}. low and high make a band, or with `errors` bars. steps: what holds at a point holds
+ * until the next.
  */
-export function lines({lines, x, y, height = 300, label}) {
+export function lines({lines, x, y, height = 300, label, steps = false}) {
+  const path = (xs, ys) => (steps ? stairs(xs, ys) : [[...xs], ys]);
   const all = lines.map((one) => ({...one, x: column(one.x), y: column(one.y), low: column(one.low), high: column(one.high)}));
   const box = el('div', {class: 'figure'});
   whenSized(box, (width) => {
@@ -104,8 +116,8 @@ export function lines({lines, x, y, height = 300, label}) {
       y: {domain: y.domain ?? extent(all.flatMap((one) => [one.y, one.low, one.high])), title: titled(y.title, y.unit)}});
     all.forEach((one, k) => {
       const color = colorOf(one, k);
-      if (one.low.length && !one.errors) band(plot, [...one.x], one.low, one.high, color);
-      if (one.line !== false) plot.layer.append(svg('path', {class: 'line', stroke: color, d: linePath(plot, one.x, one.y), 'stroke-dasharray': one.dash ? '5 4' : null}));
+      if (one.low.length && !one.errors) band(plot, path(one.x, one.low)[0], path(one.x, one.low)[1], path(one.x, one.high)[1], color);
+      if (one.line !== false) plot.layer.append(svg('path', {class: 'line', stroke: color, d: linePath(plot, ...path(one.x, one.y)), 'stroke-dasharray': one.dash ? '5 4' : null}));
       if (one.errors) one.x.forEach((v, i) => errorBar(plot, v, one.low[i], one.high[i], color));
       if (one.marks) dots(plot, one.x, one.y, color, 4);
     });
@@ -151,26 +163,32 @@ export function shareBar(counts) {
 
 function node(one, depth, rootCount) {
   const outcomes = one.outcomes ?? {};
-  const bar = shareBar([['Success', outcomes.S ?? 0, OUTCOMES[0].color], ['Known failure', outcomes.K ?? 0, OUTCOMES[1].color],
-    ['Unknown failure', outcomes.U ?? 0, OUTCOMES[2].color]]);
+  const bar = one.said !== undefined && !one.parts ? null : shareBar(one.parts ? one.parts.map((part, k) => [part.name, part.value, colorOf(part, k)])
+    : [['Success', outcomes.S ?? 0, OUTCOMES[0].color], ['Known failure', outcomes.K ?? 0, OUTCOMES[1].color], ['Unknown failure', outcomes.U ?? 0, OUTCOMES[2].color]]);
   const line = [el('span', {class: 'name'}, one.label), el('span', {class: 'count'}, one.n === undefined ? '' : whole(one.n)),
-    el('span', {class: 'when'}, one.time === undefined || one.time === null ? '' : `${short(one.time, 3)} s`),
+    el('span', {class: 'when'}, one.said ?? (one.time === undefined || one.time === null ? '' : `${short(one.time, 3)} s`)),
     el('span', {class: 'width'}, el('span', {style: {width: `${100 * (one.n ?? 0) / (rootCount || 1)}%`, display: 'block'}}, bar))];
   const children = one.children ?? [];
   if (children.length === 0) return el('li', {}, el('div', {class: 'line leaf'}, line));
-  return el('li', {}, el('details', {open: depth < 3}, el('summary', {class: 'line'}, line),
+  return el('li', {}, el('details', {open: depth < 3 && !one.closed}, el('summary', {class: 'line'}, line),
       el('ul', {}, children.map((child) => node(child, depth + 1, rootCount)))));
 }
 
-/** root: {label, n, outcomes: {S, K, U}, time, children}, or a list of such. */
-export function tree({root}) {
+/**
+ * root: {label, n, outcomes: {S, K, U}, time, children}, or a list of such. In place of outcomes: parts as of bars; in place
+ * of a time: `said`, a text; closed: true folds it. legend: [{name, color}], of parts.
+ */
+export function tree({root, legend: names}) {
   const roots = Array.isArray(root) ? root : [root];
   const most = Math.max(...roots.map((one) => one.n ?? 0));
-  return el('div', {class: 'tree scroll'}, legend(OUTCOMES.slice(0, 3).map((one) => [one.title, one.color])),
+  return el('div', {class: 'tree scroll'}, legend(names ? names.map((one, k) => [one.name, colorOf(one, k)]) : OUTCOMES.slice(0, 3).map((one) => [one.title, one.color])),
       el('ul', {}, roots.map((one) => node(one, 0, most))));
 }
 
-const TYPES = {table, bars, lines, scatter, tree, text: ({text}) => el('p', {}, text)};
+/** Widgets beside each other, where there is room. */
+const row = ({widgets}) => el('div', {class: 'columns'}, widgets.map(widget));
+
+const TYPES = {table, bars, lines, scatter, tree, row, text: ({text}) => el('p', {}, text)};
 
 export function widget(spec) {
   const make = TYPES[spec.type];
