@@ -412,7 +412,8 @@ EventTree event_tree(const Stories& stories, const CampaignInfo& info, EventTree
   bool any_success = false;
   for (std::size_t i = 0; i < stories.size(); ++i) any_success |= stories[i].outcome == Outcome::success;
   rules.kinds = rules.kinds || !any_success;
-  return event_tree(stories, moving_parts(info), info.deciding(), info.end, rules);
+  // Who ends after the last contact that is looked at was seen as long as all others.
+  return event_tree(stories, moving_parts(info), info.deciding(), std::min(info.end, rules.until), rules);
 }
 
 }  // namespace graze

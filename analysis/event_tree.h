@@ -13,6 +13,7 @@
 // found with at most the probability `error_rate`.
 
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -24,9 +25,10 @@ namespace graze {
 
 struct EventTreeRules {
   double error_rate = 0.01;
-  int depth = 4;             // bifurcations one below another at most
-  std::uint64_t fewest = 5;  // traces of a branch; smaller ones are put together
-  bool kinds = false;        // kinds of failures are different ends
+  int depth = 4;                                           // bifurcations one below another at most
+  std::uint64_t fewest = 5;                                // traces of a branch; smaller ones are put together
+  bool kinds = false;                                      // kinds of failures are different ends
+  double until = std::numeric_limits<double>::infinity();  // s: later contacts are not in the stories
 };
 
 /// How some traces ended.

@@ -22,10 +22,7 @@ double usual_period(const Stories& stories) {
       entry->second = token.begin;
     }
   }
-  if (periods.empty()) return 0;
-  const auto middle = periods.begin() + static_cast<std::ptrdiff_t>(periods.size() / 2);
-  std::nth_element(periods.begin(), middle, periods.end());
-  return *middle;
+  return periods.empty() ? 0 : median(std::move(periods));
 }
 
 PolicyEvents::Around around(const Stories& stories, const EventBranch& branch, double from, double to) {
@@ -47,15 +44,15 @@ PolicyEvents::Around around(const Stories& stories, const EventBranch& branch, d
   return out;
 }
 
-/// From half a period before the earliest branch of a node until half a period after the last.
-std::vector<PolicyEvents::Around> around_node(const Stories& stories, const EventNode& node, double period) {
+/// From `margin` s before the earliest branch of a node until `margin` after the last.
+std::vector<PolicyEvents::Around> around_node(const Stories& stories, const EventNode& node, double margin) {
   double last = node.time;
   for (const EventBranch& branch : node.branches) {
-    if (branch.kind == EventBranch::Kind::contact) last = std::max(last, branch.time.median);
+    if (!std::isnan(branch.time.median)) last = std::max(last, branch.time.median);
   }
   std::vector<PolicyEvents::Around> out;
   for (const EventBranch& branch : node.branches) {
-    out.push_back(around(stories, branch, node.time - 0.5 * period, last + 0.5 * period));
+    out.push_back(around(stories, branch, node.time - margin, last + margin));
   }
   return out;
 }
@@ -65,11 +62,13 @@ PolicyEvents events_of(const Stories& fine, const Stories& told, const CampaignI
                        const EventsRequest& request) {
   PolicyEvents out;
   out.policy = fine.policy();
-  out.tree = event_tree(fine, info, request.tree);
+  EventTreeRules rules = request.tree;
+  rules.until = request.rules.to;
+  out.tree = event_tree(fine, info, rules);
   out.sequences = count_sequences(told, info.deciding());
   if (request.cycle > 0) out.cycles = count_cycles(told, request.cycle, info.end);
-  const double period = usual_period(told);
-  for (const EventNode& node : out.tree.nodes) out.around.push_back(around_node(told, node, period));
+  const double margin = std::max(0.5 * usual_period(told), request.rules.simultaneous);
+  for (const EventNode& node : out.tree.nodes) out.around.push_back(around_node(told, node, margin));
   return out;
 }
 
@@ -87,13 +86,14 @@ void add_near_misses(const Archive& archive, const Stories& stories, PolicyEvent
     double gap;
     int part;
   };
-  std::vector<std::vector<Margin>> margins(stories.size());  // [trace][witness]
+  std::vector<Margin> margins(stories.size() * witnesses.size(), {0, kNoPart});  // [trace][witness]
   archive.scan(out.policy, kMargins | kMarginParts, [&](const TraceRows& rows) {
     for (std::size_t i = 0; i < rows.size(); ++i) {
       const auto found = row_of.find(rows.particle(i));
       if (found == row_of.end() || rows.margin_parts(i).empty()) continue;
-      for (const std::size_t r : witnesses) {
-        margins[found->second].push_back({rows.margins(i)[r], rows.margin_parts(i)[r]});
+      for (std::size_t w = 0; w < witnesses.size(); ++w) {
+        const std::size_t r = witnesses[w];
+        margins[found->second * witnesses.size() + w] = {rows.margins(i)[r], rows.margin_parts(i)[r]};
       }
     }
   });
@@ -112,7 +112,8 @@ void add_near_misses(const Archive& archive, const Stories& stories, PolicyEvent
           if (parts_only(other.word) == parts_only(branch.word) && other.kind == EventBranch::Kind::contact) continue;
           one.other += other.traces.size();
           for (const std::size_t trace : other.traces) {
-            if (margins[trace].size() > w && margins[trace][w].part == pair) gaps.push_back(margins[trace][w].gap);
+            const Margin& margin = margins[trace * witnesses.size() + w];
+            if (margin.part == pair) gaps.push_back(margin.gap);
           }
         }
         one.n = gaps.size();
@@ -134,14 +135,21 @@ std::vector<Stories> read_reference(const Archive& archive, const EventsRequest&
                                  request.reference, archive.path().string()));
   }
   const auto& names = reference.info().policies;
+  // Read together, as the campaign's are: what is light is taken over all policies that are asked for.
+  std::vector<std::string> wanted;
+  std::vector<std::size_t> of;  // policy: row of `wanted`
   for (const std::string& policy : policies) {
     const bool same = std::find(names.begin(), names.end(), policy) != names.end();
     if (!same && names.size() != 1) {
       throw InputError(fmt::format("{}: has no policy '{}' to compare with; it has {}", request.reference, policy,
                                    fmt::join(names, ", ")));
     }
-    out.push_back(std::move(read_stories(reference, {same ? policy : names.front()}, rules).front()));
+    const auto place = std::find(wanted.begin(), wanted.end(), same ? policy : names.front());
+    of.push_back(static_cast<std::size_t>(place - wanted.begin()));
+    if (place == wanted.end()) wanted.push_back(same ? policy : names.front());
   }
+  const std::vector<Stories> read = read_stories(reference, wanted, rules);
+  for (const std::size_t row : of) out.push_back(read[row]);
   return out;
 }
 
@@ -194,6 +202,7 @@ CampaignEvents campaign_events(const Archive& archive, const EventsRequest& requ
   out.archive = request.name.empty() ? archive.path().string() : request.name;
   out.info = archive.info();
   out.campaign = out.info.scenario_name;
+  out.complete = archive.complete();
   out.request = request;
   const std::vector<std::string>& policies = request.policies.empty() ? out.info.policies : request.policies;
   StoryRules rules = request.rules;
@@ -201,10 +210,10 @@ CampaignEvents campaign_events(const Archive& archive, const EventsRequest& requ
   const StoriesRead read = look_for_stories(archive, policies, rules);
   if (!read.none.empty()) throw InputError(read.none);
   const std::vector<Stories>& fine = read.stories;
-  const bool same = rules.detail == request.rules.detail;
-  const std::vector<Stories> coarse = same ? std::vector<Stories>() : read_stories(archive, policies, request.rules);
   for (std::size_t p = 0; p < fine.size(); ++p) {
-    out.policies.push_back(events_of(fine[p], same ? fine[p] : coarse[p], out.info, request));
+    const bool same = rules.detail == request.rules.detail;
+    out.policies.push_back(same ? events_of(fine[p], fine[p], out.info, request)
+                                : events_of(fine[p], told_by_parts(fine[p], rules.simultaneous), out.info, request));
     add_near_misses(archive, fine[p], out.policies.back());
   }
   add_causes(archive, fine, out);

@@ -55,6 +55,7 @@ struct PolicyEvents {
 
 struct CampaignEvents {
   std::string archive, campaign;
+  bool complete = true;
   EventsRequest request;
   CampaignInfo info;
   std::vector<PolicyEvents> policies;

@@ -1,6 +1,7 @@
 // Events as text for people and as JSON for scripts.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -97,10 +98,14 @@ std::string node_text(const PolicyEvents& policy, std::size_t at, const Teller& 
   const std::string indent(2 + 4 * static_cast<std::size_t>(node.depth), ' ');
   std::string out = indent + fmt::format("{} (p = {:.2g}; tells {:.0f} % about the outcome)\n",
                                          tell.place(policy.tree, at), node.p_value, 100 * node.information);
-  Rows rows = {{"next contact", "traces", "success, 95 % interval", "s, median (5 .. 95 %)", "mN s", "outcomes"}};
+  const bool hard = std::any_of(node.branches.begin(), node.branches.end(),
+                                [](const EventBranch& branch) { return branch.impulse.median >= 10; });
+  Rows rows = {
+      {"next contact", "traces", "success, 95 % interval", "s, median (5 .. 95 %)", hard ? "N s" : "mN s", "outcomes"}};
   for (const EventBranch& branch : node.branches) {
     rows.push_back({tell.branch(branch), std::to_string(branch.outcomes.n), rate_text(branch.outcomes),
-                    range_text(branch.time, 1), range_text(branch.impulse, 1e3), tell.outcomes(branch.outcomes)});
+                    range_text(branch.time, 1), range_text(branch.impulse, hard ? 1 : 1e3),
+                    tell.outcomes(branch.outcomes)});
   }
   out += indented(text_table(rows, 1) + causes_text(policy, at, tell, events), indent + "  ");
   for (std::size_t b = 0; b < node.branches.size(); ++b) {
@@ -123,6 +128,7 @@ std::string tree_text(const PolicyEvents& policy, const CampaignEvents& events, 
   const Teller tell(events, std::max(events.request.rules.detail, Detail::features));
   const EventTree& tree = policy.tree;
   const double error_rate = events.request.tree.error_rate;
+  if (tree.tested == 0) return "No contact could be tested: too few traces, or all have had the same contacts.\n";
   if (tree.nodes.empty()) {
     return fmt::format("No contact decides how a trace ends ({} nodes tested, error rate {:g}).\n", tree.tested,
                        error_rate);
@@ -280,12 +286,13 @@ Json policy_json(const PolicyEvents& policy, const CampaignEvents& events) {
 }  // namespace
 
 std::string format_events(const CampaignEvents& events, std::size_t most) {
-  std::string out;
+  std::string out = events.complete ? "" : "INCOMPLETE: of the traces that are there.\n";
   const Teller tell(events, events.request.rules.detail);
   for (const PolicyEvents& policy : events.policies) {
     if (!out.empty()) out += "\n";
+    const OutcomeCounts& all = policy.tree.all;
     out +=
-        fmt::format("{}: {} valid traces, success {}\n", policy.policy, policy.tree.all.n, rate_text(policy.tree.all));
+        fmt::format("{}: {} valid trace{}, success {}\n", policy.policy, all.n, all.n == 1 ? "" : "s", rate_text(all));
     out += tree_text(policy, events, tell) + sequences_text(policy, tell, most) + novelties_text(policy, events, most);
   }
   return out;
@@ -298,6 +305,7 @@ std::string events_json(const CampaignEvents& events) {
   for (const PolicyEvents& policy : events.policies) policies.push_back(policy_json(policy, events));
   const Json out = {{"archive", events.archive},
                     {"campaign", events.campaign},
+                    {"complete", events.complete},
                     {"detail", kDetails[static_cast<int>(request.rules.detail)]},
                     {"simultaneous", request.rules.simultaneous},
                     {"light", request.rules.light},

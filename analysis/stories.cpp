@@ -60,6 +60,17 @@ void order_simultaneous(std::span<Token> tokens, double simultaneous) {
   }
 }
 
+Stories told_by_parts(const Stories& stories, double simultaneous) {
+  Stories out = stories;
+  for (const Stories::Head& head : out.heads_) {
+    const std::span<Token> tokens = std::span(out.tokens_).subspan(head.first, head.count);
+    for (Token& token : tokens) token.word = parts_only(token.word);
+    std::sort(tokens.begin(), tokens.end(), [](const Token& a, const Token& b) { return a.begin < b.begin; });
+    order_simultaneous(tokens, simultaneous);
+  }
+  return out;
+}
+
 void StoryTeller::find_usual() {
   for (auto& [pair, all] : impulses_) {
     const auto ninth = all.begin() + static_cast<std::ptrdiff_t>(0.9 * static_cast<double>(all.size() - 1));

@@ -61,6 +61,7 @@ class Stories {
 
  private:
   friend class StoryTeller;
+  friend Stories told_by_parts(const Stories& stories, double simultaneous);
   struct Head {
     std::uint32_t particle;
     Outcome outcome;
@@ -115,6 +116,9 @@ StoriesRead look_for_stories(const Archive& archive, const std::vector<std::stri
 /// The same; throws InputError if there are none.
 std::vector<Stories> read_stories(const Archive& archive, const std::vector<std::string>& policies,
                                   const StoryRules& rules);
+
+/// The same told by parts alone.
+Stories told_by_parts(const Stories& stories, double simultaneous);
 
 /// Puts simultaneous tokens, which stand in the order of their beginnings, in the order of their words.
 void order_simultaneous(std::span<Token> tokens, double simultaneous);

@@ -33,6 +33,15 @@ void check_results_version(const std::string& archive, const CampaignInfo& info,
                   archive, info.results_version, info.program_revision, results_version(), instead));
 }
 
+void check_effort(double steps, const std::string& what) {
+  constexpr double kMostSteps = 1e8;
+  if (steps <= kMostSteps) return;
+  throw InputError(
+      fmt::format("{} {:.3g} physics steps together; at most {:.0e} are simulated anew; nearest right "
+                  "answer: choose fewer traces or policies",
+                  what, steps, kMostSteps));
+}
+
 ArchivedScenario::ArchivedScenario(const std::string& archive, const CampaignInfo& info, const std::string& refusal)
     : inputs_(kept_files(archive, info, refusal), info.source.folder), scenario_(reload(archive, info)) {}
 

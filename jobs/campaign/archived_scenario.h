@@ -12,6 +12,10 @@ namespace graze {
 /// `instead` ends the message: what the user can do ("resume it with that program, or run the scenario anew").
 void check_results_version(const std::string& archive, const CampaignInfo& info, const std::string& instead);
 
+/// Archives say themselves how long their traces are. Throws InputError if what is to be simulated anew has more
+/// physics steps than take some minutes; `what`: "12 traces have".
+void check_effort(double steps, const std::string& what);
+
 /// While it is alive, every file that is read has the content that the archive kept of it, and no other exists
 /// (policies read their tables anew whenever they are built). One at a time.
 class ArchivedScenario {

@@ -9,6 +9,7 @@
 
 #include "analysis/failures.h"
 #include "archive/schema/culprit.h"
+#include "jobs/campaign/archived_scenario.h"
 #include "jobs/campaign/page_scene.h"
 #include "jobs/campaign/trace_frames.h"
 #include "simulation/simulation.h"
@@ -155,18 +156,6 @@ class PolicyPlayer {
   std::vector<std::string> different_;
 };
 
-/// Archives say themselves how long their traces are; what would take hours is refused.
-void check_effort(const std::vector<PageTrace>& traces, const CampaignInfo& info) {
-  constexpr double kMostSteps = 1e8;  // some minutes
-  double steps = 0;
-  for (const PageTrace& one : traces) steps += end_of(one, info) / info.step;
-  if (steps <= kMostSteps) return;
-  throw InputError(
-      fmt::format("{} traces have {:.3g} physics steps together; at most {:.0e} are simulated anew for a "
-                  "page; nearest right answer: choose fewer traces",
-                  traces.size(), steps, kMostSteps));
-}
-
 }  // namespace
 
 std::vector<PageTrace> find_traces(const Archive& archive, const std::vector<ChosenTrace>& chosen, std::size_t bodies) {
@@ -195,7 +184,9 @@ std::vector<std::string> add_traces(Json& page, const Scenario& scenario, const 
   own.recording.telemetry = Telemetry::none;
   own.recording.events = false;
   own.recording.phases = true;
-  check_effort(traces, info);
+  double steps = 0;
+  for (const PageTrace& one : traces) steps += end_of(one, info) / info.step;
+  check_effort(steps, fmt::format("{} traces have", traces.size()));
   const Simulation simulation(std::move(own), info.particles);
   const std::vector<Channel> channels = channels_of(simulation.scenario());
   PolicyPlayer player(simulation, info, name, steps_between(simulation.scenario(), channels.size(), traces), form);

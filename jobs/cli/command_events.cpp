@@ -57,7 +57,10 @@ int tell_events(const Arguments& arguments) {
     check_results_version(arguments.archive, archive.info(), "tell novelties with that program, or run it anew");
     request.nominal = [&](const std::vector<std::string>& policies) {
       end_of_reading();
-      const ArchivedScenario reloaded(arguments.archive, archive.info(), "nothing can be simulated again");
+      const CampaignInfo& info = archive.info();
+      check_effort(static_cast<double>(policies.size()) * info.end / info.step,
+                   fmt::format("nominal traces of {} policies have", policies.size()));
+      const ArchivedScenario reloaded(arguments.archive, info, "nothing can be simulated again");
       return nominal_traces(reloaded.scenario(), policies);
     };
   } else {
@@ -69,13 +72,19 @@ int tell_events(const Arguments& arguments) {
   if (request.rules.from >= request.rules.to) {
     throw InputError(fmt::format("--from {:g} s lies at or after --to {:g} s", request.rules.from, request.rules.to));
   }
+  const double end = archive.info().end;
+  for (const auto& [option, value] : {std::pair{"--from", request.rules.from}, {"--cycle", request.cycle}}) {
+    if (value >= end && value > 0) {
+      throw InputError(fmt::format("{} {:g} s: traces last {:g} s; it must be less", option, value, end));
+    }
+  }
   const CampaignEvents events = campaign_events(archive, request);
   if (arguments.json) {
     std::cout << events_json(events) << "\n";
   } else {
     std::cout << (arguments.csv ? csv_of(events, arguments.table) : format_events(events, arguments.top));
   }
-  return archive.complete() ? kDone : kMachineFailed;
+  return events.complete ? kDone : kMachineFailed;
 }
 
 }  // namespace
@@ -106,7 +115,12 @@ void add_events(CLI::App& app, Action& action) {
   seconds("--to", a.request.rules.to, 1e9, "Only contacts that begin before");
   seconds("--simultaneous", a.request.rules.simultaneous, 1e9,
           "Contacts that begin within this time of each other have no order (20 ms)");
-  seconds("--cycle", a.request.cycle, 1e9, "Tell sequences by cycles of this duration, too");
+  add_read_option(*verb, "--cycle", "Tell sequences by cycles of this duration, too",
+                  [&a](const std::string& text, const std::string& option) {
+                    a.request.cycle = parse_seconds(text, option, 1e-9, 1e9);
+                    if (a.request.cycle == 0) throw InputError(option + " 0: a cycle lasts longer than 0 s");
+                  })
+      ->type_name("TIME");
   add_read_option(*verb, "--light",
                   "A contact counts if it carries this share of what contacts of its two parts usually do "
                   "(0.1)",

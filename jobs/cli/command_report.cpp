@@ -66,10 +66,11 @@ void add_sections(Json& page, const Archive& archive, const std::string& name,
   EventsRequest request;
   request.name = name;
   request.policies = policies;
+  request.rules.detail = Detail::features;  // as the tree is told
   try {
     page["sections"].push_back(events_section(campaign_events(archive, request)));
-  } catch (const InputError&) {
-    // Nothing touched, or an older archive: there is no such section. What is damaged was found before.
+  } catch (const InputError& error) {  // nothing touched, or an older archive
+    page["notes"].push_back(fmt::format("No events: {}", error.what()));
   }
   std::vector<UnknownFailures> unknown;
   for (const std::string& policy : policies) unknown.push_back(unknown_failures(archive, policy));
