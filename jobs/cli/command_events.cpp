@@ -8,6 +8,7 @@
 #include "jobs/cli/commands.h"
 #include "jobs/cli/option_values.h"
 #include "jobs/cli/reading_verb.h"
+#include "jobs/cli/shared_options.h"
 
 namespace graze {
 namespace {
@@ -68,8 +69,8 @@ void add_events(CLI::App& app, Action& action) {
                             "  graze events new.h5 --reference old.h5           # new against last week's campaign\n"
                             "  graze events curb.h5 --csv > sequences.csv\n");
   Arguments& a = *arguments;
-  verb->add_option("archive", a.archive, "Campaign directory or packed file")->required();
-  verb->add_option("--policy", a.policies, "Only these policies (globs; may be repeated)")->allow_extra_args(false);
+  add_archive(*verb, a.archive);
+  add_policies(*verb, a.policies);
   add_choice(
       *verb, "--detail", a.detail, {"parts", "features", "modes"},
       "How finely contacts are told apart: which parts touch, with what feature of them, or sticking, slipping or "
