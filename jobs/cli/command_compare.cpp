@@ -9,6 +9,7 @@
 #include "jobs/cli/commands.h"
 #include "jobs/cli/option_values.h"
 #include "jobs/cli/reading_verb.h"
+#include "jobs/cli/shared_options.h"
 
 namespace graze {
 namespace {
@@ -65,9 +66,9 @@ void add_compare(CLI::App& app, Action& action) {
                             "  graze compare curb.h5 curb.h5 --policy step/3cm --with step/4cm\n"
                             "  graze compare before.h5 after.h5 --csv > changes.csv\n");
   Arguments& a = *arguments;
-  verb->add_option("a", a.a, "Campaign directory or packed file")->required();
+  add_archive(*verb, a.a, "a");
   verb->add_option("b", a.b, "The one to compare it with")->required();
-  verb->add_option("--policy", a.policies, "Only these policies (globs; may be repeated)")->allow_extra_args(false);
+  add_policies(*verb, a.policies);
   verb->add_option("--with", a.with, "Compare the one --policy of the first with this policy of the second")
       ->type_name("POLICY");
   add_whole(*verb, "--top", a.top, 1, 1'000'000, "So many fixed and broken particles (5)");

@@ -11,6 +11,7 @@
 #include "jobs/cli/commands.h"
 #include "jobs/cli/option_values.h"
 #include "jobs/cli/reading_verb.h"
+#include "jobs/cli/shared_options.h"
 
 namespace graze {
 namespace {
@@ -100,8 +101,8 @@ void add_events(CLI::App& app, Action& action) {
                             "  graze events curb.h5 --csv > sequences.csv\n"
                             "  graze events curb.h5 --csv --table branches      # where behaviour divides, and why\n");
   Arguments& a = *arguments;
-  verb->add_option("archive", a.archive, "Campaign directory or packed file")->required();
-  verb->add_option("--policy", a.policies, "Only these policies (globs; may be repeated)")->allow_extra_args(false);
+  add_archive(*verb, a.archive);
+  add_policies(*verb, a.policies);
   add_choice(
       *verb, "--detail", a.detail, {"parts", "features", "modes"},
       "How finely contacts are told apart: which parts touch, with what feature of them, or sticking, slipping or "

@@ -10,6 +10,7 @@
 #include "archive/files/parent_folders.h"
 #include "jobs/cli/commands.h"
 #include "jobs/cli/reading_verb.h"
+#include "jobs/cli/shared_options.h"
 
 namespace graze {
 namespace {
@@ -97,9 +98,8 @@ void add_explain(CLI::App& app, Action& action) {
                "  graze explain curb.h5 --csv why                  # why/causes.csv, rules, spread, modes, …\n\n"
                "Says 'no parameter explains it' where nothing is significant. docs/statistics.md tells what is tested "
                "and how often it is wrong.\n");
-  verb->add_option("archive", arguments->archive, "Campaign directory or packed file")->required();
-  verb->add_option("--policy", arguments->policies, "Only these policies (globs; may be repeated)")
-      ->allow_extra_args(false);
+  add_archive(*verb, arguments->archive);
+  add_policies(*verb, arguments->policies);
   verb->add_flag("--json", arguments->json, "Print JSON");
   verb->add_option("--csv", arguments->csv, "Also write the tables into this folder, a CSV file each")
       ->type_name("FOLDER");

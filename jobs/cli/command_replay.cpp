@@ -15,6 +15,7 @@
 #include "jobs/cli/option_values.h"
 #include "jobs/cli/page.h"
 #include "jobs/cli/reading_verb.h"
+#include "jobs/cli/shared_options.h"
 #include "jobs/cli/view_page.h"
 #include "simulation/results_epoch.h"
 
@@ -103,7 +104,7 @@ void add_replay(CLI::App& app, Action& action) {
       "  graze replay curb.h5 --particle 17 --policy step/4cm --view         # curb.p17.html, for a browser\n\n"
       "The scenario's files are taken from the archive. Exit code 1: the trace is not the archive's.\n"
       "'graze score ARCHIVE --failures' lists failed particles with their replay commands.\n");
-  verb->add_option("archive", request.archive, "Campaign directory or packed file")->required();
+  add_archive(*verb, request.archive);
   add_whole(*verb, "--particle", request.particle, 0, kParticleLimit - 1, "Which particle (0 is the first)")
       ->required();
   verb->add_option("--policy", request.policy, "Which policy; may be left out if there is one only");

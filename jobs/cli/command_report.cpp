@@ -19,6 +19,7 @@
 #include "jobs/cli/option_values.h"
 #include "jobs/cli/page.h"
 #include "jobs/cli/reading_verb.h"
+#include "jobs/cli/shared_options.h"
 
 namespace graze {
 namespace {
@@ -127,10 +128,9 @@ void add_report(CLI::App& app, Action& action) {
                "  graze report curb.h5 --json                            # all that the page shows, as data\n\n"
                "The page is one file, which needs no network. Trajectories and replays are simulated again from what\n"
                "the archive keeps; where that cannot be, the page and the terminal say why.\n");
-  verb->add_option("archive", arguments->archive, "Campaign directory or packed file")->required();
+  add_archive(*verb, arguments->archive);
   verb->add_option("-o,--output", arguments->output, "The page, a file ending in .html (default: ARCHIVE with .html)");
-  verb->add_option("--policy", arguments->policies, "Only these policies (globs; may be repeated)")
-      ->allow_extra_args(false);
+  add_policies(*verb, arguments->policies);
   add_whole(*verb, "--replays", arguments->replays, 0, kMostReplays, "Traces shown in three dimensions (default: 12)");
   add_whole(*verb, "--trajectories", arguments->trajectories, 0, kMostTrajectories,
             "Traces whose channels are plotted against time (default: 60)");

@@ -8,6 +8,7 @@
 #include "analysis/sequential.h"
 #include "jobs/cli/commands.h"
 #include "jobs/cli/reading_verb.h"
+#include "jobs/cli/shared_options.h"
 
 namespace graze {
 namespace {
@@ -132,8 +133,7 @@ void add_score(CLI::App& app, Action& action) {
                    "interval, 1 if it is refuted, 4 if the interval straddles it (may be repeated: all of them)")
       ->type_name("QUESTION")
       ->allow_extra_args(false);
-  verb->add_option("--policy", arguments->policies, "Only these policies (globs; may be repeated)")
-      ->allow_extra_args(false);
+  add_policies(*verb, arguments->policies);
   verb->add_flag("--failures", arguments->failures, "List every failed trace, each with its replay command");
   verb->add_flag("--json", arguments->json, "Print JSON");
   verb->callback([arguments, &action] {

@@ -20,6 +20,7 @@
 #include "jobs/cli/commands.h"
 #include "jobs/cli/progress.h"
 #include "jobs/cli/reading_verb.h"
+#include "jobs/cli/shared_options.h"
 #include "jobs/cli/simulate.h"
 
 namespace graze {
@@ -215,7 +216,7 @@ void add_status(CLI::App& app, Action& action) {
   CLI::App* verb = add_verb(app, "status", "How far a campaign is, while it runs or afterwards",
                             "  graze status quadruped_curb.graze\n"
                             "  graze status quadruped_curb.graze --json\n");
-  verb->add_option("archive", arguments->archive, "Campaign directory or packed file")->required();
+  add_archive(*verb, arguments->archive);
   verb->add_flag("--json", arguments->json, "Print as JSON");
   verb->callback([arguments, &action] {
     action = [arguments] {

@@ -5,6 +5,7 @@
 #include "analysis/unknown_failures.h"
 #include "jobs/cli/commands.h"
 #include "jobs/cli/reading_verb.h"
+#include "jobs/cli/shared_options.h"
 
 namespace graze {
 namespace {
@@ -38,9 +39,8 @@ void add_unknown(CLI::App& app, Action& action) {
   CLI::App* verb = add_verb(app, "unknown", "Kinds of unknown failures, and requirements that would have caught them",
                             "  graze unknown curb.h5\n"
                             "  graze unknown curb.h5 --policy step/3cm --json\n");
-  verb->add_option("archive", arguments->archive, "Campaign directory or packed file")->required();
-  verb->add_option("--policy", arguments->policies, "Only these policies (globs; may be repeated)")
-      ->allow_extra_args(false);
+  add_archive(*verb, arguments->archive);
+  add_policies(*verb, arguments->policies);
   verb->add_flag("--json", arguments->json, "Print JSON");
   verb->callback([arguments, &action] {
     action = [arguments] {

@@ -9,6 +9,7 @@
 #include "archive/files/shell_word.h"
 #include "archive/verify.h"
 #include "jobs/cli/commands.h"
+#include "jobs/cli/shared_options.h"
 
 namespace graze {
 namespace {
@@ -83,7 +84,7 @@ void add_verify(CLI::App& app, Action& action) {
                "  graze verify curb.h5 --json\n\n"
                "Reads everything and changes nothing. Exit code 0: whole; 3: incomplete, or damaged in a way "
                "that 'graze resume'\nmends; 2: damaged beyond that.\n");
-  verb->add_option("archive", arguments->archive, "Campaign directory or packed file")->required();
+  add_archive(*verb, arguments->archive);
   verb->add_flag("--json", arguments->json, "Print as JSON, with every file");
   verb->callback([arguments, &action] {
     action = [arguments] {

@@ -13,6 +13,7 @@
 #include "jobs/cli/commands.h"
 #include "jobs/cli/option_values.h"
 #include "jobs/cli/reading_verb.h"
+#include "jobs/cli/shared_options.h"
 #include "jobs/cli/view_page.h"
 
 namespace graze {
@@ -75,13 +76,12 @@ void add_view(CLI::App& app, Action& action) {
       "  graze view curb.h5 --particle 17 -o p17.html                         # under every policy, overlaid\n"
       "  graze view curb.h5 --particle 3 --particle 17 --policy 'step/{3,4}cm'\n\n"
       "They are simulated again, bit for bit. Exit code 1: a trace is not the archive's.\n");
-  verb->add_option("archive", arguments->archive, "Campaign directory or packed file")->required();
+  add_archive(*verb, arguments->archive);
   verb->add_option("--particle", arguments->particles, "Which particle (0 is the first; may be repeated)")
       ->required()
       ->type_name("N")
       ->allow_extra_args(false);
-  verb->add_option("--policy", arguments->policies, "Only these policies (globs; may be repeated; default: all)")
-      ->allow_extra_args(false);
+  add_policies(*verb, arguments->policies);
   verb->add_option("-o,--output", arguments->output,
                    "The page, a file ending in .html (default: ARCHIVE with .pN.html)");
   verb->add_flag("--force", arguments->force, "Replace the page if it exists");

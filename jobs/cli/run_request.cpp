@@ -13,6 +13,7 @@
 #include "engine/settings/inputs.h"
 #include "jobs/campaign/describe_campaign.h"
 #include "jobs/campaign/stopping_rule.h"
+#include "jobs/cli/shared_options.h"
 #include "jobs/cli/simulate.h"
 #include "jobs/cli/size_estimate.h"
 
@@ -120,7 +121,7 @@ void RunArguments::add_to(CLI::App& verb) {
   record.add_to(verb);
   add_threads(verb, threads);
   add_watchdog(verb, watchdog);
-  verb.add_option("--policy", policies, "Only these policies (globs; may be repeated)")->allow_extra_args(false);
+  add_policies(verb, policies);
   verb.add_option("--until", until,
                   "Stop as soon as this is answered: '[POLICY:] p >= RATE', 'p < RATE' or 'ci < WIDTH' (may be "
                   "repeated: all of them); -n is then the most particles (default 1,000,000)")

@@ -221,5 +221,27 @@ TEST_F(OptionGrammar, HelpIsGivenInAnyForm) {
   refused("help scoer", {"'scoer' is not a verb", "'score'"});
 }
 
+/// In one line, with single blanks.
+std::string flat(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    const bool blank = c == ' ' || c == '\n';
+    if (!blank || (!out.empty() && out.back() != ' ')) out += blank ? ' ' : c;
+  }
+  return out;
+}
+
+// Claim: what verbs have in common, the archive and --policy, their help says in the same words.
+TEST_F(OptionGrammar, SharedOptionsHaveOneHelpText) {
+  const auto help = [&](const std::string& verb) { return flat(campaign.graze(verb + " --help").out); };
+  for (const char* verb : {"status", "verify", "replay", "events", "unknown", "explain", "report", "view", "compare"}) {
+    EXPECT_THAT(help(verb), HasSubstr("TEXT REQUIRED Campaign directory or packed file ")) << verb;
+  }
+  for (const char* verb : {"run", "score", "compare", "events", "unknown", "explain", "report", "view"}) {
+    EXPECT_THAT(help(verb), HasSubstr("--policy TEXT ... Only these policies (globs; may be repeated; default: all) "))
+        << verb;
+  }
+}
+
 }  // namespace
 }  // namespace graze

@@ -1,0 +1,14 @@
+#include "jobs/cli/shared_options.h"
+
+namespace graze {
+
+CLI::Option* add_archive(CLI::App& verb, std::string& archive, const std::string& name) {
+  return verb.add_option(name, archive, "Campaign directory or packed file")->required();
+}
+
+CLI::Option* add_policies(CLI::App& verb, std::vector<std::string>& policies) {
+  return verb.add_option("--policy", policies, "Only these policies (globs; may be repeated; default: all)")
+      ->allow_extra_args(false);
+}
+
+}  // namespace graze
