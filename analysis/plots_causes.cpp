@@ -50,8 +50,8 @@ PlotPanel effects_panel(const PolicyExplanation& policy, const std::string& targ
   const Causes* causes = causes_with(policy, target);
   if (causes == nullptr || causes->effects.empty()) {
     out.height = 60;
-    out.x = {"", -1, 1};
-    out.y.labels = {{-10, ""}};
+    out.x = {"", 0, 1, {{-1, ""}}, false};  // no ticks
+    out.y = {"", 0, 1, {{-1, ""}}, false};
     out.instead = table.rows() == 0
                       ? "The archive does not keep the particles' values."
                       : fmt::format("'{}': too few traces, or none went another way: nothing to explain.", target);
@@ -77,10 +77,11 @@ PlotPanel effects_panel(const PolicyExplanation& policy, const std::string& targ
     out.series.push_back(std::move(bar));
     out.words.push_back(
         {std::max(0.0, effect.effect), y,
-         fmt::format(" {} (p {})", plot_number(std::round(effect.effect * 1e3) / 1e3),
+         fmt::format("{} (p {})", plot_number(std::round(effect.effect * 1e3) / 1e3),
                      effect.p_holm < kLeastP ? "< 0.0001"
                                              : "= " + plot_number(std::round(effect.p_holm / kLeastP) * kLeastP))});
   }
+  for (PlotWords& one : out.words) one.x += 0.03 * most;  // not on the line at 0
   out.x.low = -1.15 * most;
   out.x.high = 1.6 * most;
   out.y.low = -0.7;
