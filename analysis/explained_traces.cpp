@@ -54,4 +54,20 @@ Lifetime lifetime_of(const ExplainedTrace& trace, int requirement, std::size_t d
   return {first, failed};
 }
 
+std::vector<Survival> survivals(const CampaignInfo& info, const std::vector<ExplainedTrace>& traces) {
+  const auto deciding = static_cast<int>(info.deciding());
+  std::vector<Survival> out;
+  for (int r = -1; r <= deciding; ++r) {
+    std::vector<Lifetime> lifetimes;
+    for (const ExplainedTrace& trace : traces) {
+      if (trace.valid()) lifetimes.push_back(lifetime_of(trace, r, info.deciding()));
+    }
+    Survival& one = out.emplace_back(survival_of(std::move(lifetimes)));
+    one.what = r < 0          ? "any requirement"
+               : r < deciding ? info.requirements[static_cast<std::size_t>(r)].name
+                              : "objective";
+  }
+  return out;
+}
+
 }  // namespace graze

@@ -33,4 +33,8 @@ std::vector<ExplainedTrace> explained_traces(const Archive& archive, const std::
 /// without that until the end.
 Lifetime lifetime_of(const ExplainedTrace& trace, int requirement, std::size_t deciding);
 
+/// How long the traces lasted until any requirement that decides was violated ("any requirement"), then each of these,
+/// last the objective, which fails at the end.
+std::vector<Survival> survivals(const CampaignInfo& info, const std::vector<ExplainedTrace>& traces);
+
 }  // namespace graze

@@ -114,20 +114,6 @@ std::string side_name_of(const Scatter& scatter) {
   return fmt::format("mode: {} > {:.4g}{}{}", one.name, one.cuts[0], one.unit.empty() ? "" : " ", one.unit);
 }
 
-void find_survival(const CampaignInfo& info, const std::vector<ExplainedTrace>& traces, PolicyExplanation& out) {
-  const auto deciding = static_cast<int>(info.deciding());
-  for (int r = -1; r <= deciding; ++r) {
-    std::vector<Lifetime> lifetimes;
-    for (const ExplainedTrace& trace : traces) {
-      if (trace.valid()) lifetimes.push_back(lifetime_of(trace, r, info.deciding()));
-    }
-    Survival& one = out.survival.emplace_back(survival_of(std::move(lifetimes)));
-    one.what = r < 0          ? "any requirement"
-               : r < deciding ? info.requirements[static_cast<std::size_t>(r)].name
-                              : "objective";
-  }
-}
-
 void find_margins(const CampaignInfo& info, const std::vector<ExplainedTrace>& traces, PolicyExplanation& out) {
   const std::size_t requirements = info.requirements.size();
   for (std::size_t r = 0; r <= requirements; ++r) {
@@ -279,7 +265,7 @@ PolicyExplanation explain_policy(const Archive& archive, const std::string& poli
   const std::vector<int> side = sides_of(traces, out);
   if (values.none().empty()) find_all_causes(info, traces, stories, values, side, out);
   find_growth(archive, traces, freedoms, out);
-  find_survival(info, traces, out);
+  out.survival = survivals(info, traces);
   find_margins(info, traces, out);
   find_sizes(out);
   return out;

@@ -61,6 +61,7 @@ int parse_and_run(int argc, char** argv) {
   add_replay(app, action);
   add_report(app, action);
   add_view(app, action);
+  add_plot(app, action);
   add_pack(app, action);
   add_submit(app, action);
   const std::vector<std::string> given(argv + 1, argv + argc), words = as_help(given);

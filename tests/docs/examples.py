@@ -36,7 +36,7 @@ if words[:1] == ["run"] and "--help" not in words and not {{"-n", "--particles"}
     words += ["-n", "{most}"]
 if words[:1] == ["submit"]:
     words.append("--dry-run")
-if words[:1] in (["run"], ["replay"], ["sample"], ["pack"], ["report"], ["view"]) and "--help" not in words and "--force" not in words:
+if words[:1] in (["run"], ["replay"], ["sample"], ["pack"], ["report"], ["view"], ["plot"]) and "--help" not in words and "--force" not in words:
     words.append("--force")
 os.execv({program!r}, ["graze", *words])
 """

@@ -44,6 +44,7 @@ bool run_verb(const std::vector<std::string>& words) {
   add_status(app, action);
   add_score(app, action);
   add_explain(app, action);
+  add_plot(app, action);
   add_replay(app, action);
   add_pack(app, action);
   app.parse(std::vector<std::string>(words.rbegin(), words.rend()));

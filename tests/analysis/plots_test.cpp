@@ -1,0 +1,336 @@
+// Pictures: what figures hold of planted numbers, and that scripts say it to gnuplot whatever names there are.
+#include "analysis/plots.h"
+
+#include <gmock/gmock.h>
+
+#include <cmath>
+#include <regex>
+
+#include "analysis/explained_traces.h"
+#include "analysis/plots_layout.h"
+#include "analysis/plots_script.h"
+#include "analysis/plots_text.h"
+#include "archive/files/utf8.h"
+#include "engine/settings/settings.h"
+#include "tests/archive/compare.h"
+
+namespace graze {
+namespace {
+
+using namespace synthetic;
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+using Kind = PlotSeries::Kind;
+
+Score planted_score() {
+  Score out;
+  out.requirements = {"upright", "free"};
+  const auto add = [&](const std::string& policy, std::uint64_t success, std::vector<std::uint64_t> known,
+                       std::uint64_t unknown, std::uint64_t invalid, Interval interval) {
+    PolicyScore& one = out.policies.emplace_back();
+    one.policy = policy;
+    one.success = success;
+    one.known = known[0] + known[1];
+    one.unknown = unknown;
+    one.invalid = invalid;
+    one.n = success + one.known + unknown;
+    one.by_requirement = std::move(known);
+    one.rate = static_cast<double>(success) / static_cast<double>(one.n);
+    one.interval = interval;
+  };
+  add("step/1cm", 4, {3, 2}, 1, 2, {0.1, 0.7});
+  add("step/2cm", 20, {0, 0}, 0, 0, {0.8, 1});
+  add("hold", 0, {5, 0}, 0, 0, {0, 0.5});
+  return out;
+}
+
+std::vector<PlotSeries> of_kind(const PlotPanel& panel, Kind kind) {
+  std::vector<PlotSeries> out;
+  for (const PlotSeries& one : panel.series) {
+    if (one.kind == kind) out.push_back(one);
+  }
+  return out;
+}
+
+// Claim: policies of a family are one curve over their parameter with the score's rates and intervals; others are a
+// list, first on top.
+TEST(Plots, SuccessHasTheRatesOfTheScore) {
+  PolicyFamily family{"step", {{"gait.step_height", "cm", true}}, {}};
+  family.members = {{"step/2cm", {"2cm"}, {2}}, {"step/1cm", {"1cm"}, {1}}};
+  const Figure got = success_figure({family}, planted_score());
+  ASSERT_EQ(got.panels.size(), 2u);
+  const std::vector<PlotSeries> curves = of_kind(got.panels[0], Kind::line);
+  ASSERT_EQ(curves.size(), 1u);
+  EXPECT_EQ(curves[0].x, (std::vector<double>{1, 2})) << "in the order of the parameter";
+  EXPECT_EQ(curves[0].y, (std::vector<double>{0.4, 1}));
+  EXPECT_EQ(curves[0].low, (std::vector<double>{0.1, 0.8}));
+  EXPECT_EQ(curves[0].high, (std::vector<double>{0.7, 1}));
+  EXPECT_EQ(got.panels[0].x.title, "gait.step_height [cm]");
+  const std::vector<PlotSeries> list = of_kind(got.panels[1], Kind::wide);
+  ASSERT_EQ(list.size(), 1u);
+  EXPECT_EQ(list[0].high, std::vector<double>{0.5});
+  const Figure plain = success_figure({}, planted_score());
+  ASSERT_EQ(plain.panels.size(), 1u);
+  EXPECT_EQ(plain.panels[0].series.size(), 3u) << "a bar for each policy";
+  EXPECT_EQ(plain.panels[0].y.labels[0], (std::pair<double, std::string>(2, "step/1cm")));
+}
+
+// Claim: bars of what failed begin where the one before ends, and their lengths are the shares of all traces.
+TEST(Plots, FailuresAreStacked) {
+  const Figure got = failures_figure(planted_score());
+  ASSERT_EQ(got.legend.size(), 4u);
+  EXPECT_EQ(got.legend[0].text, "upright");
+  EXPECT_EQ(got.legend[2].text, "objective not met");
+  std::vector<double> ends;  // of the first policy's parts
+  double before = 0;
+  for (const PlotSeries& bar : got.panels[0].series) {
+    ASSERT_FALSE(bar.x.empty());
+    if (bar.y[0] < 1.5) continue;  // another policy's
+    EXPECT_DOUBLE_EQ(bar.x[0], before);
+    before = bar.high[0];
+    ends.push_back(before * 12 / 100);
+  }
+  ASSERT_EQ(ends.size(), 4u);
+  const std::vector<double> want = {3, 5, 6, 8};
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(ends[i], want[i], 1e-12);
+  EXPECT_EQ(got.panels[0].words[0].text, "8 of 12 failed");
+  Score well = planted_score();
+  well.policies.erase(well.policies.begin());
+  well.policies.pop_back();
+  EXPECT_THAT(failures_figure(well).notes, ElementsAre("No trace failed."));
+}
+
+// Claim: heights of a histogram's boxes add up to its counts; bins that are empty have none.
+TEST(Plots, MarginsAreTheHistograms) {
+  MarginHistogram one{"upright",
+                      "rad",
+                      false,
+                      {-1, 0, 1, 2},
+                      {{"a", {{0, 4, 0}, {2, 0, 0}, {6, 0, 2}}, 3}, {"b", {{}, {}, {1, 0, 0}}, 0}}};
+  const Figure got = margins_figure({one, one}, "");
+  ASSERT_EQ(got.panels.size(), 2u);
+  double area = 0;
+  std::size_t boxes = 0;
+  for (const PlotSeries& series : got.panels[0].series) {
+    ASSERT_EQ(series.kind, Kind::boxes);
+    for (std::size_t i = 0; i < series.x.size(); ++i) area += series.low[i] - series.y[i];
+    boxes += series.x.size();
+  }
+  EXPECT_NEAR(area / 0.86 * 8, 15, 1e-9) << "8 is the highest bin";
+  EXPECT_EQ(boxes, 5u);
+  EXPECT_THAT(got.notes.back(), HasSubstr("a: 3 traces"));
+  EXPECT_EQ(margins_figure({one}, "upright").panels.size(), 1u);
+  EXPECT_THROW(margins_figure({one}, "upwright"), InputError);
+}
+
+Json planted_page() {
+  return Json::parse(R"({"channels": [{"group": "position", "name": "base.x", "unit": "m"},
+      {"group": "position", "name": "base.y", "unit": "m"}, {"group": "position", "name": "knee", "unit": "rad"},
+      {"group": "velocity", "name": "knee", "unit": "rad/s"}, {"group": "requirement", "name": "up", "unit": "rad"}],
+    "scene": {"floating_base": true}, "trajectories": [
+      {"policy": "b", "outcome": "known failure", "time": [0, 1], "rows": [[0, 1], [0, null], [1, 2], [3, 4], [5, 6]]},
+      {"policy": "a", "outcome": "success", "time": [0, 2], "rows": [[0, 2], [0, 3], [1, 2], [3, 4], [5, 6]]},
+      {"policy": "a", "outcome": "invalid"}]})");
+}
+
+// Claim: paths and channels are the page's rows, coloured by outcome or policy; names that several channels have, and
+// unknown ones, are refused with what there is; a base that is fixed has no path.
+TEST(Plots, TracesAreThoseOfThePage) {
+  const Json page = planted_page();
+  const std::vector<std::string> policies = {"a", "b"};
+  const Figure plan = plan_figure(page, policies, PlotBy::outcome);
+  const std::vector<PlotSeries> paths = of_kind(plan.panels[0], Kind::line);
+  ASSERT_EQ(paths.size(), 2u);
+  EXPECT_EQ(paths[1].y, (std::vector<double>{0, 3}));
+  EXPECT_EQ(paths[0].color, PlotColor::known);
+  EXPECT_EQ(of_kind(plan_figure(page, policies, PlotBy::policy).panels[0], Kind::line)[0].color, policy_color(1));
+  const Figure knee = channel_figure(page, policies, "velocity: knee", PlotBy::outcome);
+  EXPECT_EQ(knee.panels[0].series[1].y, (std::vector<double>{3, 4}));
+  EXPECT_EQ(knee.panels[0].x.high, 2);
+  EXPECT_TRUE(channel_figure(page, policies, "up", PlotBy::outcome).panels[0].y.zero);
+  for (const auto& [name, words] :
+       {std::pair{"knee", "'position: knee' or 'velocity: knee'"}, std::pair{"base.w", "nearest: base.x"}}) {
+    try {
+      channel_figure(page, policies, name, PlotBy::outcome);
+      ADD_FAILURE() << name;
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), HasSubstr(words));
+    }
+  }
+  Json fixed = page;
+  fixed["scene"]["floating_base"] = false;
+  EXPECT_THROW(plan_figure(fixed, policies, PlotBy::outcome), InputError);
+  fixed["trajectories"] = Json::array();
+  EXPECT_THROW(channel_figure(fixed, policies, "", PlotBy::outcome), InputError);
+}
+
+// Claim: every trace that counts is one mark, at its particle's values, in its outcome's colour and shape.
+TEST(Plots, ParametersHaveAMarkForEachTrace) {
+  const Folder folder;
+  CampaignInfo want = info(200);
+  write(folder / "a.graze", want);
+  const Archive archive(folder / "a.graze");
+  const ReportSample sample = sample_traces(archive, want.policies);
+  const Figure got = parameters_figure(want, sample, {{"control.lag"}, "upright", true});
+  ASSERT_EQ(got.panels.size(), want.policies.size());
+  for (std::size_t p = 0; p < got.panels.size(); ++p) {
+    for (const PlotSeries& one : got.panels[p].series) {
+      const char letter = one.color == PlotColor::success ? 'S' : one.color == PlotColor::known ? 'K' : 'U';
+      const std::string& outcome = sample.policies[p].outcome;
+      EXPECT_EQ(one.x.size(), static_cast<std::size_t>(std::count(outcome.begin(), outcome.end(), letter)));
+      const auto first = static_cast<std::uint32_t>(outcome.find(letter));
+      EXPECT_EQ(one.x[0], values(want, first)[2]);
+      EXPECT_EQ(one.y[0], trace(want, static_cast<int>(p), first).margins[0]);
+    }
+  }
+  EXPECT_EQ(parameters_figure(want, sample, {}).panels.size(), 1u);
+  EXPECT_THROW(parameters_figure(want, sample, {{"control.lagg"}, "", true}), InputError);
+  EXPECT_THROW(parameters_figure(want, sample, {{"control.lag", "contact.model"}, "upright", true}), InputError);
+}
+
+// Claim: survival curves are the estimates of `graze explain`, as stairs from 1 at 0 to the end.
+TEST(Plots, SurvivalIsThatOfExplain) {
+  const Folder folder;
+  const CampaignInfo want = info(60);
+  write(folder / "a.graze", want);
+  const Archive archive(folder / "a.graze");
+  const Explanation told = explain(archive);
+  const std::vector<Survival> mine =
+      survivals(want, explained_traces(archive, "step/1cm", Freedoms(want.q_names), want.particles));
+  const std::vector<Survival>& its = told.policies[0].survival;
+  ASSERT_EQ(mine.size(), its.size());
+  for (std::size_t i = 0; i < mine.size(); ++i) {
+    ASSERT_EQ(mine[i].steps.size(), its[i].steps.size());
+    EXPECT_EQ(mine[i].failed, its[i].failed);
+  }
+  const Figure got = survival_figure({{"step/1cm", mine[0]}}, "any requirement", want.end);
+  const PlotSeries& line = got.panels[0].series[0];
+  ASSERT_EQ(line.x.size(), 2 * mine[0].steps.size() + 2);
+  EXPECT_EQ(line.y[0], 1);
+  EXPECT_EQ(line.y[2], mine[0].steps[0].share);
+  EXPECT_EQ(line.x[2], mine[0].steps[0].time);
+  EXPECT_EQ(line.x.back(), want.end);
+  const Figure causes = causes_figure(told, "");
+  EXPECT_EQ(causes.panels.size(), want.policies.size());
+  EXPECT_THROW(causes_figure(told, "upwright"), InputError);
+}
+
+// Claim: a tree has a box for each branch with its counts, a diamond and arrows for each bifurcation.
+TEST(Plots, TreeIsThatOfTheEvents) {
+  CampaignEvents events;
+  events.info = info();
+  PolicyEvents policy;
+  policy.policy = "step/1cm";
+  policy.tree.all = {10, 6, 1, {3, 0}};
+  EventNode node;
+  node.branches.resize(2);
+  node.branches[0].outcomes = {7, 6, 1, {0, 0}};
+  node.branches[1].outcomes = {3, 0, 0, {3, 0}};
+  for (EventBranch& branch : node.branches) branch.kind = EventBranch::Kind::nothing;
+  policy.tree.nodes = {node};
+  PolicyEvents still;
+  still.policy = "hold";
+  still.tree.tested = 17;
+  events.policies = {policy, still};
+  const Figure got = tree_figure(events);
+  std::size_t outlined = 0;
+  for (const PlotDrawing::Box& box : got.drawing.boxes) outlined += box.outline;
+  EXPECT_EQ(outlined, 4u);
+  EXPECT_EQ(got.drawing.arrows.size(), 2u);
+  EXPECT_EQ(got.drawing.diamonds.size(), 1u);
+  std::string words;
+  for (const PlotDrawing::Text& one : got.drawing.texts) words += one.text + "\n";
+  EXPECT_THAT(words, AllOf(HasSubstr("10: S 6, K 3, U 1"), HasSubstr("3: S 0, K 3, U 0"), HasSubstr("hold: no contact"),
+                           HasSubstr("17 were tested"), HasSubstr("◆ 1st contact of LF_FOOT")));
+}
+
+/// The script without what stands between single quotes: what gnuplot takes for commands, and blocks of data.
+std::string commands_of(const std::string& script) {
+  return std::regex_replace(script, std::regex("'[^'\n]*'"), "'…'");
+}
+
+// Claim: whatever the names are, nothing of them is a command of gnuplot's, and each stays in its line.
+TEST(PlotScripts, NamesAreNeverCode) {
+  for (const std::string hostile :
+       {"'; system('touch /tmp/x'); '", "`touch x`", "a\nset output 'x'\n", "@macro", "x\\", "$d0 << EOD", "EOD",
+        "\"; !ls", "{/Bold x}_^&~ %s %d", "\xff\x1b[31m", "a\r\nquit", "'", "''", "\\'"}) {
+    Score score = planted_score();
+    for (PolicyScore& one : score.policies) one.policy = hostile;
+    score.requirements = {hostile, hostile};
+    Figure figure = failures_figure(score);
+    figure.title = figure.subtitle = hostile;
+    figure.notes.push_back(hostile);
+    figure.panels[0].title = figure.panels[0].x.title = figure.panels[0].y.title = figure.panels[0].instead = hostile;
+    figure.drawing.texts.push_back({10, 10, hostile});
+    const std::string commands = commands_of(gnuplot_script(figure, {}));
+    for (const char* never : {"system", "`", "output", "@", "\\", "!", "quit", "\"", "Bold x", "%"}) {
+      EXPECT_THAT(commands, Not(HasSubstr(never))) << hostile;
+    }
+    EXPECT_THAT(commands, Not(HasSubstr(" enhanced")));
+    for (const char control : {'\r', '\x1b', '\t'}) EXPECT_EQ(commands.find(control), std::string::npos);
+  }
+}
+
+// Claim: scripts are the same twice, numbers that are missing break lines and stand in no data, an empty panel is
+// drawn.
+TEST(PlotScripts, AreFunctionsOfTheFigure) {
+  Figure figure{"a", "A"};
+  PlotPanel panel{"", {"x"}, {"y"}};
+  panel.series.push_back({Kind::line, PlotColor::ink, {0, 1, 2}, {1, std::nan(""), 3}});
+  figure.panels = {panel, PlotPanel{"", {"x"}, {"y"}}};
+  const std::string script = gnuplot_script(figure, {});
+  EXPECT_EQ(script, gnuplot_script(figure, {}));
+  EXPECT_THAT(script, HasSubstr("$d0 << EOD\n0 1\n\n2 3\nEOD\n"));
+  EXPECT_THAT(script, AllOf(Not(HasSubstr("nan")), HasSubstr("plot NaN notitle"), HasSubstr("background '#ffffff'")));
+  PlotStyle dark{PlotStyle::Format::png, PlotStyle::Theme::dark, 1600, 900};
+  EXPECT_THAT(gnuplot_script(figure, dark), AllOf(HasSubstr("pngcairo size 1600,900"), HasSubstr("'#14171b'")));
+}
+
+// Claim: whatever size is asked for, panels lie within it, below each other, and have some height.
+TEST(PlotScripts, PanelsLieWithinThePicture) {
+  Figure figure = failures_figure(planted_score());
+  figure.panels.resize(6, figure.panels[0]);
+  figure.columns = 2;
+  for (const auto& [width, height] :
+       {std::pair{0, 0}, std::pair{3000, 200}, std::pair{200, 3000}, std::pair{1600, 900}}) {
+    const PlotLayout layout = plot_layout(figure, {PlotStyle::Format::svg, PlotStyle::Theme::light, width, height});
+    double below = layout.drawing_top;
+    for (std::size_t i = 0; i < layout.panels.size(); ++i) {
+      const PlacedPanel& one = layout.panels[i];
+      EXPECT_GT(one.bottom, one.top + 10);
+      EXPECT_GT(one.right, one.left + 10);
+      EXPECT_LT(one.right, layout.width);
+      EXPECT_GE(one.top, below);
+      EXPECT_LT(one.bottom, layout.notes_top);
+      if (i % 2 == 1) below = one.bottom;
+    }
+    EXPECT_NEAR(layout.width * layout.scale, width > 0 ? width : figure.width, 1e-6);
+  }
+}
+
+// Claim: texts are cut at characters, to the room they have; ticks are round and within their range.
+TEST(PlotTexts, FitTheirRoom) {
+  const std::string name = "äöü und ein sehr langer Name";
+  const std::string cut = plot_fitted(name, 12, 60);
+  EXPECT_LE(plot_width(cut, 12), 60);
+  EXPECT_EQ(valid_utf8(cut), cut);
+  EXPECT_TRUE(cut.ends_with("…"));
+  EXPECT_EQ(plot_fitted(name, 12, 1000), name);
+  EXPECT_EQ(plot_number(-0.25), "−0.25");
+  EXPECT_EQ(plot_number(3e-5), "3e−5");
+  EXPECT_EQ(plot_number(-0.0), "0");
+  for (const auto& [low, high] :
+       {std::pair{0.0, 1.0}, std::pair{-3e-7, 5e-7}, std::pair{1e9, 1e9 + 5}, std::pair{2.0, 2.0}}) {
+    for (const auto& [at, text] : plot_ticks(low, high, 5)) {
+      EXPECT_GE(at, low - 1e-9 * (high - low) - 1e-12);
+      EXPECT_LE(at, high + 1e-9 * (high - low) + 1e-12);
+    }
+    EXPECT_LE(plot_ticks(low, high, 5).size(), 12u);
+  }
+}
+
+}  // namespace
+}  // namespace graze
