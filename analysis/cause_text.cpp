@@ -52,7 +52,7 @@ std::string effect_text(const ParameterEffect& effect, bool binary, const Partic
     return fmt::format("{} where {} is {} (effect {:.2f}, {})", binary ? "most often" : "highest", column.name,
                        effect.label, effect.effect, p);
   }
-  if (effect.p_hsic < 1e-3 * effect.p_rank) {  // the p-value is that of any dependence
+  if (effect.of_any_shape()) {
     return fmt::format("it depends on {}, not by rising or falling with it alone (HSIC {:.2f}, {})", column.name,
                        effect.hsic, p);
   }

@@ -46,6 +46,8 @@ struct ParameterEffect {
   double partial = 0, p_partial = 1;  // rank correlation given all other parameters; NaN: not computed
   double share = 0;        // first-order Sobol index: of the target's variance, what this parameter alone explains
   double share_noise = 0;  // standard deviation that the share of an idle parameter has; both NaN: not computed
+  /// Whether the p-value is that of a dependence that rising or falling does not tell.
+  bool of_any_shape() const { return p_hsic < 1e-3 * p_rank; }
 };
 
 /// What explains one target.

@@ -328,7 +328,7 @@ Explanation explain_survival(const Archive& archive, const std::vector<std::stri
     PolicyExplanation& one = out.policies.emplace_back();
     one.policy = policy;
     count(traces.back(), one);
-    find_survival(info, traces.back(), one);
+    one.survival = survivals(info, traces.back());
   }
   compare_all(traces, info.deciding(), out);
   return out;

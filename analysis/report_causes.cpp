@@ -55,10 +55,10 @@ Json questions_table(const Explanation& all) {
           {"rows", rows}};
 }
 
-/// In words, by the rule of verdict_text(): a weak trend that the test of any shape makes much of is none.
+/// In words, by the rule of verdict_text().
 std::string direction(const ParameterEffect& effect, const ParticleTable::Column& column, bool binary) {
   if (!column.labels.empty()) return fmt::format("{} where it is {}", binary ? "most often" : "highest", effect.label);
-  if (std::abs(effect.effect) < 0.3 && effect.p_hsic < 1e-3 * effect.p_rank) {
+  if (effect.of_any_shape()) {
     return "depends on it, not by rising or falling with it alone";
   }
   return fmt::format("{} where it is {}", binary ? "more often" : "higher", effect.effect > 0 ? "larger" : "smaller");

@@ -23,6 +23,7 @@
 #include "jobs/cli/option_values.h"
 #include "jobs/cli/page.h"
 #include "jobs/cli/reading_verb.h"
+#include "jobs/cli/shared_options.h"
 
 namespace graze {
 namespace {
@@ -332,12 +333,12 @@ void add_plot(CLI::App& app, Action& action) {
                    picture_help() +
                    "\ngnuplot draws them (Debian's package gnuplot-nox). graze report --json and graze explain --json\n"
                    "have the numbers.\n");
-  verb->add_option("archive", a.archive, "Campaign directory or packed file")->required();
+  add_archive(*verb, a.archive);
   verb->add_option("pictures", a.pictures, "Which: success, failures, … (below), or all")->type_name("PICTURE");
   verb->add_option("-o,--output", a.output,
                    "A file ending in .svg or .png for one picture, a folder for several (default: beside the archive)");
   add_choice(*verb, "--format", a.format, {"svg", "png"}, "Of files in a folder (default: svg)");
-  verb->add_option("--policy", a.policies, "Only these policies (globs; may be repeated)")->allow_extra_args(false);
+  add_policies(*verb, a.policies);
   verb->add_option("--size", a.size, "Pixels of each picture; letters grow with it (default: as it needs)")
       ->type_name("WIDTHxHEIGHT");
   add_choice(*verb, "--theme", a.theme, {"light", "dark"}, "Colours for white or for dark paper")->default_str("light");
