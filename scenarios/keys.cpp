@@ -104,6 +104,10 @@ Description object() {
       number_or_spread("mass", Quantity::mass, Bound::positive, {}, "of a movable object, or its density"),
       number_or_spread("friction", Quantity::dimensionless, Bound::not_negative, contact, "Coulomb coefficient"),
       number_or_spread("restitution", Quantity::dimensionless, Bound::fraction, contact, "Newton's"),
+      number_or_spread("stiffness", Quantity::stiffness, Bound::positive, contact,
+                       "of each point of a `compliant` contact"),
+      number_or_spread("damping", Quantity::damping, Bound::not_negative, contact,
+                       "of each point of a `compliant` contact"),
   };
   out.keys.insert(out.keys.end(), rest.begin(), rest.end());
   out.one_of = {shape_names()};
@@ -111,10 +115,14 @@ Description object() {
 }
 
 Description pair() {
+  const auto positive = Form::number(Quantity::stiffness, Bound::positive);
+  const auto not_negative = Form::number(Quantity::damping, Bound::not_negative);
   return {"what two parts have of their own when they meet",
           {{"between", {Form::texts(2, "PART")}, Default::required(), "globs of parts"},
            {"friction", {Form::number(Quantity::dimensionless, Bound::not_negative)}, {}, "Coulomb coefficient"},
-           {"restitution", {Form::fraction()}, {}, "Newton's"}}};
+           {"restitution", {Form::fraction()}, {}, "Newton's"},
+           {"stiffness", {positive}, {}, "of each point of a `compliant` contact"},
+           {"damping", {not_negative}, {}, "of each point of a `compliant` contact"}}};
 }
 
 Description contact() {
@@ -124,6 +132,12 @@ Description contact() {
                         "Coulomb coefficient of objects that give none"),
        number_or_spread("restitution", Quantity::dimensionless, Bound::fraction, Default::value("0"),
                         "Newton's, of objects that give none"),
+       number_or_spread("stiffness", Quantity::stiffness, Bound::positive,
+                        Default::words("what moves, on one point, sinks in by 0.5 mm"),
+                        "of each point of a `compliant` contact with objects that give none"),
+       number_or_spread("damping", Quantity::damping, Bound::not_negative,
+                        Default::words("critical for the mass of what moves"),
+                        "of each point of a `compliant` contact with objects that give none"),
        {"model", {Form::text("NAME"), Form::spread()}, Default::words("the back end's first"), "one of the back end's"},
        {"pairs", {Form::maps(pair())}, {}, "what some pairs of parts have of their own"},
        {"ignore", {Form::text_rows(2, "PART")}, {}, "pairs of globs of parts that never touch"},

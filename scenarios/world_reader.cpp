@@ -14,6 +14,7 @@
 #include "scenarios/keys.h"
 #include "scenarios/limits.h"
 #include "scenarios/names.h"
+#include "scenarios/springs.h"
 
 namespace graze {
 namespace {
@@ -40,6 +41,10 @@ class WorldReader {
       check_count(*environment, objects.size(), kMaxObjects, "objects");
       for (const auto& [name, value] : objects) add_object(name, value);
     }
+    read_springs(root_, options_.physics, world(),
+                 [this](const Settings& map, const char* key, const Parameter& parameter, double& value) {
+                   number(map, key, parameter, value);
+                 });
     if (root_.has("gravity")) read_gravity(root_.at("gravity"));
     if (const auto control = root_.find("control")) {
       control->allow(keys_of("control"));

@@ -104,7 +104,11 @@ std::uint64_t own_numbers_of(const Particle& particle) {
     digest.add_all(collider.shape.size);
     add_pose(collider.X_BG, digest);
   }
-  for (const ColliderPair& pair : model.pairs) digest.add(pair.friction), digest.add(pair.restitution);
+  for (const ColliderPair& pair : model.pairs) {
+    for (const double number : {pair.friction, pair.restitution, pair.spring.stiffness, pair.spring.damping}) {
+      digest.add(number);
+    }
+  }
   for (const Frame& frame : model.frames) add_pose(frame.X_BF, digest);
   digest.add_all(model.gravity);
   digest.add(model.contact_model);

@@ -16,21 +16,27 @@ template <class T>
 struct ContactLawT {
   T convex;      // 1: complementarity_free, 0: the others
   T compliance;  // 1: compliant, 0: rigid
-  T stiffness;   // N/m, compliant
-  T damping;     // N s/m, compliant
   T correction;  // fraction of a penetration that a step takes back, rigid
   T recovery;    // m/s, fastest recovery from penetration, rigid
+};
+
+/// What carries a point of a compliant contact, per lane.
+template <class T>
+struct ContactSpringT {
+  T stiffness;  // N/m
+  T damping;    // N s/m
 };
 
 /// A contact point over one step, all lanes.
 template <class T>
 struct ContactT : ContactFrameT<T> {
   // Set by the narrow phase, with the frame.
-  T phi;                    // gap, m
-  T friction, restitution;  // coefficients of Coulomb and Newton
-  T feature_a, feature_b;   // Feature as numbers
-  Vec3T<T> lambda;          // impulse, local, N s; in: warm start
-  T slip_rate;              // alpha of solver.h, 1/kg; in: warm start
+  T phi;                            // gap, m
+  T friction, restitution;          // coefficients of Coulomb and Newton
+  const ContactSpringT<T>* spring;  // of the pair; read where the law is compliant in some lane
+  T feature_a, feature_b;           // Feature as numbers
+  Vec3T<T> lambda;                  // impulse, local, N s; in: warm start
+  T slip_rate;                      // alpha of solver.h, 1/kg; in: warm start
   // Set by set_up_contact.
   Vec3T<T> b;  // J v at the beginning, plus the gap term along n, m/s: u = b + Y^T dz + R lambda_n n
   T ann, ass, att, ans, ant, ast;  // A of this contact, 1/kg
@@ -147,7 +153,8 @@ inline T gap_term(const ContactLawT<T>& law, const ContactT<T>& c, const T& h, c
   rigid = select(bounces, min(rigid, c.restitution * before), rigid);
   const auto soft = law.compliance > T(0.0);
   if (!any(soft)) return rigid;
-  const T compliant = law.stiffness * c.phi * recip(fma(h, law.stiffness, law.damping));
+  const ContactSpringT<T>& spring = *c.spring;
+  const T compliant = spring.stiffness * c.phi * recip(fma(h, spring.stiffness, spring.damping));
   return select(soft, compliant, rigid);
 }
 
@@ -199,7 +206,7 @@ inline void set_up_contact(const TreeT<T>& tree, const PathView& path, const Con
   c.guard = guard_of(c);
   c.compliance = c.guard;
   const auto soft = law.compliance > T(0.0);
-  if (any(soft)) c.compliance += select(soft, recip(h * fma(h, law.stiffness, law.damping)), T(0.0));
+  if (any(soft)) c.compliance += select(soft, recip(h * fma(h, c.spring->stiffness, c.spring->damping)), T(0.0));
   c.ann += c.compliance;
   c.ass += c.guard;
   c.att += c.guard;

@@ -14,7 +14,7 @@ template <class T>
 inline void add_contacts(LaneBlock& block, int pair_index, const ManifoldT<T>& manifold, unsigned near,
                          Vec3T<T>*& free_rows) {
   const PairView& pair = block.pairs[pair_index];
-  const T* numbers = rows<T>(block.pair) + 2 * pair_index;
+  const T* numbers = rows<T>(block.pair) + kPairRows * pair_index;
   const T* warm = rows<T>(block.slot_impulse) + kKept * kSlots * pair_index;
   ContactT<T>* contacts = reinterpret_cast<ContactT<T>*>(block.contacts);
   for (int k = 0; k < manifold.count; ++k) {
@@ -27,8 +27,9 @@ inline void add_contacts(LaneBlock& block, int pair_index, const ManifoldT<T>& m
     c.n = select(valid, point.n, Vec3T<T>{T(0.0), T(0.0), T(1.0)});
     c.p = select(valid, point.p, zero);
     c.phi = select(valid, point.phi, T(0.0));
-    c.friction = numbers[0];
-    c.restitution = numbers[1];
+    c.friction = numbers[kPairFriction];
+    c.restitution = numbers[kPairRestitution];
+    c.spring = reinterpret_cast<const ContactSpringT<T>*>(numbers + kPairSpring);
     c.feature_a = point.feature_a;
     c.feature_b = point.feature_b;
     make_tangents(c);

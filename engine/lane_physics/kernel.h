@@ -45,6 +45,14 @@ enum ColliderRow : int {
   kColliderRows = 19
 };
 
+/// Numbers of a pair of colliders, each a row of W lanes.
+enum PairRow : int {
+  kPairFriction,
+  kPairRestitution,
+  kPairSpring,  // 2: stiffness and damping, ContactSpringT
+  kPairRows = 4
+};
+
 /// A body that turns more per step is no longer integrated: an eighth of a turn, rad (Bullet's bound, too).
 inline constexpr double kLargestTurn = 0.78539816339744831;
 /// What a trace may gain out of nothing before it counts as unphysical: what lifts everything by this height (m), and
@@ -96,7 +104,7 @@ struct LaneBlock {
   double* gravity;   // 3
   double* law;       // ContactLawT
   double* collider;  // kColliderRows per collider
-  double* pair;      // 2 per pair: friction, restitution
+  double* pair;      // kPairRows per pair
   double* limit;     // 3 per body: lower, upper, dry friction
 
   // State.

@@ -73,16 +73,11 @@ double radius_of(const Shape& shape) {
 
 /// Law of a contact model by its name. Throws InputError for one that this engine does not know.
 ContactLawT<double> law_of(const Model& model) {
-  double mass = 0;  // of the robot, or of what there is
-  for (const Body& body : model.bodies) mass += body.mass;
   ContactLawT<double> law{};
   const std::vector<std::string>& names = lane_contact_models();
   const LaneContactModel& chosen = lane_contact_table()[contact_model_index(model.contact_model, "lanes", names)];
   law.convex = chosen.convex ? 1 : 0;
   law.compliance = chosen.compliant ? 1 : 0;
-  // Everything standing on one point sinks in by half a millimetre, and is critically damped.
-  law.stiffness = mass * 9.81 / 0.5e-3;
-  law.damping = 2 * std::sqrt(law.stiffness * mass);
   law.correction = 0.2;
   law.recovery = 0.1;
   return law;
@@ -95,7 +90,7 @@ const std::vector<LaneContactModel>& lane_contact_table() {
       {"complementarity", "rigid contact, Coulomb's cone (Stewart-Trinkle, Anitescu-Potra)", false, false},
       {"complementarity_free", "rigid contact by maximal dissipation: convex, what slides lifts a little (Anitescu)",
        true, false},
-      {"compliant", "the first with a spring and damper in each contact, integrated implicitly", false, true}};
+      {kCompliant, "the first with a spring and damper in each contact, integrated implicitly", false, true}};
   return table;
 }
 
@@ -211,7 +206,7 @@ std::size_t LaneEngine::lay_out(double* base) {
   b.collider = rows(nc * kColliderRows);
   b.pose = rows(12 * nc);
   b.speed = rows(nc);
-  b.pair = rows(2 * np);
+  b.pair = rows(kPairRows * np);
   b.slot_impulse = rows(kKept * kSlots * np);
   b.travel = rows(2);
   b.due = rows(np);
@@ -246,8 +241,7 @@ void LaneEngine::load_bodies(int lane, const Model& model) {
     limit[W + lane] = body.upper;
     limit[2 * W + lane] = body.friction;
   }
-  double mass = 0;
-  for (const Body& body : model.bodies) mass += body.mass;
+  const double mass = moving_mass(model);
   for (int i = 0; i < kAuditRows; ++i) block_.energy_audit[i * W + lane] = 0;
   block_.energy_audit[kLift * W + lane] = std::max(kCreatedLift * mass * model.gravity.norm(), kCreatedLeast);
   for (int k = 0; k < 3; ++k) block_.gravity[k * W + lane] = model.gravity[k];
@@ -264,9 +258,13 @@ void LaneEngine::load_colliders(int lane, const Model& model) {
     rows[kRadius * W + lane] = radius_of(collider.shape);
     for (int k : {0, 4, 8}) block_.pose[(12 * i + k) * W + lane] = 1;
   }
+  const double mass = moving_mass(model);
   for (std::size_t i = 0; i < model.pairs.size(); ++i) {
-    block_.pair[2 * i * W + lane] = model.pairs[i].friction;
-    block_.pair[(2 * i + 1) * W + lane] = model.pairs[i].restitution;
+    const ColliderPair& pair = model.pairs[i];
+    const Spring spring = default_spring(mass, pair.spring);
+    double* rows = block_.pair + kPairRows * i * W;
+    scatter(std::array<double, kPairRows>{pair.friction, pair.restitution, spring.stiffness, spring.damping}, rows, W,
+            lane);
   }
 }
 
@@ -333,7 +331,7 @@ void LaneEngine::each_kept_row(const F& f) const {
   const int nb = t.bodies;
   // Numbers of the particle.
   f(b.body, nb * kernel_.body_rows), f(b.gravity, 3), f(b.law, kernel_.law_rows), f(b.limit, 3 * nb);
-  f(b.collider, b.collider_count * kColliderRows), f(b.pair, 2 * b.pair_count);
+  f(b.collider, b.collider_count * kColliderRows), f(b.pair, kPairRows * b.pair_count);
   // State, what settle() makes of it, and the audit.
   f(b.q, t.nq), f(b.v, t.nv), f(b.a, t.nv), f(b.X, 12 * nb);
   f(b.motion, nb * kernel_.motion_rows), f(b.origin, 3 * nb), f(b.balance, nb * kernel_.balance_rows);

@@ -22,6 +22,7 @@ namespace graze {
 ///   environment.<object>.{friction,restitution,density,mass,radius,length}, .size.{x,y,z}, .position.{x,y,z},
 ///   .rotation.{roll,pitch,yaw}
 ///   contact.{friction,restitution,model}
+///   contact.{stiffness,damping}, environment.<object>.{stiffness,damping}; (where World::has_springs)
 ///   initial.base.{x,y,z,roll,pitch,yaw} (offsets), initial.base.velocity.{x,y,z,roll,pitch,yaw},
 ///   initial.joint.<joint>.{position,velocity}; (offsets from the scenario's initial state)
 ///   control.lag; gravity.{x,y,z}; every channel of channel_names()

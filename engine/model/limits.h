@@ -50,6 +50,13 @@ inline constexpr double kMaxAngle = 1e6;
 /// Smallest length of a movable object, m: parts whose gap is smaller count as touching when a trace begins.
 inline constexpr double kMinMovable = 1e-6;
 
+/// Stiffness of a contact point, N/m, and its damping, N s/m. Steel on steel has 1e8 N/m. A point of 1e12 N/m is rigid
+/// within rounding, and one of 1e-6 N/m carries nothing: within these bounds the compliance 1 / (h (h k + d)) of any
+/// step is a number.
+inline constexpr double kMinStiffness = 1e-6;
+inline constexpr double kMaxStiffness = 1e12;
+inline constexpr double kMaxDamping = 1e12;
+
 /// What is wrong with a length or coordinate in m, for a message: "1e+12 m: at most 1e+06 m, …". Empty: nothing.
 inline std::string length_problem(double length) {
   if (std::abs(length) <= kMaxLength) return "";

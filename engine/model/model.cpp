@@ -57,6 +57,7 @@ class Compiler {
     for (const Link& link : world_.robot.links) add_link(link);
     for (const Object& object : world_.objects) add_object(object);
     finish_inertia();
+    mass_ = moving_mass(model_);
     check_names();
     if (model_.colliders.size() > kMaxShapes) {
       throw InputError(fmt::format("{} collision shapes of the robot and the environment; at most {}",
@@ -131,6 +132,7 @@ class Compiler {
           {geometry.name, link.name, place.body, geometry.shape, place.X_BL * geometry.X_LG, false});
       friction_.push_back(link.friction);
       restitution_.push_back(link.restitution);
+      spring_.emplace_back();
     }
   }
 
@@ -146,6 +148,7 @@ class Compiler {
     const ContactSettings& contact = world_.contact;
     friction_.push_back(std::isnan(object.friction) ? contact.friction : object.friction);
     restitution_.push_back(std::isnan(object.restitution) ? contact.restitution : object.restitution);
+    spring_.push_back(object.spring.or_else(contact.spring));
   }
 
   void finish_inertia() {
@@ -224,7 +227,19 @@ class Compiler {
       friction *= contact.friction;
       restitution = std::max(restitution, contact.restitution);
     }
-    return {a, b, friction, restitution};
+    return {a, b, friction, restitution, default_spring_of(a, b)};
+  }
+
+  /// Two objects in series give mostly where the softer one does, and a spring and damper in series with another is
+  /// none: the pair has those of the softer, and of the less damped where both are as soft.
+  Spring default_spring_of(int a, int b) const {
+    const bool object_a = model_.colliders[a].is_object, object_b = model_.colliders[b].is_object;
+    if (!object_a && !object_b) return world_.contact.spring;
+    if (!object_a || !object_b) return spring_[object_a ? a : b];
+    const Spring of_a = default_spring(mass_, spring_[a]), of_b = default_spring(mass_, spring_[b]);
+    const bool first =
+        of_a.stiffness == of_b.stiffness ? of_a.damping <= of_b.damping : of_a.stiffness < of_b.stiffness;
+    return spring_[first ? a : b];
   }
 
   void add_pairs() {
@@ -257,6 +272,7 @@ class Compiler {
   static void override_pair(const ContactPair& given, ColliderPair& pair) {
     if (!std::isnan(given.friction)) pair.friction = given.friction;
     if (!std::isnan(given.restitution)) pair.restitution = given.restitution;
+    pair.spring = given.spring.or_else(pair.spring);
   }
 
   const World& world_;
@@ -265,6 +281,8 @@ class Compiler {
   std::vector<MassMoments> moments_;            // per body, in its frame
   std::vector<std::string> sources_;            // per body, place of its link
   std::vector<double> friction_, restitution_;  // per collider
+  std::vector<Spring> spring_;                  // per collider, of objects
+  double mass_ = 0;                             // kg, of all bodies
 };
 
 Pose base_pose(const InitialState& initial) {
@@ -351,6 +369,12 @@ State initial_state(const World& world, const Model& model) {
     state.q[model.bodies[0].q + 6] += rise(world, model, state);
   }
   return state;
+}
+
+double moving_mass(const Model& model) {
+  double mass = 0;
+  for (const Body& body : model.bodies) mass += body.mass;
+  return mass;
 }
 
 std::size_t contact_model_index(const std::string& name, const std::string& back_end,

@@ -39,6 +39,7 @@ struct Collider {
 struct ColliderPair {
   int a, b;
   double friction, restitution;
+  Spring spring = {};  // as given; NaN: as default_spring() of moving_mass()
 };
 
 /// A named frame: every link of the robot, also those merged into another body.
@@ -74,6 +75,9 @@ struct State {
 /// Throws InputError that names the link when a moving body has no mass or an inertia that breaks the triangle
 /// inequality.
 Model compile(const World& world);
+
+/// Of all bodies, kg.
+double moving_mass(const Model& model);
 
 /// Index of the contact model `name` in `models`, those of `back_end`; empty: the first. Throws InputError that names
 /// the model, the back end and what it has.

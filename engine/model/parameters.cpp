@@ -29,6 +29,8 @@ constexpr Bounds kTurn{-kMaxAngle, kMaxAngle, false};
 constexpr Bounds kPositive{0, kNoBound, true};
 constexpr Bounds kNonNegative{0, kNoBound, false};
 constexpr Bounds kUnit{0, 1, false};
+constexpr Bounds kStiffness{kMinStiffness, kMaxStiffness, false};
+constexpr Bounds kDamping{0, kMaxDamping, false};
 
 /// What a joint's channel measures; `turns`: its joint does.
 Quantity joint_channel_quantity(const std::string& name, bool turns) {
@@ -56,7 +58,7 @@ Quantity channel_quantity(const std::string& name, const std::unordered_set<std:
 
 class Lister {
  public:
-  explicit Lister(const World& world) : world_(world) {}
+  explicit Lister(const World& world) : world_(world), mass_(world.moving_mass()) {}
 
   std::vector<AddressedParameter> run() {
     const Robot& robot = world_.robot;
@@ -158,6 +160,8 @@ class Lister {
         kNonNegative, [i](Draft& d, double x) { d.world.objects[i].friction = x; });
     add(path + "restitution", std::isnan(object.restitution) ? contact.restitution : object.restitution,
         Quantity::dimensionless, kUnit, [i](Draft& d, double x) { d.world.objects[i].restitution = x; });
+    add_spring(path, object.spring.or_else(contact.spring),
+               [i](Draft& d) -> Spring& { return d.world.objects[i].spring; });
     if (object.movable) add_object_mass(i, path);
     add_object_sizes(i, path);
     for (int k = 0; k < 3; ++k) {
@@ -171,6 +175,18 @@ class Lister {
         d.objects[i].rpy[k] = x;
       });
     }
+  }
+
+  /// Stiffness and damping, where the back end knows them; what is not given is nominally as for the nominal mass.
+  /// `of`: where they stand in a draft.
+  template <typename Of>
+  void add_spring(const std::string& path, const Spring& given, Of of) {
+    if (!world_.has_springs()) return;
+    const Spring nominal = default_spring(mass_, given);
+    add(path + "stiffness", nominal.stiffness, Quantity::stiffness, kStiffness,
+        [of](Draft& d, double x) { of(d).stiffness = x; });
+    add(path + "damping", nominal.damping, Quantity::damping, kDamping,
+        [of](Draft& d, double x) { of(d).damping = x; });
   }
 
   void add_object_mass(int i, const std::string& path) {
@@ -217,6 +233,7 @@ class Lister {
         [](Draft& d, double x) { d.world.contact.friction = x; });
     add("contact.restitution", world_.contact.restitution, Quantity::dimensionless, kUnit,
         [](Draft& d, double x) { d.world.contact.restitution = x; });
+    add_spring("contact.", world_.contact.spring, [](Draft& d) -> Spring& { return d.world.contact.spring; });
     const std::vector<std::string>& models = world_.contact_models;
     const auto chosen = std::find(models.begin(), models.end(), world_.contact.model);
     const Bounds bounds{0, static_cast<double>(models.size()) - 1, false};
@@ -289,6 +306,7 @@ class Lister {
   }
 
   const World& world_;
+  double mass_;  // kg, of all that moves
   std::vector<AddressedParameter> out_;
 };
 

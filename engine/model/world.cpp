@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <set>
 #include <stdexcept>
 
 namespace graze {
@@ -115,6 +116,34 @@ MassMoments MassMoments::operator+(const MassMoments& other) const {
 }
 
 MassMoments MassMoments::scaled(double factor) const { return {factor * mass, factor * first, factor * second}; }
+
+Spring Spring::or_else(const Spring& other) const {
+  return {std::isnan(stiffness) ? other.stiffness : stiffness, std::isnan(damping) ? other.damping : damping};
+}
+
+Spring default_spring(double mass, const Spring& given) {
+  constexpr double kGravity = 9.81, kSink = 0.5e-3;  // m/s^2, m
+  Spring out = given.or_else({mass * kGravity / kSink, given.damping});
+  if (std::isnan(out.damping)) out.damping = 2 * std::sqrt(out.stiffness * mass);
+  return out;
+}
+
+double World::moving_mass() const {
+  std::set<std::string> welded;
+  if (!robot.floating_base && !robot.links.empty()) welded.insert(robot.links.front().name);
+  for (const Joint& joint : robot.joints) {
+    if (joint.type == JointType::fixed && welded.count(joint.parent) > 0) welded.insert(joint.child);
+  }
+  double out = 0;
+  for (const Link& link : robot.links) out += welded.count(link.name) > 0 ? 0 : link.inertia.mass;
+  for (const Object& object : objects) out += object.movable ? object.inertia.mass : 0;
+  return out;
+}
+
+bool World::has_springs() const {
+  return contact.model == kCompliant ||
+         std::find(contact_models.begin(), contact_models.end(), kCompliant) != contact_models.end();
+}
 
 const Link& Robot::link(const std::string& name) const { return named(links, name, "link"); }
 

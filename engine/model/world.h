@@ -105,6 +105,22 @@ struct Robot {
   const Joint& joint(const std::string& name) const;  // throws std::out_of_range
 };
 
+/// The contact model whose contacts have springs and dampers.
+inline constexpr const char* kCompliant = "compliant";
+
+/// What carries each point of a compliant contact: the force k x + d v at depth x and closing speed v, never a pull.
+struct Spring {
+  double stiffness = std::numeric_limits<double>::quiet_NaN();  // k, N/m; NaN: not given
+  double damping = std::numeric_limits<double>::quiet_NaN();    // d, N s/m; NaN: not given
+
+  /// These numbers where they are given, else those of `other`.
+  Spring or_else(const Spring& other) const;
+};
+
+/// `given` with what it lacks: the stiffness on which `mass` kg sink in by half a millimetre on one point, and the
+/// damping that is critical for `mass` on that stiffness.
+Spring default_spring(double mass, const Spring& given = {});
+
 /// Something in the environment: fixed, or movable with six degrees of freedom.
 struct Object {
   std::string name;
@@ -114,19 +130,23 @@ struct Object {
   MassMoments inertia;                                         // movable only, in the object frame
   double friction = std::numeric_limits<double>::quiet_NaN();  // NaN: the default of ContactSettings
   double restitution = std::numeric_limits<double>::quiet_NaN();
+  Spring spring = {};  // what it lacks: from ContactSettings
 };
 
-/// Coulomb and Newton coefficients of a pair that differ from the rule below.
+/// Coefficients of a pair that differ from the rule below.
 struct ContactPair {
   std::string a, b;  // glob patterns of part names
   double friction = std::numeric_limits<double>::quiet_NaN(), restitution = std::numeric_limits<double>::quiet_NaN();
+  Spring spring = {};
 };
 
 /// Contact of a link and an object: mu = link.friction * object.friction; of two links: contact.friction times both
-/// factors; of two objects: the smaller. Restitution: the larger of both sides. `pairs` override; `ignore` removes.
+/// factors; of two objects: the smaller. Restitution: the larger of both sides. Spring: the object's; of two links:
+/// the one here; of two objects: the softer one's. `pairs` override; `ignore` removes.
 struct ContactSettings {
   double friction = 1.0;     // default of objects
   double restitution = 0.0;  // default of objects and links
+  Spring spring = {};        // default of objects, and the spring of links among themselves
   std::string model;         // one of the back end's models; empty: its first
   std::vector<ContactPair> pairs;
   std::vector<std::pair<std::string, std::string>> ignore;  // globs; pairs of parts that never touch
@@ -152,6 +172,11 @@ struct World {
   Vec3 gravity = {0, 0, -9.81};
   double control_lag = 0;                     // s, between the policy's command and the tracker that follows it
   std::map<std::string, double> sensor_bias;  // by channel name (engine/sensing), persistent error
+
+  /// Mass of the movable objects and of the robot without what is welded to the world, kg: moving_mass() of the model.
+  double moving_mass() const;
+  /// Whether the back end has the contact model in which springs count, kCompliant.
+  bool has_springs() const;
 };
 
 /// Names of all sensor and actuator channels of a robot, "sensor.encoder.LF_X_1.position", … in a fixed order

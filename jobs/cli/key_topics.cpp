@@ -21,10 +21,11 @@ constexpr const char* kParameterPaths =
   robot.link.LINK.size.{x,y,z}, robot.link.LINK.com.{x,y,z}
   robot.joint.JOINT.{zero,damping,friction,effort,velocity}
   robot.joint.JOINT.axis: {cone: {std: …}}
-  environment.OBJECT.{friction,restitution,density,mass,radius,length}
+  environment.OBJECT.{friction,restitution,stiffness,damping}
+  environment.OBJECT.{density,mass,radius,length}
   environment.OBJECT.size.{x,y,z}, environment.OBJECT.position.{x,y,z}
   environment.OBJECT.rotation.{roll,pitch,yaw}
-  contact.{friction,restitution,model}, gravity.{x,y,z}, control.lag
+  contact.{friction,restitution,stiffness,damping,model}, gravity.{x,y,z}, control.lag
   initial.base.{x,y,z,roll,pitch,yaw}, initial.base.velocity.{…}
   initial.joint.JOINT.{position,velocity}
   sensor.…, actuator.…: graze help sensors

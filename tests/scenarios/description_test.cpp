@@ -139,6 +139,9 @@ TEST(Descriptions, OfSectionsTellTheirDefaults) {
   EXPECT_EQ(a.world->control_lag, b.world->control_lag);
   EXPECT_EQ(a.world->contact.friction, b.world->contact.friction);
   EXPECT_EQ(a.world->contact.restitution, b.world->contact.restitution);
+  for (const Spring& spring : {a.world->contact.spring, b.world->contact.spring, b.world->objects[1].spring}) {
+    EXPECT_TRUE(std::isnan(spring.stiffness) && std::isnan(spring.damping));
+  }
   EXPECT_EQ(a.world->contact.self_collision, b.world->contact.self_collision);
   const State before = initial_state(*a.world, a.model), after = initial_state(*b.world, b.model);
   EXPECT_EQ(before.q, after.q);

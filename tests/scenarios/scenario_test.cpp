@@ -125,6 +125,44 @@ TEST(Scenario, TakesDistributionsInTheWorld) {
   EXPECT_NEAR(s.world->control_lag, 0.005, 1e-8);  // cut at 5 standard deviations below the mean
 }
 
+// Claim: springs of contacts are read into the world with their units, and drawn as every other number of it; % of one
+// that is not given is of the one derived from the mass of all that moves, objects that stand further down included.
+TEST(Scenario, ReadsSprings) {
+  const Scenario s =
+      read(hopper("contact: {model: compliant, stiffness: 20000, damping: {normal: {mean: 30 N s/m, std: 10 %}},\n"
+                  "  pairs: [{between: [foot, block], stiffness: 5e3 N/m, damping: 7}]}\n"
+                  "uncertain: {environment.ground.stiffness: {normal: {std: 5 %}}}\n"));
+  EXPECT_EQ(s.world->contact.spring.stiffness, 20000);
+  EXPECT_DOUBLE_EQ(s.world->contact.spring.damping, 30);
+  EXPECT_EQ(s.world->contact.pairs[0].spring.stiffness, 5000);
+  EXPECT_EQ(s.world->contact.pairs[0].spring.damping, 7);
+  EXPECT_TRUE(std::isnan(s.world->objects[0].spring.stiffness));
+  EXPECT_NEAR(parameter(s, "contact.damping").persistent.std(), 3, 1e-9);
+  EXPECT_NEAR(parameter(s, "environment.ground.stiffness").persistent.std(), 1000, 1e-9);
+  std::string text = hopper("contact: {model: compliant, stiffness: {normal: {std: 5 %}}}\n");
+  text.replace(text.find("block:"), 6, "rod: {sphere: 0.1, position: [9, 0, 1], movable: true, mass: 40}, block:");
+  const Scenario derived = read(text);
+  const double stiffness = moving_mass(derived.model) * 9.81 / 0.5e-3;
+  EXPECT_NEAR(parameter(derived, "contact.stiffness").nominal, stiffness, 1e-9 * stiffness);
+  EXPECT_NEAR(parameter(derived, "contact.stiffness").persistent.std(), 0.05 * stiffness, 1e-6 * stiffness);
+}
+
+// Claim: a back end without springs refuses them wherever they are written, and names one that has them.
+TEST(Scenario, RefusesSpringsOfBullet) {
+  const std::string rule =
+      ": a spring goes with contact.model: compliant, which physics: bullet does not have; take it out, or did you "
+      "mean "
+      "physics: lanes?";
+  for (const auto& [more, place] : std::initializer_list<std::pair<std::string, std::string>>{
+           {"contact: {stiffness: 1e4}", "7:11: contact.stiffness"},
+           {"contact: {pairs: [{between: [foot, ground], damping: 1}]}", "7:45: contact.pairs[0].damping"},
+           {"uncertain: {contact.damping: {uniform: [1, 2]}}", "7:13: uncertain.contact.damping"},
+           {"uncertain: {environment.*.stiffness: 5}", "7:13: uncertain.environment.*.stiffness"}}) {
+    EXPECT_EQ(testing::message_of([&] { read(hopper("physics: bullet\n" + more + "\n")); }),
+              testing::kFolder + "test.yaml:" + place + rule);
+  }
+}
+
 // Claim: in a distribution that stands where the world has a number, % is of the mean that is written there, which is
 // then the nominal value; under `uncertain`, and without a mean, it is of the nominal value.
 TEST(Scenario, TakesPercentOfItsOwnMean) {

@@ -136,6 +136,17 @@ TEST(SavedTrace, GoesOnWithItsRingOfFrames) {
   expect_the_same_bits(scenario, 11);
 }
 
+// Every particle has its own springs.
+TEST(SavedTrace, GoesOnWithItsSprings) {
+  expect_the_same_bits(load(testing::data("scenarios/quadruped_curb.yaml"),
+                            {{"time.end", GRAZE_SANITIZED ? "0.05 s" : "0.4 s"},
+                             {"uncertain.contact.model", "~"},
+                             {"contact.model", "compliant"},
+                             {"uncertain.contact.stiffness", "{log_uniform: [1e4, 1e6]}"},
+                             {"uncertain.environment.curb.damping", "{uniform: [100, 1000]}"}}),
+                       11);
+}
+
 TEST(SavedTrace, GoesOnUnderBullet) {
   for (const auto& path : scenarios()) {
     SCOPED_TRACE(path.stem().string());
@@ -269,10 +280,11 @@ TEST(SavedTrace, OfAnotherDrawIsRefused) {
   const Simulation reseeded(std::move(scenario));
   EXPECT_THAT(message_of([&] { Simulator(reseeded, policy).run(0, 1, {.saved = saved}); }),
               HasSubstr("particle 0 has other numbers"));
-  Particle slower = curb.particle(0), biased = slower;
+  Particle slower = curb.particle(0), biased = slower, softer = slower;
   slower.control_lag += 1e-3;
   biased.sensor_bias.front() += 1e-3;
-  for (const Particle& other : {slower, biased}) {
+  softer.model.pairs.front().spring.stiffness = 1e4;
+  for (const Particle& other : {slower, biased, softer}) {
     EXPECT_THAT(message_of([&] { Simulator(curb, policy).run({{other}}, {.saved = saved}); }),
                 HasSubstr("give the particle of the simulation that it was saved in"));
   }

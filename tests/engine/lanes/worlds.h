@@ -30,7 +30,7 @@ inline World busy_world(const std::string& model = "complementarity") {
   return world;
 }
 
-/// Particle `id` of the busy world: masses, friction and posture differ.
+/// Particle `id` of the busy world: masses, friction, springs and posture differ.
 inline Particle busy_particle(std::uint32_t id, const std::string& model = "complementarity") {
   Particle particle = particle_of(busy_world(model));
   particle.id = id;
@@ -41,7 +41,13 @@ inline Particle busy_particle(std::uint32_t id, const std::string& model = "comp
     body.inertia *= factor;
     body.damping = 0.1;
   }
-  for (ColliderPair& pair : particle.model.pairs) pair.friction = 0.7 + 0.3 * spread("friction");
+  for (std::size_t i = 0; i < particle.model.pairs.size(); ++i) {
+    ColliderPair& pair = particle.model.pairs[i];
+    pair.friction = 0.7 + 0.3 * spread("friction");
+    if (i % 3 == 0) continue;  // these have the derived spring
+    pair.spring.stiffness = 4e4 * (1 + 0.5 * spread(std::to_string(i)));
+    if (i % 3 == 1) pair.spring.damping = 200 * (1 + 0.5 * spread("damping"));
+  }
   for (int body : particle.model.actuated) {
     particle.initial.q[particle.model.bodies[body].q] += 0.1 * spread(particle.model.bodies[body].joint);
   }

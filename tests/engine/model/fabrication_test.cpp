@@ -319,6 +319,40 @@ TEST(Fabrication, TheRestOfAParticle) {
   }
 }
 
+// Springs can be addressed where some contact model has them. What is not drawn follows the mass that was.
+TEST(Fabrication, SpringsOfContacts) {
+  World world = links_world();
+  EXPECT_EQ(ParameterTable(world).find("contact.stiffness"), nullptr);
+  world.contact_models = {"rigid", kCompliant};
+  world.objects[0].spring.damping = 40;
+  const ParameterTable table(world);
+  const Spring derived = default_spring(world.moving_mass());
+  EXPECT_DOUBLE_EQ(derived.stiffness * 0.5e-3, world.moving_mass() * 9.81);
+  EXPECT_DOUBLE_EQ(std::pow(derived.damping, 2), 4 * derived.stiffness * world.moving_mass());
+  EXPECT_EQ(table.find("contact.stiffness")->nominal, derived.stiffness);
+  EXPECT_EQ(table.find("contact.damping")->nominal, derived.damping);
+  EXPECT_EQ(table.find("environment." + world.objects[0].name + ".damping")->nominal, 40);
+  const auto spring = [&](const std::vector<std::pair<std::string, double>>& values) {
+    const Model model = fabricate(world, values).model;
+    for (const ColliderPair& pair : model.pairs) {
+      if (model.colliders[pair.b].name == world.objects[0].name) return default_spring(moving_mass(model), pair.spring);
+    }
+    return Spring{};
+  };
+  const double heavier = 1.5 * world.robot.link("BODY0").inertia.mass;
+  const double mass = moving_mass(fabricate(world, {{"robot.link.BODY0.mass", heavier}}).model);
+  EXPECT_GT(mass, world.moving_mass());
+  EXPECT_EQ(spring({{"robot.link.BODY0.mass", heavier}}).stiffness, default_spring(mass).stiffness);
+  EXPECT_EQ(spring({{"robot.link.BODY0.mass", heavier}}).damping, 40);
+  EXPECT_EQ(spring({{"contact.stiffness", 700}, {"contact.damping", 3}}).stiffness, 700);
+  EXPECT_EQ(spring({{"contact.stiffness", 700}, {"contact.damping", 3}}).damping, 40);
+  EXPECT_EQ(spring({{"environment." + world.objects[0].name + ".damping", 8}}).damping, 8);
+  EXPECT_EQ(input_error([&] {
+              fabricate(world, {{"contact.stiffness", 0}});
+            }),
+            "contact.stiffness: 0 N/m: must be >= 1e-06");
+}
+
 // Impossible values are refused with the parameter's name, the value and the rule.
 TEST(Fabrication, RefusesImpossibleValues) {
   const auto refusal = [](const std::string& path, double value) {

@@ -1,5 +1,6 @@
 #include "engine/model/model.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <numbers>
@@ -233,6 +234,51 @@ TEST(Compile, Coefficients) {
   EXPECT_EQ(pair("ice", "ball"), std::pair(0.1, 0.2));
   EXPECT_EQ(pair("foot1", "ice"), std::pair(2.0, 0.2));
   EXPECT_EQ(pair("foot1", "ground"), std::pair(2.0, 0.9));
+}
+
+// Springs of a link and an object: the object's; of two links: that of contact; of two objects: the softer one's, and
+// the less damped one's of two alike. pairs override, each number by itself; what nobody gives stays open.
+TEST(Compile, Springs) {
+  World world = small_robot();
+  world.objects = {fixed_object("ground"), fixed_object("foam"), movable_object("ball"), movable_object("brick"),
+                   movable_object("gel")};
+  world.contact.spring = {NAN, 70};
+  world.objects[1].spring = {1e3, 5};
+  world.objects[2].spring = {2e3, NAN};
+  world.objects[3].spring = {1e9, NAN};
+  world.objects[4].spring = {1e3, 3};
+  world.contact.pairs = {{"foot1", "*", NAN, NAN, {8, NAN}}, {"foot1", "foam", NAN, NAN, {NAN, 9}}};
+  const Model model = compile(world);
+  const auto spring = [&](const std::string& a, const std::string& b) {
+    for (const ColliderPair& p : model.pairs) {
+      if (model.colliders[p.a].name == a && model.colliders[p.b].name == b) {
+        return fmt::format("{:g} {:g}", p.spring.stiffness, p.spring.damping);
+      }
+    }
+    return std::string("none");
+  };
+  EXPECT_EQ(spring("shin2", "ground"), "nan 70");
+  EXPECT_EQ(spring("shin2", "foam"), "1000 5");
+  EXPECT_EQ(spring("shin2", "ball"), "2000 70");
+  EXPECT_EQ(spring("thigh1", "thigh2"), "nan 70");
+  EXPECT_EQ(spring("foam", "ball"), "1000 5");
+  EXPECT_EQ(spring("foam", "gel"), "1000 3");
+  EXPECT_EQ(spring("ball", "brick"), "2000 70");
+  EXPECT_EQ(spring("ground", "brick"), "nan 70") << "the derived spring is softer than 1e9 N/m";
+  EXPECT_EQ(spring("foot1", "ground"), "8 70");
+  EXPECT_EQ(spring("foot1", "foam"), "8 9");
+}
+
+// The world tells the mass that the model has, without what is welded to the world.
+TEST(Compile, MovesTheMassThatTheWorldTells) {
+  for (const bool floating : {true, false}) {
+    World world = small_robot();
+    world.robot.floating_base = floating;
+    world.objects = {fixed_object("ground"), movable_object("ball")};
+    const double mass = moving_mass(compile(world));
+    EXPECT_GT(mass, 0);
+    EXPECT_NEAR(world.moving_mass(), mass, 1e-12 * mass) << floating;
+  }
 }
 
 // Bodies that cannot move as rigid bodies do are refused by name.
