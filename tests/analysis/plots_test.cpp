@@ -224,11 +224,19 @@ TEST(Plots, TreeIsThatOfTheEvents) {
   events.info = info();
   PolicyEvents policy;
   policy.policy = "step/1cm";
-  policy.tree.all = {10, 6, 1, {3, 0}};
+  const auto counts = [](std::uint64_t success, std::uint64_t unknown, std::uint64_t violated) {
+    OutcomeCounts out(2);
+    out.n = success + unknown + violated;
+    out.success = success;
+    out.unknown = unknown;
+    out.violated[0] = violated;
+    return out;
+  };
+  policy.tree.all = counts(6, 1, 3);
   EventNode node;
   node.branches.resize(2);
-  node.branches[0].outcomes = {7, 6, 1, {0, 0}};
-  node.branches[1].outcomes = {3, 0, 0, {3, 0}};
+  node.branches[0].outcomes = counts(6, 1, 0);
+  node.branches[1].outcomes = counts(0, 0, 3);
   for (EventBranch& branch : node.branches) branch.kind = EventBranch::Kind::nothing;
   policy.tree.nodes = {node};
   PolicyEvents still;
