@@ -2,6 +2,7 @@
 // Causes: which uncertain parameters tell traces apart that succeed from those that do not, wide margins from narrow
 // ones, one mode of behaviour from another. docs/statistics.md says what each number means and how often it is wrong.
 
+#include <cmath>
 #include <cstddef>
 #include <span>
 #include <string>
@@ -46,8 +47,9 @@ struct ParameterEffect {
   double partial = 0, p_partial = 1;  // rank correlation given all other parameters; NaN: not computed
   double share = 0;        // first-order Sobol index: of the target's variance, what this parameter alone explains
   double share_noise = 0;  // standard deviation that the share of an idle parameter has; both NaN: not computed
-  /// Whether the p-value is that of a dependence that rising or falling does not tell.
-  bool of_any_shape() const { return p_hsic < 1e-3 * p_rank; }
+  /// Whether the p-value is that of a dependence that rising or falling tells little of. (Of a steep step both tests
+  /// are certain, and HSIC the more so: the trend is what there is to say.)
+  bool of_any_shape() const { return std::abs(effect) < 0.5 && p_hsic < 1e-3 * p_rank; }
 };
 
 /// What explains one target.

@@ -390,6 +390,7 @@ DecisionTree grow_tree(const std::vector<TreeFeature>& features, std::span<const
 
 std::vector<TreeRule> rules_of(const DecisionTree& tree) {
   std::vector<TreeRule> out;
+  if (tree.nodes.empty()) return out;  // nothing was asked
   collect(tree, 0, {}, out);
   std::stable_sort(out.begin(), out.end(), [](const TreeRule& a, const TreeRule& b) { return a.mean > b.mean; });
   return out;

@@ -10,6 +10,9 @@
 namespace graze {
 namespace {
 
+/// Particles that causes of bifurcations are looked for among; more take time and find what they do.
+constexpr std::uint64_t kMostOfBifurcations = 20'000;
+
 /// s: the median time between two beginnings of one contact in a trace: about a step of a gait. 0: nothing repeats.
 double usual_period(const Stories& stories) {
   constexpr std::size_t kTraces = 2000;  // more do not move a median
@@ -186,7 +189,7 @@ void add_novelties(const std::vector<Stories>& fine, const std::vector<Stories>&
 void add_causes(const Archive& archive, const std::vector<Stories>& fine, CampaignEvents& out) {
   const auto divides = [](const PolicyEvents& policy) { return !policy.tree.nodes.empty(); };
   if (std::none_of(out.policies.begin(), out.policies.end(), divides)) return;
-  ParticleValues values = read_particle_values(archive, kMostExplained);
+  ParticleValues values = read_particle_values(archive, kMostOfBifurcations);
   out.no_causes = values.none();
   const EventWords words(out.info, std::max(out.request.rules.detail, Detail::features));
   for (std::size_t p = 0; out.no_causes.empty() && p < fine.size(); ++p) {
@@ -208,7 +211,7 @@ CampaignEvents campaign_events(const Archive& archive, const EventsRequest& requ
   StoryRules rules = request.rules;
   rules.detail = std::max(rules.detail, Detail::features);
   const StoriesRead read = look_for_stories(archive, policies, rules);
-  if (!read.none.empty()) throw InputError(read.none);
+  if (!read.none.empty()) throw NoStories(read.none);
   const std::vector<Stories>& fine = read.stories;
   for (std::size_t p = 0; p < fine.size(); ++p) {
     const bool same = rules.detail == request.rules.detail;

@@ -59,12 +59,12 @@ struct CampaignEvents {
   EventsRequest request;
   CampaignInfo info;
   std::vector<PolicyEvents> policies;
-  ParticleTable parameters;  // that causes were looked for in: of the first kMostExplained particles
+  ParticleTable parameters;  // that causes were looked for in: of the first 20,000 particles
   std::string no_causes;     // why none were
 };
 
-/// Throws InputError: no phases in the archive, another robot in the reference, no such policy, an invalid nominal
-/// trace.
+/// Throws NoStories: no phases in the archive; InputError: another robot in the reference, no such policy, an invalid
+/// nominal trace.
 CampaignEvents campaign_events(const Archive& archive, const EventsRequest& request);
 
 /// For people; `most`: sequences and novelties listed of each kind.

@@ -149,7 +149,7 @@ StoriesRead look_for_stories(const Archive& archive, const std::vector<std::stri
         teller.add(p, rows.particle(i), rows.outcome(i), rows.violated(i), rows.end_time(i), rows.phases(i));
       }
     };
-    archive.scan(policies[p], kEndTime | kContactPhases, take,
+    archive.scan(policies[p], kEndTime | kContactPhases | (rules.detail == Detail::modes ? kPhaseShares : 0u), take,
                  [&](std::uint32_t particle, Outcome) { return particle < end; });
   }
   if (any_phase) {
@@ -167,7 +167,7 @@ StoriesRead look_for_stories(const Archive& archive, const std::vector<std::stri
 std::vector<Stories> read_stories(const Archive& archive, const std::vector<std::string>& policies,
                                   const StoryRules& rules) {
   StoriesRead out = look_for_stories(archive, policies, rules);
-  if (!out.none.empty()) throw InputError(out.none);
+  if (!out.none.empty()) throw NoStories(out.none);
   return std::move(out.stories);
 }
 

@@ -104,6 +104,12 @@ class StoryTeller {
   std::vector<Stories> stories_;
 };
 
+/// There are no contact phases to tell of.
+class NoStories : public InputError {
+ public:
+  using InputError::InputError;
+};
+
 /// Stories by policy, or why there are none: the archive keeps no contact phases, or too many parts touch.
 struct StoriesRead {
   std::vector<Stories> stories;
@@ -113,7 +119,7 @@ struct StoriesRead {
 /// Of particles below `end`.
 StoriesRead look_for_stories(const Archive& archive, const std::vector<std::string>& policies, const StoryRules& rules,
                              std::uint64_t end = std::numeric_limits<std::uint64_t>::max());
-/// The same; throws InputError if there are none.
+/// The same; throws NoStories if there are none.
 std::vector<Stories> read_stories(const Archive& archive, const std::vector<std::string>& policies,
                                   const StoryRules& rules);
 

@@ -112,14 +112,16 @@ std::vector<Event> read_events(const OpenPart& file, const std::string& group, R
 }
 
 std::vector<ContactPhase> read_phases(const OpenPart& file, const std::string& group, RowRange range,
-                                      const CampaignInfo& info) {
+                                      const CampaignInfo& info, bool shares) {
   RowFiller<ContactPhase> filler(file, group, range);
   filler.fill_sides();
   filler.fill<double>(schema::begin(), [](ContactPhase& p, const double* x) { p.begin = *x; });
   filler.fill<double>(schema::end(), [](ContactPhase& p, const double* x) { p.end = *x; });
-  filler.fill<double>(schema::peak(), [](ContactPhase& p, const double* x) { p.peak = *x; });
-  filler.fill<double>(schema::share("slip"), [](ContactPhase& p, const double* x) { p.slip = *x; });
-  filler.fill<double>(schema::share("roll"), [](ContactPhase& p, const double* x) { p.roll = *x; });
+  if (shares) {
+    filler.fill<double>(schema::peak(), [](ContactPhase& p, const double* x) { p.peak = *x; });
+    filler.fill<double>(schema::share("slip"), [](ContactPhase& p, const double* x) { p.slip = *x; });
+    filler.fill<double>(schema::share("roll"), [](ContactPhase& p, const double* x) { p.roll = *x; });
+  }
   std::vector<ContactPhase> phases = filler.take();
   for (const ContactPhase& phase : phases) {
     if (!possible(phase, info)) file.fail(fmt::format("'{}': a phase that no trace can have", group));

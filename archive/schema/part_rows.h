@@ -31,9 +31,9 @@ std::vector<Culprit> read_culprits(const OpenPart& file, const std::string& poli
 /// Events in file order. Indices into the campaign's names are in range.
 std::vector<Event> read_events(const OpenPart& file, const std::string& group, RowRange range,
                                const CampaignInfo& info);
-/// Contact phases, as read_events().
+/// Contact phases, as read_events(). Without `shares` peak, slip and roll are 0.
 std::vector<ContactPhase> read_phases(const OpenPart& file, const std::string& group, RowRange range,
-                                      const CampaignInfo& info);
+                                      const CampaignInfo& info, bool shares = true);
 /// Throws unless the phases of one trace stand in the order of their beginnings.
 void check_in_order(const OpenPart& file, const std::string& group, std::span<const ContactPhase> trace);
 std::vector<TelemetryFrame> read_frames(const OpenPart& file, const std::string& group, RowRange range,

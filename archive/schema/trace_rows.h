@@ -24,9 +24,10 @@ enum TraceColumn : unsigned {
   kSequence = 1u << 8,
   kInvalidReason = 1u << 9,
   kEvents = 1u << 10,
-  kContactPhases = 1u << 11,
-  kMarginParts = 1u << 12,
-  kAllColumns = (1u << 13) - 1,
+  kContactPhases = 1u << 11,  // without what the next adds
+  kPhaseShares = 1u << 12,    // peak, slip and roll of contact phases: nearly half of what there is to read
+  kMarginParts = 1u << 13,
+  kAllColumns = (1u << 14) - 1,
 };
 
 /// Rows of which each trace has any number: events, contact phases.

@@ -192,7 +192,7 @@ class TraceScan {
     read_flat(events_, range, rows_.events_,
               [&](const RowRange& of) { return read_events(file, events_.group, of, info_); });
     read_flat(phases_, range, rows_.phases_,
-              [&](const RowRange& of) { return read_phases(file, phases_.group, of, info_); });
+              [&](const RowRange& of) { return read_phases(file, phases_.group, of, info_, columns_ & kPhaseShares); });
     for (const std::size_t i : rows_.rows_) check_in_order(file, phases_.group, rows_.phases_.of(i));
   }
 

@@ -70,7 +70,9 @@ void add_sections(Json& page, const Archive& archive, const std::string& name,
   request.rules.detail = Detail::features;  // as the tree is told
   try {
     page["sections"].push_back(events_section(campaign_events(archive, request)));
-  } catch (const InputError& error) {  // nothing touched, or an older archive
+  } catch (const NoStories&) {
+    // Nothing touched, or an older archive: there is no such section.
+  } catch (const InputError& error) {
     page["notes"].push_back(fmt::format("No events: {}", error.what()));
   }
   std::vector<UnknownFailures> unknown;

@@ -57,7 +57,7 @@ inline TraceTable table_of(const Archive& archive, const std::string& policy, un
     add(kInvalidReason, out.invalid_reason, [&](std::size_t i) { return rows.invalid_reason(i); });
     add(kEvents, out.events,
         [&](std::size_t i) { return std::vector<Event>(rows.events(i).begin(), rows.events(i).end()); });
-    add(kContactPhases, out.phases,
+    add(kContactPhases | kPhaseShares, out.phases,
         [&](std::size_t i) { return std::vector<ContactPhase>(rows.phases(i).begin(), rows.phases(i).end()); });
   });
   std::vector<std::size_t> order(out.size());
@@ -79,7 +79,7 @@ inline TraceTable table_of(const Archive& archive, const std::string& policy, un
 
 /// [trace]
 inline std::vector<std::vector<ContactPhase>> phases_of(const Archive& archive, const std::string& policy) {
-  return table_of(archive, policy, kContactPhases).phases;
+  return table_of(archive, policy, kContactPhases | kPhaseShares).phases;
 }
 /// [trace]
 inline std::vector<std::vector<Event>> events_of(const Archive& archive, const std::string& policy) {

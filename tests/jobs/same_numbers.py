@@ -79,7 +79,8 @@ def main(campaign, *outputs):
         requirements = list(file["requirements/name"].asstr()[:])
         for p, policy in enumerate(file["policies/name"].asstr()[:]):
             group = file["traces"][policy]
-            frame = pd.DataFrame({name: group[name][:] for name in ("outcome", "violated", "objective_margin")})
+            frame = pd.DataFrame({name: group[name][:] for name in ("outcome", "violated", "objective_margin",
+                                                                    "end_time")})
             margins = pd.DataFrame(group["margins"][:], columns=requirements)
             one, other = score["policies"][p], explained["policies"][p]
             check("policy", [one["policy"], other["policy"]], [policy, policy])
@@ -117,8 +118,13 @@ def main(campaign, *outputs):
             check(f"{policy}: ways to fail in the report", dict(ways), wanted)
             # Margins.
             columns = [(name, margins[name]) for name in requirements] + [("objective", frame.objective_margin)]
+            step, end = file.attrs["step"], file.attrs["end"]
+            cut = (frame.outcome == K) & ~(np.round(frame.end_time / step) >= np.round(end / step))
             for (name, column), told, bins in zip(columns, other["margins"], report["margins"]):
-                column = column[valid.index].dropna()
+                every = column[valid.index].dropna()
+                # A margin is judged unless a violation cut the trace short before; the objective is asked at the end.
+                kept = np.isfinite(column) & ~(cut & ((column >= 0) | (name == "objective")))
+                column = column[valid.index[kept[valid.index]]]
                 check(f"{policy}: margin", [told["name"], bins["name"]], [name, name])
                 check(f"{policy}: {name}: n", told["n"], len(column))
                 for p_of, entry in zip(QUANTILES, told["quantiles"]):
@@ -127,7 +133,7 @@ def main(campaign, *outputs):
                 check_interval(f"{policy}: {name}", told["interval"], told["below_0"], told["n"])
                 counted = next(c for c in bins["policies"] if c["policy"] == policy)["bins"]
                 sums = [sum(b[k] for b in counted) for k in range(3)]
-                outcomes = valid.outcome[column.index]
+                outcomes = valid.outcome[every.index]
                 check(f"{policy}: {name}: histogram", sums, [int((outcomes == k).sum()) for k in (S, K, U)])
     print("\n".join(wrong))
     return 1 if wrong else 0
