@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "analysis/causes.h"
+#include "analysis/number_words.h"
 
 namespace graze {
 namespace {
@@ -47,7 +48,7 @@ std::vector<TreeRule::Condition> tightest(const std::vector<TreeRule::Condition>
 /// "more often where a.b is larger (AUC 0.83, p = 2e-05)".
 std::string effect_text(const ParameterEffect& effect, bool binary, const ParticleTable& table) {
   const ParticleTable::Column& column = table.columns[effect.column];
-  const std::string p = fmt::format("p = {:.1g}", effect.p_holm);
+  const std::string p = p_equation(effect.p_holm, 1);
   if (!column.labels.empty()) {
     return fmt::format("{} where {} is {} (effect {:.2f}, {})", binary ? "most often" : "highest", column.name,
                        effect.label, effect.effect, p);

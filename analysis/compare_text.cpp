@@ -7,6 +7,7 @@
 
 #include "analysis/compare.h"
 #include "analysis/failures.h"
+#include "analysis/number_words.h"
 #include "analysis/text_table.h"
 #include "archive/files/csv.h"
 #include "engine/settings/settings.h"
@@ -31,11 +32,6 @@ std::string some_names(const std::vector<std::string>& names) {
   std::string out;
   for (std::size_t i = 0; i < std::min(kShownNames, names.size()); ++i) out += (i > 0 ? ", " : "") + names[i];
   return names.size() > kShownNames ? out + fmt::format(" and {} more", names.size() - kShownNames) : out;
-}
-
-/// "1 parameter is", "3 parameters are"
-std::string counted(std::size_t n, const char* one, const char* several) {
-  return fmt::format("{} {}", n, n == 1 ? one : several);
 }
 
 std::string changes_text(const std::vector<ScenarioChange>& changes) {
@@ -83,8 +79,8 @@ std::string verdict_table(const Comparison& c) {
          one.paired ? rate_text(p.both + p.only_b, p.n()) : rate_text(one.success_b, one.n_b),
          one.paired ? std::to_string(one.pairs.only_b) : "-", one.paired ? std::to_string(one.pairs.only_a) : "-",
          std::isnan(one.difference) ? "-" : fmt::format("{:+.4f}", one.difference),
-         fmt::format("{:+.4f} .. {:+.4f}", one.interval.low, one.interval.high), fmt::format("{:.3g}", one.p_value),
-         fmt::format("{:.3g}", one.corrected)});
+         fmt::format("{:+.4f} .. {:+.4f}", one.interval.low, one.interval.high), p_text(one.p_value, 3),
+         p_text(one.corrected, 3)});
   }
   return text_table(rows, 1);
 }
@@ -105,8 +101,7 @@ std::string margins_table(const PolicyComparison& one) {
     const std::string unit = m.unit == "1" ? "" : " " + m.unit;
     rows.push_back({m.requirement, std::to_string(m.n), std::to_string(m.better), std::to_string(m.worse),
                     m.n == 0 ? "-" : fmt::format("{:+.4g}{}", m.median, unit),
-                    m.n == 0 ? "-" : fmt::format("{:+.4g} .. {:+.4g}", m.low, m.high),
-                    fmt::format("{:.3g}", m.p_value)});
+                    m.n == 0 ? "-" : fmt::format("{:+.4g} .. {:+.4g}", m.low, m.high), p_text(m.p_value, 3)});
   }
   return one.margins.empty() ? "" : text_table(rows, 1);
 }

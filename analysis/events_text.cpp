@@ -9,6 +9,7 @@
 #include "analysis/events.h"
 #include "analysis/events_words.h"
 #include "analysis/failures.h"
+#include "analysis/number_words.h"
 #include "analysis/text_table.h"
 
 namespace graze {
@@ -96,8 +97,8 @@ std::string node_text(const PolicyEvents& policy, std::size_t at, const Teller& 
                       const CampaignEvents& events) {
   const EventNode& node = policy.tree.nodes[at];
   const std::string indent(2 + 4 * static_cast<std::size_t>(node.depth), ' ');
-  std::string out = indent + fmt::format("{} (p = {:.2g}; tells {:.0f} % about the outcome)\n",
-                                         tell.place(policy.tree, at), node.p_value, 100 * node.information);
+  std::string out = indent + fmt::format("{} ({}; tells {:.0f} % about the outcome)\n", tell.place(policy.tree, at),
+                                         p_equation(node.p_value), 100 * node.information);
   const bool hard = std::any_of(node.branches.begin(), node.branches.end(),
                                 [](const EventBranch& branch) { return branch.impulse.median >= 10; });
   Rows rows = {
@@ -117,9 +118,9 @@ std::string node_text(const PolicyEvents& policy, std::size_t at, const Teller& 
   for (const PolicyEvents::NearMiss& one : policy.near_misses) {
     if (one.node != at) continue;
     const std::uint32_t pair = parts_only(node.branches[one.branch].word);
-    out += indent + fmt::format("  {} in other branches: least gap {} mm, told by '{}' of {} of {} traces\n",
+    out += indent + fmt::format("  {} in other branches: least gap {} mm, told by '{}' of {} of {}\n",
                                 word_text(pair, Detail::parts, events.info), range_text(one.gap, 1e3), one.witness,
-                                one.n, one.other);
+                                one.n, counted(one.other, "trace", "traces"));
   }
   return out;
 }
@@ -129,12 +130,11 @@ std::string tree_text(const PolicyEvents& policy, const CampaignEvents& events, 
   const EventTree& tree = policy.tree;
   const double error_rate = events.request.tree.error_rate;
   if (tree.tested == 0) return "No contact could be tested: too few traces, or all have had the same contacts.\n";
+  const std::string nodes = counted(tree.tested, "node", "nodes");
   if (tree.nodes.empty()) {
-    return fmt::format("No contact decides how a trace ends ({} nodes tested, error rate {:g}).\n", tree.tested,
-                       error_rate);
+    return fmt::format("No contact decides how a trace ends ({} tested, error rate {:g}).\n", nodes, error_rate);
   }
-  std::string out =
-      fmt::format("Where behaviour divides ({} nodes tested, error rate {:g})\n", tree.tested, error_rate);
+  std::string out = fmt::format("Where behaviour divides ({} tested, error rate {:g})\n", nodes, error_rate);
   for (std::size_t i = 0; i < tree.nodes.size(); ++i) out += node_text(policy, i, tell, told, events);
   return out;
 }
@@ -146,7 +146,8 @@ std::string sequences_text(const PolicyEvents& policy, const Teller& tell, std::
     rows.push_back({std::to_string(one.outcomes.n), rate_text(one.outcomes), std::to_string(one.example),
                     tell.sequence(one.words)});
   }
-  std::string out = fmt::format("\nSequences, {} different ones\n{}", policy.sequences.size(), text_table(rows, 4));
+  std::string out = fmt::format(
+      "\nSequences, {}\n{}", counted(policy.sequences.size(), "different one", "different ones"), text_table(rows, 4));
   if (policy.cycles.empty()) return out;
   rows = {{"from", "to", "traces", "alike", "share", "different", "most frequent"}};
   for (const CycleCount& one : policy.cycles) {
@@ -163,11 +164,12 @@ constexpr const char* kNoveltyNames[] = {"new contact", "new sequence", "new fea
 std::string novelties_text(const PolicyEvents& policy, const CampaignEvents& events, std::size_t most) {
   Detail detail = std::max(events.request.rules.detail, Detail::features);
   const Teller fine(events, detail), coarse(events, Detail::parts);
-  const std::string against = policy.nominal ? fmt::format("the nominal trace ({} at {:.3f} s)",
-                                                           outcome_name(policy.nominal->first), policy.nominal->second)
-                              : events.request.reference.empty()
-                                  ? fmt::format("the {} successes", policy.reference)
-                                  : fmt::format("the {} traces of {}", policy.reference, events.request.reference);
+  const std::string against =
+      policy.nominal ? fmt::format("the nominal trace ({} at {:.3f} s)", outcome_name(policy.nominal->first),
+                                   policy.nominal->second)
+      : events.request.reference.empty()
+          ? fmt::format("the {}", counted(policy.reference, "success", "successes"))
+          : fmt::format("the {} of {}", counted(policy.reference, "trace", "traces"), events.request.reference);
   if (policy.reference == 0) return "\nNo success to tell novelties against (--reference names other traces).\n";
   if (policy.novelties.empty()) return fmt::format("\nNothing new against {}.\n", against);
   Rows rows = {{"what", "contact", "traces", "success, 95 % interval", "first", "particle"}};
@@ -180,8 +182,8 @@ std::string novelties_text(const PolicyEvents& policy, const CampaignEvents& eve
     const bool parts = one.kind == Novelty::Kind::event || one.kind == Novelty::Kind::outcomes;
     rows.push_back({kNoveltyNames[static_cast<int>(one.kind)],
                     one.kind == Novelty::Kind::sequence ? "(all contacts)" : (parts ? coarse : fine).word(one.word),
-                    std::to_string(one.outcomes.n), rate_text(one.outcomes), fmt::format("{:.3f} s", one.first),
-                    std::to_string(one.example)});
+                    std::to_string(one.outcomes.n), rate_text(one.outcomes),
+                    std::isnan(one.first) ? "-" : fmt::format("{:.3f} s", one.first), std::to_string(one.example)});
   }
   std::string out = fmt::format("\nNew against {}\n{}", against, text_table(rows, 2));
   return left == 0 ? out : out + fmt::format("… and {} more (--top)\n", left);
@@ -291,8 +293,8 @@ std::string format_events(const CampaignEvents& events, std::size_t most) {
   for (const PolicyEvents& policy : events.policies) {
     if (!out.empty()) out += "\n";
     const OutcomeCounts& all = policy.tree.all;
-    out +=
-        fmt::format("{}: {} valid trace{}, success {}\n", policy.policy, all.n, all.n == 1 ? "" : "s", rate_text(all));
+    out += fmt::format("{}: {}, success {}\n", policy.policy, counted(all.n, "valid trace", "valid traces"),
+                       rate_text(all));
     out += tree_text(policy, events, tell) + sequences_text(policy, tell, most) + novelties_text(policy, events, most);
   }
   return out;

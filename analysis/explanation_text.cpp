@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "analysis/explanation.h"
+#include "analysis/number_words.h"
 #include "analysis/text_table.h"
 #include "archive/files/utf8.h"
 
@@ -42,11 +43,10 @@ std::string indented(const std::string& text) {
 
 std::string number(double x) { return std::isnan(x) ? "-" : fmt::format("{:.3g}", x); }
 std::string with_unit(double x, const std::string& unit) {
-  return number(x) + (unit.empty() || unit == "1" ? "" : " " + unit);
+  return number(x) + (std::isnan(x) || unit.empty() || unit == "1" ? "" : " " + unit);
 }
 std::string share(double x) { return std::isnan(x) ? "-" : fmt::format("{:.3f}", x); }
 std::string interval(const Interval& of) { return fmt::format("{:.3f} .. {:.3f}", of.low, of.high); }
-std::string p_text(double p) { return std::isnan(p) ? "-" : fmt::format("{:.2g}", p); }
 
 const PolicyScore& score_of(const Explanation& all, std::size_t policy) { return all.score.policies[policy]; }
 
@@ -58,14 +58,23 @@ std::string head_of(const Explanation& all, std::size_t policy) {
   if (all.policies.size() > 1) out += fmt::format("; all policies at once {}", interval(bounds.simultaneous));
   out += ")";
   if (bounds.unknown > 0) {
-    out += fmt::format("; if the {} unknown failures were none, {} ({})", bounds.unknown, share(bounds.best),
+    out += fmt::format("; if the {} none, {} ({})",
+                       counted(bounds.unknown, "unknown failure were", "unknown failures were"), share(bounds.best),
                        interval(bounds.best_interval));
   }
   if (score.invalid > 0) out += fmt::format("; {} invalid", score.invalid);
   return paragraph(out, 0, 2);
 }
 
-std::string tree_text(const DecisionTree& tree, const ParticleTable& table) {
+/// Of a target that is a margin; empty: it is none, or its objective's witnesses have several.
+std::string unit_of(const Causes& causes, const PolicyExplanation& policy) {
+  const auto is = [&](const MarginSummary& one) { return "margin: " + one.name == causes.target; };
+  const auto margin = std::find_if(policy.margins.begin(), policy.margins.end(), is);
+  return margin == policy.margins.end() ? "" : margin->unit;
+}
+
+std::string tree_text(const Causes& causes, const std::string& unit, const ParticleTable& table) {
+  const DecisionTree& tree = causes.tree;
   std::string out;
   const std::vector<TreeRule> rules = rules_of(tree);
   const std::string skill =
@@ -76,7 +85,8 @@ std::string tree_text(const DecisionTree& tree, const ParticleTable& table) {
                   : fmt::format("rank correlation {:.2f} ± {:.2f} on traces kept out", tree.skill, tree.standard_error);
   out += paragraph(fmt::format("tree ({}):", skill), 6, 8);
   for (const TreeRule& rule : rules) {
-    const std::string mean = tree.binary ? fmt::format("{:.0f} %", 100 * rule.mean) : number(rule.mean);
+    const std::string mean =
+        tree.binary ? fmt::format("{:.0f} %", 100 * rule.mean) : "mean " + with_unit(rule.mean, unit);
     out += paragraph(fmt::format("{} of {}: {}", mean, rule.rows, rule_text(rule, table)), 8, 10);
   }
   return out;
@@ -93,7 +103,7 @@ std::string causes_text(const PolicyExplanation& policy, const ParticleTable& ta
       continue;
     }
     out += paragraph(fmt::format("{}{}: {}", causes.target, count, policy.verdicts[i]), 4, 6);
-    if (causes.tree_tells) out += tree_text(causes.tree, table);
+    if (causes.tree_tells) out += tree_text(causes, unit_of(causes, policy), table);
   }
   if (!nothing.empty()) out += paragraph("no parameter explains it: " + nothing, 4, 6);
   std::vector<std::string> notes;
@@ -111,8 +121,9 @@ std::string causes_text(const PolicyExplanation& policy, const ParticleTable& ta
 
 std::string modes_text(const PolicyExplanation& policy) {
   const Scatter& ended = policy.ended;
-  std::string out =
-      paragraph(fmt::format("{} of {} traces ran to the end: {}", ended.traces, policy.n, scatter_text(ended)), 4, 6);
+  std::string out = paragraph(fmt::format("{} of {} ran to the end: {}", ended.traces,
+                                          counted(policy.n, "trace", "traces"), scatter_text(ended)),
+                              4, 6);
   for (std::size_t k = 0; k < policy.modes.size(); ++k) {
     const ModeTraces& mode = policy.modes[k];
     std::string some;
@@ -148,7 +159,8 @@ std::string growth_text(const Growth& growth) {
     rows.push_back({number(at.time)});
     for (const double deviation : at.deviations) rows.back().push_back(fmt::format("{:.2g}", deviation));
   }
-  return paragraph(fmt::format("standard deviation over time, of {} traces", growth.traces), 4, 6) +
+  return paragraph(fmt::format("standard deviation over time, of {}", counted(growth.traces, "trace", "traces")), 4,
+                   6) +
          indented(text_table(rows, 1));
 }
 
@@ -213,10 +225,10 @@ std::string pairs_text(const Explanation& all) {
       "uses that particles are shared, 'survival p' the plain one, which takes the policies' traces as independent.",
       0, 0);
   if (!std::isnan(all.log_rank.p_value) && all.policies.size() > 2) {
-    out += paragraph(
-        fmt::format("All policies together: log-rank chi-square {:.3g} with {:g} degrees of freedom, p = {:.2g}",
-                    all.log_rank.chi_square, all.log_rank.freedom, all.log_rank.p_value),
-        0, 0);
+    out += paragraph(fmt::format("All policies together: log-rank chi-square {:.3g} with {:g} degree{} of freedom, {}",
+                                 all.log_rank.chi_square, all.log_rank.freedom, all.log_rank.freedom == 1 ? "" : "s",
+                                 p_equation(all.log_rank.p_value)),
+                     0, 0);
   }
   return out;
 }
@@ -225,7 +237,8 @@ std::string pairs_text(const Explanation& all) {
 
 std::string format_explanation(const Explanation& all) {
   std::string out = printable(all.campaign) + (all.complete ? "" : " (INCOMPLETE: not all traces have been simulated)");
-  out += fmt::format("\n{} particles, {} uncertain parameters\n", all.particles, all.parameters.columns.size());
+  out += fmt::format("\n{}, {}\n", counted(all.particles, "particle", "particles"),
+                     counted(all.parameters.columns.size(), "uncertain parameter", "uncertain parameters"));
   for (const std::string& note : all.notes) out += paragraph(note, 0, 2);
   for (std::size_t i = 0; i < all.policies.size(); ++i) {
     const PolicyExplanation& policy = all.policies[i];

@@ -6,6 +6,7 @@
 
 #include "analysis/events_words.h"
 #include "analysis/failures.h"
+#include "analysis/report_survival.h"
 
 namespace graze {
 namespace {
@@ -69,7 +70,7 @@ Json branch_table(const CampaignEvents& events) {
         const Interval interval = branch.outcomes.interval();
         rows.push_back({policy.policy, words.node(node), words.branch(branch), branch.outcomes.n,
                         branch.outcomes.rate(), fmt::format("{:.3f} … {:.3f}", interval.low, interval.high),
-                        cell(branch.time, 1), cell(branch.impulse, 1e3), node.p_value});
+                        cell(branch.time, 1), cell(branch.impulse, 1e3), p_cell(node.p_value)});
       }
     }
   }
@@ -84,7 +85,7 @@ Json branch_table(const CampaignEvents& events) {
             {{"name", "95 % interval"}, {"align", "right"}},
             {{"name", "Time"}, {"unit", "s"}},
             {{"name", "Impulse"}, {"unit", "mN s"}},
-            "p"}},
+            {{"name", "p"}, {"align", "right"}}}},
           {"rows", rows},
           {"note", "Medians over the traces of a branch; p after Holm's correction over all nodes that were tested."}};
 }
@@ -121,7 +122,7 @@ Json novelty_table(const CampaignEvents& events) {
       const bool parts = one.kind == Novelty::Kind::event || one.kind == Novelty::Kind::outcomes;
       rows.push_back({policy.policy, kKinds[static_cast<int>(one.kind)],
                       one.kind == Novelty::Kind::sequence ? "(all contacts)" : (parts ? coarse : fine).word(one.word),
-                      one.outcomes.n, one.outcomes.rate(), one.first, one.example});
+                      one.outcomes.n, one.outcomes.rate(), short_number(one.first), one.example});
     }
   }
   return {{"type", "table"},
@@ -166,7 +167,8 @@ Json unknown_section(const std::vector<UnknownFailures>& all, const std::string&
       kinds.push_back({one.policy, i + 1, kind.traces, traits, replay_command(archive, one.policy, kind.typical)});
       for (const ProposedWitness& witness : kind.witnesses) {
         proposals.push_back({one.policy, i + 1, witness.yaml, fmt::format("{} of {}", witness.caught, witness.of),
-                             fmt::format("{} of {}", witness.alarms, witness.successes)});
+                             fmt::format("{} of {}", witness.alarms, witness.successes),
+                             witness.in_objective ? Json("judges it already") : Json()});
       }
     }
   }
@@ -177,13 +179,25 @@ Json unknown_section(const std::vector<UnknownFailures>& all, const std::string&
           {"widgets",
            {{{"type", "table"},
              {"title", "Kinds"},
-             {"columns", {"Policy", "Kind", "Traces", "Medians (of the successes)", "A typical one"}},
+             {"columns",
+              {"Policy",
+               "Kind",
+               "Traces",
+               {{"name", "Medians (of the successes)"}, {"class", "wrap wide"}},
+               {{"name", "A typical one"}, {"class", "wrap"}}}},
              {"rows", kinds}},
             {{"type", "table"},
              {"title", "Requirements that would have caught them"},
-             {"columns", {"Policy", "Kind", "Requirement", "Caught", "False alarms"}},
+             {"columns",
+              {"Policy",
+               "Kind",
+               {{"name", "Requirement"}, {"class", "wrap wide"}},
+               "Caught",
+               "False alarms",
+               "The objective"}},
              {"rows", proposals},
-             {"note", "Chosen on even particles, counted on odd ones."}}}}};
+             {"note",
+              "Chosen on even particles, counted on odd ones. What the objective judges already says nothing new."}}}}};
 }
 
 }  // namespace graze

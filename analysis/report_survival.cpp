@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "analysis/number_words.h"
+
 namespace graze {
 namespace {
 
@@ -141,10 +143,10 @@ std::string lead(const Explanation& all) {
 
 Json p_cell(double p) {
   if (std::isnan(p)) return nullptr;
-  return {{"value", short_number(p)}, {"text", fmt::format("{:.2g}", p)}};
+  return {{"value", short_number(p)}, {"text", p_text(p)}};
 }
 
-std::string p_words(double p) { return p < 1e-12 ? "p < 1e-12" : fmt::format("p = {:.2g}", p); }
+std::string p_words(double p) { return p_equation(p); }
 
 Json survival_section(const Explanation& all, NumberForm form) {
   const auto has_traces = [](const PolicyExplanation& policy) { return policy.n > 0; };

@@ -10,7 +10,7 @@ namespace graze {
 /// until each that was violated; what is left in numbers; whether policies differ. Null if there is no valid trace.
 Json survival_section(const Explanation& explanation, NumberForm form);
 
-/// "p = 0.003", "p < 1e-12".
+/// "p = 0.003", "p < 1e-300".
 std::string p_words(double p);
 /// A cell of a table: two digits, sorted by the number; null for NaN.
 Json p_cell(double p);

@@ -6,6 +6,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "analysis/number_words.h"
 #include "analysis/score.h"
 #include "analysis/text_table.h"
 #include "archive/files/utf8.h"
@@ -111,7 +112,7 @@ std::string pair_table(const std::vector<PairedComparison>& pairs) {
     rows.push_back({p.a, p.b, std::to_string(p.n), std::to_string(p.both), std::to_string(p.only_a),
                     std::to_string(p.only_b), std::to_string(p.neither),
                     std::isnan(p.difference) ? "-" : fmt::format("{:+.4f}", p.difference),
-                    signed_interval_text(p.interval), fmt::format("{:.3g}", p.p_value)});
+                    signed_interval_text(p.interval), p_text(p.p_value, 3)});
   }
   return text_table(rows, 2);
 }

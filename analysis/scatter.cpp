@@ -8,6 +8,7 @@
 #include <map>
 #include <numeric>
 
+#include "analysis/number_words.h"
 #include "analysis/quantiles.h"
 #include "analysis/significance.h"
 
@@ -153,7 +154,8 @@ Scatter judge_scatter(const std::vector<std::string>& names, const std::vector<s
   Scatter out;
   out.traces = columns.empty() ? 0 : columns[0].size();
   if (out.traces < kLeastTraces) {
-    out.notes.push_back(fmt::format("not tested: {} traces, and it takes {}", out.traces, kLeastTraces));
+    out.notes.push_back(
+        fmt::format("not tested: {}, and it takes {}", counted(out.traces, "trace", "traces"), kLeastTraces));
     return out;
   }
   std::vector<std::vector<double>> sorted = columns;
@@ -195,9 +197,10 @@ std::string scatter_text(const Scatter& scatter) {
   for (const Mode& mode : one.modes) modes += (modes.empty() ? "" : ", ") + mode_text(mode, one.unit);
   const auto several = std::count_if(scatter.freedoms.begin(), scatter.freedoms.end(),
                                      [](const FreedomSpread& f) { return f.modes.size() > 1; });
-  std::string out = fmt::format("bifurcates: {} has {} modes, {} (dip {:.3f}, p = {:.1g})", one.name, one.modes.size(),
-                                modes, one.dip, one.p_holm);
-  if (several > 1) out += fmt::format("; so do {} other degrees of freedom", several - 1);
+  std::string out = fmt::format("bifurcates: {} has {} modes, {} (dip {:.3f}, {})", one.name, one.modes.size(), modes,
+                                one.dip, p_equation(one.p_holm, 1));
+  if (several == 2) out += "; so does 1 other degree of freedom";
+  if (several > 2) out += fmt::format("; so do {} other degrees of freedom", several - 1);
   return out;
 }
 

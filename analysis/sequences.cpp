@@ -119,7 +119,8 @@ std::vector<Novelty> novelties(const Stories& stories, std::size_t requirements,
         {static_cast<int>(kind), word}, Novelty{kind, word, OutcomeCounts(requirements), time, story.particle});
     Novelty& one = entry->second;
     one.outcomes.add(story);
-    if (time < one.first) one.first = time, one.example = story.particle;
+    if (time < one.first || (std::isnan(one.first) && !std::isnan(time)))
+      one.first = time, one.example = story.particle;
   };
   for (std::size_t i = 0; i < stories.size(); ++i) {
     const Story story = stories[i];
@@ -137,7 +138,7 @@ std::vector<Novelty> novelties(const Stories& stories, std::size_t requirements,
       once(Novelty::Kind::outcomes, parts);
     }
     if (looked_at && !known_sequences.contains(words_of(story))) {
-      note(Novelty::Kind::sequence, 0, story.tokens.empty() ? 0.0 : story.tokens.front().begin, story);
+      note(Novelty::Kind::sequence, 0, story.tokens.empty() ? std::nan("") : story.tokens.front().begin, story);
     }
   }
   std::vector<Novelty> out;

@@ -45,7 +45,7 @@ struct Novelty {
   Kind kind = Kind::event;
   std::uint32_t word = 0;     // but of sequences
   OutcomeCounts outcomes;     // of the traces that have it
-  double first = 0;           // s: earliest
+  double first = 0;           // s: earliest; of sequences of their first contact, NaN: the window holds none
   std::uint32_t example = 0;  // the particle that has it earliest
 };
 

@@ -10,6 +10,7 @@
 
 #include "analysis/quantiles.h"
 #include "analysis/trace_features.h"
+#include "engine/settings/settings.h"
 
 namespace graze {
 namespace {
@@ -154,6 +155,30 @@ double silhouette(const Distances& d, const Division& division) {
   return sum / static_cast<double>(d.size());
 }
 
+/// Whether a witness of the objective judges where `link` is at the end along `axis`. `said`: its description, such as
+/// "*_FOOT x > 0.45 m, y > -0.1 m and y < 0.1 m", which is all that archives keep of witnesses.
+bool judges_place(const std::string& said, const std::string& link, const std::string& axis) {
+  if (said.find(", from ") != std::string::npos) return false;  // in a window: elsewhere than at the end
+  std::size_t bounds = std::string::npos, of_axis = std::string::npos;
+  for (const char* one : {"x", "y", "z"}) {
+    for (const char* side : {" > ", " < "}) {
+      const std::size_t at = said.find(std::string(" ") + one + side);
+      bounds = std::min(bounds, at);
+      if (axis == one) of_axis = std::min(of_axis, at);
+    }
+  }
+  return of_axis != std::string::npos && matches(said.substr(0, bounds), link);
+}
+
+/// Whether a witness of the objective judges what two parts do: `what` is "no contact between " or "impulse between ".
+bool judges_pair(const std::string& said, const std::string& what, const std::string& a, const std::string& b) {
+  const std::size_t begin = said.find(what), both = said.find(" and ");
+  if (begin == std::string::npos || both == std::string::npos || both < begin + what.size()) return false;
+  const std::string first = said.substr(begin + what.size(), both - begin - what.size());
+  const std::string rest = said.substr(both + 5), second = rest.substr(0, rest.find_first_of(" ,"));
+  return (matches(first, a) && matches(second, b)) || (matches(first, b) && matches(second, a));
+}
+
 /// Proposes requirements for a kind, on even particles, and tries them on odd ones.
 class Proposals {
  public:
@@ -169,10 +194,14 @@ class Proposals {
     return std::min({kind_.size(), kind_odd_.size(), fine_.size(), fine_odd_.size()}) >= kFewest;
   }
 
-  /// The three that do best on even particles, in the order of what they do on odd ones, which is what is told.
+  /// The three that do best on even particles, in the order of what they do on odd ones, which is what is told; those
+  /// that the objective judges already only where there are no others, and last.
   std::vector<ProposedWitness> take() {
     for (std::size_t c = 0; c < features_.columns.size(); ++c) propose(c);
-    std::stable_sort(found_.begin(), found_.end(), [](const auto& x, const auto& y) { return x.first > y.first; });
+    // What the objective judges already parts its failures from successes best of all, and tells nothing.
+    std::stable_sort(found_.begin(), found_.end(), [](const auto& x, const auto& y) {
+      return x.second.in_objective != y.second.in_objective ? y.second.in_objective : x.first > y.first;
+    });
     std::vector<ProposedWitness> out;
     for (auto& [score, witness] : found_) {
       if (out.size() < 3) out.push_back(std::move(witness));
@@ -181,7 +210,9 @@ class Proposals {
       return static_cast<double>(one.caught) / static_cast<double>(one.of) -
              static_cast<double>(one.alarms) / static_cast<double>(one.successes);
     };
-    std::stable_sort(out.begin(), out.end(), [&](const auto& x, const auto& y) { return net(x) > net(y); });
+    std::stable_sort(out.begin(), out.end(), [&](const auto& x, const auto& y) {
+      return x.in_objective != y.in_objective ? y.in_objective : net(x) > net(y);
+    });
     return out;
   }
 
@@ -222,6 +253,13 @@ class Proposals {
                        : fmt::format("position: {{link: {}, {}: {{{}}}}}, {}", link, axis, bound, window);
   }
 
+  bool restates(const TraceFeature& f, bool touching, const std::string& said) const {
+    if (f.kind == TraceFeature::Kind::position) return judges_place(said, info_.links.front(), f.name.substr(5));
+    if (f.kind != TraceFeature::Kind::contact) return false;
+    const auto part = [&](int i) { return info_.colliders[static_cast<std::size_t>(i)]; };
+    return judges_pair(said, touching ? "no contact between " : "impulse between ", part(f.a), part(f.b));
+  }
+
   double share(const Rows& rows, std::size_t c, double t, int side) const {
     if (rows.empty()) return 0;
     return static_cast<double>(beyond(rows, c, t, side)) / static_cast<double>(rows.size());
@@ -251,8 +289,11 @@ class Proposals {
   void offer(std::size_t c, double t, int side, std::string yaml) {
     const double score = share(kind_, c, t, side) - share(fine_, c, t, side);
     if (score < kWorth || share(kind_odd_, c, t, side) - share(fine_odd_, c, t, side) < 0.5 * kWorth) return;
+    const bool in_objective = std::any_of(info_.leaves.begin(), info_.leaves.end(), [&](const auto& leaf) {
+      return restates(features_.columns[c], yaml.starts_with("no_contact"), leaf.description);
+    });
     found_.emplace_back(score, ProposedWitness{std::move(yaml), beyond(kind_odd_, c, t, side), kind_odd_.size(),
-                                               beyond(fine_odd_, c, t, side), fine_odd_.size()});
+                                               beyond(fine_odd_, c, t, side), fine_odd_.size(), in_objective});
   }
 
   const TraceFeatures& features_;

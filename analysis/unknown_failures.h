@@ -22,15 +22,18 @@ struct ProposedWitness {
   std::string yaml;                         // "no_contact: [BODY0, curb]", as under task.requirements
   std::uint64_t caught = 0, of = 0;         // odd traces of this kind
   std::uint64_t alarms = 0, successes = 0;  // odd successes
+  bool in_objective = false;                // the objective judges the same quantity: it says nothing new
 };
 
 struct FailureKind {
   std::uint64_t traces = 0;
-  std::uint32_t typical = 0;               // particle: of the trace nearest to all others of its kind
-  std::vector<std::uint32_t> particles;    // by particle
-  std::vector<Trait> traits;               // the most telling first
-  bool tried = false;                      // there were enough traces of it and of successes to look for a requirement
-  std::vector<ProposedWitness> witnesses;  // the best first; empty: none catches more than half of it with fewer alarms
+  std::uint32_t typical = 0;             // particle: of the trace nearest to all others of its kind
+  std::vector<std::uint32_t> particles;  // by particle
+  std::vector<Trait> traits;             // the most telling first
+  bool tried = false;                    // there were enough traces of it and of successes to look for a requirement
+  /// The best first, those that the objective judges already behind all others; empty: none catches more than half of
+  /// it with fewer alarms.
+  std::vector<ProposedWitness> witnesses;
 };
 
 struct UnknownFailures {

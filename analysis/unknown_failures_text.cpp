@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/failures.h"
+#include "analysis/number_words.h"
 #include "analysis/text_table.h"
 #include "analysis/unknown_failures.h"
 
@@ -19,8 +20,8 @@ std::string trait_text(const Trait& trait) {
 
 std::string kind_text(const FailureKind& kind, std::size_t number, const std::string& policy,
                       const std::string& archive, bool successes) {
-  std::string out = fmt::format("  kind {}: {} trace{}; typical: {}\n", number, kind.traces,
-                                kind.traces == 1 ? "" : "s", replay_command(archive, policy, kind.typical));
+  std::string out = fmt::format("  kind {}: {}; typical: {}\n", number, counted(kind.traces, "trace", "traces"),
+                                replay_command(archive, policy, kind.typical));
   if (kind.traits.empty()) return out;
   out += fmt::format("    medians, those of the {} in brackets:", successes ? "successes" : "unknown failures");
   for (std::size_t i = 0; i < kind.traits.size(); ++i) out += (i > 0 ? "; " : " ") + trait_text(kind.traits[i]);
@@ -30,8 +31,9 @@ std::string kind_text(const FailureKind& kind, std::size_t number, const std::st
   if (kind.witnesses.empty()) return out + "    no simple requirement tells it from the successes\n";
   out += "    would have caught it (chosen on even particles, tried on odd ones):\n";
   for (const ProposedWitness& one : kind.witnesses) {
-    out += fmt::format("      {{{}}}   {} of {}, false alarms {} of {} successes\n", one.yaml, one.caught, one.of,
-                       one.alarms, one.successes);
+    out += fmt::format("      {{{}}}   {} of {}, false alarms {} of {}{}\n", one.yaml, one.caught, one.of, one.alarms,
+                       counted(one.successes, "success", "successes"),
+                       one.in_objective ? "; the objective judges this already" : "");
   }
   return out;
 }
@@ -42,8 +44,8 @@ std::string format_unknown_failures(const std::vector<UnknownFailures>& all, con
                                     bool complete) {
   std::string out = complete ? "" : "INCOMPLETE: of the traces that are there.\n";
   for (const UnknownFailures& one : all) {
-    out += fmt::format("{}{}: {} unknown failure{}", out.empty() ? "" : "\n", one.policy, one.traces,
-                       one.traces == 1 ? "" : "s");
+    out += fmt::format("{}{}: {}", out.empty() ? "" : "\n", one.policy,
+                       counted(one.traces, "unknown failure", "unknown failures"));
     if (one.looked_at < one.traces) out += fmt::format(", of which the first {} are looked at", one.looked_at);
     if (one.kinds.size() > 1) {
       out += fmt::format(", {} kinds (silhouette {:.2f})", one.kinds.size(), one.silhouette);
@@ -76,7 +78,8 @@ std::string unknown_failures_json(const std::vector<UnknownFailures>& all, const
                              {"caught", w.caught},
                              {"of", w.of},
                              {"false_alarms", w.alarms},
-                             {"successes", w.successes}});
+                             {"successes", w.successes},
+                             {"in_objective", w.in_objective}});
       }
       kinds.push_back({{"traces", kind.traces},
                        {"typical", kind.typical},

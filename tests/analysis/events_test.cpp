@@ -346,6 +346,32 @@ TEST(Novelties, AreOfFourKinds) {
   ASSERT_THAT(none, SizeIs(1)) << "nothing is new against itself";
 }
 
+// Claim: a new sequence is met first where its first contact within the window is; one without contacts has no time.
+TEST(Novelties, OfAWindowAreFirstMetInIt) {
+  StoryRules late;
+  late.from = 0.3;
+  std::vector<Trace> traces(12);
+  for (int i = 0; i < 12; ++i) {
+    traces[i].phases = {phase(LF, ground, 0.1), phase(RF, ground, 0.4)};
+    if (i >= 6) traces[i].outcome = Outcome::unknown_failure, traces[i].phases.pop_back();
+    if (i >= 9) traces[i].phases.push_back(phase(LH, ground, 0.7));
+  }
+  const auto first_of = [&](int begin, int end) {
+    std::vector<Trace> some(traces.begin(), traces.begin() + 6);
+    some.insert(some.end(), traces.begin() + begin, traces.begin() + end);
+    const Stories stories = tell(some, late);
+    IsReference succeeded(stories.size());
+    for (std::size_t i = 0; i < stories.size(); ++i) succeeded[i] = stories[i].outcome == Outcome::success;
+    for (const Novelty& one : novelties(stories, 2, succeeded)) {
+      if (one.kind == Novelty::Kind::sequence) return one.first;
+    }
+    return -1.0;
+  };
+  EXPECT_TRUE(std::isnan(first_of(6, 9))) << "after 0.3 s they touch nothing";
+  EXPECT_FLOAT_EQ(first_of(9, 12), 0.7F);
+  EXPECT_FLOAT_EQ(first_of(6, 12), 0.7F) << "those without a contact have no time, the others do";
+}
+
 // Claim: through an archive, the verb's data are those of the traces; text and JSON name what was planted.
 TEST(Events, OfAnArchiveNameTheBifurcation) {
   const synthetic::Folder folder;

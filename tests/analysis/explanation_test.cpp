@@ -175,6 +175,15 @@ TEST(Explanation, TextJsonAndTablesAgree) {
   }
 }
 
+// Claim: a margin has its unit in the rules of its tree, too.
+TEST(Explanation, RulesOfMarginsHaveTheirUnit) {
+  const Folder folder;
+  write_campaign(folder / "a.graze", facts());
+  const Explanation got = explain(Archive(folder / "a.graze"), {"decided"});
+  ASSERT_TRUE(causes_of(got.policies[0], "margin: upright").tree_tells);
+  EXPECT_THAT(format_explanation(got), ::testing::ContainsRegex("\n        mean -?0[.][0-9]+ rad of [0-9]+: "));
+}
+
 // Claim: without stored values there are no causes, and a word why; an unfinished campaign and an empty policy are
 // explained as far as they go; of large campaigns the first particles are looked at, with a word.
 TEST(Explanation, WhatIsNotThere) {

@@ -186,7 +186,9 @@ TEST(Scatter, FindsTheModesAndWhoIsInThem) {
   for (std::size_t i = 0; i < 100; ++i) EXPECT_EQ(got.side[i], i % 6 == 0 && i < 90 ? 1 : 0) << i;
   EXPECT_THAT(scatter_text(got), ::testing::HasSubstr("bifurcates: f0 has 2 modes, 85 at "));
   for (std::size_t i = 0; i < 100; ++i) columns[5][i] += 0.2 * static_cast<double>(i % 3);
-  EXPECT_EQ(judge_scatter(names(18), names(18), columns, test).freedoms[5].modes.size(), 3u);
+  const Scatter three = judge_scatter(names(18), names(18), columns, test);
+  EXPECT_EQ(three.freedoms[5].modes.size(), 3u);
+  EXPECT_THAT(scatter_text(three), ::testing::EndsWith("; so does 1 other degree of freedom"));
 }
 
 // Claim: a quaternion becomes roll, pitch and yaw; headings about half a turn lie together; nine equal digits are no

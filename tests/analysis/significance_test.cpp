@@ -8,6 +8,7 @@
 #include <limits>
 #include <numeric>
 
+#include "analysis/number_words.h"
 #include "analysis/ranks.h"
 #include "sampling/distribution.h"
 #include "sampling/stream.h"
@@ -44,6 +45,18 @@ TEST(Significance, WeightedChiSquareHasTheTailOfChiSquare) {
 }
 
 // Claim: Holm's own procedure by hand; NaN is no test.
+// Claim: a p-value that underflows is never printed as 0, nor as a number of which doubles have lost digits.
+TEST(Significance, PValuesInWords) {
+  EXPECT_EQ(p_text(0.00394), "0.0039");
+  EXPECT_EQ(p_text(0.00394, 1), "0.004");
+  EXPECT_EQ(p_text(2.61e-54, 3), "2.61e-54");
+  EXPECT_EQ(p_text(0), "< 1e-300");
+  EXPECT_EQ(p_text(5e-324), "< 1e-300");
+  EXPECT_EQ(p_text(std::nan("")), "-");
+  EXPECT_EQ(p_equation(1), "p = 1");
+  EXPECT_EQ(p_equation(0, 1), "p < 1e-300");
+}
+
 TEST(Significance, Holm) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const std::vector<double> got = holm(std::vector<double>{0.01, nan, 0.04, 0.03, 0.005});

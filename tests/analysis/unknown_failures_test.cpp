@@ -21,13 +21,15 @@ using ::testing::StartsWith;
 
 /// `kind(i)`: 0: trace i succeeds; 1: the base lies low and far to one side; 2: LF_FOOT strikes the curb.
 template <class Kind>
-UnknownFailures planted(std::uint32_t traces, const Kind& kind) {
+UnknownFailures planted(std::uint32_t traces, const Kind& kind,
+                        const std::string& objective = "tilt of body below 1 rad") {
   const synthetic::Folder folder;
   CampaignInfo info = synthetic::info();
   info.policies = {"walk"};
   info.particles = traces;
   info.q_names = {"base.qw", "base.qx", "base.qy", "base.qz", "base.x", "base.y", "base.z", "hip", "knee"};
   info.links = {"body"};
+  info.leaves = {{"", "no contact between LF_FOOT and ground", "m"}, {"", objective, "m"}};
   std::mt19937_64 random(5);
   std::normal_distribution<double> noise(0, 0.01);
   planted::write(folder / "a.graze", info, [&](std::uint32_t i) {
@@ -88,6 +90,41 @@ TEST(UnknownFailures, ProposeWhatAScenarioTakes) {
     EXPECT_THAT(task.requirements, SizeIs(1)) << one.yaml;
   }
   EXPECT_GT(places, 0);
+}
+
+// Claim: what the objective judges already is told apart from what is new, and stands behind it.
+TEST(UnknownFailures, ProposeLastWhatTheObjectiveHas) {
+  const auto kind = [](std::uint32_t i) { return i % 10 < 5 ? 0 : 1; };
+  const auto restated = [&](const std::string& objective) {
+    const UnknownFailures got = planted(200, kind, objective);
+    std::string out;
+    for (const ProposedWitness& one : got.kinds.at(0).witnesses) {
+      out += one.yaml.substr(0, one.yaml.find(':')) + (one.in_objective ? "! " : " ");
+    }
+    const std::string text = format_unknown_failures({got}, "a", true);
+    EXPECT_EQ(out.find('!') != std::string::npos,
+              text.find("the objective judges this already\n") != std::string::npos);
+    const std::string json = unknown_failures_json({got}, "a", true);
+    EXPECT_EQ(out.find('!') != std::string::npos, json.find("\"in_objective\": true") != std::string::npos);
+    return out;
+  };
+  EXPECT_EQ(restated("tilt of body below 1 rad"), "position height ");
+  EXPECT_EQ(restated("body y > -0.1 m and y < 0.2 m"), "height position! ");
+  EXPECT_EQ(restated("bo* x > 0 m, y < 0.2 m and z > 0.2 m"), "position! height! ");
+  EXPECT_EQ(restated("{body,head} z > 0.2 m"), "position height! ");
+  EXPECT_EQ(restated("head y < 0.2 m"), "position height ") << "another link";
+  EXPECT_EQ(restated("body y < 0.2 m, from 1 to 2 s"), "position height ") << "not at the end";
+  const auto struck = [](std::uint32_t i) { return i % 10 < 5 ? 0 : 2; };
+  const auto strike = [&](const std::string& objective) {
+    std::vector<std::string> out;
+    for (const ProposedWitness& one : planted(200, struck, objective).kinds.at(0).witnesses) {
+      if (one.in_objective) out.push_back(one.yaml.substr(0, one.yaml.find(':')));
+    }
+    return out;
+  };
+  EXPECT_THAT(strike("no contact between *_FOOT and curb"), ::testing::ElementsAre("no_contact"));
+  EXPECT_THAT(strike("impulse between curb and LF_FOOT below 1 N s"), ::testing::ElementsAre("contact_impulse"));
+  EXPECT_THAT(strike("no contact between RF_FOOT and curb"), IsEmpty());
 }
 
 // Of what is rare nothing can be learned and tried; that is said, and is something else than having found nothing.

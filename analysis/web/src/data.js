@@ -31,6 +31,10 @@ export function short(x, digits = 4) {
   const text = size >= 1e-4 && size < 1e6 ? String(Number(x.toPrecision(digits))) : Number(x.toPrecision(digits)).toExponential();
   return text.replace('e+', 'e').replaceAll('-', '−');
 }
+/** A p-value, as the program's text prints it: below 1e-300 doubles end, and it would come out as 0. */
+export const pText = (p) => (p !== null && p < 1e-300 ? '< 1e-300' : short(p, 3));
+/** "1 trace", "1 000 traces" */
+export const counted = (n, one, several) => `${whole(n)} ${n === 1 ? one : several}`;
 export const fixed = (x, digits) => (x === null || x === undefined || Number.isNaN(x) ? '–' : x.toFixed(digits).replace('-', '−'));
 export const whole = (x) => String(x).replace(/\B(?=(\d{3})+$)/g, ' ');
 export const withUnit = (text, unit) => (unit && unit !== '1' && text !== '–' ? `${text} ${unit}` : text);

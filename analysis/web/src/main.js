@@ -1,7 +1,7 @@
 // The page of graze report and graze view. Its data stand in the element #graze-data; window.graze tells tests of its state.
 import './hook.js';
 import {el} from './dom.js';
-import {whole} from './data.js';
+import {counted} from './data.js';
 import {campaign, failures, margins, parameters, rates, verdict} from './report.js';
 import {replay} from './replay.js';
 import {phases, trajectories} from './traces.js';
@@ -29,8 +29,8 @@ function theme() {
 
 function header(data) {
   const c = data.campaign;
-  const traces = data.kind === 'view' ? `${data.trajectories.length} traces`
-    : `${whole(data.score.policies.reduce((sum, one) => sum + one.n + one.invalid, 0))} traces, ${whole(data.score.particles)} particles under ${data.score.policies.length} ${data.score.policies.length === 1 ? 'policy' : 'policies'}`;
+  const traces = data.kind === 'view' ? counted(data.trajectories.length, 'trace', 'traces')
+    : `${counted(data.score.policies.reduce((sum, one) => sum + one.n + one.invalid, 0), 'trace', 'traces')}, ${counted(data.score.particles, 'particle', 'particles')} under ${counted(data.score.policies.length, 'policy', 'policies')}`;
   return el('header', {}, el('div', {}, theme(), el('h1', {}, c.name || c.archive),
       el('p', {class: 'lead'}, `${traces}. Seed ${c.seed}. Simulated ${c.started.slice(0, 10)} by graze ${c.program.split(' ')[0]}.`),
       data.notes.map((text) => el('p', {class: 'warning'}, text))));

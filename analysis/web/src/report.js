@@ -1,6 +1,6 @@
 // The sections of a report, in the order of the page.
 import {el, select, svg, whenSized} from './dom.js';
-import {column, fixed, normalTail, OUTCOMES, outcomeOf, policyColor, short, titled, whole, wilson, withUnit} from './data.js';
+import {column, counted, fixed, normalTail, OUTCOMES, outcomeOf, policyColor, pText, short, titled, whole, wilson, withUnit} from './data.js';
 import {axes, extent} from './plot.js';
 import {bars, legend, lines, scatter, shareBar, table} from './widgets.js';
 
@@ -57,7 +57,7 @@ function pairs(list) {
     columns: ['a', 'b', {name: 'Pairs', title: 'particles whose traces are valid under both'}, 'Both', 'Only a', 'Only b', 'Neither', {name: 'Rate b − a', align: 'right'},
       {name: '95 % interval', title: "Newcombe's score interval for paired proportions", align: 'right'}, {name: 'McNemar p', title: 'exact', align: 'right'}],
     rows: list.map((p) => [p.a, p.b, p.n, p.both, p.only_a, p.only_b, p.neither, {value: p.difference, text: signed(p.difference)},
-      {value: p.interval[0], text: `${signed(p.interval[0])} … ${signed(p.interval[1])}`}, {value: p.p_value, text: short(p.p_value, 3)}])}));
+      {value: p.interval[0], text: `${signed(p.interval[0])} … ${signed(p.interval[1])}`}, {value: p.p_value, text: pText(p.p_value)}])}));
 }
 
 /** Success rate over the parameter in which the policies differ; else by policy. */
@@ -147,7 +147,7 @@ function histogram(margin, policy, peak) {
   const {edges} = margin, groups = [];
   const n = policy.bins.reduce((sum, bin) => sum + bin[0] + bin[1] + bin[2], 0);
   for (let k = 0; k < 3; ++k) groups.push({color: OUTCOMES[k].color, bins: policy.bins.map((bin) => [bin.slice(0, k).reduce((a, b) => a + b, 0), bin[k]])});
-  return el('div', {}, el('h3', {}, policy.policy, el('span', {class: 'note', style: {fontWeight: 400}}, `  ${whole(n)} traces${policy.unjudged ? `, ${policy.unjudged} never judged` : ''}`)),
+  return el('div', {}, el('h3', {}, policy.policy, el('span', {class: 'note', style: {fontWeight: 400}}, `  ${counted(n, 'trace', 'traces')}${policy.unjudged ? `, ${policy.unjudged} never judged` : ''}`)),
       stackedBins({edges, groups, peak, x: titled('Margin', margin.unit)}));
 }
 

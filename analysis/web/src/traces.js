@@ -1,6 +1,6 @@
 // Traces that were simulated again: paths from above, channels against time, contact phases.
 import {checkbox, el, select, svg, tooltip, whenSized} from './dom.js';
-import {column, OUTCOMES, outcomeOf, policyColor, short, titled, withUnit} from './data.js';
+import {column, counted, OUTCOMES, outcomeOf, policyColor, short, titled, withUnit} from './data.js';
 import {axes, extent, hover, linePath} from './plot.js';
 import {legend} from './widgets.js';
 
@@ -36,7 +36,7 @@ export function trajectories(data) {
   }
   const groups = data.channels.map((one, k) => [k, `${one.group}: ${one.name}`]);
   draw();
-  return {id: 'trajectories', title: 'Trajectories', text: data.kind === 'view' ? 'What the particles did, simulated again.' : `${traces.length} traces, simulated again: of each policy the success nearest to the nominal robot, a typical trace of each way to fail, the earliest violation, and the first particles.`, parts: [
+  return {id: 'trajectories', title: 'Trajectories', text: data.kind === 'view' ? 'What the particles did, simulated again.' : `${counted(traces.length, 'trace', 'traces')}, simulated again: of each policy the success nearest to the nominal robot, a typical trace of each way to fail, the earliest violation, and the first particles.`, parts: [
     el('div', {class: 'choices'},
         select('Colour by', [['outcome', 'outcome'], ['policy', 'policy']], state.by, (v) => { state.by = v; draw(); }),
         select('Policy', [['', 'all'], ...policies.map((p) => [p, p])], '', (v) => { state.policy = v; draw(); }),
