@@ -9,6 +9,7 @@
 #include "archive/directory/campaign_files.h"
 #include "archive/directory/damaged.h"
 #include "archive/directory/finished.h"
+#include "archive/directory/newer_format.h"
 #include "archive/directory/set_aside.h"
 #include "archive/files/directory.h"
 #include "archive/files/seal.h"
@@ -72,6 +73,7 @@ class DirectoryCheck {
     out_.writer = writer_of(directory_);
     check_lock();
     ReplacingState state = interrupted_replacing(directory_);
+    list_newer();
     if (state.what == Replacing::comes_back || state.what == Replacing::stuck) return half_replaced(std::move(state));
     check_descriptions();
     check_list();
@@ -98,6 +100,18 @@ class DirectoryCheck {
   void fault(std::string text) {
     out_.faults.push_back(std::move(text));
     out_.soundness = Soundness::damaged;
+  }
+
+  /// What a newer program has written: for its sake resume refuses.
+  void list_newer() {
+    for (NewerFile& one : newer_files(directory_)) {
+      add(one.name, FileState::newer, std::move(one.why) + "; 'graze resume' refuses it");
+      out_.soundness = Soundness::damaged;
+    }
+  }
+  bool is_newer(const std::string& name) const {
+    return std::any_of(out_.files.begin(), out_.files.end(),
+                       [&](const VerifiedFile& file) { return file.state == FileState::newer && file.name == name; });
   }
 
   /// Between an old campaign and the one that was to replace it: resume decides first, if it can.
@@ -154,6 +168,7 @@ class DirectoryCheck {
     std::vector<DescriptionFile> files = description_files(directory_);
     const auto described = std::find_if(files.begin(), files.end(), [](const auto& file) { return !!file.stored; });
     for (const DescriptionFile& file : files) {
+      if (is_newer(file.name)) continue;
       std::string what = file.why;
       if (described != files.end() && !file.stored) {
         what += fmt::format("; {}", file.in_the_way() ? kPutThereAndAnew : kAnew);
@@ -161,7 +176,10 @@ class DirectoryCheck {
       }
       add(file.name, file.stored ? FileState::whole : file.there ? FileState::damaged : FileState::missing, what);
     }
-    if (described == files.end()) return fault(kUndescribed);
+    if (described == files.end()) {
+      const bool newer = is_newer(kDescriptionFile) || is_newer(kDescriptionCopy);  // a newer program has its facts
+      return newer ? void() : fault(kUndescribed);
+    }
     complete_ = described->stored->complete;
     info_ = std::move(described->stored->info);
   }
@@ -252,6 +270,7 @@ class DirectoryCheck {
     std::vector<fs::path> whole;
     for (std::size_t i = 0; i < sealed.size(); ++i) {
       const std::string name = sealed[i].filename().string();
+      if (is_newer(std::string(kShardFolder) + "/" + name)) continue;
       if (const auto found = bad.find(i); found == bad.end()) {
         whole.push_back(sealed[i]);
         add_whole(sealed[i]);
@@ -343,7 +362,7 @@ Verification check_packed(const fs::path& path) {
 }  // namespace
 
 const char* state_name(FileState state) {
-  constexpr const char* kNames[] = {"whole", "damaged", "missing", "leftover", "set aside"};
+  constexpr const char* kNames[] = {"whole", "damaged", "missing", "leftover", "set aside", "newer"};
   return kNames[static_cast<int>(state)];
 }
 

@@ -11,7 +11,7 @@
 namespace graze {
 
 struct VerifiedFile {
-  enum class State { whole, damaged, missing, leftover, set_aside };
+  enum class State { whole, damaged, missing, leftover, set_aside, newer };
   std::string name;  // below the directory; of a packed file its path
   State state = State::whole;
   std::uint64_t traces = 0;  // that it holds, or held according to the manifest

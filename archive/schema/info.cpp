@@ -32,13 +32,7 @@ void check_format(const Handle& file, const std::string& wanted) {
   const std::string found = format_of(file);
   if (found == kReplayFormat) throw hdf5::Error(kOnlyReplay);
   if (found != kCampaignFormat && found != kShardFormat) throw hdf5::Error("is not a Graze archive");
-  const std::uint64_t version = hdf5::read_count(file.id(), "format_version");
-  if (version > kArchiveFormatVersion) {
-    throw hdf5::Error(
-        fmt::format("has format version {}, newer than version {}, the newest that this program reads; "
-                    "use a newer Graze",
-                    version, kArchiveFormatVersion));
-  }
+  if (const std::string newer = newer_format(file); !newer.empty()) throw hdf5::Error(newer);
   if (found != wanted) {
     throw hdf5::Error(found == kShardFormat ? kOnlyShard : "is a whole campaign where one of its shards is expected");
   }
@@ -408,6 +402,16 @@ std::string why_no_campaign(const Handle& file) {
   return hdf5::read_text(file.id(), "layout") == "packed"
              ? ""
              : "only describes a campaign; give the directory that it lies in";
+}
+
+std::string newer_format(const Handle& file) {
+  const std::string found = format_of(file);
+  if (found != kCampaignFormat && found != kShardFormat) return "";
+  const std::uint64_t version = hdf5::read_count(file.id(), "format_version");
+  if (version <= kArchiveFormatVersion) return "";
+  return fmt::format(
+      "has format version {}, newer than version {}, the newest that this program reads; use a newer Graze", version,
+      kArchiveFormatVersion);
 }
 
 void write_shard_identity(const Handle& file, const CampaignInfo& info) {

@@ -31,6 +31,10 @@ StoredInfo read_info(const hdf5::Handle& file);
 /// directory". Empty: it is one. Throws hdf5::Error.
 std::string why_no_campaign(const hdf5::Handle& file);
 
+/// "has format version 7, newer than version 1, …" of a description or a shard; empty: this program knows its format.
+/// Throws hdf5::Error.
+std::string newer_format(const hdf5::Handle& file);
+
 /// What binds a shard to its campaign: root attributes of the shard.
 void write_shard_identity(const hdf5::Handle& file, const CampaignInfo& info);
 /// Throws hdf5::Error unless the shard belongs to the campaign.

@@ -59,10 +59,8 @@ class PartCheck {
     const std::string group = schema::traces_group(policy);
     const std::uint64_t rows = check_ids(group);
     check_outcomes(group, rows);
-    check_times(group, schema::end_time(), rows);
-    for (const hdf5::Spec& spec :
-         {schema::objective_margin(), schema::margins(widths_), schema::first_violations(widths_),
-          schema::final_q(widths_), schema::final_v(widths_)}) {
+    check_numbers(group, rows);
+    for (const hdf5::Spec& spec : {schema::objective_margin(), schema::margins(widths_)}) {
       read<double>(group, spec, rows);
     }
     if (part_.has(group + "/" + schema::solver().name)) read<double>(group, schema::solver(), rows);
@@ -74,7 +72,7 @@ class PartCheck {
     const std::uint64_t all_events = flat_rows(events, rows), frames = flat_rows(telemetry, rows);
     for_each_piece(all_events, [&](std::uint64_t first, std::uint64_t count) {
       for (const Event& event : read_events(part_, events, {all_events, first, count}, info_)) {
-        check_time(events, "time", event.time);
+        check_time(part_, events, "time", event.time, info_);
       }
     });
     const std::string phases = schema::phases_group(policy);
@@ -93,15 +91,29 @@ class PartCheck {
     });
     if (frames == 0) return;
     for (const hdf5::Spec& spec : schema::telemetry(widths_)) {
-      if (spec.name == "time") check_times(telemetry, spec, frames);
       if (spec.name != "time") read<double>(telemetry, spec, frames);
     }
+    each<double>(telemetry, schema::time(), frames,
+                 [&](double time) { check_time(part_, telemetry, "time", time, info_); });
   }
 
-  /// Of a trace whose simulation threw nobody knows when it ended: NaN.
-  void check_times(const std::string& group, const hdf5::Spec& spec, std::uint64_t rows) {
-    each<double>(group, spec, rows, [&](double time) {
-      if (!std::isnan(time) || spec.name != schema::end_time().name) check_time(group, spec.name, time);
+  /// When traces ended, when their requirements were violated, and their last states.
+  void check_numbers(const std::string& group, std::uint64_t rows) {
+    const hdf5::Spec violations = schema::first_violations(widths_);
+    for_each_piece(rows, [&](std::uint64_t first, std::uint64_t count) {
+      const auto outcome = part_.slice<std::uint8_t>(group, schema::outcome(), rows, first, count);
+      const auto end = part_.slice<double>(group, schema::end_time(), rows, first, count);
+      check_violations(part_, group, part_.slice<double>(group, violations, rows, first, count), info_);
+      for (std::size_t i = 0; i < count; ++i) {
+        check_end(part_, group, static_cast<Outcome>(outcome[i]), end[i], info_);
+      }
+      for (const hdf5::Spec& spec : {schema::final_q(widths_), schema::final_v(widths_)}) {
+        const auto state = part_.slice<double>(group, spec, rows, first, count);
+        for (std::size_t i = 0; i < count; ++i) {
+          check_state(part_, group, spec, static_cast<Outcome>(outcome[i]),
+                      std::span(state).subspan(i * spec.width, spec.width));
+        }
+      }
     });
   }
 
@@ -122,11 +134,6 @@ class PartCheck {
                                schema::kParticles));
       });
     }
-  }
-
-  void check_time(const std::string& group, const std::string& name, double time) {
-    if (time >= 0 && time <= info_.end * (1 + 1e-9)) return;
-    part_.fail(fmt::format("'{}/{}': {} s does not lie in a trace, 0 to {} s", group, name, time, info_.end));
   }
 
   std::uint64_t flat_rows(const std::string& group, std::uint64_t traces) {
@@ -202,7 +209,8 @@ void check_outcomes(Parts& part, const CampaignInfo& info) {
   for (const std::string& policy : info.policies) {
     if (part.open(0).traces(policy) > 0) check.check_ids(schema::traces_group(policy));
     const unsigned columns =
-        kEndTime | kObjectiveMargin | kMargins | kFirstViolations | kCulprits | kInvalidReason;  // what scores ask for
+        // What scores, reports and lists of failures ask for.
+        kEndTime | kObjectiveMargin | kMargins | kFirstViolations | kCulprits | kFinalState | kInvalidReason;
     scan_traces(part, policy, info, columns, [](const TraceRows&) {});
   }
 }

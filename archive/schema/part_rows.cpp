@@ -64,9 +64,39 @@ class RowFiller {
 
 }  // namespace
 
+void check_time(const OpenPart& file, const std::string& group, const std::string& name, double time,
+                const CampaignInfo& info) {
+  constexpr double kRounding = 1e-9;  // times are sums of steps
+  if (time >= 0 && time <= info.end * (1 + kRounding)) return;
+  file.fail(fmt::format("'{}/{}': {} s does not lie in a trace, 0 to {} s", group, name, time, info.end));
+}
+
 bool possible_outcome(Outcome outcome, int violated, std::size_t requirements) {
   return outcome <= Outcome::invalid && violated >= -1 && violated < static_cast<int>(requirements) &&
          (outcome != Outcome::known_failure || violated >= 0);
+}
+
+void check_end(const OpenPart& file, const std::string& group, Outcome outcome, double end_time,
+               const CampaignInfo& info) {
+  if (outcome != Outcome::invalid || !std::isnan(end_time)) {
+    check_time(file, group, schema::end_time().name, end_time, info);
+  }
+}
+
+void check_violations(const OpenPart& file, const std::string& group, std::span<const double> times,
+                      const CampaignInfo& info) {
+  for (const double time : times) {
+    if (!std::isnan(time)) check_time(file, group, "first_violations", time, info);
+  }
+}
+
+void check_state(const OpenPart& file, const std::string& group, const hdf5::Spec& spec, Outcome outcome,
+                 std::span<const double> numbers) {
+  if (outcome == Outcome::invalid) return;
+  for (const double number : numbers) {
+    if (std::isfinite(number)) continue;
+    file.fail(fmt::format("'{}/{}': {} in a valid trace, whose state must be finite", group, spec.name, number));
+  }
 }
 
 bool possible_part(const std::string& parts, int part, const CampaignInfo& info) {
@@ -169,9 +199,11 @@ TraceRecord read_trace(const OpenPart& file, const std::string& policy, std::uin
                           static_cast<int>(trace.outcome), trace.violated));
   }
   trace.end_time = numbers(schema::end_time())[0];
+  check_end(file, group, trace.outcome, trace.end_time, info);
   trace.objective_margin = numbers(schema::objective_margin())[0];
   trace.margins = numbers(schema::margins(widths));
   trace.first_violations = numbers(schema::first_violations(widths));
+  check_violations(file, group, trace.first_violations, info);
   if (file.has(group + "/" + schema::margin_parts(widths).name)) {
     trace.margin_parts = file.slice<std::int32_t>(group, schema::margin_parts(widths), rows, row, 1);
     trace.violation_parts = file.slice<std::int32_t>(group, schema::violation_parts(widths), rows, row, 1);
@@ -180,6 +212,8 @@ TraceRecord read_trace(const OpenPart& file, const std::string& policy, std::uin
   }
   trace.q = numbers(schema::final_q(widths));
   trace.v = numbers(schema::final_v(widths));
+  check_state(file, group, schema::final_q(widths), trace.outcome, trace.q);
+  check_state(file, group, schema::final_v(widths), trace.outcome, trace.v);
   trace.digest = file.slice<std::uint64_t>(group, schema::digest(), rows, row, 1)[0];
   if (trace.outcome == Outcome::invalid) {
     const std::vector<std::string> reasons = file.texts(schema::kReasons);

@@ -15,6 +15,20 @@ namespace graze {
 /// Whether a trace can say so: known failures name the requirement that was violated.
 bool possible_outcome(Outcome outcome, int violated, std::size_t requirements);
 
+/// Throws InputError unless a time, s, of the column lies in a trace.
+void check_time(const OpenPart& file, const std::string& group, const std::string& name, double time,
+                const CampaignInfo& info);
+/// Throws InputError unless a trace can have ended then, s. Of one whose simulation threw nobody knows: NaN.
+void check_end(const OpenPart& file, const std::string& group, Outcome outcome, double end_time,
+               const CampaignInfo& info);
+/// Throws InputError unless the requirements of a trace can have been violated first then, s; NaN: never.
+void check_violations(const OpenPart& file, const std::string& group, std::span<const double> times,
+                      const CampaignInfo& info);
+/// Throws InputError unless the numbers (final_q, final_v) can be the last of a trace: those of an invalid one need not
+/// be finite.
+void check_state(const OpenPart& file, const std::string& group, const hdf5::Spec& spec, Outcome outcome,
+                 std::span<const double> numbers);
+
 /// Whether a witness that says `parts` of itself can name this part.
 bool possible_part(const std::string& parts, int part, const CampaignInfo& info);
 

@@ -8,6 +8,7 @@
 #include "archive/directory/campaign_directory.h"
 #include "archive/directory/campaign_files.h"
 #include "archive/directory/finished.h"
+#include "archive/directory/newer_format.h"
 #include "archive/directory/set_aside.h"
 #include "archive/files/shell_word.h"
 #include "engine/settings/paths.h"
@@ -107,6 +108,7 @@ void check_begun(const Directory& directory) {
 std::shared_ptr<const DirectoryLock> hold(const Directory& directory) {
   check_begun(directory);
   auto lock = std::make_shared<const DirectoryLock>(directory);
+  refuse_newer_files(directory);
   if (recover_set_aside(directory)) {
     spdlog::warn("{}: the campaign that was to replace this one ended before it had a shard; this one is back",
                  directory.path().string());

@@ -83,13 +83,83 @@ TEST_F(Columns, EventsNameWhatTheCampaignHas) {
 TEST_F(Columns, TimesLieWithinTheTrace) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_EQ(verdict(put_at<double>(traces_, schema::end_time(), 3, 1.5)), "");
-  EXPECT_EQ(verdict(put_at<double>(traces_, schema::end_time(), 3, nan)), "") << "its simulation threw";
+  const auto invalid_with = [&](double end) {
+    return [=, this](hid_t f) {
+      put_at<std::uint8_t>(traces_, schema::outcome(), 3, 3)(f);
+      put_at<std::int32_t>(traces_, schema::violated(), 3, -1)(f);
+      put_at<double>(traces_, schema::end_time(), 3, end)(f);
+    };
+  };
+  EXPECT_EQ(verdict(invalid_with(nan)), "") << "its simulation threw";
+  EXPECT_THAT(verdict(invalid_with(2)), HasSubstr("does not lie in a trace"));
+  EXPECT_THAT(verdict(put_at<double>(traces_, schema::end_time(), 3, nan)),
+              HasSubstr("'traces/hold/end_time': nan s does not lie in a trace"));
   EXPECT_THAT(verdict(put_at<double>(traces_, schema::end_time(), 3, 1.501)),
               HasSubstr("'traces/hold/end_time': 1.501 s does not lie in a trace, 0 to 1.5 s"));
   for (const double time : {1.501, -1e-9, nan}) {
     EXPECT_THAT(verdict(put_at<double>(events_, schema::time(), 2, time)), HasSubstr("'events/hold/time'"));
     EXPECT_THAT(verdict(put_at<double>(telemetry_, schema::time(), 2, time)), HasSubstr("'telemetry/hold/time'"));
   }
+}
+
+/// Row `row` of the traces of 'hold' becomes an invalid trace.
+void make_invalid(hid_t f, std::size_t row) {
+  auto outcome = hdf5::read_column<std::uint8_t>(f, "traces/hold", schema::outcome(), kBytes);
+  auto violated = hdf5::read_column<std::int32_t>(f, "traces/hold", schema::violated(), kBytes);
+  outcome.at(row) = 3;
+  violated.at(row) = -1;
+  replace(f, "traces/hold", schema::outcome(), outcome);
+  replace(f, "traces/hold", schema::violated(), violated);
+}
+
+// Claim: no reader passes on when a trace ended, when it was violated or its last state if no trace can have them; the
+// last state of an invalid one may be anything.
+TEST_F(Columns, NumbersOfTracesArePossible) {
+  constexpr double inf = std::numeric_limits<double>::infinity(), nan = std::numeric_limits<double>::quiet_NaN();
+  struct Case {
+    hdf5::Spec spec;
+    unsigned column;
+    std::vector<double> wrong;
+    bool of_invalid;  // wrong there, too
+  };
+  const std::vector<Case> cases = {{schema::end_time(), kEndTime, {nan, inf, -1, 2}, false},
+                                   {schema::first_violations(widths_), kFirstViolations, {inf, -inf, -1, 2}, true},
+                                   {schema::final_q(widths_), kFinalState, {nan, inf, -inf}, false},
+                                   {schema::final_v(widths_), kFinalState, {nan, inf, -inf}, false}};
+  for (const Case& one : cases) {
+    for (const double value : one.wrong) {
+      SCOPED_TRACE(one.spec.name + " " + std::to_string(value));
+      const auto change = put_at<double>(traces_, one.spec, 4 * one.spec.width, value);
+      const std::string text = "'traces/hold/" + one.spec.name + "'";
+      EXPECT_THAT(verdict(change), HasSubstr(text));
+      {
+        const Archive archive(forged(folder_, source_, change));
+        const auto scan = [&](unsigned columns, Outcome unwanted) {
+          archive.scan(
+              "hold", columns, [](const TraceRows&) {}, [&](std::uint32_t, Outcome is) { return is != unwanted; });
+        };
+        EXPECT_THAT(message_of<InputError>([&] { scan(one.column, Outcome::invalid); }), HasSubstr(text));
+        EXPECT_THAT(message_of<InputError>([&] { archive.trace("hold", 4); }), HasSubstr(text));
+        EXPECT_NO_THROW(scan(kMargins, Outcome::invalid)) << "what was not asked for is not looked at";
+      }
+      const auto of_invalid = [&](hid_t f) { change(f), make_invalid(f, 4); };
+      const bool refused = one.of_invalid || (one.spec.name == "end_time" && !std::isnan(value));
+      EXPECT_EQ(verdict(of_invalid).empty(), !refused);
+      const fs::path file = forged(folder_, source_, of_invalid);
+      if (refused) {
+        EXPECT_THROW(read_all(file), InputError);
+      } else {
+        EXPECT_NO_THROW(read_all(file));
+      }
+    }
+  }
+}
+
+// Claim: rows without digests are refused even by who asks for nothing but outcomes.
+TEST_F(Columns, DigestsAreNeverMissing) {
+  const Archive archive(forged(folder_, source_, [](hid_t f) { drop(f, "traces/hold/digest"); }));
+  const auto scan = [&] { archive.scan("hold", 0, [](const TraceRows&) {}); };
+  EXPECT_THAT(message_of<InputError>(scan), AllOf(HasSubstr("forged.h5"), HasSubstr("'traces/hold/digest'")));
 }
 
 TEST_F(Columns, OutcomesArePossible) {

@@ -6,6 +6,7 @@
 #include "archive/directory/campaign_directory.h"
 #include "archive/directory/campaign_files.h"
 #include "archive/directory/finished.h"
+#include "archive/directory/newer_format.h"
 #include "archive/directory/set_aside.h"
 #include "archive/hdf5/reading_child.h"
 #include "archive/verify.h"
@@ -116,6 +117,58 @@ TEST_F(Mending, ShardsOfAnotherCampaignAreTold) {
                                               HasSubstr("'graze resume' puts it into damaged/")));
   EXPECT_EQ(found().soundness, Soundness::incomplete);
   EXPECT_EQ(found().traces, 24u);
+}
+
+/// Changes a file through HDF5 and seals it anew.
+void change(const fs::path& path, const std::function<void(hid_t)>& act) {
+  constexpr int kSealBytes = 24;
+  fs::resize_file(path, fs::file_size(path) - kSealBytes);
+  {
+    const hdf5::Lock lock;
+    const hdf5::Handle file(H5Fopen(path.c_str(), H5F_ACC_RDWR, H5P_DEFAULT), H5Fclose, path.string());
+    act(file.id());
+  }
+  reseal(path, false);
+}
+
+TEST_F(Mending, AShardWithoutDigestsIsDamaged) {
+  change(campaign_ / "shards/000001.h5", [](hid_t f) { drop(f, "traces/hold/digest"); });
+  fs::remove_all(campaign_ / "manifest");
+  EXPECT_THAT(what("shards/000001.h5"), AllOf(HasSubstr("'traces/hold/digest'"), HasSubstr("'graze resume' puts it")));
+  EXPECT_THROW(Archive(campaign_).scan("hold", 0, [](const TraceRows&) {}), InputError);
+  EXPECT_THAT(repair_and_list(campaign_, facts()).notes, ElementsAre(HasSubstr("it lies in damaged/ now")));
+}
+
+void make_newer(hid_t file) {
+  hdf5::check(H5Adelete(file, "format_version"), "format_version");
+  hdf5::write_attribute(file, "format_version", std::uint64_t{kArchiveFormatVersion + 6});
+}
+
+// Claim: what a newer program has written is not damaged: verify says that resume refuses it, and a repair is stopped
+// before it changes anything. Only a file whose seal fits is believed.
+TEST_F(Mending, NewerFilesAreNotTakenForDamaged) {
+  EXPECT_NO_THROW(refuse_newer_files(campaign_));
+  for (const std::string name : {"shards/000001.h5", kDescriptionFile, kDescriptionCopy}) {
+    SCOPED_TRACE(name);
+    const std::string whole = content(campaign_ / name);
+    change(campaign_ / name, make_newer);
+    EXPECT_THAT(message_of<InputError>([&] { refuse_newer_files(campaign_); }),
+                AllOf(HasSubstr("a.graze/" + name + ": has format version 7, newer than version 1"),
+                      HasSubstr("use a newer Graze; nothing was changed")));
+    EXPECT_THAT(what(name), AllOf(HasSubstr("newer: has format version 7"), HasSubstr("'graze resume' refuses it")));
+    EXPECT_EQ(found().soundness, Soundness::damaged);
+    EXPECT_TRUE(found().faults.empty());
+    const std::string newer = content(campaign_ / name);
+    put(campaign_ / name, newer.substr(0, newer.size() - 1) + static_cast<char>(newer.back() ^ 1));
+    EXPECT_NO_THROW(refuse_newer_files(campaign_));
+    EXPECT_THAT(what(name), HasSubstr("damaged: "));
+    put(campaign_ / name, whole);
+  }
+  for (const char* name : {kDescriptionFile, kDescriptionCopy}) change(campaign_ / name, make_newer);
+  EXPECT_THAT(message_of<InputError>([&] { refuse_newer_files(campaign_); }), HasSubstr("as have 1 more files here"));
+  EXPECT_TRUE(found().faults.empty()) << "somebody can read what describes it";
+  set_aside_in(kReplacingFolder, false);
+  EXPECT_THAT(message_of<InputError>([&] { refuse_newer_files(campaign_); }), HasSubstr("replacing/campaign.h5: has"));
 }
 
 TEST_F(Mending, CountsDecideWhetherItIsWhole) {
