@@ -4,14 +4,28 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <future>
 #include <map>
 #include <set>
+#include <thread>
 
 namespace graze {
 namespace {
 
 /// Particles that causes of bifurcations are looked for among; more take time and find what they do.
-constexpr std::uint64_t kMostOfBifurcations = 20'000;
+constexpr std::uint64_t kMostOfBifurcations = 5'000;
+
+/// Calls act(0) … act(n - 1), as many at once as there are processors. Throws what the first of them throws.
+void at_once(std::size_t n, const std::function<void(std::size_t)>& act) {
+  const std::size_t most = std::max(1u, std::thread::hardware_concurrency());
+  for (std::size_t first = 0; first < n; first += most) {
+    std::vector<std::future<void>> some;
+    for (std::size_t i = first; i < std::min(n, first + most); ++i)
+      some.push_back(std::async(std::launch::async, act, i));
+    for (std::future<void>& one : some) one.get();
+  }
+}
 
 /// s: the median time between two beginnings of one contact in a trace: about a step of a gait. 0: nothing repeats.
 double usual_period(const Stories& stories) {
@@ -192,9 +206,9 @@ void add_causes(const Archive& archive, const std::vector<Stories>& fine, Campai
   ParticleValues values = read_particle_values(archive, kMostOfBifurcations);
   out.no_causes = values.none();
   const EventWords words(out.info, std::max(out.request.rules.detail, Detail::features));
-  for (std::size_t p = 0; out.no_causes.empty() && p < fine.size(); ++p) {
+  at_once(out.no_causes.empty() ? fine.size() : 0, [&](std::size_t p) {
     out.policies[p].causes = bifurcation_causes(out.policies[p].tree, fine[p], words, values);
-  }
+  });
   out.parameters = std::move(values.table);
 }
 
@@ -213,12 +227,13 @@ CampaignEvents campaign_events(const Archive& archive, const EventsRequest& requ
   const StoriesRead read = look_for_stories(archive, policies, rules);
   if (!read.none.empty()) throw NoStories(read.none);
   const std::vector<Stories>& fine = read.stories;
-  for (std::size_t p = 0; p < fine.size(); ++p) {
-    const bool same = rules.detail == request.rules.detail;
-    out.policies.push_back(same ? events_of(fine[p], fine[p], out.info, request)
-                                : events_of(fine[p], told_by_parts(fine[p], rules.simultaneous), out.info, request));
-    add_near_misses(archive, fine[p], out.policies.back());
-  }
+  const bool same = rules.detail == request.rules.detail;
+  out.policies.resize(fine.size());
+  at_once(fine.size(), [&](std::size_t p) {
+    out.policies[p] = same ? events_of(fine[p], fine[p], out.info, request)
+                           : events_of(fine[p], told_by_parts(fine[p], rules.simultaneous), out.info, request);
+  });
+  for (std::size_t p = 0; p < fine.size(); ++p) add_near_misses(archive, fine[p], out.policies[p]);
   add_causes(archive, fine, out);
   const std::vector<Stories> others = request.nominal ? tell_nominal(request, policies, rules, read.usual, out)
                                                       : read_reference(archive, request, policies, rules);

@@ -59,7 +59,7 @@ struct CampaignEvents {
   EventsRequest request;
   CampaignInfo info;
   std::vector<PolicyEvents> policies;
-  ParticleTable parameters;  // that causes were looked for in: of the first 20,000 particles
+  ParticleTable parameters;  // that causes were looked for in: of the first 5,000 particles
   std::string no_causes;     // why none were
 };
 
