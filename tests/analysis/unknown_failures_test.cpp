@@ -117,7 +117,8 @@ TEST(UnknownFailures, ProposeLastWhatTheObjectiveHas) {
   const auto struck = [](std::uint32_t i) { return i % 10 < 5 ? 0 : 2; };
   const auto strike = [&](const std::string& objective) {
     std::vector<std::string> out;
-    for (const ProposedWitness& one : planted(200, struck, objective).kinds.at(0).witnesses) {
+    const UnknownFailures got = planted(200, struck, objective);
+    for (const ProposedWitness& one : got.kinds.at(0).witnesses) {
       if (one.in_objective) out.push_back(one.yaml.substr(0, one.yaml.find(':')));
     }
     return out;

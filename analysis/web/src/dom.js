@@ -31,7 +31,15 @@ export function checkbox(label, checked, change) {
   return el('label', {class: 'check'}, box, label);
 }
 
-/** Calls draw(width) now and whenever the element's width changes. */
+const waiting = new Set();
+
+/** Draws what could not be drawn while it stood in no page; to be called when it does. */
+export function drawWaiting() {
+  for (const look of waiting) look();
+  waiting.clear();
+}
+
+/** Calls draw(width) as soon as the element has a width, and whenever that changes. */
 export function whenSized(element, draw) {
   let drawn = 0;
   const look = () => {
@@ -43,6 +51,7 @@ export function whenSized(element, draw) {
   };
   new ResizeObserver(() => requestAnimationFrame(look)).observe(element); // later: what is drawn may change the size again
   look();
+  if (!drawn) waiting.add(look);
   return () => {
     drawn = 0;
     look();

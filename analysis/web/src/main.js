@@ -1,6 +1,6 @@
 // The page of graze report and graze view. Its data stand in the element #graze-data; window.graze tells tests of its state.
 import './hook.js';
-import {el} from './dom.js';
+import {drawWaiting, el} from './dom.js';
 import {counted} from './data.js';
 import {campaign, failures, margins, parameters, rates, verdict} from './report.js';
 import {replay} from './replay.js';
@@ -53,6 +53,7 @@ function show(data) {
   document.getElementById('page').replaceChildren(header(data),
       el('nav', {}, el('div', {}, sections.map((one) => el('a', {href: `#${one.id}`}, one.short ?? one.title)))),
       el('main', {}, sections.map((one) => el('section', {id: one.id}, el('h2', {}, one.title), one.text && el('p', {class: 'lead'}, one.text), one.parts))));
+  drawWaiting();
   graze.sections = sections.map((one) => one.id);
   graze.times.shown = performance.now();
   // The stage after the first picture of the page.
