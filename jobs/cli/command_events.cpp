@@ -88,6 +88,41 @@ int tell_events(const Arguments& arguments) {
   return events.complete ? kDone : kMachineFailed;
 }
 
+/// How contacts are read, and what is looked for in them.
+void add_reading_options(CLI::App& verb, Arguments& a) {
+  add_choice(
+      verb, "--detail", a.detail, {"parts", "features", "modes"},
+      "How finely contacts are told apart: which parts touch, with what feature of them, or sticking, slipping or "
+      "rolling, too");
+  const auto seconds = [&verb](const char* names, double& value, double most, const char* description) {
+    add_read_option(verb, names, description, [&value, most](const std::string& text, const std::string& option) {
+      value = parse_seconds(text, option, 1e-9, most);
+    })->type_name("TIME");
+  };
+  seconds("--from", a.request.rules.from, 1e9, "Only contacts that begin here or later");
+  seconds("--to", a.request.rules.to, 1e9, "Only contacts that begin before");
+  seconds("--simultaneous", a.request.rules.simultaneous, 1e9,
+          "Contacts that begin within this time of each other have no order (20 ms)");
+  add_read_option(verb, "--cycle", "Tell sequences by cycles of this duration, too",
+                  [&a](const std::string& text, const std::string& option) {
+                    a.request.cycle = parse_seconds(text, option, 1e-9, 1e9);
+                    if (a.request.cycle == 0) throw InputError(option + " 0: a cycle lasts longer than 0 s");
+                  })
+      ->type_name("TIME");
+  add_read_option(verb, "--light",
+                  "A contact counts if it carries this share of what contacts of its two parts usually do "
+                  "(0.1)",
+                  [&a](const std::string& text, const std::string& option) {
+                    a.request.rules.light = parse_share(text, option, 0, 1);
+                  })
+      ->type_name("SHARE");
+  add_read_option(verb, "--error-rate", "How often a bifurcation may be told where there is none (0.01)",
+                  [&a](const std::string& text, const std::string& option) {
+                    a.request.tree.error_rate = parse_share(text, option, 1e-12, 0.5);
+                  })
+      ->type_name("SHARE");
+}
+
 }  // namespace
 
 void add_events(CLI::App& app, Action& action) {
@@ -103,37 +138,7 @@ void add_events(CLI::App& app, Action& action) {
   Arguments& a = *arguments;
   add_archive(*verb, a.archive);
   add_policies(*verb, a.policies);
-  add_choice(
-      *verb, "--detail", a.detail, {"parts", "features", "modes"},
-      "How finely contacts are told apart: which parts touch, with what feature of them, or sticking, slipping or "
-      "rolling, too");
-  const auto seconds = [verb](const char* names, double& value, double most, const char* description) {
-    add_read_option(*verb, names, description, [&value, most](const std::string& text, const std::string& option) {
-      value = parse_seconds(text, option, 1e-9, most);
-    })->type_name("TIME");
-  };
-  seconds("--from", a.request.rules.from, 1e9, "Only contacts that begin here or later");
-  seconds("--to", a.request.rules.to, 1e9, "Only contacts that begin before");
-  seconds("--simultaneous", a.request.rules.simultaneous, 1e9,
-          "Contacts that begin within this time of each other have no order (20 ms)");
-  add_read_option(*verb, "--cycle", "Tell sequences by cycles of this duration, too",
-                  [&a](const std::string& text, const std::string& option) {
-                    a.request.cycle = parse_seconds(text, option, 1e-9, 1e9);
-                    if (a.request.cycle == 0) throw InputError(option + " 0: a cycle lasts longer than 0 s");
-                  })
-      ->type_name("TIME");
-  add_read_option(*verb, "--light",
-                  "A contact counts if it carries this share of what contacts of its two parts usually do "
-                  "(0.1)",
-                  [&a](const std::string& text, const std::string& option) {
-                    a.request.rules.light = parse_share(text, option, 0, 1);
-                  })
-      ->type_name("SHARE");
-  add_read_option(*verb, "--error-rate", "How often a bifurcation may be told where there is none (0.01)",
-                  [&a](const std::string& text, const std::string& option) {
-                    a.request.tree.error_rate = parse_share(text, option, 1e-12, 0.5);
-                  })
-      ->type_name("SHARE");
+  add_reading_options(*verb, a);
   verb->add_option(
           "--reference", a.reference,
           "Tell what is new against this archive, of the same robot and world, or against the nominal trace, simulated "
