@@ -31,17 +31,12 @@ using Rows = std::vector<std::uint32_t>;  // of Stories
 /// are looked at for nothing else.
 class ThreadWords {
  public:
-  ThreadWords(const Stories& stories, const Thread& thread) {
-    for (std::size_t i = 0; i < stories.size(); ++i) {
-      first_.push_back(words_.size());
-      for (const Token& token : stories[i].tokens) {
-        if (thread.has(token.word)) words_.push_back(token.word);
-      }
-    }
-    first_.push_back(words_.size());
-  }
+  /// The next trace begins.
+  void next() { first_.push_back(words_.size()); }
+  void add(std::uint32_t word) { words_.push_back(word); }
   std::span<const std::uint32_t> of(std::size_t trace) const {
-    return std::span(words_).subspan(first_[trace], first_[trace + 1] - first_[trace]);
+    const std::size_t end = trace + 1 < first_.size() ? first_[trace + 1] : words_.size();
+    return std::span(words_).subspan(first_[trace], end - first_[trace]);
   }
 
  private:
@@ -92,19 +87,30 @@ double fourfold_p(const FourfoldTable& t) {
   return upper_chi_square(n * (difference / row) * (difference / column) / ((n - row) * (n - column)), 1);
 }
 
+/// Each once, in order.
+std::vector<std::uint32_t> words_in(const Stories& stories) {
+  std::vector<std::uint32_t> out;
+  for (std::size_t i = 0; i < stories.size(); ++i) {
+    for (const Token& token : stories[i].tokens) {
+      const auto place = std::lower_bound(out.begin(), out.end(), token.word);
+      if (place == out.end() || *place != token.word) out.insert(place, token.word);
+    }
+  }
+  return out;
+}
+
 class Grower {
  public:
   Grower(const Stories& stories, const std::vector<int>& parts, std::size_t requirements, double end,
          const EventTreeRules& rules)
       : stories_(stories), requirements_(requirements), classes_(rules.kinds ? requirements + 2 : 2), rules_(rules) {
+    const std::vector<std::uint32_t> words = words_in(stories);
     for (const int part : parts) threads_.push_back({part, -1});
     std::set<std::pair<int, int>> pairs;
-    for (std::size_t i = 0; i < stories.size(); ++i) {
-      for (const Token& token : stories[i].tokens) pairs.insert({part_a(token.word), part_b(token.word)});
-    }
+    for (const std::uint32_t word : words) pairs.insert({part_a(word), part_b(word)});
     const auto moves = [&](int part) { return std::find(parts.begin(), parts.end(), part) != parts.end(); };
     for (const auto& [a, b] : pairs) threads_.push_back(moves(a) ? Thread{a, b} : Thread{b, a});
-    for (const Thread& thread : threads_) words_.emplace_back(stories, thread);
+    follow_threads(words);
     for (std::size_t i = 0; i < stories.size(); ++i) {
       class_.push_back(class_of(stories[i]));
       lasted_.push_back(stories[i].end_time > end * (1 - 1e-9));
@@ -121,6 +127,24 @@ class Grower {
   }
 
  private:
+  /// Tells each thread its words: one pass over the tokens, since there are many threads and more tokens.
+  void follow_threads(const std::vector<std::uint32_t>& words) {
+    std::vector<std::vector<std::uint32_t>> threads_of(words.size());  // [word]
+    for (std::size_t w = 0; w < words.size(); ++w) {
+      for (std::uint32_t thread = 0; thread < threads_.size(); ++thread) {
+        if (threads_[thread].has(words[w])) threads_of[w].push_back(thread);
+      }
+    }
+    words_.resize(threads_.size());
+    for (std::size_t i = 0; i < stories_.size(); ++i) {
+      for (ThreadWords& thread : words_) thread.next();
+      for (const Token& token : stories_[i].tokens) {
+        const auto at = std::lower_bound(words.begin(), words.end(), token.word) - words.begin();
+        for (const std::uint32_t thread : threads_of[static_cast<std::size_t>(at)]) words_[thread].add(token.word);
+      }
+    }
+  }
+
   /// 0: success; then failure, or violated requirements and, last, objective unmet.
   std::uint32_t class_of(const Story& story) const {
     if (story.outcome == Outcome::success) return 0;

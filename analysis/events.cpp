@@ -4,28 +4,16 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
-#include <future>
 #include <map>
 #include <set>
-#include <thread>
+
+#include "analysis/at_once.h"
 
 namespace graze {
 namespace {
 
 /// Particles that causes of bifurcations are looked for among; more take time and find what they do.
 constexpr std::uint64_t kMostOfBifurcations = 5'000;
-
-/// Calls act(0) … act(n - 1), as many at once as there are processors. Throws what the first of them throws.
-void at_once(std::size_t n, const std::function<void(std::size_t)>& act) {
-  const std::size_t most = std::max(1u, std::thread::hardware_concurrency());
-  for (std::size_t first = 0; first < n; first += most) {
-    std::vector<std::future<void>> some;
-    for (std::size_t i = first; i < std::min(n, first + most); ++i)
-      some.push_back(std::async(std::launch::async, act, i));
-    for (std::future<void>& one : some) one.get();
-  }
-}
 
 /// s: the median time between two beginnings of one contact in a trace: about a step of a gait. 0: nothing repeats.
 double usual_period(const Stories& stories) {
@@ -189,14 +177,14 @@ std::vector<Stories> tell_nominal(const EventsRequest& request, const std::vecto
 
 void add_novelties(const std::vector<Stories>& fine, const std::vector<Stories>& others, std::size_t requirements,
                    std::vector<PolicyEvents>& out) {
-  for (std::size_t p = 0; p < fine.size(); ++p) {
+  at_once(fine.size(), [&](std::size_t p) {
     IsReference succeeded;
     for (std::size_t i = 0; i < fine[p].size(); ++i) succeeded.push_back(fine[p][i].outcome == Outcome::success);
     const Stories* other = others.empty() ? nullptr : &others[p];
     out[p].reference =
         other ? other->size() : static_cast<std::uint64_t>(std::count(succeeded.begin(), succeeded.end(), true));
     if (out[p].reference > 0) out[p].novelties = novelties(fine[p], requirements, succeeded, other);
-  }
+  });
 }
 
 /// Values are read only if there is a bifurcation to explain.

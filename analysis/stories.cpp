@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 
+#include "analysis/at_once.h"
 #include "engine/settings/settings.h"
 
 namespace graze {
@@ -34,20 +35,10 @@ std::string part_text(int part, std::uint32_t feature, const CampaignInfo& info)
 
 }  // namespace
 
-int part_a(std::uint32_t word) { return static_cast<int>(word >> 20); }
-int part_b(std::uint32_t word) { return static_cast<int>(word >> 8 & 0xfff); }
-std::uint32_t parts_only(std::uint32_t word) { return word & ~0xffu; }
-
 std::string word_text(std::uint32_t word, Detail detail, const CampaignInfo& info) {
   std::string out = part_text(part_a(word), word >> 5 & 7, info) + "-" + part_text(part_b(word), word >> 2 & 7, info);
   constexpr const char* kModes[] = {" stick", " slip", " roll"};
   return detail == Detail::modes ? out + kModes[word & 3] : out;
-}
-
-Story Stories::operator[](std::size_t i) const {
-  const Head& head = heads_[i];
-  return {head.particle, head.outcome, head.violated, head.end_time,
-          std::span(tokens_).subspan(head.first, head.count)};
 }
 
 void order_simultaneous(std::span<Token> tokens, double simultaneous) {
@@ -115,7 +106,8 @@ std::vector<Stories> StoryTeller::take() {
     const auto found = usual_.find({part_a(word), part_b(word)});
     return found == usual_.end() ? 0.0f : found->second;
   };
-  for (Stories& stories : stories_) {
+  at_once(stories_.size(), [&](std::size_t p) {
+    Stories& stories = stories_[p];
     for (Stories::Head& head : stories.heads_) {
       const auto first = stories.tokens_.begin() + static_cast<std::ptrdiff_t>(head.first);
       const auto last = std::remove_if(first, first + static_cast<std::ptrdiff_t>(head.count), [&](const Token& token) {
@@ -127,7 +119,7 @@ std::vector<Stories> StoryTeller::take() {
     }
     std::sort(stories.heads_.begin(), stories.heads_.end(),
               [](const auto& a, const auto& b) { return a.particle < b.particle; });
-  }
+  });
   return std::move(stories_);
 }
 

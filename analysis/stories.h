@@ -36,10 +36,10 @@ struct Token {
 };
 
 /// Parts of a word, rows of CampaignInfo::colliders.
-int part_a(std::uint32_t word);
-int part_b(std::uint32_t word);
+inline int part_a(std::uint32_t word) { return static_cast<int>(word >> 20); }
+inline int part_b(std::uint32_t word) { return static_cast<int>(word >> 8 & 0xfff); }
 /// The word without features and modes.
-std::uint32_t parts_only(std::uint32_t word);
+inline std::uint32_t parts_only(std::uint32_t word) { return word & ~0xffu; }
 /// "RF_FOOT-curb.side slip"; `detail` as the word was made with.
 std::string word_text(std::uint32_t word, Detail detail, const CampaignInfo& info);
 
@@ -56,7 +56,11 @@ struct Story {
 class Stories {
  public:
   std::size_t size() const { return heads_.size(); }
-  Story operator[](std::size_t i) const;
+  Story operator[](std::size_t i) const {
+    const Head& head = heads_[i];
+    return {head.particle, head.outcome, head.violated, head.end_time,
+            std::span(tokens_).subspan(head.first, head.count)};
+  }
   const std::string& policy() const { return policy_; }
 
  private:

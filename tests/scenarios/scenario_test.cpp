@@ -158,8 +158,8 @@ TEST(Scenario, RefusesSpringsOfBullet) {
            {"contact: {pairs: [{between: [foot, ground], damping: 1}]}", "7:45: contact.pairs[0].damping"},
            {"uncertain: {contact.damping: {uniform: [1, 2]}}", "7:13: uncertain.contact.damping"},
            {"uncertain: {environment.*.stiffness: 5}", "7:13: uncertain.environment.*.stiffness"}}) {
-    EXPECT_EQ(testing::message_of([&] { read(hopper("physics: bullet\n" + more + "\n")); }),
-              testing::kFolder + "test.yaml:" + place + rule);
+    const std::string text = hopper("physics: bullet\n" + more + "\n");
+    EXPECT_EQ(testing::message_of([&] { read(text); }), testing::kFolder + "test.yaml:" + place + rule);
   }
 }
 
