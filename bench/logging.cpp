@@ -1,12 +1,14 @@
-// What logging costs: the curb campaign on the lane engine without an archive, with outcomes, margins and events, and
-// with telemetry of every step besides; on one thread and on two. Prints, for each, the rate, the share of processor
-// time that goes into recording and archive (what it takes beyond the run without one), the same of the time on the
-// clock, and the bytes of the shards per simulated second.
+// What logging costs: the curb campaign on the lane engine without an archive, with outcomes, margins and contact
+// phases (what is recorded by default), with raw events in place of phases, and with telemetry of every step besides;
+// on one thread and on two. Prints, for each, the rate, the share of processor time that goes into recording and
+// archive (what it takes beyond the run without one), the same of the time on the clock, and the bytes of the shards
+// per simulated second.
 #include <fmt/format.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
@@ -89,18 +91,23 @@ void print(const char* what, const Cost& cost, const Cost& without) {
 }
 
 void compare(std::uint64_t particles, int threads, int rounds, const fs::path& folder) {
-  const Scenario plain = curb("{telemetry: none, events: false}"), events = curb("{telemetry: none, events: true}"),
-                 full = curb("{telemetry: all, every: 1, events: true}");
-  Cost none, with_events, with_telemetry;
+  struct Kind {
+    const char* what;
+    const char* record;
+    bool archive = true;
+    Cost cost = {};
+  };
+  std::array kinds = {Kind{"no archive", "{telemetry: none, phases: false}", false},
+                      Kind{"outcomes and phases", "{telemetry: none}"},
+                      Kind{"outcomes and raw events", "{telemetry: none, phases: false, events: true}"},
+                      Kind{"telemetry of every step", "{telemetry: all, every: 1, phases: false, events: true}"}};
   for (int round = 0; round < rounds; ++round) {  // in turn, so that a busy machine is busy for all
-    run_once(plain, particles, threads, folder, false, none);
-    run_once(events, particles, threads, folder / "events.graze", true, with_events);
-    run_once(full, particles, threads, folder / "full.graze", true, with_telemetry);
+    for (Kind& kind : kinds) {
+      run_once(curb(kind.record), particles, threads, folder / "bench.graze", kind.archive, kind.cost);
+    }
   }
   fmt::print("{} particles, {} thread{}, least of {} rounds\n", particles, threads, threads > 1 ? "s" : "", rounds);
-  print("no archive", none, none);
-  print("outcomes and events", with_events, none);
-  print("telemetry of every step", with_telemetry, none);
+  for (const Kind& kind : kinds) print(kind.what, kind.cost, kinds.front().cost);
 }
 
 }  // namespace
