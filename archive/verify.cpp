@@ -240,7 +240,14 @@ class DirectoryCheck {
 
   /// Those that are whole.
   std::vector<fs::path> check_shards() {
-    manifest_ = read_manifest(directory_);
+    std::vector<ManifestFault> faults;
+    manifest_ = read_manifest(directory_, &faults);
+    for (const ManifestFault& fault : faults) {
+      add(std::string(kManifestFolder) + "/" + fault.file, FileState::damaged,
+          fault.no_file() ? fmt::format("{}; {}", fault_text(fault), kPutThere)
+                          : fmt::format("line {}: {}; {}", fault.line, fault_text(fault), kAnew));
+      puts_aside_ |= fault.no_file();
+    }
     for (const MissingShard& one : missing_shards(directory_, manifest_)) {
       if (one.now.empty()) {
         lost(one.entry.shard, FileState::missing, "is gone; 'graze resume' simulates again what it held");

@@ -248,6 +248,10 @@ Recording read_record(const Settings& root, const Timing& timing, double weight)
   if (const auto every = record->find("every")) out.every = read_every(*every, timing);
   out.last = own.number("last");
   out.events = own.flag("events");
+  if (!ruled && phases && !phases->is_scalar()) {
+    phases->fail(
+        fmt::format("{}: must be true, false, or a map of gap, dwell, impulse", phases->is_null() ? "~" : "a list"));
+  }
   if (!ruled) out.phases = own.flag("phases");
   return out;
 }

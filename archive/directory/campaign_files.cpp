@@ -119,18 +119,25 @@ Description describe_directory(const Directory& directory) {
 std::vector<std::string> check_shards_are_there(const Directory& directory) {
   constexpr std::size_t kTold = 3;
   const std::string path = directory.path().string();
-  std::vector<std::string> renamed;
+  std::vector<std::string> told;
   std::string text;
   std::size_t gone = 0;
-  for (const MissingShard& missing : missing_shards(directory, read_manifest(directory))) {
+  std::vector<ManifestFault> faults;
+  const Manifest manifest = read_manifest(directory, &faults);
+  for (const ManifestFault& fault : faults) {
+    told.push_back(fmt::format(
+        "{}/{}: {}, and 'graze resume {}' {}", path, fault_place(fault), fault_text(fault), shell_path(path),
+        fault.no_file() ? fmt::format("puts it into {}/", kDamagedFolder) : "writes the manifest anew"));
+  }
+  for (const MissingShard& missing : missing_shards(directory, manifest)) {
     if (!missing.now.empty()) {
-      renamed.push_back(fmt::format("{}: {}, and 'graze resume {}' has the manifest say so", path,
-                                    missing_text(missing), shell_path(path)));
+      told.push_back(fmt::format("{}: {}, and 'graze resume {}' has the manifest say so", path, missing_text(missing),
+                                 shell_path(path)));
     } else if (++gone <= kTold) {
       text += missing_text(missing) + "; ";
     }
   }
-  if (gone == 0) return renamed;
+  if (gone == 0) return told;
   if (gone > kTold) text += fmt::format("{} more are gone; ", gone - kTold);
   throw InputError(fmt::format("{}: {}'graze resume {}' simulates that again", path, text, shell_path(path)));
 }

@@ -141,7 +141,14 @@ FinishedTraces repair_and_list(const Directory& directory, const CampaignInfo& i
   for (const char* name : {kShardFolder, kManifestFolder}) {
     if (const auto folder = directory.find(name)) folder->remove_temporary();
   }
-  for (const MissingShard& missing : missing_shards(directory, read_manifest(directory))) {
+  std::vector<ManifestFault> faults;
+  const Manifest before = read_manifest(directory, &faults);
+  for (const ManifestFault& fault : faults) {
+    out.notes.push_back(fmt::format(
+        "{}/{}: {}; {}", directory.path().string(), fault_place(fault), fault_text(fault),
+        fault.no_file() ? fmt::format("it lies in {}/ now", kDamagedFolder) : "the manifest is written anew"));
+  }
+  for (const MissingShard& missing : missing_shards(directory, before)) {
     out.notes.push_back(fmt::format("{}: {}; {}", directory.path().string(), missing_text(missing),
                                     missing.now.empty() ? "that is simulated again" : "the manifest says so now"));
   }

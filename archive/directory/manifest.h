@@ -32,17 +32,32 @@ struct ShardEntry {
 
 /// One line, without its end.
 std::string manifest_line(const ShardEntry& entry);
-/// Nothing if the line is not whole or no entry.
-std::optional<ShardEntry> parse_manifest_line(const std::string& line);
+/// Nothing if the line is torn or no entry. `why`: the value and the rule that it breaks, if it is whole and yet
+/// nothing that a campaign writes; untouched if it is torn.
+std::optional<ShardEntry> parse_manifest_line(const std::string& line, std::string* why = nullptr);
 
 /// By name of the shard.
 using Manifest = std::map<std::string, ShardEntry>;
 
-/// All files of a directory's manifest. Lines that are torn count as lost. Throws InputError if something there is no
-/// regular file or may not be read.
-Manifest read_manifest(const Directory& directory);
+/// What of a manifest counts as lost, beside torn lines, which a writer that is killed leaves.
+struct ManifestFault {
+  std::string file;       // name below manifest/
+  std::size_t line = 0;   // the first that is impossible, from 1; 0: what has the name is no file
+  std::size_t lines = 0;  // so many are
+  std::string why;        // "is a named pipe", "count: 7: must be …"
+  bool no_file() const { return line == 0; }
+};
+/// "manifest/all.jsonl:3"; a line beyond a mebibyte is not counted.
+std::string fault_place(const ManifestFault& fault);
+/// "count: 7: must be …; the line counts as lost"
+std::string fault_text(const ManifestFault& fault);
 
-/// One file with these entries in place of all that were there. Throws MachineError.
+/// All files of a directory's manifest. What is torn, impossible, or no file counts as lost; `faults`: the last two.
+/// Throws InputError if the folder is none or a file may not be read.
+Manifest read_manifest(const Directory& directory, std::vector<ManifestFault>* faults = nullptr);
+
+/// One file with these entries in place of all that were there; what has the name of one and is none goes into damaged/
+/// (put_aside()). Throws InputError, MachineError.
 void replace_manifest(const Directory& directory, const Manifest& manifest);
 
 /// A shard that the manifest names and that is not there under this name.

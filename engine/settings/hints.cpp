@@ -155,6 +155,16 @@ std::string colon_hint(const std::string& line) {
          (text.size() > kShown ? std::string() : fmt::format(": \"{}\"", text));
 }
 
+/// Of a line with a key that is longer than the parser looks for the colon behind one.
+std::string long_key_hint(const std::string& line) {
+  constexpr std::size_t kMostOfKey = 1024;  // bytes, YAML 1.2 § 7.4.2
+  const std::size_t begin = std::min(line.find_first_not_of(' '), line.size());
+  std::size_t colon = line.find(": ", begin);
+  if (colon == std::string::npos && line.ends_with(':')) colon = line.size() - 1;
+  if (colon == std::string::npos || colon - begin <= kMostOfKey) return "";
+  return fmt::format("; a key has at most {} characters, and this one {}", kMostOfKey, colon - begin);
+}
+
 /// Of a line that the parser takes for a part of the value of the line above it.
 std::string above_hint(const Layout& lines, int line) {
   const int above = lines.above(line);
@@ -181,6 +191,7 @@ std::string layout_hint(const std::string& text, int line, const std::string& pr
   if (problem == "end of sequence flow not found") return "; a ',' or the closing ']' is missing before this place";
   if (!lines.has(line)) return "";
   if (problem == "illegal map value") {
+    if (std::string hint = long_key_hint(lines[line]); !hint.empty()) return hint;
     const std::string hint = colon_hint(lines[line]);
     return hint.empty() ? above_hint(lines, line) : hint;
   }

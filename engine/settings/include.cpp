@@ -147,7 +147,12 @@ bool keyed_by_paths(const SettingsNode& map, std::string_view name) {
 NodePtr set_in(const NodePtr& node, std::string_view name, std::string_view path, const NodePtr& value,
                const std::string& where);
 
+[[noreturn]] void fail_empty_part(const std::string& where) {
+  throw InputError(where + "a part of the path is empty; single dots stand between its parts, as in time.end");
+}
+
 NodePtr with_item(const NodePtr& node, std::string_view path, const NodePtr& value, const std::string& where) {
+  if (path.empty()) fail_empty_part(where);
   const std::string_view head = path.substr(0, path.find('.'));
   std::size_t index = 0;
   const auto [end, error] = std::from_chars(head.data(), head.data() + head.size(), index);
@@ -167,6 +172,7 @@ SettingsNode::Entry new_entry(const SettingsNode& map, std::string_view name, st
                               const NodePtr& value, const std::string& where) {
   const std::size_t dot = keyed_by_paths(map, name) ? std::string::npos : path.find('.');
   const std::string key(path.substr(0, dot));
+  if (key.empty()) fail_empty_part(where);
   if (dot == std::string::npos) return {key, value->place, value};
   auto parent = std::make_shared<SettingsNode>();
   parent->kind = SettingsNode::Kind::map;
@@ -179,7 +185,8 @@ SettingsNode::Entry new_entry(const SettingsNode& map, std::string_view name, st
 NodePtr set_in(const NodePtr& node, std::string_view name, std::string_view path, const NodePtr& value,
                const std::string& where) {
   if (node->kind == SettingsNode::Kind::list) return with_item(node, path, value, where);
-  if (node->kind == SettingsNode::Kind::scalar || path.empty()) {
+  if (path.empty()) fail_empty_part(where);
+  if (node->kind == SettingsNode::Kind::scalar) {
     throw InputError(fmt::format("{}'{}' leads into a value that is not a map", where, clipped(path, kShown)));
   }
   auto out = std::make_shared<SettingsNode>(*node);

@@ -62,7 +62,10 @@ void check(const Arguments& arguments) {
   }
   for (const ExplanationTable& table : explanation_tables({})) {
     const fs::path file = file_of(arguments, table.name);
-    if (fs::exists(file) && !arguments.force) {
+    if (fs::is_directory(file)) {
+      throw InputError(fmt::format("--csv {}: {} is a directory; choose another folder", arguments.csv, file.string()));
+    }
+    if (fs::exists(fs::symlink_status(file)) && !arguments.force) {  // a link that leads nowhere, too
       throw InputError(fmt::format("--csv {}: {} is there already; choose another folder, or give --force",
                                    arguments.csv, file.string()));
     }

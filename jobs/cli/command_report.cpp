@@ -82,10 +82,10 @@ void add_sections(Json& page, const Archive& archive, const std::string& name,
 
 int report(const Arguments& arguments) {
   if (!arguments.json) check_page_built("report");
-  const std::filesystem::path output =
-      arguments.output.empty() ? default_page(arguments.archive, "") : std::filesystem::path(arguments.output);
+  std::filesystem::path output = arguments.output;
   std::optional<ParentFolders> folders;
   if (!arguments.json) {
+    if (output.empty()) output = default_page(arguments.archive, "");
     check_page_output(output, arguments.force, arguments.archive);
     folders.emplace(output);
   }

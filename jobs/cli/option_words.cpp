@@ -15,6 +15,12 @@
 namespace graze {
 namespace {
 
+/// A word of the command line in a message.
+std::string shown(const std::string& word) {
+  constexpr std::size_t kShown = 80;  // bytes
+  return clipped(word, kShown);
+}
+
 std::vector<std::string> verbs_of(const CLI::App& app) {
   std::vector<std::string> verbs;
   for (const CLI::App* verb : app.get_subcommands({})) verbs.push_back(verb->get_name());
@@ -32,8 +38,11 @@ std::string near_topic(const std::string& word, std::vector<std::string> known) 
   for (const auto& more : {help_topics(), component_topics()}) known.insert(known.end(), more.begin(), more.end());
   constexpr std::size_t kLettersPerMistake = 5;
   const std::string near = nearest(word, known);
-  const bool close = edit_distance(word, near) <= std::max<std::size_t>(1, word.size() / kLettersPerMistake);
-  return near.empty() || !close ? "" : fmt::format(" (did you mean '{}'?)", near);
+  if (near.empty()) return "";
+  const std::size_t mistakes = edit_distance(word, near);
+  // A sign or a letter alone is as near to any other.
+  const bool close = mistakes < word.size() && mistakes <= std::max<std::size_t>(1, word.size() / kLettersPerMistake);
+  return !close ? "" : fmt::format(" (did you mean '{}'?)", near);
 }
 
 /// A word as the option parser splits it: `--name=value`, `--name`, `-nVALUE`, `-n`.
@@ -88,8 +97,8 @@ class WordCheck {
   /// What stands behind the letter of an option is its value, a '=' too, which nobody means.
   [[noreturn]] void fail_equals(const std::string& whole, const OptionWord& word) const {
     const std::string value = word.value.substr(1);
-    fail(fmt::format("{}: '=' goes with long options; nearest right answer: {} {}", whole, word.name,
-                     value.empty() ? "VALUE" : shell_word(value)));
+    fail(fmt::format("{}: '=' goes with long options; nearest right answer: {} {}", shown(whole), word.name,
+                     value.empty() ? "VALUE" : shell_word(shown(value))));
   }
 
   const CLI::Option* find(const std::string& name) const {
@@ -113,7 +122,7 @@ class WordCheck {
       fail(fmt::format("{}: is not one of its options; the file of that name is {}", whole, shell_path(whole)));
     }
     const std::string near = did_you_mean(written, names);
-    fail(fmt::format("{}: is not one of its options{}", written,
+    fail(fmt::format("{}: is not one of its options{}", shown(written),
                      near.empty() ? fmt::format("; 'graze {} --help' tells them", verb_) : near));
   }
 
@@ -132,7 +141,7 @@ class WordCheck {
   void note(const CLI::Option& option, const std::string& name, const std::string& value) {
     const auto [before, first] = given_.try_emplace(&option, value);
     if (first || option.get_items_expected_max() > 1) return;
-    fail(fmt::format("{}: is given twice, as {} and as {}; once is meant", name, before->second, value));
+    fail(fmt::format("{}: is given twice, as {} and as {}; once is meant", name, shown(before->second), shown(value)));
   }
 
   const std::string verb_;
@@ -152,14 +161,14 @@ void check_words(const CLI::App& app, const std::vector<std::string>& words) {
   if (first.starts_with("-")) {
     if (app.get_option_no_throw(first) != nullptr) return;
     const std::string near = did_you_mean(first, {"--help", "--version"});
-    throw InputError(
-        fmt::format("{}: is no option of graze itself{}; options of a verb stand behind it; {}", first, near, all));
+    throw InputError(fmt::format("{}: is no option of graze itself{}; options of a verb stand behind it; {}",
+                                 shown(first), near, all));
   }
   if (std::find(verbs.begin(), verbs.end(), first) == verbs.end()) {
     if (help_on(first)) {
       throw InputError(fmt::format("'{0}' is not a verb; 'graze help {0}' tells what it is; {1}", first, all));
     }
-    throw InputError(fmt::format("'{}' is not a verb{}; {}", first, did_you_mean(first, verbs), all));
+    throw InputError(fmt::format("'{}' is not a verb{}; {}", shown(first), did_you_mean(first, verbs), all));
   }
   const CLI::App* verb = app.get_subcommand(first);
   std::vector<const CLI::App*> apps = {verb};
@@ -182,7 +191,7 @@ std::optional<std::string> topics_asked_for(const CLI::App& app, const std::vect
       out += *text;
     } else {
       throw InputError(fmt::format("'{}' is not a verb, and no topic of help{}; 'graze help help' lists the topics",
-                                   word, near_topic(word, verbs)));
+                                   shown(word), near_topic(word, verbs)));
     }
   }
   if (out.empty()) return std::nullopt;
@@ -207,11 +216,11 @@ std::string parse_error_text(const CLI::App& app, const CLI::ParseError& error) 
   if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError) && !left.empty()) {
     if (left[0] == "--" && left.size() > 1 && left[1].starts_with("-")) {
       return fmt::format("{}: '{}' stands behind '--', where nothing is an option; '--' and what follows it go last",
-                         verb.get_name(), left[1]);
+                         verb.get_name(), shown(left[1]));
     }
     const std::string& word = left[left[0] == "--" && left.size() > 1 ? 1 : 0];
-    return fmt::format("{}: '{}' is one word too many (a value with blanks needs quotes); {}", verb.get_name(), word,
-                       more);
+    return fmt::format("{}: '{}' is one word too many (a value with blanks needs quotes); {}", verb.get_name(),
+                       shown(word), more);
   }
   return fmt::format("{}: {}; {}", verb.get_name(), error.what(), more);
 }

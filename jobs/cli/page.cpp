@@ -19,6 +19,10 @@ void check_page_built(const std::string& verb) {
 
 std::filesystem::path default_page(const std::filesystem::path& archive, const std::string& behind) {
   std::filesystem::path out = archive.has_filename() ? archive : archive.parent_path();  // "curb.graze/"
+  if (!out.has_filename()) {
+    throw InputError(
+        fmt::format("{}: has no name that a file could be called after; name the file by --output", archive.string()));
+  }
   out.replace_extension();
   return out += behind + ".html";
 }

@@ -114,7 +114,8 @@ const std::vector<std::string> kPlaces = {
     "shards", "manifest",    "damaged",          "shards/000001.h5", "manifest/all.jsonl", "campaign.h5.tmp"};
 
 bool is_read(const std::string& place) {
-  return place != "damaged" && place != "campaign.h5.tmp" && place != kDescriptionCopy && place != kUnfinishedFile;
+  return place != "damaged" && place != "campaign.h5.tmp" && place != kDescriptionCopy && place != kUnfinishedFile &&
+         place != "manifest/all.jsonl";
 }
 
 // Claim: a symbolic link in any place leads nowhere: readers refuse it and name it, writers change nothing behind it.

@@ -3,12 +3,14 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <fstream>
 
 #include "archive/directory/campaign_directory.h"
 #include "archive/directory/finished.h"
 #include "archive/files/seal.h"
+#include "archive/verify.h"
 #include "tests/archive/synthetic.h"
 
 namespace graze {
@@ -109,6 +111,94 @@ TEST(Manifest, IsRebuiltFromTheShards) {
   EXPECT_EQ(refusal(folder / "a.graze"), "");
   EXPECT_EQ(repair_and_list(folder / "a.graze", info).count, 24u);
   same();
+}
+
+/// A line with these traces of 'hold'.
+std::string line_with(const std::string& traces, const std::string& shard = "000009.h5") {
+  return R"({"shard":")" + shard + R"(","bytes":1,"xxh64":"0000000000000001","traces":{"hold":{)" + traces + "}}}";
+}
+
+// Claim: a line that no campaign writes is no entry, and is told with its value and the rule; a torn one is not told.
+TEST(Manifest, ImpossibleLinesAreNoEntries) {
+  const std::string good = R"("count":2,"lowest":7,"highest":9)";
+  ASSERT_TRUE(parse_manifest_line(line_with(good)));
+  const auto fault = [](const std::string& line) {
+    std::string why;
+    EXPECT_FALSE(parse_manifest_line(line, &why)) << line;
+    return why;
+  };
+  EXPECT_EQ(fault(line_with(R"("count":18446744073709551615,"lowest":7,"highest":9)")),
+            "count: 18446744073709551615: must be a whole number from 1 to 3");
+  EXPECT_EQ(fault(line_with(R"("count":1,"lowest":9,"highest":7)")),
+            "highest: 7: must be a whole number from 9 to 4294967295");
+  for (const char* count : {"0", "4", "-1", "2.0", "1e3", "null", R"("2")", "99999999999999999999999"}) {
+    EXPECT_THAT(fault(line_with(std::string(R"("count":)") + count + R"(,"lowest":7,"highest":9)")),
+                HasSubstr("must be a whole number from 1 to 3"));
+  }
+  EXPECT_THAT(fault(line_with(R"("count":1,"lowest":7,"highest":4294967296)")), HasSubstr("highest: 4294967296: must"));
+  EXPECT_EQ(fault(line_with(R"("lowest":7,"highest":9)")), "count: is not there");
+  EXPECT_THAT(fault(line_with(good, R"(\u001b[31m.h5)")), HasSubstr(R"(shard: '\u001b[31m.h5': must be a name)"));
+  EXPECT_THAT(fault(line_with(good, "../000001.h5")), HasSubstr("must be the name of a shard"));
+  EXPECT_THAT(fault(R"({"shard":"1.h5","bytes":1,"xxh64":"-1","traces":{}})"), HasSubstr("16 hexadecimal digits"));
+  EXPECT_EQ(fault("[7]"), "shard: is not there");
+  EXPECT_EQ(fault(line_with(good).substr(0, 40)), "");
+  std::string escaped = line_with(good);
+  escaped.replace(escaped.find("hold"), 4, R"(\u001b[2J)");
+  EXPECT_THAT(fault(escaped), HasSubstr(R"(traces: '\u001b[2J': must be a name without control characters)"));
+}
+
+// Claim: such lines cost nothing but a warning, which names file and line; the repair writes the manifest anew.
+TEST(Manifest, ImpossibleLinesAreToldAndPassedOver) {
+  const synthetic::Folder folder;
+  const CampaignInfo info = write_three_shards(folder / "a.graze");
+  const auto file = folder / "a.graze" / kManifestFolder / "shards.jsonl";
+  for (int i = 0; i < 2; ++i)
+    std::ofstream(file, std::ios::app) << line_with(R"("count":9,"lowest":9,"highest":7)") << "\n";
+  EXPECT_THAT(Archive(folder / "a.graze").warnings(),
+              ::testing::ElementsAre(AllOf(HasSubstr("a.graze/manifest/shards.jsonl:4: highest: 7: must be"),
+                                           HasSubstr("2 such lines count as lost, and 'graze resume "),
+                                           HasSubstr("writes the manifest anew"))));
+  const Verification found = verify(folder / "a.graze");
+  EXPECT_EQ(found.soundness, Soundness::incomplete);
+  EXPECT_EQ(found.lost, 0u);
+  EXPECT_THAT(repair_and_list(folder / "a.graze", info).notes,
+              ::testing::ElementsAre(AllOf(HasSubstr("shards.jsonl:4:"), HasSubstr("is written anew"))));
+  EXPECT_TRUE(Archive(folder / "a.graze").warnings().empty());
+}
+
+// Claim: what has the name of a manifest and is no file costs no more than a manifest that is not there; the repair
+// puts it aside, and so does a writer that comes to its end.
+TEST(Manifest, WhatIsNoFileCountsAsMissing) {
+  const synthetic::Folder folder;
+  const CampaignInfo info = write_three_shards(folder / "a.graze");
+  const auto place = folder / "a.graze" / kManifestFolder;
+  const auto damaged = folder / "a.graze/damaged";
+  const auto put = [&](const std::string& kind) {
+    std::filesystem::remove_all(place);
+    std::filesystem::create_directory(place);
+    if (kind == "a named pipe") mkfifo((place / "all.jsonl").c_str(), 0600);
+    if (kind == "a directory") std::filesystem::create_directory(place / "all.jsonl");
+    if (kind == "a symbolic link") std::filesystem::create_symlink("/dev/zero", place / "all.jsonl");
+  };
+  for (const std::string kind : {"a named pipe", "a directory", "a symbolic link"}) {
+    SCOPED_TRACE(kind);
+    put(kind);
+    EXPECT_THAT(Archive(folder / "a.graze").warnings(),
+                ::testing::ElementsAre(AllOf(HasSubstr("manifest/all.jsonl: is " + kind + "; it counts as missing"),
+                                             HasSubstr("puts it into damaged/"))));
+    const FinishedTraces finished = repair_and_list(folder / "a.graze", info);
+    EXPECT_EQ(finished.count, 24u);
+    EXPECT_THAT(finished.notes,
+                ::testing::ElementsAre(AllOf(HasSubstr("all.jsonl: is " + kind), HasSubstr("lies in damaged/"))));
+    EXPECT_EQ(read_manifest(folder / "a.graze").size(), 3u);
+    EXPECT_TRUE(std::filesystem::exists(std::filesystem::symlink_status(damaged / "all.jsonl")));
+    std::filesystem::remove_all(damaged);
+    put(kind);
+    CampaignWriter(folder / "a.graze", info, ExistingCampaign{}).finish(true);
+    EXPECT_TRUE(std::filesystem::is_regular_file(place / "all.jsonl"));
+    EXPECT_TRUE(std::filesystem::exists(std::filesystem::symlink_status(damaged / "all.jsonl")));
+    std::filesystem::remove_all(damaged);
+  }
 }
 
 // Claim: after a torn line, the next one is whole; several writers write side by side.

@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 
+#include "tests/archive/forge.h"
 #include "tests/jobs/ball_campaign.h"
 #include "tests/jobs/process.h"
 
@@ -58,13 +59,30 @@ struct Place {
 // it leaves as it is, and what it can is whole afterwards.
 TEST_F(Mending, VerifyForetellsWhatResumeDoes) {
   const Place places[] = {
-      {"campaign.h5", "pipe", 3},      {"campaign.h5", "folder", 3},      {"campaign.h5", "link", 3},
-      {"campaign.h5", "packed", 3},    {"campaign.copy.h5", "pipe", 3},   {"campaign.copy.h5", "folder", 3},
-      {"campaign.copy.h5", "text", 3}, {"unfinished.jsonl", "pipe", 3},   {"unfinished.jsonl", "folder", 3},
-      {"damaged", "pipe", 0},          {"manifest", "pipe", 2},           {"manifest/all.jsonl", "pipe", 2},
-      {"shards", "link", 2},           {"shards/000001.h5", "folder", 3}, {"lock", "pipe", 2},
-      {"lock", "hard link", 2},        {"replaced", "pipe", 2},           {"replacing", "campaign", 2},
-      {"replacing", "folder", 3},      {"replaced", "campaign", 0},       {"thesis.txt", "text", 0},
+      {"campaign.h5", "pipe", 3},
+      {"campaign.h5", "folder", 3},
+      {"campaign.h5", "link", 3},
+      {"campaign.h5", "packed", 3},
+      {"campaign.copy.h5", "pipe", 3},
+      {"campaign.copy.h5", "folder", 3},
+      {"campaign.copy.h5", "text", 3},
+      {"unfinished.jsonl", "pipe", 3},
+      {"unfinished.jsonl", "folder", 3},
+      {"damaged", "pipe", 0},
+      {"manifest", "pipe", 2},
+      {"manifest/all.jsonl", "pipe", 3},
+      {"manifest/all.jsonl", "folder", 3},
+      {"manifest/all.jsonl", "link", 3},
+      {"manifest/x.jsonl", "pipe", 3},
+      {"shards", "link", 2},
+      {"shards/000001.h5", "folder", 3},
+      {"lock", "pipe", 2},
+      {"lock", "hard link", 2},
+      {"replaced", "pipe", 2},
+      {"replacing", "campaign", 2},
+      {"replacing", "folder", 3},
+      {"replaced", "campaign", 0},
+      {"thesis.txt", "text", 0},
   };
   for (const Place& place : places) {
     SCOPED_TRACE(std::string(place.kind) + " at " + place.name);
@@ -148,12 +166,12 @@ TEST_F(Mending, WhatComesBackMustBeDescribed) {
 
   renew();  // and nothing is promised of one that is refused for another reason
   fs::create_directory(at("replacing"));
-  fs::remove(at("manifest/all.jsonl"));
-  fs::create_directory(at("manifest/all.jsonl"));
+  fs::remove_all(at("manifest"));
+  testing::write_file(at("manifest"), "mine");
   for (const std::string verb : {"verify", "status", "resume"}) {
     const Result run = graze(verb + " a.graze");
     EXPECT_EQ(run.code, 2) << verb;
-    EXPECT_THAT(run.err, AllOf(HasSubstr("all.jsonl: is a directory"), Not(HasSubstr("back")))) << verb;
+    EXPECT_THAT(run.err, AllOf(HasSubstr("manifest: is a file"), Not(HasSubstr("back")))) << verb;
   }
 }
 
@@ -166,6 +184,29 @@ TEST_F(Mending, ResumeSaysWhatItMends) {
   EXPECT_THAT(resumed.err, AllOf(HasSubstr("campaign.h5: is not an HDF5 file"), HasSubstr("written anew"),
                                  HasSubstr("lies in damaged/"), Not(HasSubstr("graze resume"))));
   EXPECT_EQ(testing::read_file(at("damaged/campaign.h5")), "no archive");
+}
+
+// Claim: a shard of a newer program is no damaged one: resume refuses, names both versions, and changes nothing.
+TEST_F(Mending, ResumeLeavesNewerShardsAlone) {
+  const fs::path shard = at("shards/000001.h5");
+  fs::resize_file(shard, fs::file_size(shard) - 24);  // its seal
+  {
+    const hdf5::Lock lock;
+    const hdf5::Handle file(H5Fopen(shard.c_str(), H5F_ACC_RDWR, H5P_DEFAULT), H5Fclose, "shard");
+    hdf5::check(H5Adelete(file.id(), "format_version"), "format_version");
+    hdf5::write_attribute(file.id(), "format_version", std::uint64_t{2});
+  }
+  synthetic::reseal(shard, false);
+  fs::remove_all(at("manifest"));
+  const auto before = contents();
+  EXPECT_EQ(graze("verify a.graze").code, 2);
+  for (const std::string verb : {"resume a.graze --quiet", "score a.graze", "status a.graze"}) {
+    const Result run = graze(verb);
+    EXPECT_EQ(run.code, 2) << verb;
+    EXPECT_THAT(run.err, HasSubstr("shards/000001.h5: has format version 2, newer than version 1")) << verb;
+  }
+  EXPECT_EQ(contents(), before);
+  EXPECT_FALSE(fs::exists(at("damaged")));
 }
 
 // Claim: what never was an archive is not called a damaged one.
