@@ -5,11 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "engine/clearance/clearance.h"
-#include "engine/dynamics/dynamics_model.h"
 #include "engine/model/measures.h"
 #include "engine/settings/warnings.h"
 #include "scenarios/doubts.h"
+#include "scenarios/overlaps.h"
 #include "scenarios/witnesses.h"
 
 namespace graze {
@@ -17,7 +16,7 @@ namespace {
 
 using Overlap = Clearance::Overlap;
 
-constexpr int kLane = 0;  // the one lane that is looked at
+constexpr int kLane = kBeginningLane;
 
 /// The particle in the middle of all; nothing if these values together make none.
 std::optional<Particle> typical_particle(const Scenario& scenario) {
@@ -34,45 +33,8 @@ std::optional<Particle> typical_particle(const Scenario& scenario) {
   }
 }
 
-/// The block in which that particle begins.
-BlockState beginning(const Particle& particle) {
-  const Model& model = particle.model;
-  BlockState out;
-  out.q = BlockArray(model.nq);
-  out.v = out.a = BlockArray(model.nv);
-  out.X = BlockArray(12 * static_cast<int>(model.bodies.size()));
-  out.q.set_column(kLane, particle.initial.q);
-  out.v.set_column(kLane, particle.initial.v);
-  const DynamicsModel robot(model);
-  DynamicsData<double> data(robot);
-  update_poses(data.tree(), particle.initial.q.data());
-  for (int body = 0; body < robot.bodies(); ++body) {
-    const PoseT<double>& X_WB = data.tree().pose[body];
-    for (int i = 0; i < 9; ++i) out.X(12 * body + i, kLane) = X_WB.R.m[i];
-    out.X.set_column(kLane, to_eigen(X_WB.p), 12 * body + 9);
-  }
-  return out;
-}
-
 std::string length_text(double metres) {
   return metres < 0.1 ? fmt::format("{:.2g} mm", 1000 * metres) : fmt::format("{:.3g} m", metres);
-}
-
-/// "foot and ground by 12 mm, …": the deepest of some.
-std::string list(const Model& model, const std::vector<Overlap>& overlaps) {
-  constexpr std::size_t kShown = 3;
-  std::string out;
-  for (std::size_t i = 0; i < std::min(kShown, overlaps.size()); ++i) {
-    out += fmt::format("{}{} and {} by {}", i > 0 ? ", " : "", model.colliders[overlaps[i].a].name,
-                       model.colliders[overlaps[i].b].name, length_text(overlaps[i].depth));
-  }
-  if (overlaps.size() > kShown) out += fmt::format(" and {} pairs more", overlaps.size() - kShown);
-  return out;
-}
-
-Clearance of_all_parts(const Model& model) {
-  const Parts all{std::vector<unsigned>(model.colliders.size(), ~0u)};
-  return {model, all, all, 1e-3};  // terrain is looked at to this height
 }
 
 /// Where a robot whose base moves freely could begin instead: tries whether it is free of the environment elsewhere.
@@ -80,7 +42,7 @@ class FreePose {
  public:
   FreePose(const Model& model, const BlockState& state, double depth, double size)
       : model_(model),
-        clearance_(of_all_parts(model)),
+        clearance_(clearance_of_all_parts(model)),
         state_(state),
         depth_(depth),
         most_(4 * (size + depth)),
@@ -140,7 +102,7 @@ class OverlapsAtStart {
     const Model& model = particle.model;
     const double size = robot_extent(model, particle.initial).norm();
     std::vector<Overlap> inside, with_objects, of_objects;
-    for (const Overlap& one : of_all_parts(model).overlaps(state, kLane)) {
+    for (const Overlap& one : clearance_of_all_parts(model).overlaps(state, kLane)) {
       if (one.depth < std::max(1e-3, 0.005 * size)) continue;
       const int objects = model.colliders[one.a].is_object + model.colliders[one.b].is_object;
       (objects == 0 ? inside : objects == 1 ? with_objects : of_objects).push_back(one);
@@ -155,10 +117,13 @@ class OverlapsAtStart {
 
  private:
   void tell_of_links(const Model& model, const std::vector<Overlap>& overlaps) const {
+    constexpr std::ptrdiff_t kMost = 50;  // pairs to paste
+    const std::vector<Overlap> shown(overlaps.begin(), overlaps.begin() + std::min(kMost, std::ssize(overlaps)));
     warn(root_.at("robot"),
-         fmt::format("links are in each other at the start: {}; 'contact: {{ignore: [[{}, {}]]}}' lets two parts pass "
-                     "through each other, 'self_collision: false' all of the robot",
-                     list(model, overlaps), model.colliders[overlaps[0].a].name, model.colliders[overlaps[0].b].name));
+         fmt::format("links are in each other at the start: {}; 'contact: {{ignore: {}}}' lets these pass through each "
+                     "other, 'robot: {{ignore_initial_overlaps: true}}' all that begin so, 'contact: {{self_collision: "
+                     "false}}' all of the robot",
+                     overlaps_text(model, overlaps), ignore_text(model, shown)));
   }
 
   void tell_of_environment(const Particle& particle, const BlockState& state,
@@ -167,7 +132,7 @@ class OverlapsAtStart {
     const Collider &a = model.colliders[overlaps[0].a], &b = model.colliders[overlaps[0].b];
     const std::string way = model.floating_base ? way_out(particle, state, overlaps[0].depth) : "";
     warn(root_.at("robot"),
-         fmt::format("is in the environment at the start: {}; {}", list(model, overlaps),
+         fmt::format("is in the environment at the start: {}; {}", overlaps_text(model, overlaps),
                      !way.empty() ? way
                                   : fmt::format("'robot.initial.position' or "
                                                 "'environment.{}.position' moves one out of the other",
@@ -212,7 +177,8 @@ class OverlapsAtStart {
   }
 
   void tell_of_objects(const Model& model, const std::vector<Overlap>& overlaps) const {
-    warn(root_.at("environment"), fmt::format("objects are in each other at the start: {}", list(model, overlaps)));
+    warn(root_.at("environment"),
+         fmt::format("objects are in each other at the start: {}", overlaps_text(model, overlaps)));
   }
 
   const Settings& root_;
@@ -355,7 +321,7 @@ class TaskAtStart {
 void doubt_start(const Settings& root, const Scenario& scenario) {
   const std::optional<Particle> particle = typical_particle(scenario);
   if (!particle) return;
-  const BlockState state = beginning(*particle);
+  const BlockState state = beginning(particle->model, particle->initial);
   OverlapsAtStart(root, scenario).look(*particle, state);
   TaskAtStart(root, scenario, *particle).look(state);
 }

@@ -65,6 +65,10 @@ Description robot() {
             {Form::texts(-1, "FOLDER"), Form::text("FOLDER")},
             {},
             "folders in which `package://NAME/` is looked up"},
+           {"ignore_initial_overlaps",
+            {Form::flag()},
+            Default::value("false"),
+            "links that are in each other in the nominal initial state never touch"},
            {"initial", {Form::section("initial")}, {}, "how it begins"}}};
 }
 

@@ -23,6 +23,7 @@
 #include "scenarios/keys.h"
 #include "scenarios/limits.h"
 #include "scenarios/names.h"
+#include "scenarios/overlaps.h"
 #include "scenarios/policies.h"
 #include "scenarios/uncertain.h"
 #include "scenarios/world_reader.h"
@@ -336,6 +337,7 @@ Scenario read_scenario(const Settings& root, const std::string& file, const Scen
   ReadWorld read = read_world(root, {out.physics, options.ignore_missing_meshes});
   out.world = read.world;
   out.model = compiled(root, *out.world);
+  if (keep_apart(root, out.model, *read.world)) out.model = compiled(root, *out.world);
   check_contact_names(root, out.model);
   doubt_gravity(root);
   out.timing = read_time(root);

@@ -244,6 +244,7 @@ class Compiler {
 
   void add_pairs() {
     const ContactSettings& contact = world_.contact;
+    const std::set<std::pair<std::string, std::string>> apart(contact.apart.begin(), contact.apart.end());
     std::vector<PairMask> ignore, special;
     for (const auto& [a, b] : contact.ignore) ignore.emplace_back(a, b, model_.colliders);
     for (const ContactPair& pair : contact.pairs) special.emplace_back(pair.a, pair.b, model_.colliders);
@@ -252,6 +253,7 @@ class Compiler {
       for (int b = a + 1; b < n; ++b) {
         if (!candidate(model_.colliders[a], model_.colliders[b])) continue;
         if (std::any_of(ignore.begin(), ignore.end(), [&](const PairMask& mask) { return mask(a, b); })) continue;
+        if (apart.contains({model_.colliders[a].name, model_.colliders[b].name})) continue;
         ColliderPair pair = default_pair(a, b);
         for (std::size_t i = 0; i < special.size(); ++i) {
           if (special[i](a, b)) override_pair(contact.pairs[i], pair);

@@ -150,6 +150,7 @@ struct ContactSettings {
   std::string model;         // one of the back end's models; empty: its first
   std::vector<ContactPair> pairs;
   std::vector<std::pair<std::string, std::string>> ignore;  // globs; pairs of parts that never touch
+  std::vector<std::pair<std::string, std::string>> apart;   // names; likewise, in the order of the model's colliders
   bool self_collision = true;  // links of one robot that are not adjacent (parent and child) may touch
 };
 
