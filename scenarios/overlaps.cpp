@@ -49,8 +49,12 @@ void keep_apart(const Model& model, int a, int b, World& world) {
 void ignore_overlaps(const Settings& wanted, const Model& model, World& world) {
   std::vector<Overlap> links =
       clearance_of_all_parts(model).overlaps(beginning(model, initial_state(world, model)), kBeginningLane);
-  std::erase_if(
-      links, [&](const Overlap& one) { return model.colliders[one.a].is_object || model.colliders[one.b].is_object; });
+  std::erase_if(links, [&](const Overlap& one) {
+    const Collider &a = model.colliders[one.a], &b = model.colliders[one.b];
+    const auto& apart = world.contact.apart;
+    return a.is_object || b.is_object ||
+           std::find(apart.begin(), apart.end(), std::pair(a.name, b.name)) != apart.end();
+  });
   if (links.empty()) return;
   for (const Overlap& one : links) keep_apart(model, one.a, one.b, world);
   std::stable_sort(links.begin(), links.end(), [](const Overlap& a, const Overlap& b) { return a.depth > b.depth; });

@@ -15,7 +15,7 @@ using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
-using ::testing::IsEmpty;
+using ::testing::Not;
 
 Scenario tangle(const std::string& robot, const std::string& more = "") {
   return testing::read("graze: 1\nrobot: {urdf: robots/tangle.urdf" + robot + "}\ngravity: 0\n" +
@@ -37,15 +37,15 @@ TEST(Overlaps, AreToldWithWhatMendsThem) {
   EXPECT_THAT(s.warnings, Contains(AllOf(HasSubstr("links are in each other at the start: b and d by 20 mm"),
                                          HasSubstr("'contact: {ignore: [[b, d]]}'"),
                                          HasSubstr("'robot: {ignore_initial_overlaps: true}'"))));
-  EXPECT_THAT(tangle("", "contact: {ignore: [[b, d]]}\n").warnings, IsEmpty());  // what it says is right
+  EXPECT_THAT(tangle("", "contact: {ignore: [[b, d]]}\n").warnings,
+              Not(Contains(HasSubstr("each other"))));  // what it says is right
 }
 
 TEST(Overlaps, AreIgnoredWhereThatIsWanted) {
   const Scenario s =
       tangle(", ignore_initial_overlaps: true", "uncertain: {\"robot.link.*.mass\": {normal: {std: 5 %}}}\n");
   EXPECT_THAT(pairs_of(s.model), ElementsAre("a-c", "a-d", "b-e", "c-e", "d-e"));
-  EXPECT_THAT(s.warnings,
-              ElementsAre(HasSubstr("1 pair of links begin in each other and never touch: b and d by 20 mm")));
+  EXPECT_THAT(s.warnings, Contains(HasSubstr("1 pair of links begin in each other and never touch: b and d by 20 mm")));
   std::vector<std::string> paths;
   std::vector<double> values;
   for (const UncertainParameter& parameter : s.space.parameters) {
