@@ -6,6 +6,7 @@
 
 #include "engine/model/convex_hull.h"
 #include "engine/model/direction.h"
+#include "engine/model/hull.h"
 #include "engine/model/mesh_size.h"
 #include "engine/model/rotation.h"
 #include "engine/model/urdf.h"
@@ -87,6 +88,7 @@ Shape read_mesh(const Described& own) {
   const std::string path = file.resolve_file(file.text());
   try {
     shape.mesh = collision_hull(*load_mesh(path));
+    shape.hull = simplified_hull(*shape.mesh, shape.size, {});
   } catch (const InputError& e) {
     file.fail(e.what());
   }
