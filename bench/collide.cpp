@@ -109,7 +109,7 @@ void lane_by_lane(benchmark::State& state, ShapeKind a, ShapeKind b) {
     points = 0;
     for (int block = 0; block < kBlocks; ++block) {
       const double* data = pairs.data(block);
-      convex.collide(0, kWide, 0xff, data + 3 * kWide, data + 18 * kWide, margin.data(), rows.data());
+      convex.collide(0, kWide, 0xff, data + 3 * kWide, data + 18 * kWide, margin.data(), rows.data(), nullptr);
       for (int k = 0; k < 8; ++k) {
         for (int lane = 0; lane < kWide; ++lane) points += rows[(k * kManifoldRows + kRowValid) * kWide + lane] > 0;
       }

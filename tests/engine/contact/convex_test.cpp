@@ -5,6 +5,7 @@
 
 #include "engine/contact/collide.h"
 #include "engine/contact/convex_pairs.h"
+#include "tests/engine/contact/hull_reference.h"
 #include "tests/engine/contact/support.h"
 #include "tests/sanitized.h"
 
@@ -13,6 +14,7 @@ namespace {
 
 using testing::BodyD;
 using testing::Random;
+using testing::touch_plane;
 using enum ShapeKind;
 
 Vec3 eigen(const Vec3T<double>& v) { return {v.x, v.y, v.z}; }
@@ -199,7 +201,7 @@ TEST(ConvexPairs, rows_are_the_lanes_manifolds) {
     pairs.start(lane, model);
   }
   std::vector<double> rows(8 * kManifoldRows * kWide);
-  pairs.collide(0, kWide, 0x7f, X[0].data(), X[1].data(), margin.data(), rows.data());
+  pairs.collide(0, kWide, 0x7f, X[0].data(), X[1].data(), margin.data(), rows.data(), nullptr);
   ManifoldT<Pack<8>> read;
   read_manifold(rows.data(), 8, read);
   for (int lane = 0; lane < kWide; ++lane) {
