@@ -7,6 +7,7 @@
 #include "engine/physics.h"
 #include "sampling/design_name.h"
 #include "scenarios/distributions.h"
+#include "scenarios/hull_reader.h"
 #include "scenarios/shapes.h"
 #include "scenarios/witnesses.h"
 
@@ -65,6 +66,7 @@ Description robot() {
             {Form::texts(-1, "FOLDER"), Form::text("FOLDER")},
             {},
             "folders in which `package://NAME/` is looked up"},
+           {"mesh", {Form::section("hull")}, {}, "how its collision meshes may be simplified"},
            {"initial", {Form::section("initial")}, {}, "how it begins"}}};
 }
 
@@ -259,6 +261,7 @@ const std::map<std::string, Description>& scenario_sections() {
   static const std::map<std::string, Description> all = {
       {"scenario", scenario()},
       {"robot", robot()},
+      {"hull", {"how far collision meshes may be simplified", hull_keys()}},
       {"initial", initial()},
       {"object", object()},
       {"contact", contact()},
