@@ -231,7 +231,8 @@ void put_deepest(const Gap& gap, double margin, int deepest, ConvexManifold& out
 
 ConvexManifold touch_convex(const Convex& a, const Convex& b, double margin, Gap* seen) {
   ConvexManifold out;
-  const Gap gap = gap_between(a, b);
+  constexpr double kRounding = 1e-9;  // m: where a bound decides, so would the gap
+  const Gap gap = gap_between(a, b, margin + kRounding);
   if (seen) *seen = gap;
   if (gap.phi >= margin) return out;
   const Across across(a.X.linear(), gap.n);

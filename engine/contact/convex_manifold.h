@@ -17,7 +17,7 @@ struct ManifoldPoint {
 };
 using ConvexManifold = std::array<ManifoldPoint, 8>;
 
-/// `seen` (may be null) becomes the gap, however large.
+/// `seen` (may be null) becomes the gap; where that is more than the margin, perhaps a bound of it (gap_between).
 ConvexManifold touch_convex(const Convex& a, const Convex& b, double margin, Gap* seen = nullptr);
 
 }  // namespace graze
