@@ -14,7 +14,7 @@ set_target_properties(graze_shared PROPERTIES OUTPUT_NAME graze EXPORT_NAME graz
   VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
 target_link_libraries(graze_shared
   PUBLIC Eigen3::Eigen fmt::fmt
-  PRIVATE yaml-cpp PkgConfig::URDFDOM PkgConfig::TINYXML2 PkgConfig::BULLET assimp::assimp OpenSSL::Crypto hdf5::hdf5
+  PRIVATE yaml-cpp PkgConfig::URDFDOM PkgConfig::TINYXML2 PkgConfig::QHULL PkgConfig::BULLET assimp::assimp OpenSSL::Crypto hdf5::hdf5
     nlohmann_json::nlohmann_json Threads::Threads ${CMAKE_DL_LIBS})
 target_compile_features(graze_shared PUBLIC cxx_std_20)
 target_include_directories(graze_shared INTERFACE $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/graze>)

@@ -16,6 +16,9 @@ void add_shape(const Shape& shape, RunningDigest& digest) {
   if (shape.mesh) {
     digest.add(shape.mesh->vertices.size());
     for (const Vec3& vertex : shape.mesh->vertices) digest.add_all(vertex);
+    if (shape.hull) {
+      for (const Vec3& corner : shape.hull->corners) digest.add_all(corner);
+    }
   }
   if (shape.grid) {
     digest.add(shape.grid->nx), digest.add(shape.grid->ny);

@@ -7,6 +7,7 @@
 #include "engine/physics.h"
 #include "sampling/design_name.h"
 #include "scenarios/distributions.h"
+#include "scenarios/hull_reader.h"
 #include "scenarios/shapes.h"
 #include "scenarios/witnesses.h"
 
@@ -69,6 +70,7 @@ Description robot() {
             {Form::flag()},
             Default::value("false"),
             "links that are in each other in the nominal initial state never touch"},
+           {"mesh", {Form::section("hull")}, {}, "how its collision meshes may be simplified"},
            {"initial", {Form::section("initial")}, {}, "how it begins"}}};
 }
 
@@ -263,6 +265,7 @@ const std::map<std::string, Description>& scenario_sections() {
   static const std::map<std::string, Description> all = {
       {"scenario", scenario()},
       {"robot", robot()},
+      {"hull", {"how far collision meshes may be simplified", hull_keys()}},
       {"initial", initial()},
       {"object", object()},
       {"contact", contact()},

@@ -12,6 +12,7 @@
 #include "engine/settings/merged.h"
 #include "engine/settings/units.h"
 #include "scenarios/csv.h"
+#include "scenarios/hull_reader.h"
 #include "scenarios/limits.h"
 #include "scenarios/shapes.h"
 #include "scenarios/world_reader.h"
@@ -85,8 +86,10 @@ Shape read_mesh(const Described& own) {
     }
   }
   const std::string path = file.resolve_file(file.text());
+  const HullSettings hull = s.is_map() ? read_hull(s) : HullSettings();
   try {
     shape.mesh = collision_hull(*load_mesh(path));
+    shape.hull = simplified_hull(*shape.mesh, shape.size, hull);
   } catch (const InputError& e) {
     file.fail(e.what());
   }
@@ -155,6 +158,20 @@ Shape read_plane(const Described& own) {
   return {ShapeKind::plane, Vec3::Zero(), nullptr, nullptr};
 }
 
+Description mesh_description() {
+  Description out{"the convex hull of a mesh file",
+                  {{"file", {Form::text("FILE")}, Default::required(), "OBJ or STL"},
+                   {"scale",
+                    {Form::number(Quantity::dimensionless, Bound::positive), Form::numbers(3)},
+                    Default::value("1"),
+                    "a factor, or one for each axis: 0.01 for a file in cm"}},
+                  {},
+                  {Form::text("FILE")},
+                  "A file alone is its name."};
+  for (const Key& key : hull_keys()) out.keys.push_back(key);
+  return out;
+}
+
 std::vector<ShapeForm> own_forms() {
   const Form length = Form::number(Quantity::length, Bound::positive);
   const auto lengths = [](int n) { return Form::numbers(n, Quantity::length, Bound::positive); };
@@ -176,17 +193,7 @@ std::vector<ShapeForm> own_forms() {
         {lengths(2)},
         "`[radius, length]` is short for the map."},
        read_capsule},
-      {"mesh",
-       {"the convex hull of a mesh file",
-        {{"file", {Form::text("FILE")}, Default::required(), "OBJ or STL"},
-         {"scale",
-          {Form::number(Quantity::dimensionless, Bound::positive), Form::numbers(3)},
-          Default::value("1"),
-          "a factor, or one for each axis: 0.01 for a file in cm"}},
-        {},
-        {Form::text("FILE")},
-        "A file alone is its name."},
-       read_mesh},
+      {"mesh", mesh_description(), read_mesh},
       {"heightfield",
        {"terrain of heights on a grid about its middle, solid below",
         {{"size", {lengths(2)}, Default::required(), "extent `[x, y]`"},

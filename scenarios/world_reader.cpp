@@ -11,6 +11,7 @@
 #include "engine/physics.h"
 #include "engine/settings/warnings.h"
 #include "scenarios/doubts.h"
+#include "scenarios/hull_reader.h"
 #include "scenarios/keys.h"
 #include "scenarios/limits.h"
 #include "scenarios/names.h"
@@ -81,6 +82,10 @@ class WorldReader {
     if (const auto folders = robot.find("package_path")) {
       check_count(*folders, folders->items().size(), kMaxFolders, "folders");
       for (const Settings& folder : folders->items()) urdf.package_path.push_back(folder.resolve_file(folder.text()));
+    }
+    if (const auto mesh = robot.find("mesh")) {
+      mesh->allow(keys_of("hull"));
+      urdf.hull = read_hull(*mesh);
     }
     urdf.warn = [this](const std::string& warning) { out_.warnings.push_back(warning); };
     const Settings file = robot.at("urdf");

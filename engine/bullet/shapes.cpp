@@ -8,7 +8,6 @@
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
-#include <LinearMath/btConvexHullComputer.h>
 
 #include <algorithm>
 #include <cassert>
@@ -81,7 +80,7 @@ void make_shape(Solid& solid, HullCache& hulls) {
       solid.radius = size.x() + 0.5 * size.y();
       break;
     case ShapeKind::mesh:
-      for (const Vec3& corner : hulls.corners(shape.mesh)) {
+      for (const Vec3& corner : hulls.hull(shape)->corners) {
         solid.corners.push_back(corner.cwiseProduct(size));
         solid.radius = std::max(solid.radius, solid.corners.back().norm());
       }
@@ -107,18 +106,12 @@ void place(Solid& solid, const btTransform& X_WB) {
 
 }  // namespace
 
-const std::vector<Vec3>& HullCache::corners(const std::shared_ptr<const Mesh>& mesh) {
-  for (const auto& [known, corners] : hulls_) {
-    if (known == mesh) return corners;
+std::shared_ptr<const Hull> HullCache::hull(const Shape& shape) {
+  if (shape.hull) return shape.hull;
+  for (const auto& [known, hull] : hulls_) {
+    if (known == shape.mesh) return hull;
   }
-  std::vector<btVector3> points;
-  for (const Vec3& p : mesh->vertices) points.push_back(to_bt(p));
-  btConvexHullComputer computer;
-  computer.compute(&points[0].m_floats[0], sizeof(btVector3), static_cast<int>(points.size()), 0, 0);
-  std::vector<Vec3> corners;
-  for (int i = 0; i < computer.vertices.size(); ++i) corners.push_back(from_bt(computer.vertices[i]));
-  hulls_.emplace_back(mesh, std::move(corners));
-  return hulls_.back().second;
+  return hulls_.emplace_back(shape.mesh, hull_of(shape)).second;
 }
 
 std::vector<Solid> make_solids(const Model& model, const Forest& forest, HullCache& hulls) {

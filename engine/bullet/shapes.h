@@ -9,16 +9,17 @@
 #include <vector>
 
 #include "engine/bullet/tree.h"
+#include "engine/model/hull.h"
 
 namespace graze::bullet {
 
-/// Convex hulls of meshes, reduced to their corners once and shared by all particles (scaled per particle).
+/// Convex hulls of meshes that come without one, found once and shared by all particles (scaled per particle).
 class HullCache {
  public:
-  const std::vector<Vec3>& corners(const std::shared_ptr<const Mesh>& mesh);
+  std::shared_ptr<const Hull> hull(const Shape& shape);
 
  private:
-  std::vector<std::pair<std::shared_ptr<const Mesh>, std::vector<Vec3>>> hulls_;
+  std::vector<std::pair<std::shared_ptr<const Mesh>, std::shared_ptr<const Hull>>> hulls_;
 };
 
 /// One collider: its shape, its object in Bullet, and where it is now.

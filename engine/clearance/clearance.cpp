@@ -9,7 +9,6 @@
 #include "engine/contact/features.h"
 #include "engine/lane_physics/lane_engine.h"
 #include "engine/lanes/isa.h"
-#include "engine/model/convex_hull.h"
 
 namespace graze {
 namespace {
@@ -21,14 +20,9 @@ constexpr double kSlack = 2e-6;
 /// A reach that leaves nothing out, m.
 constexpr double kAll = 1e9;
 
-/// Of a ball about the shape's origin that holds it, m.
-double radius_of(const Shape& shape, const Mesh* hull) {
-  if (shape.kind != ShapeKind::mesh) {
-    return bounding_radius<double>(shape.kind, {{shape.size.x(), shape.size.y(), shape.size.z()}});
-  }
-  double radius = 0;
-  for (const Vec3& vertex : hull->vertices) radius = std::max(radius, vertex.cwiseProduct(shape.size).norm());
-  return radius;
+/// Of a ball about the shape's origin (a mesh's: its hull's centre) that holds it, m.
+double radius_of(const Shape& shape, const HullView& hull) {
+  return bounding_radius<double>(shape.kind, {{shape.size.x(), shape.size.y(), shape.size.z()}, nullptr, &hull});
 }
 
 void put_pose(const Pose& X, int lane, BlockArray& rows) {
@@ -74,6 +68,7 @@ Clearance::Clearance(const Model& nominal, Parts first, Parts second, double wit
   for (int i = 0; i < pairs; ++i) std::fill_n(axis_.row(3 * i), kLanes, 1.0);
   due_.resize(pairs), due_lanes_.resize(pairs);
   for (const Solid& solid : solids_) {
+    hull_views_.push_back(solid.hull.view());
     views_.push_back(solid.grid ? HeightView{solid.grid->nx, solid.grid->ny, solid.grid->height.data()}
                                 : HeightView{0, 0, nullptr});
   }
@@ -90,10 +85,7 @@ int Clearance::solid_of(const Model& nominal, int collider) {
   solid.collider = collider;
   solid.kind = of.shape.kind;
   solid.grid = of.shape.grid;
-  if (of.shape.kind == ShapeKind::mesh) {
-    solid.mesh = convex_hull(*of.shape.mesh);
-    if (!solid.mesh) solid.mesh = of.shape.mesh;  // flat
-  }
+  if (of.shape.kind == ShapeKind::mesh) solid.hull = HullArrays(*hull_of(of.shape));
   solid.place = 0;
   if (of.body >= 0) {
     const auto at = std::find(bodies_.begin(), bodies_.end(), of.body);
@@ -106,15 +98,17 @@ int Clearance::solid_of(const Model& nominal, int collider) {
 
 void Clearance::start(int lane, const Model& model) {
   for (int i = 0; i < radius_.rows(); ++i) radius_(i, lane) = 0;
-  for (Solid& solid : solids_) {
+  for (std::size_t i = 0; i < solids_.size(); ++i) {
+    Solid& solid = solids_[i];
     const Collider& collider = model.colliders[solid.collider];
-    put_pose(collider.X_BG, lane, solid.X_BG);
+    const Pose X_BG = solid.hull.placed(collider.X_BG, collider.shape.size);
+    put_pose(X_BG, lane, solid.X_BG);
     for (int k = 0; k < 3; ++k) solid.size(k, lane) = collider.shape.size[k];
     if (solid.place == 0) {
-      put_pose(collider.X_BG, lane, solid.pose);
+      put_pose(X_BG, lane, solid.pose);
       continue;
     }
-    const double reach = collider.X_BG.translation().norm() + radius_of(collider.shape, solid.mesh.get());
+    const double reach = X_BG.translation().norm() + radius_of(collider.shape, hull_views_[i]);
     double& radius = radius_(solid.place - 1, lane);
     radius = std::max(radius, reach);
   }
@@ -220,8 +214,8 @@ unsigned Clearance::find_points(int pair, const double* pose_a, const double* po
   Row reach;
   reach.fill(of.ground ? within_ : kAll);  // terrain takes time by the reach
   if (of.kernel) {
-    return kernel_->measure_gap({{static_cast<int>(a.kind), a.size.row(0), pose_a, &views_[of.a]},
-                                 {static_cast<int>(b.kind), b.size.row(0), pose_b, &views_[of.b]},
+    return kernel_->measure_gap({{static_cast<int>(a.kind), a.size.row(0), pose_a, &views_[of.a], &hull_views_[of.a]},
+                                 {static_cast<int>(b.kind), b.size.row(0), pose_b, &views_[of.b], &hull_views_[of.b]},
                                  wanted,
                                  enough.data(),
                                  reach.data(),
@@ -230,7 +224,7 @@ unsigned Clearance::find_points(int pair, const double* pose_a, const double* po
                                  manifold_.row(0)});
   }
   bound.fill(-kInfinity);
-  hulls_->collide(of.index, kLanes, wanted, pose_a, pose_b, reach.data(), manifold_.row(0));
+  hulls_->collide(of.index, kLanes, wanted, pose_a, pose_b, reach.data(), manifold_.row(0), nullptr);
   return wanted;
 }
 
@@ -265,9 +259,7 @@ void Clearance::take_terrain(const Pair& pair, const double* pose_a, const doubl
     if (!(wanted >> lane & 1u) || bound[lane] <= 0) continue;
     const Vec3 size = size_of(shape, lane);
     std::vector<Vec3> corners;
-    if (shape.mesh) {
-      for (const Vec3& vertex : shape.mesh->vertices) corners.push_back(vertex.cwiseProduct(size));
-    }
+    for (int k = 0; k < shape.hull.count(); ++k) corners.push_back(shape.hull.corner(k).cwiseProduct(size));
     const Convex convex{shape.kind, size, pose_in(a_is_ground ? pose_b : pose_a, lane), &corners};
     const Pose X_WT = pose_in(a_is_ground ? pose_a : pose_b, lane);
     const TerrainGap found = gap_above_terrain(convex, grid, size_of(ground, lane), X_WT, bound[lane]);

@@ -62,7 +62,7 @@ class Clearance {
     int place;  // of its body in travel_
     ShapeKind kind;
     std::shared_ptr<const HeightGrid> grid;
-    std::shared_ptr<const Mesh> mesh;
+    HullArrays hull;  // of meshes, whose frame is at its centre
     BlockArray X_BG{12}, size{3}, pose{12};
     long posed = 0;  // the look of which `pose` is
   };
@@ -89,7 +89,8 @@ class Clearance {
   double within_;
   int colliders_;  // of the Model
   std::vector<Solid> solids_;
-  std::vector<HeightView> views_;  // per solid
+  std::vector<HeightView> views_;     // per solid
+  std::vector<HullView> hull_views_;  // per solid
   std::vector<Pair> pairs_;
   // What a gap that was measured once says of later ones, as the kernels take it (gaps.h).
   std::vector<int> bodies_;   // that move

@@ -6,19 +6,24 @@
 //   capsule      2      1        2        2       2       4
 //   cylinder     8      1        2        8       8       8
 //   box          8      1        2        8       8       8
+//   mesh         8                                        8
 //
-// Meshes have no kernel (has_kernel); their pairs go through GJK/EPA, lane by lane, and come back by read_manifold().
+// Meshes, which are convex hulls, have kernels for the ground alone (has_kernel); their other pairs go through GJK/EPA,
+// lane by lane, and come back by read_manifold().
 
 #include "engine/contact/box_box.h"
 #include "engine/contact/capsule.h"
 #include "engine/contact/cylinder_box.h"
 #include "engine/contact/cylinder_cylinder.h"
-#include "engine/contact/heightfield.h"
+#include "engine/contact/hull_ground.h"
 
 namespace graze {
 
 /// Whether collide() knows this pair, in either order. Planes and heightfields never touch each other.
-constexpr bool has_kernel(ShapeKind a, ShapeKind b) { return a != kinds::mesh && b != kinds::mesh; }
+constexpr bool has_kernel(ShapeKind a, ShapeKind b) {
+  const auto ground = [](ShapeKind kind) { return kind == kinds::plane || kind == kinds::heightfield; };
+  return (a != kinds::mesh && b != kinds::mesh) || ground(a) || ground(b);
+}
 
 inline namespace GRAZE_ISA_NAMESPACE {
 
@@ -68,7 +73,13 @@ inline void name_features(ShapeKind a, const ShapeT<T>& sa, const PoseT<T>& Xa, 
 /// Place of a shape in the kernels' names: the first of a pair has the lower one.
 constexpr int rank_of(ShapeKind kind) {
   using namespace kinds;
-  return kind == sphere ? 0 : kind == capsule ? 1 : kind == cylinder ? 2 : kind == box ? 3 : kind == plane ? 4 : 5;
+  return kind == sphere     ? 0
+         : kind == capsule  ? 1
+         : kind == cylinder ? 2
+         : kind == box      ? 3
+         : kind == mesh     ? 4
+         : kind == plane    ? 5
+                            : 6;
 }
 
 /// The kernels with a sphere or capsule first.
@@ -105,6 +116,8 @@ inline void collide(ShapeKind a, const ShapeT<T>& sa, const PoseT<T>& Xa, ShapeK
   if (!has_kernel(a, b) || rank_of(a) >= rank_of(plane)) return;
   if (rank_of(a) <= rank_of(capsule)) {
     collide_round(a, sa, Xa, b, sb, Xb, margin, out);
+  } else if (a == mesh) {
+    b == plane ? hull_plane(sa, Xa, Xb, margin, out) : hull_heightfield(sa, Xa, sb, Xb, margin, out);
   } else if (b == plane) {
     a == box ? box_plane(sa, Xa, Xb, margin, out) : cylinder_plane(sa, Xa, Xb, margin, out);
   } else if (b == heightfield) {
@@ -117,8 +130,7 @@ inline void collide(ShapeKind a, const ShapeT<T>& sa, const PoseT<T>& Xa, ShapeK
   name_features(a, sa, Xa, b, sb, Xb, out);
 }
 
-/// Radius of a ball about the shape's origin that holds it, m; infinite for planes and heightfields. Meshes: not known
-/// here.
+/// Radius of a ball about the shape's origin that holds it, m; infinite for planes and heightfields.
 template <class T>
 inline T bounding_radius(ShapeKind kind, const ShapeT<T>& shape) {
   using namespace kinds;
@@ -127,6 +139,7 @@ inline T bounding_radius(ShapeKind kind, const ShapeT<T>& shape) {
   if (kind == capsule) return fma(T(0.5), s.y, s.x);
   if (kind == cylinder) return sqrt(fma(s.x, s.x, T(0.25) * s.y * s.y));
   if (kind == box) return T(0.5) * sqrt(norm2(s));
+  if (kind == mesh) return radius_of_hull(shape);
   return T(1e300);
 }
 

@@ -16,6 +16,7 @@ namespace {
 
 /// Nearer than this (m) two points have no direction.
 constexpr double kApart = 1e-9;
+constexpr double kNever = std::numeric_limits<double>::infinity();
 
 /// A core as Bullet's EPA sees it: its support function.
 class CoreShape final : public btConvexInternalShape {
@@ -40,17 +41,29 @@ class CoreShape final : public btConvexInternalShape {
   const Convex& convex_;
 };
 
+/// The first of those that lie furthest along n. Four are looked at side by side, as each comparison waits for the one
+/// before it.
 Vec3 corner_along(const std::vector<Vec3>& corners, const Vec3& n) {
-  const Vec3* best = &corners.front();
-  double most = best->dot(n);
-  for (const Vec3& corner : corners) {
-    const double along = corner.dot(n);
-    if (along > most) {
-      most = along;
-      best = &corner;
-    }
+  constexpr std::size_t kSide = 4;
+  std::array<double, kSide> most;
+  std::array<std::size_t, kSide> best{};
+  most.fill(corners.front().dot(n));
+  const auto look = [&](std::size_t i, std::size_t k) {
+    const double along = corners[k].dot(n);
+    best[i] = along > most[i] ? k : best[i];
+    most[i] = along > most[i] ? along : most[i];
+  };
+  std::size_t k = 0;
+  for (; k + kSide <= corners.size(); k += kSide) {
+    for (std::size_t i = 0; i < kSide; ++i) look(i, k + i);
   }
-  return *best;
+  for (; k < corners.size(); ++k) look(0, k);
+  for (std::size_t i = 1; i < kSide; ++i) {
+    if (most[i] < most[0] || (most[i] == most[0] && best[i] >= best[0])) continue;
+    most[0] = most[i];
+    best[0] = best[i];
+  }
+  return corners[best[0]];
 }
 
 /// Climbs to the direction of greatest separation near n: EPA ends on a polytope, which leaves round shapes some 1e-4
@@ -103,18 +116,30 @@ struct Simplex {
   Vec3 nearest() const { return sum(&Difference::a) - sum(&Difference::b); }
 };
 
+/// Solves for the weights of one or two edges: the larger diagonal first.
+void weigh_edges(const Vec3& o, const Vec3& first, const Vec3& second, double& x, double& y) {
+  const double g = first.squaredNorm(), l = first.dot(second) / g;
+  const double right = -first.dot(o);
+  y = (-second.dot(o) - l * right) / (second.squaredNorm() - l * first.dot(second));
+  x = right / g - l * y;
+}
+
 /// Weights of the affine hull's point nearest to zero; false where it is not between the points, or they are dependent.
 /// With edges e_i from the first point o: sum_j (e_i . e_j) x_j = -e_i . o.
 bool weigh(Simplex& simplex) {
   const Vec3 o = simplex.point[0].w();
-  Mat3 gram = Mat3::Identity();
-  Vec3 right = Vec3::Zero();
-  for (int i = 1; i < simplex.count; ++i) {
-    const Vec3 edge = simplex.point[i].w() - o;
-    right[i - 1] = -edge.dot(o);
-    for (int j = 1; j < simplex.count; ++j) gram(i - 1, j - 1) = edge.dot(simplex.point[j].w() - o);
+  Vec3 x = Vec3::Zero(), edge[3];
+  for (int i = 1; i < simplex.count; ++i) edge[i - 1] = simplex.point[i].w() - o;
+  if (simplex.count == 2) x[0] = -edge[0].dot(o) / edge[0].squaredNorm();
+  if (simplex.count == 3) {
+    const bool first = edge[0].squaredNorm() >= edge[1].squaredNorm();
+    first ? weigh_edges(o, edge[0], edge[1], x[0], x[1]) : weigh_edges(o, edge[1], edge[0], x[1], x[0]);
   }
-  const Vec3 x = gram.ldlt().solve(right);
+  if (simplex.count == 4) {
+    Mat3 E;
+    E << edge[0], edge[1], edge[2];
+    x = (E.transpose() * E).eval().ldlt().solve(E.transpose() * -o);
+  }
   simplex.weight = {1 - x.sum(), x[0], x[1], x[2]};
   for (int i = 0; i < simplex.count; ++i) {
     if (!(simplex.weight[i] >= 0 && std::isfinite(simplex.weight[i]))) return false;
@@ -150,29 +175,40 @@ Difference support_of_difference(const Convex& a, const Convex& b, const Vec3& n
   return {a.X * a.core_support(a.X.linear().transpose() * -n), b.X * b.core_support(b.X.linear().transpose() * n)};
 }
 
+/// What GJK finds of two cores.
+enum class Cores { overlap, apart, far };
+
 /// Nearest points of the cores, if they are apart (Gilbert, Johnson and Keerthi, IEEE J. Robotics and Automation 4
-/// (1988)). Ends when the direction proves the distance to 1e-13 of it.
-bool nearest_cores(const Convex& a, const Convex& b, Vec3& on_a, Vec3& on_b) {
+/// (1988)). Ends when the direction proves the distance to 1e-13 of it; or, far, when it proves that the distance is
+/// more than `enough` and three quarters of that of the points found.
+Cores nearest_cores(const Convex& a, const Convex& b, double enough, Vec3& on_a, Vec3& on_b) {
   const Vec3 from = centre(a) - centre(b);
   Simplex simplex;
   simplex.count = 1;
   simplex.point[0] = support_of_difference(a, b, from.norm() > kApart ? from : Vec3::UnitZ());
   simplex.weight[0] = 1;
+  Cores out = Cores::apart;
   for (int i = 0; i < 200; ++i) {
     const Vec3 v = simplex.nearest();
-    if (v.norm() < kApart) return false;
+    const double length = v.norm();
+    if (length < kApart) return Cores::overlap;
     const Difference next = support_of_difference(a, b, v);
-    if (v.squaredNorm() - v.dot(next.w()) <= 1e-13 * v.squaredNorm()) break;
+    const double proved = v.dot(next.w());
+    if (length * length - proved <= 1e-13 * length * length) break;
+    if (proved > std::max(enough, 0.75 * length) * length) {
+      out = Cores::far;
+      break;
+    }
     Simplex larger = simplex;
     larger.point[larger.count++] = next;
     larger = nearest_face(larger);
     if (!(larger.nearest().squaredNorm() < v.squaredNorm())) break;
     simplex = larger;
-    if (simplex.count == 4) return false;  // zero lies inside
+    if (simplex.count == 4) return Cores::overlap;  // zero lies inside
   }
   on_a = simplex.sum(&Difference::a);
   on_b = simplex.sum(&Difference::b);
-  return true;
+  return out;
 }
 
 /// Moves a out of b along n, and looks from there which way is nearest: a direction that parts the shapes by less, as
@@ -189,7 +225,7 @@ Gap step_out(const Convex& a, const Convex& b, Vec3 n) {
     const Vec3 way = (kAside - phi) * n;
     moved.X.translation() += way;
     Vec3 on_a, on_b;
-    if (!nearest_cores(moved, b, on_a, on_b)) break;
+    if (nearest_cores(moved, b, kNever, on_a, on_b) == Cores::overlap) break;
     best.p_a = on_a - way;
     best.p_b = on_b;
     n = (on_a - on_b).normalized();
@@ -247,11 +283,15 @@ double Convex::reach(const Vec3& n) const { return n.dot(X * core_support(X.line
 
 double separation(const Convex& a, const Convex& b, const Vec3& n) { return -a.reach(-n) - b.reach(n); }
 
-Gap gap_between(const Convex& a, const Convex& b) {
+Gap gap_between(const Convex& a, const Convex& b, double enough) {
   Vec3 on_a, on_b;
-  if (!nearest_cores(a, b, on_a, on_b)) return overlap(a, b);
+  const double rounding = a.rounding() + b.rounding();
+  const Cores cores = nearest_cores(a, b, enough + rounding, on_a, on_b);
+  if (cores == Cores::overlap) return overlap(a, b);
   const double distance = (on_a - on_b).norm();
-  return from_cores(a, b, distance, (on_a - on_b) / distance, on_a, on_b);
+  const Vec3 n = (on_a - on_b) / distance;
+  // The last look may not have been along n by more than rounding, so the bound is taken along it.
+  return from_cores(a, b, cores == Cores::far ? separation(a, b, n) + rounding : distance, n, on_a, on_b);
 }
 
 }  // namespace graze

@@ -4,6 +4,8 @@
 // outside, so that round shapes are exact and rarely overlap as cores. Nothing is kept between calls. (Bullet's own GJK
 // misses the distance of aligned boxes by centimetres now and then.)
 
+#include <limits>
+
 #include "engine/model/world.h"
 
 namespace graze {
@@ -28,7 +30,9 @@ struct Gap {
   double phi;
   Vec3 n, p_a, p_b;
 };
-Gap gap_between(const Convex& a, const Convex& b);
+/// Where the gap is more than `enough`, `phi` may be a bound that is more than `enough`, too, and no more than the gap;
+/// then n is the direction that proves it, and the points are some.
+Gap gap_between(const Convex& a, const Convex& b, double enough = std::numeric_limits<double>::infinity());
 
 /// n . x over a, least, minus n . x over b, greatest: no greater than the gap, for any unit n.
 double separation(const Convex& a, const Convex& b, const Vec3& n);

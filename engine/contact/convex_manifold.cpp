@@ -1,10 +1,10 @@
 #include "engine/contact/convex_manifold.h"
 
 #include <algorithm>
+#include <boost/container/small_vector.hpp>
 #include <cmath>
 #include <numbers>
 
-#include "engine/contact/heightfield.h"
 #include "engine/lanes/scalar.h"
 
 namespace graze {
@@ -15,7 +15,8 @@ constexpr double kAlong = 0.05;
 /// Two points nearer than this (m) are one.
 constexpr double kOnePoint = 1e-6;
 
-using Polygon = std::vector<Vec3>;
+/// Most features have a few corners, which then need no memory of their own.
+using Polygon = boost::container::small_vector<Vec3, 48>;
 
 /// Rim of a cylinder's cap, as a polygon of 8.
 Polygon cap(const Convex& cylinder, double z) {
@@ -168,10 +169,11 @@ struct Candidate {
   Vec3 q;  // across frame; z: middle between both surfaces
   double phi;
 };
+using Candidates = boost::container::small_vector<Candidate, 48>;
 
 /// Common points of the features that lie on each other, none if they meet in a point.
-std::vector<Candidate> common_points(const Convex& a, const Convex& b, const Across& across) {
-  std::vector<Candidate> out;
+Candidates common_points(const Convex& a, const Convex& b, const Across& across) {
+  Candidates out;
   Polygon on_a = feature_along(a, -across.n), on_b = feature_along(b, across.n);
   if (on_a.size() < 2 || on_b.size() < 2) return out;
   for (Vec3& p : on_a) p = across.local(p);
@@ -190,9 +192,9 @@ std::vector<Candidate> common_points(const Convex& a, const Convex& b, const Acr
 
 /// Slot k gets the candidate that reaches furthest in direction k of 8; a candidate keeps its first slot only. Returns
 /// the slot of the deepest.
-int spread(const std::vector<Candidate>& candidates, const Across& across, double margin, ConvexManifold& out) {
-  std::vector<int> taken;
-  int deepest = -1;
+int spread(const Candidates& candidates, const Across& across, double margin, ConvexManifold& out) {
+  std::array<int, 8> taken;
+  int deepest = -1, count = 0;
   for (int k = 0; k < 8; ++k) {
     const double angle = k * std::numbers::pi / 4;
     int best = -1;
@@ -204,8 +206,8 @@ int spread(const std::vector<Candidate>& candidates, const Across& across, doubl
         best = i;
       }
     }
-    if (best < 0 || std::find(taken.begin(), taken.end(), best) != taken.end()) continue;
-    taken.push_back(best);
+    if (best < 0 || std::find(taken.begin(), taken.begin() + count, best) != taken.begin() + count) continue;
+    taken[count++] = best;
     out[k] = {true, candidates[best].phi, across.world(candidates[best].q), across.n};
     if (deepest < 0 || out[k].phi < out[deepest].phi) deepest = k;
   }
@@ -225,63 +227,17 @@ void put_deepest(const Gap& gap, double margin, int deepest, ConvexManifold& out
   }
 }
 
-/// Candidates of hull corners, deepest kept in any case.
-ConvexManifold of_corners(const std::vector<Candidate>& candidates, const Across& across, double margin) {
-  ConvexManifold out;
-  const int slot = spread(candidates, across, margin, out);
-  if (slot < 0) return out;
-  const Candidate* deepest = &candidates.front();
-  for (const Candidate& candidate : candidates) {
-    if (candidate.phi < deepest->phi) deepest = &candidate;
-  }
-  if (deepest->phi < out[slot].phi) out[slot] = {true, deepest->phi, across.world(deepest->q), across.n};
-  return out;
-}
-
 }  // namespace
 
-ConvexManifold touch_convex(const Convex& a, const Convex& b, double margin) {
+ConvexManifold touch_convex(const Convex& a, const Convex& b, double margin, Gap* seen) {
   ConvexManifold out;
-  const Gap gap = gap_between(a, b);
+  constexpr double kRounding = 1e-9;  // m: where a bound decides, so would the gap
+  const Gap gap = gap_between(a, b, margin + kRounding);
+  if (seen) *seen = gap;
   if (gap.phi >= margin) return out;
   const Across across(a.X.linear(), gap.n);
   const int deepest = spread(common_points(a, b, across), across, margin, out);
   put_deepest(gap, margin, deepest, out);
-  return out;
-}
-
-ConvexManifold touch_plane(const Convex& hull, const Pose& X, double margin) {
-  const Across across(hull.X.linear(), X.linear().col(2));
-  std::vector<Candidate> candidates;
-  for (const Vec3& corner : *hull.corners) {
-    const Vec3 p = hull.X * corner;
-    const double phi = across.n.dot(p - X.translation());
-    candidates.push_back({across.local(p - 0.5 * phi * across.n), phi});
-  }
-  return of_corners(candidates, across, margin);
-}
-
-ConvexManifold touch_terrain(const Convex& hull, const HeightView& grid, const Vec3& size, const Pose& X,
-                             double margin) {
-  const Across across(hull.X.linear(), X.linear().col(2));
-  const Terrain terrain{&grid, {size.x(), size.y(), size.z()}};
-  std::vector<Candidate> candidates;
-  std::vector<Vec3> normals;
-  for (const Vec3& corner : *hull.corners) {
-    const Vec3 p = hull.X * corner, x = X.inverse() * p;
-    const BallOnTerrain found = nearest_on_terrain(terrain, {x.x(), x.y(), x.z()}, std::max(margin, 0.0));
-    if (found.count == 0) continue;
-    const NearestT<double>& nearest = found.found[0];
-    normals.push_back(X.linear() * Vec3(nearest.n.x, nearest.n.y, nearest.n.z));
-    candidates.push_back({across.local(p - 0.5 * nearest.d * normals.back()), nearest.d});
-  }
-  ConvexManifold out = of_corners(candidates, across, margin);
-  // Each point has the normal of its own triangle.
-  for (ManifoldPoint& point : out) {
-    for (std::size_t i = 0; point.valid && i < candidates.size(); ++i) {
-      if (across.world(candidates[i].q) == point.p) point.n = normals[i];
-    }
-  }
   return out;
 }
 

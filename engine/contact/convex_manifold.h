@@ -17,11 +17,7 @@ struct ManifoldPoint {
 };
 using ConvexManifold = std::array<ManifoldPoint, 8>;
 
-ConvexManifold touch_convex(const Convex& a, const Convex& b, double margin);
-/// `hull` is a mesh; exact for each corner. The plane is z = 0 of X.
-ConvexManifold touch_plane(const Convex& hull, const Pose& X, double margin);
-/// `hull` is a mesh; its corners against the terrain.
-ConvexManifold touch_terrain(const Convex& hull, const HeightView& grid, const Vec3& size, const Pose& X,
-                             double margin);
+/// `seen` (may be null) becomes the gap; where that is more than the margin, perhaps a bound of it (gap_between).
+ConvexManifold touch_convex(const Convex& a, const Convex& b, double margin, Gap* seen = nullptr);
 
 }  // namespace graze

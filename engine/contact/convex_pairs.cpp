@@ -5,7 +5,6 @@
 
 #include "engine/contact/collide.h"
 #include "engine/contact/features.h"
-#include "engine/model/convex_hull.h"
 
 namespace graze {
 namespace {
@@ -33,21 +32,12 @@ void write(const ManifoldPoint& point, const Shape& a, const Pose& X_a, const Sh
   row(kRowFeatureB) = static_cast<double>(feature_of(b, X_b.inverse() * (point.p - half)));
 }
 
-ConvexManifold reversed(ConvexManifold manifold) {
-  for (ManifoldPoint& point : manifold) point.n = -point.n;
-  return manifold;
-}
-
-bool is_ground(ShapeKind kind) { return kind == ShapeKind::plane || kind == ShapeKind::heightfield; }
-
 }  // namespace
 
 ConvexPairs::ConvexPairs(const Model& nominal, int lanes) : pairs_(nominal.pairs), bodies_(lanes) {
   for (const Collider& collider : nominal.colliders) {
     const bool mesh = collider.shape.kind == ShapeKind::mesh;
-    hulls_.push_back(mesh ? convex_hull(*collider.shape.mesh) : nullptr);
-    // A flat mesh has no hull with volume; its vertices do as well for contact.
-    if (mesh && !hulls_.back()) hulls_.back() = collider.shape.mesh;
+    hulls_.push_back(mesh ? HullArrays(*hull_of(collider.shape)) : HullArrays());
   }
   for (int lane = 0; lane < lanes; ++lane) start(lane, nominal);
 }
@@ -69,33 +59,27 @@ void ConvexPairs::resize(int lane, const std::vector<Vec3>& sizes) {
   for (std::size_t i = 0; i < hulls_.size(); ++i) {
     bodies[i].shape.size = sizes[i];
     bodies[i].corners.clear();
-    if (!hulls_[i]) continue;
-    for (const Vec3& vertex : hulls_[i]->vertices) {
-      bodies[i].corners.push_back(vertex.cwiseProduct(bodies[i].shape.size));
+    for (int k = 0; k < hulls_[i].count(); ++k) {
+      bodies[i].corners.push_back(hulls_[i].corner(k).cwiseProduct(bodies[i].shape.size));
     }
   }
 }
 
-ConvexManifold ConvexPairs::touch(const Body& a, const Pose& X_a, const Body& b, const Pose& X_b, double margin) const {
-  if (is_ground(a.shape.kind)) return reversed(touch(b, X_b, a, X_a, margin));
-  const Convex first{a.shape.kind, a.shape.size, X_a, &a.corners};
-  if (b.shape.kind == ShapeKind::plane) return touch_plane(first, X_b, margin);
-  if (b.shape.kind == ShapeKind::heightfield) {
-    const HeightGrid& grid = *b.shape.grid;
-    return touch_terrain(first, {grid.nx, grid.ny, grid.height.data()}, b.shape.size, X_b, margin);
-  }
-  return touch_convex(first, {b.shape.kind, b.shape.size, X_b, &b.corners}, margin);
-}
-
 void ConvexPairs::collide(int pair, int lanes, unsigned mask, const double* X_a, const double* X_b,
-                          const double* margin, double* rows) {
+                          const double* margin, double* rows, double* axis) {
   constexpr int kSlots = ManifoldT<double>::kMax;
   std::fill_n(rows, kSlots * kManifoldRows * lanes, 0.0);
   for (int lane = 0; lane < lanes; ++lane) {
     if (!(mask >> lane & 1u)) continue;
     const Body &a = body(lane, pairs_[pair].a), &b = body(lane, pairs_[pair].b);
     const Pose pose_a = pose_of(X_a, lanes, lane), pose_b = pose_of(X_b, lanes, lane);
-    const ConvexManifold manifold = touch(a, pose_a, b, pose_b, margin[lane]);
+    Gap gap;
+    const ConvexManifold manifold = touch_convex({a.shape.kind, a.shape.size, pose_a, &a.corners},
+                                                 {b.shape.kind, b.shape.size, pose_b, &b.corners}, margin[lane], &gap);
+    if (axis && gap.phi >= margin[lane]) {
+      const Vec3 n_B = pose_b.linear().transpose() * gap.n;
+      for (int k = 0; k < 3; ++k) axis[k * lanes + lane] = n_B[k];
+    }
     for (int k = 0; k < kSlots; ++k) {
       write(manifold[k], a.shape, pose_a, b.shape, pose_b, lanes, rows + k * kManifoldRows * lanes + lane);
     }

@@ -3,6 +3,7 @@
 
 #include "engine/contact/convex_manifold.h"
 #include "engine/contact/external.h"
+#include "engine/contact/hull_arrays.h"
 
 namespace graze {
 
@@ -14,20 +15,19 @@ class ConvexPairs final : public ExternalContacts {
   void start(int lane, const Model& model) override;
   void resize(int lane, const std::vector<Vec3>& sizes) override;
   void collide(int pair, int lanes, unsigned mask, const double* X_a, const double* X_b, const double* margin,
-               double* rows) override;
+               double* rows, double* axis) override;
 
  private:
   /// Numbers of one collider in one lane.
   struct Body {
     Shape shape;
-    std::vector<Vec3> corners;  // meshes: of the scaled hull
+    std::vector<Vec3> corners;  // meshes: of the scaled hull, from its centre
   };
   const Body& body(int lane, int collider) const { return bodies_[lane][collider]; }
-  ConvexManifold touch(const Body& a, const Pose& X_a, const Body& b, const Pose& X_b, double margin) const;
 
   std::vector<ColliderPair> pairs_;
-  std::vector<std::shared_ptr<const Mesh>> hulls_;  // per collider
-  std::vector<std::vector<Body>> bodies_;           // [lane][collider]
+  std::vector<HullArrays> hulls_;          // per collider; of meshes
+  std::vector<std::vector<Body>> bodies_;  // [lane][collider]
 };
 
 }  // namespace graze

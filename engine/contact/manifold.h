@@ -25,6 +25,12 @@ struct HeightView {
   const double* height;  // [iy][ix]
 };
 
+/// Hull without its containers, in a frame at its centre, before Shape::size. One for all lanes; sizes differ by lane.
+struct HullView {
+  int count;
+  const double *x, *y, *z;  // corners, m
+};
+
 inline namespace GRAZE_ISA_NAMESPACE {
 
 /// A shape: `size` as Shape::size, per lane.
@@ -32,6 +38,7 @@ template <class T>
 struct ShapeT {
   Vec3T<T> size;
   const HeightView* terrain = nullptr;  // heightfields only
+  const HullView* hull = nullptr;       // meshes only; the shape's frame is at the hull's centre
 };
 
 template <class T>

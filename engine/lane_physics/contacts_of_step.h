@@ -50,12 +50,6 @@ inline void add_contacts(LaneBlock& block, int pair_index, const ManifoldT<T>& m
 }
 
 template <class T>
-inline ShapeT<T> shape_of(const LaneBlock& block, int collider) {
-  const T* size = collider_rows<T>(block, collider) + kSize;
-  return {{size[0], size[1], size[2]}, block.colliders[collider].terrain};
-}
-
-template <class T>
 inline void find_contacts(LaneBlock& block, double h) {
   const PoseT<T>* pose = reinterpret_cast<const PoseT<T>*>(block.pose);
   Vec3T<T>* free_rows = reinterpret_cast<Vec3T<T>*>(block.contact_rows);

@@ -4,6 +4,7 @@
 // looked at only when those of some lane may be used up. A lane is near only where its own bounds say so, so that it
 // does not take part in contacts that only a neighbour may have.
 
+#include "engine/contact/reach.h"
 #include "engine/lane_physics/kernel.h"
 #include "engine/lanes/vec.h"
 
@@ -24,6 +25,17 @@ inline T distance_from_box(const Vec3T<T>& p, const PoseT<T>& X, const T* e) {
   return sqrt(norm2(out));
 }
 
+/// How far a collider reaches toward a plane of normal n, at most. A mesh, whose feet may be flat, by its box; others
+/// by their ball.
+template <class T>
+inline T reach_to_plane(const LaneBlock& block, int collider, const PoseT<T>& X, const Vec3T<T>& n) {
+  const T* numbers = collider_rows<T>(block, collider);
+  if (block.colliders[collider].kind != kMeshKind) return numbers[kRadius];
+  const Vec3T<T> local = transposed_times(X.R, n);
+  const T* e = numbers + kExtent;
+  return min(numbers[kRadius], fma(abs(local.x), e[0], fma(abs(local.y), e[1], abs(local.z) * e[2])));
+}
+
 /// A lower bound of the distance of two colliders, m.
 template <class T>
 inline T separation(const LaneBlock& block, const PairView& pair) {
@@ -31,10 +43,36 @@ inline T separation(const LaneBlock& block, const PairView& pair) {
   const T* b = collider_rows<T>(block, pair.b);
   const PoseT<T>* pose = reinterpret_cast<const PoseT<T>*>(block.pose);
   const PoseT<T>&Xa = pose[pair.a], &Xb = pose[pair.b];
-  if (block.colliders[pair.b].kind == kPlaneKind) return dot(Xb.R.column(2), Xa.p - Xb.p) - a[kRadius];
-  if (block.colliders[pair.a].kind == kPlaneKind) return dot(Xa.R.column(2), Xb.p - Xa.p) - b[kRadius];
+  if (block.colliders[pair.b].kind == kPlaneKind) {
+    const Vec3T<T> n = Xb.R.column(2);
+    return dot(n, Xa.p - Xb.p) - reach_to_plane<T>(block, pair.a, Xa, n);
+  }
+  if (block.colliders[pair.a].kind == kPlaneKind) {
+    const Vec3T<T> n = Xa.R.column(2);
+    return dot(n, Xb.p - Xa.p) - reach_to_plane<T>(block, pair.b, Xb, n);
+  }
   return max(distance_from_box(Xa.p, Xb, b + kExtent) - a[kRadius],
              distance_from_box(Xb.p, Xa, a + kExtent) - b[kRadius]);
+}
+
+template <class T>
+inline ShapeT<T> shape_of(const LaneBlock& block, int collider) {
+  const T* size = collider_rows<T>(block, collider) + kSize;
+  return {{size[0], size[1], size[2]}, block.colliders[collider].terrain, block.colliders[collider].hull};
+}
+
+/// Another bound, along the axis that is kept of a pair. It counts less by a guard, so that what is passed over because
+/// of it has no contact for certain: then it does not matter which axis it is.
+template <class T>
+inline T separation_on_axis(const LaneBlock& block, const PairView& pair) {
+  constexpr double kGuard = 1e-9;  // m, more than any of the sums rounds
+  const PoseT<T>* pose = reinterpret_cast<const PoseT<T>*>(block.pose);
+  const PoseT<T>&Xa = pose[pair.a], &Xb = pose[pair.b];
+  const Vec3T<T> n = Xb.R * reinterpret_cast<const Vec3T<T>*>(block.axis)[pair.axis];
+  const auto reach_of = [&](int collider, const PoseT<T>& X, const Vec3T<T>& way) {
+    return reach_of_shape(ShapeKind(block.colliders[collider].kind), shape_of<T>(block, collider), X, way);
+  };
+  return dot(n, Xa.p - Xb.p) - reach_of(pair.a, Xa, -n) - reach_of(pair.b, Xb, n) - T(kGuard);
 }
 
 /// The least number of `lanes`; NaN counts as -1e300.
@@ -126,8 +164,12 @@ inline unsigned look_at_pair(const LaneBlock& block, int i, double h, unsigned a
   const unsigned pending = active & ~bits(due > horizon);
   if (pending == 0) return 0;
   const PairView& pair = block.pairs[i];
-  const T distance = separation<T>(block, pair);
-  const unsigned near = pending & ~bits(distance - reach<T>(block, pair, h) > T(0.0));
+  T distance = separation<T>(block, pair);
+  unsigned near = pending & ~bits(distance - reach<T>(block, pair, h) > T(0.0));
+  if (near != 0 && pair.axis >= 0) {
+    distance = select(mask_from_bits<T>(near), max(distance, separation_on_axis<T>(block, pair)), distance);
+    near &= ~bits(distance - reach<T>(block, pair, h) > T(0.0));
+  }
   // Pairs without a kernel are measured less exactly, so what they are asked for depends on their lane alone.
   const mask_of<T> measured = mask_from_bits<T>(pair.external ? pending : active);
   const T next = select(mask_from_bits<T>(near), T(-1e300), max(due, travel + distance));

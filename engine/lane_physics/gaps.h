@@ -24,7 +24,7 @@ struct PlacedT {
 
   explicit PlacedT(const GapQuery::Side& side)
       : kind(static_cast<ShapeKind>(side.kind)),
-        shape{load_vec3<T>(side.size), side.terrain},
+        shape{load_vec3<T>(side.size), side.terrain, side.hull},
         X(load_pose<T>(side.pose)) {}
 
   /// A sphere, capsule or cylinder lies within its radius about a segment.
@@ -35,23 +35,13 @@ struct PlacedT {
     return half * X.R.column(2);
   }
   /// How far it reaches from its origin along the unit vector n, m. Not for planes and terrain.
-  T reach(const Vec3T<T>& n) const {
-    const Vec3T<T>& s = shape.size;
-    if (kind == kinds::sphere) return s.x;
-    if (kind == kinds::box) {
-      const Vec3T<T> local = transposed_times(X.R, n);
-      return T(0.5) * fma(abs(local.x), s.x, fma(abs(local.y), s.y, abs(local.z) * s.z));
-    }
-    const Vec3T<T> u = X.R.column(2);
-    if (kind == kinds::capsule) return fma(T(0.5) * s.y, abs(dot(n, u)), s.x);
-    return reach_along(CylinderT<T>{X.p, u, s.x, T(0.5) * s.y}, n);
-  }
+  T reach(const Vec3T<T>& n) const { return reach_of_shape(kind, shape, X, n); }
 };
 
 /// Separation along a unit vector from b to a: no more than the gap. b may be a plane, and n its normal.
 template <class T>
 inline T separation_along(const Vec3T<T>& n, const PlacedT<T>& a, const PlacedT<T>& b) {
-  const T apart = dot(n, a.X.p - b.X.p) - a.reach(n);
+  const T apart = dot(n, a.X.p - b.X.p) - a.reach(-n);
   return b.kind == kinds::plane ? apart : apart - b.reach(n);
 }
 

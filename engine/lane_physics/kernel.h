@@ -10,9 +10,10 @@
 namespace graze {
 
 struct HeightView;  // engine/contact/manifold.h
+struct HullView;    // likewise
 
 /// ShapeKind's numbers (world.h itself may not be included by kernels); lane_engine.cpp checks them.
-inline constexpr int kSphereKind = 1, kPlaneKind = 5;
+inline constexpr int kSphereKind = 1, kMeshKind = 4, kPlaneKind = 5;
 
 /// A collision shape, as all particles share it.
 struct ColliderView {
@@ -20,12 +21,14 @@ struct ColliderView {
   int body;                   // or -1: the world
   bool used;                  // in some pair
   const HeightView* terrain;  // heightfields only
+  const HullView* hull;       // meshes only
 };
 
 struct PairView {
   int a, b;       // colliders
   int path;       // index into the paths
   bool external;  // no kernel: its manifolds come in `manifolds`
+  int axis;       // place of its axis in `axis`; -1: none is kept
 };
 
 /// Parameters of the solver, the same for all particles.
@@ -133,6 +136,8 @@ struct LaneBlock {
   unsigned fresh;         // lanes that have just been started: their colliders have gone no way yet
   double* due;            // 1 per pair: m, distance when last measured, and the lane's travel up to then
   double* soonest;        // per pair: the least distance of the lanes, and any lane's travel up to then (not per lane)
+  double* axis;  // 3 per kept axis: a unit vector from b to a along which the pair was apart when last looked at,
+                 // in b's frame. It may be any: what is found does not depend on it
   int near_count;
   int* near;             // pairs that may touch within this step
   unsigned* near_lanes;  // per near pair: in which lanes
@@ -173,6 +178,7 @@ struct GapQuery {
     int kind;                   // ShapeKind
     const double *size, *pose;  // rows: 3, as Shape::size; 12, world
     const HeightView* terrain;  // heightfields only
+    const HullView* hull;       // meshes only
   };
   Side a, b;
   unsigned lanes;        // in which it is wanted

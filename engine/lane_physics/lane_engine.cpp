@@ -30,8 +30,8 @@ void scatter(const S& numbers, double* rows, int lanes, int lane) {
   for (std::size_t i = 0; i < std::size(flat); ++i) rows[i * lanes + lane] = flat[i];
 }
 
-/// Half edges of a box about the frame's origin that holds the shape.
-Vec3 extent_of(const Shape& shape) {
+/// Half edges of a box about the frame's origin (a mesh's: its hull's centre) that holds the shape.
+Vec3 extent_of(const Shape& shape, const HullArrays& hull) {
   const Vec3& s = shape.size;
   switch (shape.kind) {
     case ShapeKind::box:
@@ -44,7 +44,7 @@ Vec3 extent_of(const Shape& shape) {
       return {s.x(), s.x(), 0.5 * s.y() + s.x()};
     case ShapeKind::mesh: {
       Vec3 extent = Vec3::Zero();
-      for (const Vec3& vertex : shape.mesh->vertices) extent = extent.cwiseMax(vertex.cwiseProduct(s).cwiseAbs());
+      for (int k = 0; k < hull.count(); ++k) extent = extent.cwiseMax(hull.corner(k).cwiseProduct(s).cwiseAbs());
       return extent;
     }
     case ShapeKind::heightfield: {
@@ -58,7 +58,8 @@ Vec3 extent_of(const Shape& shape) {
   return Vec3::Constant(kFar);
 }
 
-double radius_of(const Shape& shape) {
+double radius_of(const Shape& shape, const HullArrays& hull) {
+  double radius = 0;
   switch (shape.kind) {
     case ShapeKind::sphere:
       return shape.size.x();
@@ -66,8 +67,11 @@ double radius_of(const Shape& shape) {
       return pinned::hypot(shape.size.x(), 0.5 * shape.size.y());
     case ShapeKind::capsule:
       return shape.size.x() + 0.5 * shape.size.y();
+    case ShapeKind::mesh:
+      for (int k = 0; k < hull.count(); ++k) radius = std::max(radius, hull.corner(k).cwiseProduct(shape.size).norm());
+      return radius;
     default:
-      return extent_of(shape).norm();
+      return extent_of(shape, hull).norm();
   }
 }
 
@@ -142,6 +146,8 @@ LaneEngine::LaneEngine(const Model& nominal, const LaneKernel& kernel, StateRows
 
 void LaneEngine::number_contacts(const Model& nominal) {
   terrain_.reserve(nominal.colliders.size());
+  hulls_.reserve(nominal.colliders.size());
+  hull_views_.reserve(nominal.colliders.size());
   for (const Collider& collider : nominal.colliders) {
     const Shape& shape = collider.shape;
     const HeightView* terrain = nullptr;
@@ -149,13 +155,18 @@ void LaneEngine::number_contacts(const Model& nominal) {
       grids_.push_back(shape.grid);
       terrain = &terrain_.emplace_back(HeightView{shape.grid->nx, shape.grid->ny, shape.grid->height.data()});
     }
-    colliders_.push_back({static_cast<int>(shape.kind), collider.body, false, terrain});
+    const bool mesh = shape.kind == ShapeKind::mesh;
+    hulls_.push_back(mesh ? HullArrays(*hull_of(shape)) : HullArrays());
+    hull_views_.push_back(hulls_.back().view());
+    colliders_.push_back(
+        {static_cast<int>(shape.kind), collider.body, false, terrain, mesh ? &hull_views_.back() : nullptr});
   }
   for (const ColliderPair& pair : nominal.pairs) {
     const int a = nominal.colliders[pair.a].body, b = nominal.colliders[pair.b].body;
     const ShapeKind kind_a = nominal.colliders[pair.a].shape.kind, kind_b = nominal.colliders[pair.b].shape.kind;
     colliders_[pair.a].used = colliders_[pair.b].used = true;
-    pairs_.push_back({pair.a, pair.b, paths_.add(a, b), !has_kernel(kind_a, kind_b)});
+    const bool external = !has_kernel(kind_a, kind_b);
+    pairs_.push_back({pair.a, pair.b, paths_.add(a, b), external, external ? axes_++ : -1});
   }
   near_.resize(pairs_.size());
   slot_used_.resize(pairs_.size());
@@ -210,6 +221,7 @@ std::size_t LaneEngine::lay_out(double* base) {
   b.slot_impulse = rows(kKept * kSlots * np);
   b.travel = rows(2);
   b.due = rows(np);
+  b.axis = rows(3 * axes_);
   link_tables();
   return used;
 }
@@ -252,10 +264,11 @@ void LaneEngine::load_colliders(int lane, const Model& model) {
   for (std::size_t i = 0; i < model.colliders.size(); ++i) {
     const Collider& collider = model.colliders[i];
     double* rows = block_.collider + i * kColliderRows * W;
-    scatter(to_kernel(collider.X_BG), rows + kPose * W, W, lane);
+    const HullArrays& hull = hulls_[i];
+    scatter(to_kernel(hull.placed(collider.X_BG, collider.shape.size)), rows + kPose * W, W, lane);
     scatter(to_kernel(collider.shape.size), rows + kSize * W, W, lane);
-    scatter(to_kernel(extent_of(collider.shape)), rows + kExtent * W, W, lane);
-    rows[kRadius * W + lane] = radius_of(collider.shape);
+    scatter(to_kernel(extent_of(collider.shape, hull)), rows + kExtent * W, W, lane);
+    rows[kRadius * W + lane] = radius_of(collider.shape, hull);
     for (int k : {0, 4, 8}) block_.pose[(12 * i + k) * W + lane] = 1;
   }
   const double mass = moving_mass(model);
@@ -286,6 +299,7 @@ void LaneEngine::forget_contacts(int lane) {
 void LaneEngine::forget_distances(int lane) {
   constexpr double kNow = -1e300;
   for (std::size_t i = 0; i < pairs_.size(); ++i) block_.due[i * kernel_.lanes + lane] = kNow;
+  for (int i = 0; i < 3 * axes_; ++i) block_.axis[i * kernel_.lanes + lane] = 0;  // says nothing of any pair
   std::fill(soonest_.begin(), soonest_.end(), kNow);
 }
 
@@ -420,7 +434,7 @@ void LaneEngine::find_external_contacts(double h) {
       margin[lane] = std::fma(h, block_.speed[pair.a * W + lane] + block_.speed[pair.b * W + lane], reserve(h));
     }
     external_->collide(near_[i], W, near_lanes_[i], block_.pose + 12 * pair.a * W, block_.pose + 12 * pair.b * W,
-                       margin, rows);
+                       margin, rows, block_.axis + 3 * pair.axis * W);
     rows += kSlots * kManifoldRows * W;
   }
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/contact/external.h"
+#include "engine/contact/hull_arrays.h"
 #include "engine/contact/manifold.h"
 #include "engine/contact/paths.h"
 #include "engine/dynamics/topology.h"
@@ -124,6 +125,9 @@ class LaneEngine {
   std::vector<double> soonest_;
   std::vector<std::shared_ptr<const HeightGrid>> grids_;  // keeps alive what terrain_ points to
   std::vector<HeightView> terrain_;
+  std::vector<HullArrays> hulls_;     // per collider; of meshes
+  std::vector<HullView> hull_views_;  // per collider
+  int axes_ = 0;                      // that are kept
   std::vector<ColliderView> colliders_;
   std::vector<PairView> pairs_;
   LaneMemory memory_, contacts_, contact_rows_, sweep_memory_, report_, manifolds_;

@@ -3,184 +3,182 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <limits>
+#include <cstdio>
+#include <cstring>
 #include <map>
-#include <optional>
+#include <mutex>
+#include <new>
+#include <tuple>
 
 #include "engine/model/limits.h"
 #include "engine/settings/settings.h"
+
+extern "C" {
+#include <libqhull_r/qhull_ra.h>
+}
 
 namespace graze {
 
 namespace {
 
-struct Face {
-  std::array<int, 3> corner;
-  Vec3 normal;  // unit, outward
-  double offset;
-  std::vector<int> outside;  // points above this face that no earlier face has taken
-  bool alive = true;
-};
+/// The point with the largest value of `measure`.
+template <typename Measure>
+const Vec3& farthest(const std::vector<Vec3>& points, Measure measure) {
+  return *std::max_element(points.begin(), points.end(),
+                           [&](const Vec3& a, const Vec3& b) { return measure(a) < measure(b); });
+}
 
-class Quickhull {
+/// Whether all points lie in one plane, within 1e-9 of their extent.
+bool is_flat(const std::vector<Vec3>& points) {
+  constexpr double kFlat = 1e-9;
+  if (points.size() < 4) return true;
+  const Vec3 a = points[0];
+  const auto from_a = [&](const Vec3& p) { return (p - a).norm(); };
+  const Vec3 b = farthest(points, from_a);
+  const double narrow = kFlat * from_a(b);
+  if (!(narrow > 0)) return true;
+  const Vec3 along = (b - a).normalized();
+  const auto from_line = [&](const Vec3& p) { return (p - a).cross(along).norm(); };
+  const Vec3 c = farthest(points, from_line);
+  if (from_line(c) <= narrow) return true;
+  const Vec3 normal = along.cross(c - a).normalized();
+  const auto from_plane = [&](const Vec3& p) { return std::abs(normal.dot(p - a)); };
+  return from_plane(farthest(points, from_plane)) <= narrow;
+}
+
+/// One run of qhull, whose memory ends with it.
+class Qhull {
  public:
-  explicit Quickhull(const std::vector<Vec3>& points) : points_(points) {}
+  explicit Qhull(const std::vector<Vec3>& points) : silent_(std::fopen("/dev/null", "w")) {
+    for (const Vec3& p : points) coordinates_.insert(coordinates_.end(), {p.x(), p.y(), p.z()});
+    qh_zero(&qh_, silent_);
+  }
+  ~Qhull() {
+    int lost = 0, bytes = 0;
+    qh_freeqhull(&qh_, !qh_ALL);
+    qh_memfreeshort(&qh_, &lost, &bytes);
+    if (silent_) std::fclose(silent_);
+  }
+  Qhull(const Qhull&) = delete;
+  Qhull& operator=(const Qhull&) = delete;
 
-  /// False when the points have no volume. Throws InputError, that the mesh is too fine, beyond the room's limits.
-  bool run(const std::string& file) {
-    if (!first_tetrahedron()) return false;
-    for (std::size_t f = 0; f < faces_.size(); ++f) {
-      if (faces_[f].alive && !faces_[f].outside.empty()) grow(static_cast<int>(f));
-      if (corners_ > kMaxHullCorners || work_ > kMaxHullWork) {
-        throw InputError(fmt::format("{}: the convex hull of its {} vertices is too fine: more than {}; simplify it",
-                                     file, points_.size(),
-                                     corners_ > kMaxHullCorners ? fmt::format("{} corners", kMaxHullCorners)
-                                                                : fmt::format("{} distances", kMaxHullWork)));
-      }
-    }
-    return true;
+  /// False when the points are too flat for it.
+  bool run(std::size_t most) {
+    // Qt: triangles; TAn: ends after n corners.
+    std::string command = fmt::format("qhull Qt TA{}", most + 1);
+    const int count = static_cast<int>(coordinates_.size() / 3);
+    const int code = qh_new_qhull(&qh_, 3, count, coordinates_.data(), False, command.data(), nullptr, silent_);
+    if (code == qh_ERRmem) throw std::bad_alloc();
+    return code == qh_ERRnone;
   }
 
-  std::shared_ptr<const Mesh> mesh(const std::string& file) const {
-    auto out = std::make_shared<Mesh>();
-    out->file = file;
-    std::map<int, int> index;
-    for (const Face& face : faces_) {
-      if (!face.alive) continue;
-      Eigen::Vector3i triangle;
-      for (int k = 0; k < 3; ++k) {
-        const auto [place, fresh] = index.emplace(face.corner[k], static_cast<int>(out->vertices.size()));
-        if (fresh) out->vertices.push_back(points_[face.corner[k]]);
-        triangle[k] = place->second;
-      }
-      out->triangles.push_back(triangle);
+  std::vector<HullFace> faces() {
+    std::vector<HullFace> out;
+    qhT* qh = &qh_;  // the name that the library's macros expect
+    facetT* facet = nullptr;
+    FORALLfacets {
+      HullFace face{Eigen::Vector3i::Zero(), {facet->normal[0], facet->normal[1], facet->normal[2]}, -facet->offset};
+      int k = 0;
+      vertexT *vertex = nullptr, **vertexp = nullptr;
+      FOREACHvertex_(facet->vertices) if (k < 3) face.corner[k++] = qh_pointid(qh, vertex->point);
+      if (faces_inward(face)) std::swap(face.corner[1], face.corner[2]);
+      out.push_back(face);
     }
     return out;
   }
 
  private:
-  using Edge = std::pair<int, int>;
-
-  double height(const Face& face, int point) const { return face.normal.dot(points_[point]) - face.offset; }
-
-  /// The point with the largest value of `measure`, if that is beyond the tolerance.
-  template <typename Measure>
-  std::optional<int> farthest(Measure measure) const {
-    int best = -1;
-    double most = tolerance_;
-    for (std::size_t i = 0; i < points_.size(); ++i) {
-      const double value = measure(points_[i]);
-      if (value > most) {
-        most = value;
-        best = static_cast<int>(i);
-      }
-    }
-    return best < 0 ? std::nullopt : std::optional<int>(best);
+  bool faces_inward(const HullFace& face) const {
+    Vec3 at[3];
+    for (int k = 0; k < 3; ++k) at[k] = Eigen::Map<const Vec3>(coordinates_.data() + 3 * face.corner[k]);
+    return (at[1] - at[0]).cross(at[2] - at[0]).dot(face.normal) < 0;
   }
 
-  void set_tolerance() {
-    Vec3 low = points_[0], high = points_[0];
-    for (const Vec3& p : points_) {
-      low = low.cwiseMin(p);
-      high = high.cwiseMax(p);
-    }
-    tolerance_ = 1e-9 * (high - low).norm();
-  }
-
-  bool first_tetrahedron() {
-    if (points_.size() < 4) return false;
-    set_tolerance();
-    const Vec3 a = points_[0];
-    const auto b = farthest([&](const Vec3& p) { return (p - a).norm(); });
-    if (!b) return false;
-    const Vec3 ab = (points_[*b] - a).normalized();
-    const auto c = farthest([&](const Vec3& p) { return (p - a).cross(ab).norm(); });
-    if (!c) return false;
-    const Vec3 normal = ab.cross(points_[*c] - a).normalized();
-    const auto d = farthest([&](const Vec3& p) { return std::abs(normal.dot(p - a)); });
-    if (!d) return false;
-    const bool above = normal.dot(points_[*d] - a) > 0;
-    const std::array<int, 4> v = above ? std::array<int, 4>{0, *c, *b, *d} : std::array<int, 4>{0, *b, *c, *d};
-    std::vector<int> all(points_.size());
-    for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<int>(i);
-    add_faces({{v[0], v[1], v[2]}, {v[0], v[3], v[1]}, {v[1], v[3], v[2]}, {v[2], v[3], v[0]}}, all);
-    return true;
-  }
-
-  /// Adds faces and hands each candidate point to the first of them that it lies above.
-  void add_faces(const std::vector<std::array<int, 3>>& corners, const std::vector<int>& candidates) {
-    const std::size_t first = faces_.size();
-    for (const std::array<int, 3>& c : corners) {
-      const Vec3 normal = (points_[c[1]] - points_[c[0]]).cross(points_[c[2]] - points_[c[0]]).normalized();
-      const int id = static_cast<int>(faces_.size());
-      for (int k = 0; k < 3; ++k) owner_[{c[k], c[(k + 1) % 3]}] = id;
-      faces_.push_back({c, normal, normal.dot(points_[c[0]]), {}, true});
-    }
-    for (int point : candidates) {
-      for (std::size_t f = first; f < faces_.size(); ++f) {
-        ++work_;
-        if (height(faces_[f], point) <= tolerance_) continue;
-        faces_[f].outside.push_back(point);
-        break;
-      }
-    }
-  }
-
-  /// Faces that see the point, found from `start` across shared edges; fills the horizon with the edges around them.
-  std::vector<int> visible_from(int point, int start, std::vector<Edge>& horizon) {
-    std::vector<int> seen{start};
-    faces_[start].alive = false;
-    for (std::size_t i = 0; i < seen.size(); ++i) {
-      const std::array<int, 3> c = faces_[seen[i]].corner;
-      for (int k = 0; k < 3; ++k) {
-        const int a = c[k], b = c[(k + 1) % 3];
-        const auto twin = owner_.find({b, a});
-        if (twin == owner_.end()) continue;
-        Face& other = faces_[twin->second];
-        if (!other.alive) continue;
-        if (height(other, point) > tolerance_) {
-          other.alive = false;
-          seen.push_back(twin->second);
-        } else {
-          horizon.emplace_back(a, b);
-        }
-      }
-    }
-    return seen;
-  }
-
-  /// Replaces all faces that see the farthest point above face `f` by a fan from the horizon to that point.
-  void grow(int f) {
-    const std::vector<int>& outside = faces_[f].outside;
-    const int apex = *std::max_element(outside.begin(), outside.end(),
-                                       [&](int a, int b) { return height(faces_[f], a) < height(faces_[f], b); });
-    ++corners_;
-    std::vector<Edge> horizon;
-    std::vector<int> candidates;
-    for (int seen : visible_from(apex, f, horizon)) {
-      for (int point : faces_[seen].outside) {
-        if (point != apex) candidates.push_back(point);
-      }
-      faces_[seen].outside.clear();
-    }
-    std::vector<std::array<int, 3>> fan;
-    for (const auto& [a, b] : horizon) fan.push_back({a, b, apex});
-    add_faces(fan, candidates);
-  }
-
-  const std::vector<Vec3>& points_;
-  double tolerance_ = 0;
-  std::size_t corners_ = 4, work_ = 0;  // corners taken so far, and distances computed
-  std::vector<Face> faces_;
-  std::map<Edge, int> owner_;  // directed edge -> the latest face that has it counter-clockwise
+  FILE* silent_;
+  std::vector<double> coordinates_;
+  qhT qh_;
 };
+
+/// Fingerprint of a mesh's vertices: their number and two hashes of their bits. Meshes with the same one count as the
+/// same.
+using Content = std::tuple<std::size_t, std::uint64_t, std::uint64_t>;
+
+Content content_of(const std::vector<Vec3>& points) {
+  std::uint64_t a = 0xcbf29ce484222325u, b = 0x9e3779b97f4a7c15u;
+  for (const Vec3& p : points) {
+    for (int k = 0; k < 3; ++k) {
+      std::uint64_t bits;
+      std::memcpy(&bits, &p[k], sizeof bits);
+      a = (a ^ (bits ^ (bits >> 32))) * 0x100000001b3u;
+      a ^= a >> 29;
+      b = (b + bits) * 0xbf58476d1ce4e5b9u;
+      b ^= b >> 31;
+    }
+  }
+  return {points.size(), a, b};
+}
+
+/// Hulls that somebody holds.
+class Cache {
+ public:
+  std::shared_ptr<const Mesh> find(const Content& content) {
+    const std::lock_guard lock(mutex_);
+    const auto at = hulls_.find(content);
+    return at == hulls_.end() ? nullptr : at->second.lock();
+  }
+  void keep(const Content& content, const std::shared_ptr<const Mesh>& hull) {
+    const std::lock_guard lock(mutex_);
+    std::erase_if(hulls_, [](const auto& entry) { return entry.second.expired(); });
+    hulls_[content] = hull;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::map<Content, std::weak_ptr<const Mesh>> hulls_;
+};
+
+/// Only the vertices that faces have, in their order.
+std::shared_ptr<Mesh> of_faces(const Mesh& mesh, const std::vector<HullFace>& faces) {
+  std::vector<int> index(mesh.vertices.size(), -1);
+  for (const HullFace& face : faces) {
+    for (int k = 0; k < 3; ++k) index[face.corner[k]] = 0;
+  }
+  auto out = std::make_shared<Mesh>();
+  out->file = mesh.file;
+  for (std::size_t i = 0; i < index.size(); ++i) {
+    if (index[i] < 0) continue;
+    index[i] = static_cast<int>(out->vertices.size());
+    out->vertices.push_back(mesh.vertices[i]);
+  }
+  for (const HullFace& face : faces) {
+    out->triangles.emplace_back(index[face.corner[0]], index[face.corner[1]], index[face.corner[2]]);
+  }
+  return out;
+}
 
 }  // namespace
 
+std::vector<HullFace> hull_faces(const std::vector<Vec3>& points, std::size_t most) {
+  if (is_flat(points)) return {};
+  Qhull qhull(points);
+  return qhull.run(most) ? qhull.faces() : std::vector<HullFace>();
+}
+
 std::shared_ptr<const Mesh> convex_hull(const Mesh& mesh) {
-  Quickhull hull(mesh.vertices);
-  return hull.run(mesh.file) ? hull.mesh(mesh.file) : nullptr;
+  static Cache cache;
+  const Content content = content_of(mesh.vertices);
+  auto known = cache.find(content);
+  if (known && known->file == mesh.file) return known;
+  const std::vector<HullFace> faces = hull_faces(mesh.vertices, kMaxHullCorners);
+  if (faces.empty()) return nullptr;
+  auto hull = of_faces(mesh, faces);
+  if (hull->vertices.size() > kMaxHullCorners) {
+    throw InputError(
+        fmt::format("{}: the convex hull of its {} vertices is too fine: more than {} corners; simplify it", mesh.file,
+                    mesh.vertices.size(), kMaxHullCorners));
+  }
+  cache.keep(content, hull);
+  return hull;
 }
 
 std::shared_ptr<const Mesh> collision_hull(const Mesh& mesh) {

@@ -32,7 +32,8 @@ Pose joint_motion(const Body& body, const Eigen::Ref<const Eigen::VectorXd>& q) 
 
 double lowest_of_mesh(const Shape& shape, const Pose& X_WG) {
   double lowest = std::numeric_limits<double>::infinity();
-  for (const Vec3& vertex : shape.mesh->vertices) {
+  // Where it will rest: what contact sees may be a little smaller than the mesh.
+  for (const Vec3& vertex : shape.hull ? shape.hull->corners : shape.mesh->vertices) {
     lowest = std::min(lowest, (X_WG * vertex.cwiseProduct(shape.size).eval()).z());
   }
   return lowest;

@@ -161,6 +161,7 @@ class Builder {
     }
     try {
       shape.mesh = meshes_.hull(file);
+      shape.hull = simplified_hull(*shape.mesh, shape.size, options_.hull);
     } catch (const InputError& error) {
       fail(entry.line, fmt::format("link '{}': collision mesh: {}", link.name, error.what()));
     }

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/model/hull.h"
 #include "engine/model/world.h"
 
 namespace graze {
@@ -14,6 +15,7 @@ struct UrdfOptions {
   bool ignore_missing_meshes = false;  // drop collision meshes whose file is not there (with a warning)
   std::vector<std::string>
       package_path;       // folders in which package://NAME/ is looked up, besides the parents of the file
+  HullSettings hull;      // of collision meshes
   double density = 1000;  // kg/m^3 for links that have geometry but no <inertial>
   std::function<void(const std::string&)> warn;  // called with one line per thing that was left out
 };

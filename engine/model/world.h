@@ -19,6 +19,14 @@ struct Mesh {
   std::vector<Eigen::Vector3i> triangles;  // indices, outward counter-clockwise
 };
 
+/// What contact sees of a mesh: corners of its convex hull, all or so many that the error is small.
+struct Hull {
+  std::vector<Vec3> corners;   // in the mesh's frame, before Shape::size, m; each is one of the mesh's vertices
+  Vec3 centre = Vec3::Zero();  // of their bounding box, likewise
+  std::size_t of = 0;          // corners of the whole hull
+  double error = 0;            // how far the whole hull reaches out of this one, at the nominal Shape::size, m
+};
+
 /// Terrain: heights on a regular grid, centred on the shape's origin; row along y, column along x.
 struct HeightGrid {
   int nx = 0, ny = 0;
@@ -35,6 +43,7 @@ struct Shape {
   Vec3 size = Vec3::Zero();
   std::shared_ptr<const Mesh> mesh;
   std::shared_ptr<const HeightGrid> grid;
+  std::shared_ptr<const Hull> hull = nullptr;  // meshes, for contact; null: all corners of the mesh's hull (hull_of)
 
   /// m^3; convex hull's for a mesh; 0 for planes and heightfields.
   double volume() const;

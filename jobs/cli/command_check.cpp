@@ -15,6 +15,7 @@
 #include "engine/model/measures.h"
 #include "engine/settings/units.h"
 #include "jobs/cli/commands.h"
+#include "jobs/cli/hull_table.h"
 #include "jobs/cli/run_request.h"
 #include "jobs/cli/size_estimate.h"
 #include "sampling/design_name.h"
@@ -242,11 +243,13 @@ int check(const CheckArguments& arguments) {
   if (arguments.json) {
     nlohmann::json out = as_json(scenario, readers);
     out["archive"] = as_json(size, free);
+    out["meshes"] = hulls_as_json(scenario.model);
     std::cout << out.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << "\n";
   } else {
     std::cout << overview(scenario, readers) << "  archive      " << size_text(size, free) << "\n";
     if (free && size.total() > *free) spdlog::warn("the archive would not fit");
     if (!arguments.output.empty()) look_at(arguments.output);
+    std::cout << hull_table(scenario.model);
     if (scenario.space.size() > 0) std::cout << "\n" << parameter_table(scenario, readers);
   }
   return kDone;

@@ -1,6 +1,9 @@
 // What graze check says of a scenario beyond its parameter table.
 #include <gmock/gmock.h>
 
+#include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "tests/jobs/ball_campaign.h"
@@ -49,6 +52,30 @@ TEST_F(Check, TellsHowParticlesAreDrawn) {
   ASSERT_EQ(json["correlated"].size(), 2u);
   EXPECT_EQ(json["correlated"][0]["parameters"][1], "robot.link.ball.density");
   EXPECT_EQ(json["correlated"][1]["correlation"][2][3], 0.1);
+}
+
+// Claim: the overview has a line for each collision mesh: how many vertices its hull has, how many are kept, and the
+// error that this makes.
+TEST_F(Check, TellsHowMeshesAreSimplified) {
+  EXPECT_THAT(campaign.graze("check ball.yaml").out, Not(HasSubstr("collision mesh")));
+  std::ofstream file(std::filesystem::path(campaign.folder.path()) / "drum.obj");
+  for (int i = 0; i < 400; ++i) {
+    const double angle = M_PI / 100 * (i / 2);
+    file << "v " << 0.1 * std::cos(angle) << " " << 0.1 * std::sin(angle) << " " << (i % 2 ? 0.1 : 0.2) << "\n";
+  }
+  for (int i = 1; i <= 398; ++i) file << "f " << i << " " << i + 1 << " " << i + 2 << "\n";
+  file.close();
+  const std::string with = "check ball.yaml --set 'environment.drum={mesh: drum.obj, position: [9, 0, 0]}'";
+  const std::string out = campaign.graze(with).out;
+  EXPECT_THAT(out, HasSubstr("\ncollision mesh  file      vertices of its hull  kept"));
+  const auto json = nlohmann::json::parse(campaign.graze(with + " --json").out);
+  ASSERT_EQ(json["meshes"].size(), 1u);
+  const auto& drum = json["meshes"][0];
+  EXPECT_EQ(drum["part"], "drum");
+  EXPECT_EQ(drum["of"], 400);
+  EXPECT_LT(drum["vertices"], 100);
+  EXPECT_GT(drum["error"], 0);
+  EXPECT_LE(drum["error"], 1e-3);
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 
@@ -51,6 +52,62 @@ TEST_F(MeshObject, WeighsWhatItsHullDoes) {
                                   [](const Body& body) { return body.name == "crate"; });
   ASSERT_NE(found, scenario.model.bodies.end());
   EXPECT_NEAR(found->mass, 200, 1e-9);
+}
+
+/// A scenario's hull of the crate.
+const Hull& crate_of(const Scenario& scenario) {
+  const auto& colliders = scenario.model.colliders;
+  return *std::find_if(colliders.begin(), colliders.end(), [](const Collider& one) {
+            return one.link == "crate";
+          })->shape.hull;
+}
+
+// A mesh's hull is as simple and as exact as the scenario says, for objects by their shape and for a robot by
+// robot.mesh; mass stays that of the whole hull.
+TEST_F(MeshObject, IsSimplifiedAsTheScenarioSays) {
+  std::ofstream round(folder_ / "round.obj");
+  for (int i = 0; i < 500; ++i) {
+    const double z = (i + 0.5) / 250 - 1, angle = 2.4 * i, r = std::sqrt(1 - z * z);
+    round << "v " << 0.2 * r * std::cos(angle) << " " << 0.2 * r * std::sin(angle) << " " << 0.2 * z << "\n";
+  }
+  for (int i = 1; i <= 498; ++i) round << "f " << i << " " << i + 1 << " " << i + 2 << "\n";
+  round.close();
+  const std::string rest = ", movable: true, density: 100, position: [2, 2, 0.3]}";
+  const Scenario usual = load("{mesh: round.obj" + rest), exact = load("{mesh: {file: round.obj, exact: true}" + rest);
+  EXPECT_EQ(crate_of(exact).corners.size(), 500u);
+  EXPECT_EQ(crate_of(exact).error, 0);
+  EXPECT_LE(crate_of(usual).corners.size(), 128u);
+  EXPECT_GT(crate_of(usual).error, 0);
+  EXPECT_EQ(usual.model.bodies.back().mass, exact.model.bodies.back().mass);
+  EXPECT_EQ(crate_of(load("{mesh: {file: round.obj, vertices: 20}" + rest)).corners.size(), 20u);
+  const Scenario loose = load("{mesh: {file: round.obj, error: 2 cm}" + rest);
+  EXPECT_LE(crate_of(loose).error, 0.02);
+  EXPECT_LT(crate_of(loose).corners.size(), crate_of(usual).corners.size());
+
+  std::ofstream(folder_ / "ball.urdf") << "<robot name='ball'><link name='ball'><collision><geometry><mesh "
+                                          "filename='round.obj'/></geometry></collision></link></robot>";
+  ScenarioOptions options;
+  const auto of_robot = [&](const std::string& mesh) {
+    options.overrides = {{"robot.mesh", mesh}};
+    return load_scenario((folder_ / "s.yaml").string(), options).model.colliders.front().shape.hull->corners.size();
+  };
+  EXPECT_EQ(of_robot("{exact: true}"), 500u);
+  EXPECT_EQ(of_robot("{vertices: 40}"), 40u);
+}
+
+TEST_F(MeshObject, IsRefusedByItsKeys) {
+  const auto refusal = [&](const std::string& keys) -> std::string {
+    try {
+      load("{mesh: {file: dented.obj, " + keys + "}, position: [2, 2, 0.01]}");
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "taken";
+  };
+  EXPECT_THAT(refusal("vertices: 5"), ::testing::HasSubstr("vertices: 5: a hull has at least 8 vertices, as a box"));
+  EXPECT_THAT(refusal("error: -1 mm"), ::testing::AllOf(::testing::HasSubstr("s.yaml:6:"), ::testing::HasSubstr("-1")));
+  EXPECT_THAT(refusal("error: 1 mm, exact: true"), ::testing::HasSubstr("does not go with 'exact: true'"));
+  EXPECT_THAT(refusal("vertexes: 9"), ::testing::HasSubstr("vertices"));
 }
 
 TEST_F(MeshObject, IsRefusedWhenFlat) {

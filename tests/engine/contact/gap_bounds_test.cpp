@@ -61,7 +61,7 @@ class Pairs {
   unsigned ask(double enough, bool exchanged = false) {
     const Row enough_row = row_of(enough), reach = row_of(1e9);
     const auto side = [&](int i) {
-      return GapQuery::Side{static_cast<int>(i == 0 ? a_ : b_), size_[i].row(0), pose_[i].row(0), nullptr};
+      return GapQuery::Side{static_cast<int>(i == 0 ? a_ : b_), size_[i].row(0), pose_[i].row(0), nullptr, nullptr};
     };
     return kernel_.measure_gap({side(exchanged ? 1 : 0), side(exchanged ? 0 : 1), kAllLanes, enough_row.data(),
                                 reach.data(), axis_.row(0), bound.data(), manifold_.row(0)});

@@ -1,0 +1,46 @@
+#include "jobs/cli/hull_table.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "analysis/text_table.h"
+#include "engine/model/hull.h"
+
+namespace graze {
+
+namespace {
+
+/// Calls f(collider, hull) for each collision mesh.
+template <class F>
+void each_mesh(const Model& model, const F& f) {
+  for (const Collider& collider : model.colliders) {
+    if (collider.shape.kind == ShapeKind::mesh) f(collider, *hull_of(collider.shape));
+  }
+}
+
+}  // namespace
+
+std::string hull_table(const Model& model) {
+  std::vector<std::vector<std::string>> rows = {{"collision mesh", "file", "vertices of its hull", "kept", "error"}};
+  each_mesh(model, [&](const Collider& collider, const Hull& hull) {
+    rows.push_back({collider.name, std::filesystem::path(collider.shape.mesh->file).filename().string(),
+                    std::to_string(hull.of), std::to_string(hull.corners.size()),
+                    hull.error > 0 ? fmt::format("{:.2g} mm", 1e3 * hull.error) : "-"});
+  });
+  return rows.size() > 1 ? "\n" + text_table(rows, 2) : "";
+}
+
+nlohmann::json hulls_as_json(const Model& model) {
+  nlohmann::json out = nlohmann::json::array();
+  each_mesh(model, [&](const Collider& collider, const Hull& hull) {
+    out.push_back({{"part", collider.name},
+                   {"file", collider.shape.mesh->file},
+                   {"vertices", hull.corners.size()},
+                   {"of", hull.of},
+                   {"error", hull.error}});
+  });
+  return out;
+}
+
+}  // namespace graze

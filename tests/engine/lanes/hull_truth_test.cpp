@@ -1,0 +1,123 @@
+// Claim: a box that is given as a mesh behaves as the box itself: it stands, falls back or tips over alike, on a plane,
+// on terrain and on another one; and a stack of five stands.
+
+#include <gtest/gtest.h>
+
+#include "engine/model/convex_hull.h"
+#include "tests/engine/lanes/worlds.h"
+
+namespace graze::test {
+namespace {
+
+/// Finely cut: points on its edges and faces.
+Shape box_of_mesh(double x, double y, double z) {
+  Mesh cut;
+  for (int i = 0; i <= 4; ++i) {
+    for (int j = 0; j <= 4; ++j) {
+      for (int k = 0; k <= 4; ++k) cut.vertices.push_back(0.25 * Vec3((i - 2) * x, (j - 2) * y, (k - 2) * z));
+    }
+  }
+  return {ShapeKind::mesh, Vec3::Ones(), convex_hull(cut), nullptr};
+}
+
+Shape flat_terrain() {
+  auto grid = std::make_shared<HeightGrid>();
+  grid->nx = grid->ny = 9;
+  grid->height.assign(81, 0.0);
+  return {ShapeKind::heightfield, {2, 2, 1}, nullptr, grid};
+}
+
+World on(const Shape& shape, const Shape& ground, const Vec3& position, double tilt) {
+  World world = free_body(shape, 1);
+  const bool slab = ground.kind != ShapeKind::plane && ground.kind != ShapeKind::heightfield;
+  world.objects.push_back(fixed("ground", ground, at(0, 0, slab ? -0.05 : 0)));
+  world.contact.model = "complementarity";
+  world.contact.friction = 1;
+  world.initial.position = position;
+  world.initial.rpy = {0, tilt, 0};
+  return world;
+}
+
+/// Where a box of half edges (a, ., c), tilted by `tilt` about y, touches the ground with an edge.
+double height_on_edge(double a, double c, double tilt) { return a * std::sin(tilt) + c * std::cos(tilt); }
+
+double upright(const Bench& run) { return reference_poses(run.model(), run.q())[0].linear()(2, 2); }
+
+class HullBox : public ::testing::TestWithParam<int> {
+ protected:
+  Shape ground() const {
+    const Shape all[] = {plane(), flat_terrain(), box(1, 1, 0.1), box_of_mesh(1, 1, 0.1), cylinder(0.5, 0.1)};
+    return all[GetParam()];
+  }
+};
+std::string ground_name(const ::testing::TestParamInfo<int>& info) {
+  const char* const names[] = {"plane", "terrain", "box", "mesh", "cylinder"};
+  return names[info.param];
+}
+INSTANTIATE_TEST_SUITE_P(, HullBox, ::testing::Range(0, 5), ground_name);
+
+// It neither sinks by more than the 1e-5 m that a gap's correction leaves nor creeps.
+TEST_P(HullBox, Stands) {
+  Bench run("lanes", on(box_of_mesh(0.2, 0.1, 0.3), ground(), {0.01, 0.02, 0.15}, 0));
+  run.run(2, 1e-3);
+  EXPECT_EQ(run.fault(), "");
+  const Vec3 p = reference_poses(run.model(), run.q())[0].translation();
+  EXPECT_NEAR(p.z(), 0.15, 1e-5);
+  EXPECT_NEAR(p.x(), 0.01, 1e-6);
+  EXPECT_NEAR(p.y(), 0.02, 1e-6);
+  EXPECT_NEAR(upright(run), 1, 1e-9);
+}
+
+// Released on an edge, it falls back below the angle atan(a / c) at which its middle stands over that edge, and tips
+// beyond.
+TEST_P(HullBox, FallsBackOrTips) {
+  const double critical = std::atan2(0.1, 0.15);
+  for (const double share : {0.9, 1.1}) {
+    const double tilt = share * critical;
+    const Vec3 start(0, 0, height_on_edge(0.1, 0.15, tilt));
+    Bench run("lanes", on(box_of_mesh(0.2, 0.1, 0.3), ground(), start, tilt));
+    run.run(3, 1e-3);
+    EXPECT_EQ(run.fault(), "");
+    EXPECT_NEAR(std::abs(upright(run)), share < 1 ? 1 : 0, 1e-3) << share;
+  }
+}
+
+// Until it strikes, rocking on its edge, it goes the way of the box itself.
+TEST_P(HullBox, RocksAsTheBox) {
+  const double tilt = 0.3;
+  const Vec3 start(0, 0, height_on_edge(0.1, 0.15, tilt));
+  Bench hull("lanes", on(box_of_mesh(0.2, 0.1, 0.3), ground(), start, tilt));
+  Bench own("lanes", on(box(0.2, 0.1, 0.3), ground(), start, tilt));
+  double most = 0, least = 1;
+  for (int i = 0; i < 100; ++i) {
+    hull.run(1e-3, 1e-3);
+    own.run(1e-3, 1e-3);
+    most = std::max(most, std::abs(upright(hull) - upright(own)));
+    least = std::min(least, upright(own));
+  }
+  EXPECT_GT(upright(own), least + 1e-3) << "it moved";
+  EXPECT_LT(most, 1e-6);
+}
+
+// Each carries those above; nothing sinks, slides or turns by more than the gaps' corrections in two seconds.
+TEST(HullStack, OfFiveStands) {
+  World world = on(box_of_mesh(0.2, 0.2, 0.1), plane(), {0, 0, 0.05}, 0);
+  for (int i = 1; i < 5; ++i) {
+    const double aside = i % 2 ? 0.01 : -0.01;
+    world.objects.push_back(
+        movable("box" + std::to_string(i), box_of_mesh(0.2, 0.2, 0.1), 1, at(aside, 0, 0.05 + 0.1 * i)));
+  }
+  Bench run("lanes", world);
+  const std::vector<Pose> before = reference_poses(run.model(), run.q());
+  run.run(2, 1e-3);
+  EXPECT_EQ(run.fault(), "");
+  const std::vector<Pose> after = reference_poses(run.model(), run.q());
+  ASSERT_EQ(after.size(), 5u);
+  for (std::size_t i = 0; i < 5; ++i) {
+    EXPECT_LT((after[i].translation() - before[i].translation()).norm(), 1e-4) << i;
+    EXPECT_NEAR(after[i].linear()(2, 2), 1, 1e-6) << i;
+  }
+}
+
+}  // namespace
+}  // namespace graze::test
