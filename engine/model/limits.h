@@ -20,6 +20,9 @@ inline constexpr std::size_t kMaxJoints = 1'000;
 inline constexpr std::size_t kMaxAttributeBytes = 1'000;
 /// Warnings about one file; the rest is counted.
 inline constexpr std::size_t kMaxWarnings = 50;
+/// Problems of one file that a message lists, and repairs; the rest is counted. A file of a public robot that needs
+/// many has one per link.
+inline constexpr std::size_t kMaxProblems = 200;
 
 /// Collision shapes of the robot and the environment: every two of them are looked at.
 inline constexpr std::size_t kMaxShapes = 2'000;

@@ -15,13 +15,18 @@ struct UrdfOptions {
   std::vector<std::string>
       package_path;       // folders in which package://NAME/ is looked up, besides the parents of the file
   double density = 1000;  // kg/m^3 for links that have geometry but no <inertial>
-  std::function<void(const std::string&)> warn;  // called with one line per thing that was left out
+  std::function<void(const std::string&)>
+      warn;             // called with one line per thing that was left out, made up or repaired
+  bool repair = false;  // mend what can be mended (docs/robots.md), and warn of each repair
+  /// Called with the document as it was read in the end, repairs included: read without `repair` it gives the same
+  /// robot to the bit. Names of mesh files that were found are absolute in it.
+  std::function<void(const std::string&)> read;
 };
 
-/// Reads a URDF file. Throws InputError naming the file (with line where XML gives one), the link or joint and the
-/// rule: not XML, unknown joint type (with the standard ones), several roots or a loop, missing mesh, inertia that is
-/// not positive or breaks the triangle inequality, zero inertia on a moving link. A root link "world" with a fixed
-/// joint means a fixed base. Fixed joints are kept here (compile() merges them).
+/// Reads a URDF file. Throws InputError with all problems of the file, each with its line, the link or joint, the rule
+/// and what a repair would do: not XML, unknown joint type (with the standard ones), several roots or a loop, missing
+/// mesh, inertia that is not positive or breaks the triangle inequality, zero inertia on a moving link. A root link
+/// "world" with a fixed joint means a fixed base. Fixed joints are kept here (compile() merges them).
 Robot load_urdf(const std::string& file, const UrdfOptions& options = {});
 
 /// The same from text; `name` stands for the file.
