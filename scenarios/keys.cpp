@@ -65,6 +65,11 @@ Description robot() {
             {Form::texts(-1, "FOLDER"), Form::text("FOLDER")},
             {},
             "folders in which `package://NAME/` is looked up"},
+           {"repair",
+            {Form::flag()},
+            Default::value("false"),
+            "mends what can be mended in the URDF, and tells it (docs/robots.md)"},
+           {"srdf", {Form::text("FILE")}, {}, "its `disable_collisions` are pairs of links that never touch"},
            {"initial", {Form::section("initial")}, {}, "how it begins"}}};
 }
 

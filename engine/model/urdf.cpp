@@ -353,15 +353,17 @@ class Builder {
   Robot robot_;
 };
 
-/// Mesh files by their absolute names: the document may be kept elsewhere.
-void name_meshes(tinyxml2::XMLElement& e, const MeshFiles& meshes) {
+/// The document is to be kept elsewhere: mesh files that would not be found from there get their absolute names.
+void name_meshes(tinyxml2::XMLElement& e, const MeshFiles& meshes, const MeshFiles& from_there) {
   const char* name = e.Attribute("filename");
   if (name && std::string_view(e.Name()) == "mesh") {
     const std::filesystem::path file = meshes.find(name);
-    if (!file.empty()) e.SetAttribute("filename", input_path(file.string()).c_str());
+    if (!file.empty() && input_path(from_there.find(name).string()) != input_path(file.string())) {
+      e.SetAttribute("filename", input_path(file.string()).c_str());
+    }
   }
   for (tinyxml2::XMLElement* child = e.FirstChildElement(); child; child = child->NextSiblingElement()) {
-    name_meshes(*child, meshes);
+    name_meshes(*child, meshes, from_there);
   }
 }
 
@@ -394,7 +396,7 @@ Robot read_document(tinyxml2::XMLDocument& document, const std::string& name, co
       if (options.warn) options.warn(text);
     }
     if (!options.read) return robot;
-    if (document.RootElement()) name_meshes(*document.RootElement(), meshes);
+    name_meshes(*document.RootElement(), meshes, MeshFiles(options.read_folder, {}));
     tinyxml2::XMLPrinter printer;
     document.Print(&printer);
     options.read(printer.CStr());

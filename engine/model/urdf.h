@@ -19,8 +19,9 @@ struct UrdfOptions {
       warn;             // called with one line per thing that was left out, made up or repaired
   bool repair = false;  // mend what can be mended (docs/robots.md), and warn of each repair
   /// Called with the document as it was read in the end, repairs included: read without `repair` it gives the same
-  /// robot to the bit. Names of mesh files that were found are absolute in it.
+  /// robot to the bit. Names of mesh files that would not be found from `read_folder` are absolute in it.
   std::function<void(const std::string&)> read;
+  std::string read_folder;
 };
 
 /// Reads a URDF file. Throws InputError with all problems of the file, each with its line, the link or joint, the rule
@@ -32,7 +33,7 @@ Robot load_urdf(const std::string& file, const UrdfOptions& options = {});
 /// The same from text; `name` stands for the file.
 Robot parse_urdf(const std::string& xml, const std::string& name, const UrdfOptions& options = {});
 
-/// Reads an OBJ or STL file. Throws InputError.
+/// Reads an OBJ, STL or DAE file, or one of another kind that assimp reads. Throws InputError.
 std::shared_ptr<const Mesh> load_mesh(const std::string& file);
 
 }  // namespace graze

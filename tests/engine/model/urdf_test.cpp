@@ -342,7 +342,7 @@ TEST(Meshes, MissingAndBroken) {
   folder.write("broken.stl", "solid");
   folder.write("model.step", "ISO-10303-21;");
   for (const auto& [mesh, rule] :
-       {std::pair("flat.obj", "flat"), std::pair("broken.stl", "broken.stl"), std::pair("model.step", "OBJ or STL")}) {
+       {std::pair("flat.obj", "flat"), std::pair("broken.stl", "broken.stl"), std::pair("model.step", "convert it to OBJ, STL or DAE")}) {
     const std::string file = folder.write("r.urdf", with_mesh(mesh));
     EXPECT_THAT(input_error([&] { load_urdf(file); }), testing::AllOf(HasSubstr("link 'a'"), HasSubstr(rule)));
   }
