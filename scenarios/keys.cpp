@@ -71,6 +71,11 @@ Description robot() {
             Default::value("false"),
             "links that are in each other in the nominal initial state never touch"},
            {"mesh", {Form::section("hull")}, {}, "how its collision meshes may be simplified"},
+           {"repair",
+            {Form::flag()},
+            Default::value("false"),
+            "mends what can be mended in the URDF, and tells it (docs/robots.md)"},
+           {"srdf", {Form::text("FILE")}, {}, "its `disable_collisions` are pairs of links that never touch"},
            {"initial", {Form::section("initial")}, {}, "how it begins"}}};
 }
 

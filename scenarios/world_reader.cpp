@@ -7,14 +7,14 @@
 
 #include "engine/control/joint_values.h"
 #include "engine/model/rotation.h"
-#include "engine/model/urdf.h"
+#include "engine/model/srdf.h"
 #include "engine/physics.h"
 #include "engine/settings/warnings.h"
 #include "scenarios/doubts.h"
-#include "scenarios/hull_reader.h"
 #include "scenarios/keys.h"
 #include "scenarios/limits.h"
 #include "scenarios/names.h"
+#include "scenarios/robot_file.h"
 #include "scenarios/springs.h"
 
 namespace graze {
@@ -72,30 +72,20 @@ class WorldReader {
 
   void read_robot(const Settings& robot) {
     robot.allow(keys_of("robot"));
-    UrdfOptions urdf;
-    urdf.ignore_missing_meshes = options_.ignore_missing_meshes;
-    if (const auto base = robot.find("base")) urdf.fixed_base = base->choice({"floating", "fixed"}) == "fixed";
-    if (const auto density = robot.find("density")) {
-      urdf.density = density->positive(Quantity::density);
-      doubt_density(*density, urdf.density);
-    }
-    if (const auto folders = robot.find("package_path")) {
-      check_count(*folders, folders->items().size(), kMaxFolders, "folders");
-      for (const Settings& folder : folders->items()) urdf.package_path.push_back(folder.resolve_file(folder.text()));
-    }
-    if (const auto mesh = robot.find("mesh")) {
-      mesh->allow(keys_of("hull"));
-      urdf.hull = read_hull(*mesh);
-    }
+    UrdfOptions urdf = read_urdf_options(robot, options_.ignore_missing_meshes);
+    if (const auto density = robot.find("density")) doubt_density(*density, urdf.density);
     urdf.warn = [this](const std::string& warning) { out_.warnings.push_back(warning); };
-    const Settings file = robot.at("urdf");
-    const std::string path = file.resolve_file(file.text());
-    try {
-      world().robot = load_urdf(path, urdf);
-    } catch (const InputError& e) {
-      file.fail(e.what());
-    }
+    world().robot = read_robot_file(robot, urdf);
+    if (const auto srdf = robot.find("srdf")) read_srdf(*srdf, urdf);
     if (const auto initial = robot.find("initial")) read_initial(*initial);
+  }
+
+  void read_srdf(const Settings& srdf, const UrdfOptions& urdf) {
+    try {
+      world().contact.ignore = load_srdf(srdf.resolve_file(srdf.text()), world().robot, urdf.warn);
+    } catch (const InputError& e) {
+      srdf.fail(e.what());
+    }
   }
 
   void read_initial(const Settings& initial) {

@@ -20,6 +20,9 @@ inline constexpr std::size_t kMaxJoints = 1'000;
 inline constexpr std::size_t kMaxAttributeBytes = 1'000;
 /// Warnings about one file; the rest is counted.
 inline constexpr std::size_t kMaxWarnings = 50;
+/// Problems of one file that a message lists, and repairs; the rest is counted. A file of a public robot that needs
+/// many has one per link.
+inline constexpr std::size_t kMaxProblems = 200;
 
 /// Collision shapes of the robot and the environment: every two of them are looked at.
 inline constexpr std::size_t kMaxShapes = 2'000;
@@ -28,8 +31,15 @@ inline constexpr std::size_t kMaxVisuals = 10'000;
 /// Pairs of shapes that may touch: each keeps 2 kB of contacts from step to step.
 inline constexpr std::size_t kMaxPairs = 100'000;
 
+/// Pairs of links that an SRDF file may say never touch.
+inline constexpr std::size_t kMaxSrdfPairs = 20'000;
+
 /// Bytes of a mesh file; 1.3 million triangles of a binary STL file. Reading takes eight times as many.
 inline constexpr std::size_t kMaxMeshBytes = 64u << 20;
+/// Bytes of a mesh file of another kind than OBJ, STL or DAE, which is read as a library reads it; and of one of a kind
+/// that can be packed, a thousandfold at most.
+inline constexpr std::size_t kMaxOtherMeshBytes = 16u << 20;
+inline constexpr std::size_t kMaxPackedMeshBytes = 1u << 20;
 /// Vertices of an OBJ file, and corners of all its faces: a corner is written in two bytes and takes a hundred.
 inline constexpr std::size_t kMaxMeshCorners = 4'000'000;
 /// Corners of one face: cutting a polygon into triangles takes the square of them.

@@ -1,4 +1,5 @@
 // Mesh files, by assimp.
+#include <assimp/config.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <fmt/format.h>
@@ -12,6 +13,7 @@
 #include <filesystem>
 #include <unordered_map>
 
+#include "engine/model/dae_size.h"
 #include "engine/model/limits.h"
 #include "engine/model/mesh_size.h"
 #include "engine/model/urdf.h"
@@ -23,10 +25,25 @@ namespace graze {
 
 namespace {
 
-bool readable_kind(const std::filesystem::path& file) {
+/// ".dae" of "A.DAE".
+std::string kind_of(const std::filesystem::path& file) {
   std::string extension = file.extension().string();
   for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return extension == ".obj" || extension == ".stl";
+  return extension;
+}
+
+/// Kinds whose size this program looks into before the library does, and whose content is bounded so.
+bool bounded_kind(const std::string& kind) { return kind == ".obj" || kind == ".stl" || kind == ".dae"; }
+
+/// Kinds that hold packed data: a small file can be a large mesh.
+bool packed_kind(const std::string& kind) {
+  constexpr std::string_view kPacked[] = {".fbx", ".3mf", ".blend", ".zae", ".x", ".x3db", ".usdz", ".iqm", ".q3o"};
+  return std::find(std::begin(kPacked), std::end(kPacked), kind) != std::end(kPacked);
+}
+
+std::size_t most_bytes(const std::string& kind) {
+  if (bounded_kind(kind)) return kMaxMeshBytes;
+  return packed_kind(kind) ? kMaxPackedMeshBytes : kMaxOtherMeshBytes;
 }
 
 /// Collects triangles, with each point once: files like STL repeat it for every triangle. (The library's own way to
@@ -37,8 +54,28 @@ class Joiner {
 
   /// Points and lines are left out.
   void append(const aiMesh& part) {
+    append(part, [](const aiVector3D& p) { return p; });
+  }
+
+  /// All shapes of a tree of nodes, each moved as the nodes say.
+  void append(const aiScene& scene, const aiNode& node, const aiMatrix4x4& above) {
+    const aiMatrix4x4 X = above * node.mTransformation;
+    for (unsigned i = 0; i < node.mNumMeshes; ++i) {
+      const aiMesh& part = *scene.mMeshes[node.mMeshes[i]];
+      corners_ += part.mNumVertices;
+      if (corners_ > kMaxMeshCorners) {
+        throw InputError(fmt::format("{}: more than {} vertices; simplify the mesh", mesh_.file, kMaxMeshCorners));
+      }
+      append(part, [&](const aiVector3D& p) { return X * p; });
+    }
+    for (unsigned i = 0; i < node.mNumChildren; ++i) append(scene, *node.mChildren[i], X);
+  }
+
+ private:
+  template <typename Move>
+  void append(const aiMesh& part, const Move& move) {
     std::vector<int> index(part.mNumVertices, -1);
-    for (unsigned i = 0; i < part.mNumVertices; ++i) index[i] = vertex(part.mVertices[i]);
+    for (unsigned i = 0; i < part.mNumVertices; ++i) index[i] = vertex(move(part.mVertices[i]));
     for (unsigned i = 0; i < part.mNumFaces; ++i) {
       const aiFace& face = part.mFaces[i];
       if (face.mNumIndices != 3) continue;
@@ -46,7 +83,6 @@ class Joiner {
     }
   }
 
- private:
   struct Hash {
     std::size_t operator()(const std::array<std::uint32_t, 3>& bits) const {
       std::uint64_t h = bits[0];
@@ -65,6 +101,7 @@ class Joiner {
   }
 
   Mesh& mesh_;
+  std::size_t corners_ = 0;
   std::unordered_map<std::array<std::uint32_t, 3>, int, Hash> index_;
 };
 
@@ -99,13 +136,21 @@ class NoFiles : public Assimp::IOSystem {
 
 std::shared_ptr<const Mesh> load_mesh(const std::string& file) {
   if (!input_exists(file)) throw InputError(fmt::format("{}: no such mesh file{}", file, path_suggestion(file)));
-  if (!readable_kind(file)) {
-    throw InputError(fmt::format("{}: meshes must be OBJ or STL files; convert it to one of them", file));
-  }
-  const std::string bytes = read_input(file, "", kMaxMeshBytes);
-  if (bytes.empty()) throw InputError(fmt::format("{}: is an empty file; a mesh must have triangles", file));
-  check_mesh_size(bytes, file);
+  const std::string kind = kind_of(file);
   Assimp::Importer importer;
+  if (kind.empty() || !importer.IsExtensionSupported(kind)) {
+    throw InputError(fmt::format("{}: is of no kind of mesh that can be read; convert it to OBJ, STL or DAE", file));
+  }
+  const std::string bytes = read_input(file, "", most_bytes(kind));
+  if (bytes.empty()) throw InputError(fmt::format("{}: is an empty file; a mesh must have triangles", file));
+  if (kind == ".dae") {
+    check_dae_size(bytes, file);
+  } else if (bounded_kind(kind)) {
+    check_mesh_size(bytes, file);
+  }
+  // As ROS takes them: units count, and which axis a drawing calls "up" does not.
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);  // which stand in for shapes that are not there
   importer.SetIOHandler(new NoFiles);  // the importer's from now on
   const aiScene* scene =
       importer.ReadFileFromMemory(bytes.data(), bytes.size(), aiProcess_Triangulate,
@@ -120,7 +165,11 @@ std::shared_ptr<const Mesh> load_mesh(const std::string& file) {
   auto mesh = std::make_shared<Mesh>();
   mesh->file = file;
   Joiner joiner(*mesh);
-  for (unsigned i = 0; i < scene->mNumMeshes; ++i) joiner.append(*scene->mMeshes[i]);
+  if (kind == ".obj" || kind == ".stl") {  // their nodes move nothing
+    for (unsigned i = 0; i < scene->mNumMeshes; ++i) joiner.append(*scene->mMeshes[i]);
+  } else {
+    joiner.append(*scene, *scene->mRootNode, aiMatrix4x4());
+  }
   for (const Vec3& vertex : mesh->vertices) {
     if (!vertex.allFinite()) throw InputError(fmt::format("{}: a vertex of the mesh is not finite", file));
   }

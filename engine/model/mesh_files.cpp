@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <sstream>
+
 #include "engine/model/convex_hull.h"
 #include "engine/model/urdf.h"
 #include "engine/settings/inputs.h"
@@ -30,6 +32,17 @@ std::vector<fs::path> parents_of(const fs::path& folder) {
   return out;
 }
 
+/// The folders of ROS_PACKAGE_PATH, which colons separate.
+std::vector<fs::path> ros_folders() {
+  constexpr std::size_t kMost = 100;  // each mesh is looked for in all of them
+  std::istringstream all(input_variable("ROS_PACKAGE_PATH"));
+  std::vector<fs::path> out;
+  for (std::string folder; out.size() < kMost && std::getline(all, folder, ':');) {
+    if (!folder.empty()) out.emplace_back(folder);
+  }
+  return out;
+}
+
 }  // namespace
 
 std::vector<fs::path> MeshFiles::candidates(const std::string& name) const {
@@ -44,6 +57,7 @@ std::vector<fs::path> MeshFiles::candidates(const std::string& name) const {
   std::vector<fs::path> roots(package_path_.begin(), package_path_.end());
   const std::vector<fs::path> parents = parents_of(folder_);
   roots.insert(roots.end(), parents.begin(), parents.end());
+  for (const fs::path& folder : ros_folders()) roots.push_back(folder);
   std::vector<fs::path> out;
   for (const fs::path& root : roots) {
     if (root.filename() == package) out.push_back(root / rest);

@@ -18,7 +18,8 @@ class MeshFiles {
       : folder_(std::move(folder)), package_path_(std::move(package_path)) {}
 
   /// Every place where `name` may be, best first. package://NAME/rest: rest in folder NAME of a folder of the package
-  /// path or of a parent of the URDF's folder, or in such a folder that is itself called NAME.
+  /// path, then of the URDF's folder and those above it, then of ROS_PACKAGE_PATH, or in such a folder that is itself
+  /// called NAME.
   std::vector<std::filesystem::path> candidates(const std::string& name) const;
   /// The first candidate that is a file, or empty.
   std::filesystem::path find(const std::string& name) const;

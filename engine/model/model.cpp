@@ -2,13 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <map>
 #include <set>
 
+#include "engine/model/inertia_rules.h"
 #include "engine/model/limits.h"
 #include "engine/model/placement.h"
 #include "engine/model/rotation.h"
@@ -170,29 +170,13 @@ class Compiler {
   }
 
   void check_mass(std::size_t i) const {
-    const double mass = model_.bodies[i].mass;
-    if (mass > 0 && std::isfinite(mass)) return;
-    refuse(i, fmt::format("mass {:g}: a moving body (with all that is fixed to it) must have a positive mass", mass));
+    const std::string problem = mass_problem(model_.bodies[i].mass);
+    if (!problem.empty()) refuse(i, problem);
   }
 
-  /// Physical if and only if the second moment about the centre of mass is positive semidefinite, which is the triangle
-  /// inequality of the principal moments. Sums and affine maps of rounded numbers leave a few ulps; 1e-9 of the trace
-  /// is far above those and far below anything that a dynamics algorithm would notice.
   void check_inertia(std::size_t i) const {
-    const Mat3& inertia = model_.bodies[i].inertia;
-    if (!inertia.allFinite()) refuse(i, "inertia is not finite");
-    const Eigen::SelfAdjointEigenSolver<Mat3> solver(inertia, Eigen::EigenvaluesOnly);
-    const Vec3& moments = solver.eigenvalues();  // ascending
-    const double tolerance = 1e-9 * moments.sum();
-    if (moments[0] <= std::max(0.0, 1e-3 * tolerance)) {
-      refuse(i, fmt::format("principal moments of inertia {:g}, {:g}, {:g} kg m^2: all must be positive", moments[0],
-                            moments[1], moments[2]));
-    }
-    if (moments[0] + moments[1] < moments[2] - tolerance) {
-      refuse(i, fmt::format("principal moments of inertia {0:g}, {1:g}, {2:g} kg m^2 break the triangle inequality: no "
-                            "rigid body has {0:g} + {1:g} < {2:g}",
-                            moments[0], moments[1], moments[2]));
-    }
+    const std::string problem = inertia_problem(model_.bodies[i].inertia);
+    if (!problem.empty()) refuse(i, problem);
   }
 
   void check_names() const {

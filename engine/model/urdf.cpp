@@ -2,6 +2,7 @@
 
 #include <console_bridge/console.h>
 #include <fmt/format.h>
+#include <tinyxml2.h>
 #include <urdf_parser/urdf_parser.h>
 
 #include <Eigen/Eigenvalues>
@@ -9,13 +10,16 @@
 #include <cmath>
 #include <mutex>
 #include <set>
+#include <string_view>
 
 #include "engine/model/direction.h"
+#include "engine/model/inertia_rules.h"
 #include "engine/model/limits.h"
 #include "engine/model/mesh_files.h"
 #include "engine/model/mesh_size.h"
 #include "engine/model/model.h"
 #include "engine/model/rotation.h"
+#include "engine/model/urdf_bodies.h"
 #include "engine/model/urdf_outline.h"
 #include "engine/settings/inputs.h"
 #include "engine/settings/paths.h"
@@ -39,7 +43,7 @@ class Messages : public console_bridge::OutputHandler {
 
 /// urdfdom's reading of the clean document. Its messages go through a handler that is global to the process, hence the
 /// lock.
-urdf::ModelInterfaceSharedPtr parse_with_urdfdom(const UrdfOutline& outline, const std::string& name) {
+urdf::ModelInterfaceSharedPtr parse_with_urdfdom(const UrdfOutline& outline, const UrdfProblems& problems) {
   static std::mutex mutex;
   const std::lock_guard<std::mutex> lock(mutex);
   Messages messages;
@@ -53,7 +57,9 @@ urdf::ModelInterfaceSharedPtr parse_with_urdfdom(const UrdfOutline& outline, con
   }
   console_bridge::restorePreviousOutputHandler();
   if (!model) {
-    throw InputError(fmt::format("{}: not a valid URDF: {}", name, thrown.empty() ? messages.first() : thrown));
+    problems.raise();  // a stand-in may be what it cannot read
+    throw InputError(
+        fmt::format("{}: not a valid URDF: {}", problems.name(), thrown.empty() ? messages.first() : thrown));
   }
   return model;
 }
@@ -67,14 +73,16 @@ Pose pose(const urdf::Pose& p, const UrdfOutline::Angles& rpy) {
   return X;
 }
 
+/// One reading of the document. What it tells `problems` may be more than one reading finds: a repair can bring others
+/// to light.
 class Builder {
  public:
-  Builder(const std::string& name, const UrdfOptions& options)
-      : name_(name), options_(options), meshes_(std::filesystem::path(name).parent_path(), options.package_path) {}
+  Builder(const UrdfOptions& options, MeshFiles& meshes, UrdfProblems& problems)
+      : name_(problems.name()), options_(options), meshes_(meshes), problems_(problems) {}
 
-  Robot build(const UrdfOutline& outline) {
-    for (const std::string& warning : outline.warnings) warn(warning);
-    const urdf::ModelInterfaceSharedPtr model = parse_with_urdfdom(outline, name_);
+  Robot build(tinyxml2::XMLDocument& document) {
+    const UrdfOutline outline = outline_urdf(document, problems_);
+    const urdf::ModelInterfaceSharedPtr model = parse_with_urdfdom(outline, problems_);
     robot_.name = outline.robot;
     for (const UrdfOutline::LinkEntry& entry : outline.links) {
       robot_.links.push_back(build_link(*model->links_.at(entry.name), entry));
@@ -83,19 +91,13 @@ class Builder {
       robot_.joints.push_back(build_joint(*model->joints_.at(entry.name), entry));
     }
     choose_base(outline);
-    check_bodies();
+    check_bodies(robot_, outline, options_, problems_);
+    problems_.raise();
+    if (!problems_.changed()) check_compiles();
     return std::move(robot_);
   }
 
  private:
-  [[noreturn]] void fail(int line, const std::string& message) const {
-    throw InputError(fmt::format("{}:{}: {}", name_, line, message));
-  }
-
-  void warn(const std::string& message) const {
-    if (options_.warn) options_.warn(message);
-  }
-
   // ---- links
 
   Link build_link(const urdf::Link& from, const UrdfOutline::LinkEntry& entry) {
@@ -146,7 +148,7 @@ class Builder {
                   Shape& shape) {
     const std::filesystem::path file = meshes_.find(from.filename);
     if (file.empty()) {
-      if (collision) missing_mesh(from.filename, entry, link);
+      if (collision && !from.filename.empty()) missing_mesh(from.filename, entry, link);
       return false;
     }
     shape.kind = ShapeKind::mesh;
@@ -163,31 +165,35 @@ class Builder {
       shape.mesh = meshes_.hull(file);
       shape.hull = simplified_hull(*shape.mesh, shape.size, options_.hull);
     } catch (const InputError& error) {
-      fail(entry.line, fmt::format("link '{}': collision mesh: {}", link.name, error.what()));
+      problems_.refuse(entry.line, fmt::format("link '{}': collision mesh: {}", link.name, error.what()));
+      return false;
     }
     check_extent(shape, entry, link);
     return true;
   }
 
-  void check_extent(const Shape& shape, const UrdfOutline::ShapeEntry& entry, const Link& link) const {
+  void check_extent(const Shape& shape, const UrdfOutline::ShapeEntry& entry, const Link& link) {
     const std::string problem = length_problem(largest_coordinate(shape));
     if (!problem.empty()) {
-      fail(entry.line,
-           fmt::format("link '{}': collision mesh '{}' reaches as far as {}", link.name, shape.mesh->file, problem));
+      problems_.refuse(entry.line, fmt::format("link '{}': collision mesh '{}' reaches as far as {}", link.name,
+                                               shape.mesh->file, problem));
     }
   }
 
-  void missing_mesh(const std::string& filename, const UrdfOutline::ShapeEntry& entry, const Link& link) const {
+  void missing_mesh(const std::string& filename, const UrdfOutline::ShapeEntry& entry, const Link& link) {
     const std::vector<std::filesystem::path> places = meshes_.candidates(filename);
     const std::string text = fmt::format("link '{}': collision mesh '{}' is not there (looked at {}{}){}", link.name,
                                          filename, places.front().string(), places.size() > 1 ? " and above" : "",
                                          path_suggestion(places.front().string()));
-    if (!options_.ignore_missing_meshes) {
-      fail(entry.line, text +
-                           "; put the file there, name the folder of its package, or go on without it by "
-                           "--ignore-missing-meshes");
+    if (options_.ignore_missing_meshes) {
+      return problems_.warn(fmt::format("{}:{}: {}: left out", name_, entry.line, text));
     }
-    warn(fmt::format("{}:{}: {}: left out", name_, entry.line, text));
+    problems_.repair(entry.line,
+                     text +
+                         "; put the file there, name the folder of its package, or go on without it by "
+                         "--ignore-missing-meshes",
+                     "leaves this shape out");
+    entry.element->Parent()->DeleteChild(entry.element);
   }
 
   MassMoments inertia_of_shapes(const Link& link) const {
@@ -200,8 +206,8 @@ class Builder {
     return sum;
   }
 
-  MassMoments given_inertia(const urdf::Inertial& from, const UrdfOutline::LinkEntry& entry) const {
-    if (from.mass == 0) return {};
+  MassMoments given_inertia(const urdf::Inertial& from, const UrdfOutline::LinkEntry& entry) {
+    if (from.mass == 0 || !entry.sound) return {};
     Mat3 inertia;
     inertia << from.ixx, from.ixy, from.ixz, from.ixy, from.iyy, from.iyz, from.ixz, from.iyz, from.izz;
     const Pose X_LI = pose(from.origin, entry.inertial_rpy);
@@ -212,24 +218,40 @@ class Builder {
   /// The inertia, if it belongs to a real body. Numbers in a file are rounded, so a flat body may break the triangle
   /// inequality a little: up to 1e-3 of the largest principal moment (three digits) is taken as rounding, and the
   /// nearest inertia that is physical is used.
-  Mat3 physical(const Mat3& inertia, const UrdfOutline::LinkEntry& entry) const {
+  Mat3 physical(const Mat3& inertia, const UrdfOutline::LinkEntry& entry) {
     const std::string where = fmt::format("link '{}': <inertia>", entry.name);
     const Eigen::SelfAdjointEigenSolver<Mat3> solver(inertia);
     const Vec3& I = solver.eigenvalues();  // ascending
-    if (!I.allFinite()) fail(entry.inertial_line, where + ": too large to compute with");
+    if (!I.allFinite()) {
+      problems_.refuse(entry.inertial_line, where + ": too large to compute with");
+      return Mat3::Zero();
+    }
     if (I[0] < 0) {
-      fail(entry.inertial_line,
-           fmt::format("{}: principal moments {:g}, {:g}, {:g} kg m^2: none may be negative", where, I[0], I[1], I[2]));
+      return nearest(
+          inertia, entry,
+          fmt::format("{}: principal moments {:g}, {:g}, {:g} kg m^2: none may be negative", where, I[0], I[1], I[2]));
     }
     if (I[0] + I[1] < I[2] * (1 - 1e-3)) {
-      fail(entry.inertial_line,
-           fmt::format("{0}: principal moments {1:g}, {2:g}, {3:g} kg m^2 break the triangle inequality: no rigid body "
-                       "has {1:g} + {2:g} < {3:g}",
-                       where, I[0], I[1], I[2]));
+      return nearest(
+          inertia, entry,
+          fmt::format("{0}: principal moments {1:g}, {2:g}, {3:g} kg m^2 break the triangle inequality: no rigid body "
+                      "has {1:g} + {2:g} < {3:g}",
+                      where, I[0], I[1], I[2]));
     }
     if (I[0] + I[1] >= I[2]) return inertia;
     const Vec3 nearest_I(I[0], I[1], I[0] + I[1]);
     return solver.eigenvectors() * nearest_I.asDiagonal() * solver.eigenvectors().transpose();
+  }
+
+  Mat3 nearest(const Mat3& inertia, const UrdfOutline::LinkEntry& entry, const std::string& problem) {
+    const Mat3 out = nearest_physical_inertia(inertia);
+    const Vec3 I = Eigen::SelfAdjointEigenSolver<Mat3>(out, Eigen::EigenvaluesOnly).eigenvalues();
+    problems_.repair(entry.inertial_line, problem,
+                     fmt::format("takes the nearest inertia of a rigid body (in the Frobenius norm), {:g}, {:g}, {:g} "
+                                 "kg m^2",
+                                 I[0], I[1], I[2]));
+    write_inertia(*entry.element->FirstChildElement("inertial")->FirstChildElement("inertia"), out);
+    return out;
   }
 
   // ---- joints
@@ -290,17 +312,10 @@ class Builder {
     } else {
       robot_.floating_base = !options_.fixed_base && !world && !massless_base(outline);
     }
-    for (std::size_t i = 0; i < robot_.joints.size(); ++i) {
-      if (robot_.joints[i].type != JointType::floating) continue;
-      throw InputError(
-          fmt::format("{}: joint '{}': a floating joint may only stand between the root link 'world' and "
-                      "the robot; a robot's base floats without one",
-                      robot_.joints[i].source, robot_.joints[i].name));
-    }
   }
 
   /// A base whose <inertial> says mass 0, on a robot that moves, is bolted down: the habit of Bullet's URDF files.
-  bool massless_base(const UrdfOutline& outline) const {
+  bool massless_base(const UrdfOutline& outline) {
     if (!outline.links.front().inertial_line || robot_.links.front().inertia.mass > 0) return false;
     std::set<std::string> heavy, merged{robot_.links.front().name};
     for (const Link& link : robot_.links) {
@@ -318,14 +333,14 @@ class Builder {
       }
     }
     if (moves) {
-      warn(fmt::format("{}:{}: link '{}' has mass 0: taken as a base that is fixed to the world", name_,
-                       outline.links.front().inertial_line, outline.links.front().name));
+      problems_.warn(fmt::format("{}:{}: link '{}' has mass 0: taken as a base that is fixed to the world", name_,
+                                 outline.links.front().inertial_line, outline.links.front().name));
     }
     return moves;
   }
 
   /// What compile() would refuse later is refused here, where it was read.
-  void check_bodies() const {
+  void check_compiles() const {
     World world;
     world.robot = robot_;
     world.contact.self_collision = false;  // which pairs may touch is the scenario's matter
@@ -334,15 +349,70 @@ class Builder {
 
   const std::string& name_;
   const UrdfOptions& options_;
-  MeshFiles meshes_;
+  MeshFiles& meshes_;
+  UrdfProblems& problems_;
   Robot robot_;
 };
+
+/// The document is to be kept elsewhere: mesh files that would not be found from there get their absolute names.
+void name_meshes(tinyxml2::XMLElement& e, const MeshFiles& meshes, const MeshFiles& from_there) {
+  const char* name = e.Attribute("filename");
+  if (name && std::string_view(e.Name()) == "mesh") {
+    const std::filesystem::path file = meshes.find(name);
+    if (!file.empty() && input_path(from_there.find(name).string()) != input_path(file.string())) {
+      e.SetAttribute("filename", input_path(file.string()).c_str());
+    }
+  }
+  for (tinyxml2::XMLElement* child = e.FirstChildElement(); child; child = child->NextSiblingElement()) {
+    name_meshes(*child, meshes, from_there);
+  }
+}
+
+void parse_xml(const std::string& xml, const std::string& name, tinyxml2::XMLDocument& document) {
+  if (xml.size() > kMaxUrdfBytes) {
+    throw InputError(
+        fmt::format("{}: {} bytes; a URDF file has at most {}", name, xml.size(), bytes_in_words(kMaxUrdfBytes)));
+  }
+  if (document.Parse(xml.data(), xml.size()) == tinyxml2::XML_SUCCESS) return;
+  UrdfProblems(name, false)
+      .stop(document.ErrorLineNum(),
+            fmt::format("not XML ({}); a URDF file is an XML document <robot name=\"…\">…</robot>",
+                        tinyxml2::XMLDocument::ErrorIDToName(document.ErrorID())));
+}
+
+/// Reads the document again after every round of repairs, until there is none: what is returned is what a reader that
+/// repairs nothing makes of the repaired document.
+Robot read_document(tinyxml2::XMLDocument& document, const std::string& name, const UrdfOptions& options) {
+  constexpr int kMostRounds = 8;  // of what was tried none took more than three
+  MeshFiles meshes(std::filesystem::path(name).parent_path(), options.package_path);
+  std::vector<std::string> told;
+  for (int round = 0; round < kMostRounds; ++round) {
+    UrdfProblems problems(name, options.repair);
+    Robot robot = Builder(options, meshes, problems).build(document);
+    const std::vector<std::string> repairs = problems.repairs();
+    told.insert(told.end(), repairs.begin(), repairs.end());
+    if (problems.changed()) continue;
+    told.insert(told.end(), problems.warnings().begin(), problems.warnings().end());
+    for (const std::string& text : told) {
+      if (options.warn) options.warn(text);
+    }
+    if (!options.read) return robot;
+    name_meshes(*document.RootElement(), meshes, MeshFiles(options.read_folder, {}));
+    tinyxml2::XMLPrinter printer;
+    document.Print(&printer);
+    options.read(printer.CStr());
+    return robot;
+  }
+  throw InputError(fmt::format("{}: every repair brings up another problem; the last: {}", name, told.back()));
+}
 
 }  // namespace
 
 Robot parse_urdf(const std::string& xml, const std::string& name, const UrdfOptions& options) {
   try {
-    return Builder(name, options).build(outline_urdf(xml, name));
+    tinyxml2::XMLDocument document;
+    parse_xml(xml, name, document);
+    return read_document(document, name, options);
   } catch (const InputError&) {
     throw;
   } catch (const std::exception& error) {  // of a library that the file drove beyond its bounds

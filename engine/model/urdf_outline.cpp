@@ -1,18 +1,16 @@
 #include "engine/model/urdf_outline.h"
 
 #include <fmt/format.h>
-#include <tinyxml2.h>
 
 #include <algorithm>
-#include <charconv>
-#include <cmath>
-#include <cstring>
-#include <optional>
+#include <set>
 #include <string_view>
 
 #include "engine/model/limits.h"
+#include "engine/model/urdf_bodies.h"
+#include "engine/model/urdf_joints.h"
 #include "engine/model/urdf_tree.h"
-#include "engine/settings/limits.h"
+#include "engine/model/urdf_values.h"
 #include "engine/settings/settings.h"
 
 namespace graze {
@@ -21,66 +19,33 @@ namespace {
 
 using tinyxml2::XMLElement;
 
-const std::vector<std::string> kStandardTypes = {"revolute", "continuous", "prismatic", "fixed", "floating", "planar"};
-
-/// A whole decimal number, finite.
-std::optional<double> parse_number(std::string_view text) {
-  if (!text.empty() && text.front() == '+') text.remove_prefix(1);
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) return std::nullopt;
-  return value;
-}
-
-std::vector<std::string_view> words(std::string_view text) {
-  constexpr std::string_view kSpace = " \t\r\n";
-  std::vector<std::string_view> out;
-  for (std::size_t begin = text.find_first_not_of(kSpace); begin != std::string_view::npos;) {
-    const std::size_t end = std::min(text.find_first_of(kSpace, begin), text.size());
-    out.push_back(text.substr(begin, end - begin));
-    begin = text.find_first_not_of(kSpace, end);
-  }
-  return out;
-}
-
 class Reader {
  public:
-  explicit Reader(const std::string& name) : name_(name), printer_(nullptr, true) {}
+  explicit Reader(UrdfProblems& problems) : problems_(problems), values_(problems), printer_(values_.printer()) {}
 
-  UrdfOutline run(const std::string& xml) {
-    if (xml.size() > kMaxUrdfBytes) {
-      throw InputError(
-          fmt::format("{}: {} bytes; a URDF file has at most {}", name_, xml.size(), bytes_in_words(kMaxUrdfBytes)));
-    }
-    tinyxml2::XMLDocument document;
-    if (document.Parse(xml.data(), xml.size()) != tinyxml2::XML_SUCCESS) not_xml(document);
-    const XMLElement& robot = root_of(document);
-    out_.robot = required(robot, "name", "robot");
+  UrdfOutline run(tinyxml2::XMLDocument& document) {
+    XMLElement& robot = root_of(document);
+    out_.robot = values_.required(robot, "name", "robot");
     printer_.OpenElement("robot");
     printer_.PushAttribute("name", out_.robot.c_str());
-    for (const XMLElement* e = robot.FirstChildElement(); e; e = e->NextSiblingElement()) read_part(*e);
+    for (XMLElement* e = robot.FirstChildElement(); e; e = e->NextSiblingElement()) read_part(*e);
+    declare_world(robot);
     printer_.CloseElement();
     if (unknown_ > kMaxWarnings) {
-      out_.warnings.push_back(fmt::format("{}: {} more unknown elements are ignored", name_, unknown_ - kMaxWarnings));
+      problems_.warn(
+          fmt::format("{}: {} more unknown elements are ignored", problems_.name(), unknown_ - kMaxWarnings));
     }
+    if (nameless_) problems_.raise();
     out_.xml = printer_.CStr();
-    order_as_tree(out_, name_);
+    order_as_tree(out_, problems_);
     return std::move(out_);
   }
 
  private:
-  [[noreturn]] void fail(int line, const std::string& message) const {
-    throw InputError(fmt::format("{}:{}: {}", name_, line, message));
-  }
+  [[noreturn]] void fail(int line, const std::string& message) const { problems_.stop(line, message); }
 
-  [[noreturn]] void not_xml(const tinyxml2::XMLDocument& document) const {
-    fail(document.ErrorLineNum(),
-         fmt::format("not XML ({}); a URDF file is an XML document <robot name=\"…\">…</robot>",
-                     tinyxml2::XMLDocument::ErrorIDToName(document.ErrorID())));
-  }
-
-  const XMLElement& root_of(const tinyxml2::XMLDocument& document) const {
-    const XMLElement* root = document.RootElement();
+  XMLElement& root_of(tinyxml2::XMLDocument& document) const {
+    XMLElement* root = document.RootElement();
     if (!root) fail(1, "the document has no element; a URDF file is an XML document <robot name=\"…\">…</robot>");
     if (std::string_view(root->Name()) != "robot") {
       fail(root->GetLineNum(), fmt::format("root element <{}>: must be <robot>{}", clipped(root->Name(), 40),
@@ -89,16 +54,36 @@ class Reader {
     return *root;
   }
 
-  void read_part(const XMLElement& e) {
+  /// Some files join their robot to a `world` that they do not have.
+  void declare_world(XMLElement& robot) {
+    if (link_names_.count("world") > 0) return;
+    const auto joint = std::find_if(out_.joints.begin(), out_.joints.end(),
+                                    [](const UrdfOutline::JointEntry& j) { return j.parent == "world"; });
+    if (joint == out_.joints.end()) return;
+    problems_.repair(joint->line,
+                     fmt::format("joint '{}': parent link 'world' is not there; write <link name=\"world\"/> into the "
+                                 "file, which fixes what is joined to it, or leave the joint out and say 'base: "
+                                 "fixed' in the scenario",
+                                 joint->name),
+                     "writes <link name=\"world\"/>");
+    XMLElement* link = robot.GetDocument()->NewElement("link");
+    link->SetAttribute("name", "world");
+    robot.InsertFirstChild(link);
+    read_link(*link);
+  }
+
+  void read_part(XMLElement& e) {
     const std::string_view tag = e.Name();
     if (tag.substr(0, 6) == "xacro:") {
-      fail(e.GetLineNum(),
+      fail(line_of(e),
            fmt::format("<{}>: this is a xacro file; expand it first: xacro in.xacro > out.urdf", clipped(tag, 40)));
     }
     if (tag == "link") {
       read_link(e);
     } else if (tag == "joint") {
       read_joint(e);
+    } else if (tag == "transmission") {
+      note_reduction(e, e.Attribute("name"), 0);
     } else {
       note_unknown(e, {"link", "joint", "material", "transmission", "gazebo", "sensor"}, "robot");
     }
@@ -109,24 +94,27 @@ class Reader {
     const std::string near = nearest(e.Name(), known);
     if (near.empty() || near == e.Name()) return;
     if (++unknown_ > kMaxWarnings) return;
-    out_.warnings.push_back(fmt::format("{}:{}: {}: unknown element <{}> is ignored; did you mean <{}>?", name_,
-                                        e.GetLineNum(), where, e.Name(), near));
+    problems_.warn(fmt::format("{}:{}: {}: unknown element <{}> is ignored; did you mean <{}>?", problems_.name(),
+                               line_of(e), where, e.Name(), near));
   }
 
-  std::string required(const XMLElement& e, const char* attribute, const std::string& where) const {
-    const char* text = e.Attribute(attribute);
-    if (!text || !*text) fail(e.GetLineNum(), fmt::format("{}: <{}> needs a non-empty {}", where, e.Name(), attribute));
-    const std::size_t size = std::strlen(text);
-    if (size > kMaxAttributeBytes) {
-      fail(e.GetLineNum(), fmt::format("{}: <{}> {}: {}: {} bytes; at most {}", where, e.Name(), attribute,
-                                       clipped(text, 40), size, kMaxAttributeBytes));
+  /// Gears count in what a joint's own numbers say, and not once more.
+  void note_reduction(const XMLElement& e, const char* transmission, int depth) {
+    constexpr int kDeepest = 3;  // <transmission><joint|actuator><…>
+    for (const XMLElement* part = e.FirstChildElement(); part; part = part->NextSiblingElement()) {
+      if (std::string_view(part->Name()) == "mechanicalReduction" && part->GetText()) {
+        const std::vector<std::string_view> words = words_of(part->GetText());
+        if (words.size() == 1 && parse_number(words[0]) == 1.0) continue;
+        if (++reductions_ > kMaxWarnings) return;
+        problems_.warn(fmt::format(
+            "{}:{}: transmission '{}': mechanicalReduction {} is not used: torques and speeds are those of the joint, "
+            "behind the gear",
+            problems_.name(), line_of(*part), clipped(transmission ? transmission : "", 80),
+            clipped(part->GetText(), 40)));
+      } else if (depth < kDeepest) {
+        note_reduction(*part, transmission, depth + 1);
+      }
     }
-    if (std::strstr(text, "$(") || std::strstr(text, "${")) {
-      fail(e.GetLineNum(), fmt::format("{}: <{}> {}: '{}' is an expression of xacro; expand the file first: xacro "
-                                       "file.xacro > file.urdf",
-                                       where, e.Name(), attribute, clipped(text, 80)));
-    }
-    return text;
   }
 
   /// What there may be only so many of: counts one more.
@@ -134,125 +122,96 @@ class Reader {
     if (++sum > most) fail(line, fmt::format("more than {} {}; a robot has at most {}", most, what, most));
   }
 
-  const XMLElement& child(const XMLElement& e, const char* tag, const std::string& where) const {
-    const XMLElement* found = e.FirstChildElement(tag);
-    if (!found) fail(e.GetLineNum(), fmt::format("{}: <{}> has no <{}>", where, e.Name(), tag));
-    return *found;
-  }
-
-  // ---- numbers: read, checked, and printed into the clean document
-
-  std::vector<double> numbers(const XMLElement& e, const char* attribute, std::size_t count, const std::string& where) {
-    const std::string text = required(e, attribute, where);
-    std::vector<double> out;
-    for (std::string_view word : words(text)) {
-      const std::optional<double> value = parse_number(word);
-      if (!value)
-        fail(e.GetLineNum(), fmt::format("{}: <{}> {}: '{}' is not a number", where, e.Name(), attribute, word));
-      out.push_back(*value);
-    }
-    if (out.size() != count) {
-      fail(e.GetLineNum(), fmt::format("{}: <{}> {}: \"{}\" has {} numbers; it needs {}", where, e.Name(), attribute,
-                                       text, out.size(), count));
-    }
-    printer_.PushAttribute(attribute, fmt::format("{}", fmt::join(out, " ")).c_str());
-    return out;
-  }
-
-  double number(const XMLElement& e, const char* attribute, const std::string& where) {
-    return numbers(e, attribute, 1, where)[0];
-  }
-
-  double non_negative(const XMLElement& e, const char* attribute, const std::string& where) {
-    const double value = number(e, attribute, where);
-    if (value < 0) {
-      fail(e.GetLineNum(),
-           fmt::format("{}: <{}> {}: {} is negative; it must be >= 0", where, e.Name(), attribute, value));
-    }
-    return value;
-  }
-
-  void positive(const XMLElement& e, const char* attribute, std::size_t count, const std::string& where) {
-    for (double value : numbers(e, attribute, count, where)) {
-      if (!(value > 0)) {
-        fail(e.GetLineNum(),
-             fmt::format("{}: <{}> {}: {} is not positive; sizes must be > 0", where, e.Name(), attribute, value));
-      }
-      check_length(e, attribute, value, where);
-    }
-  }
-
-  void check_length(const XMLElement& e, const char* attribute, double value, const std::string& where) const {
-    const std::string problem = length_problem(value);
-    if (!problem.empty()) fail(e.GetLineNum(), fmt::format("{}: <{}> {}: {}", where, e.Name(), attribute, problem));
-  }
-
-  /// Returns its rpy.
-  UrdfOutline::Angles read_origin(const XMLElement& parent, const std::string& where) {
-    UrdfOutline::Angles rpy{};
-    const XMLElement* origin = parent.FirstChildElement("origin");
-    if (!origin) return rpy;
-    printer_.OpenElement("origin");
-    if (origin->Attribute("xyz")) {
-      for (double value : numbers(*origin, "xyz", 3, where)) check_length(*origin, "xyz", value, where);
-    }
-    if (origin->Attribute("rpy")) {
-      const std::vector<double> angles = numbers(*origin, "rpy", 3, where);
-      std::copy(angles.begin(), angles.end(), rpy.begin());
-    }
-    printer_.CloseElement();
-    return rpy;
-  }
-
   // ---- links
 
-  void read_link(const XMLElement& e) {
-    count(links_, kMaxLinks, e.GetLineNum(), "links");
+  void read_link(XMLElement& e) {
+    count(links_, kMaxLinks, line_of(e), "links");
     UrdfOutline::LinkEntry link;
-    link.name = required(e, "name", "link");
-    link.line = e.GetLineNum();
+    link.element = &e;
+    link.name = values_.required(e, "name", "link");
+    link.line = line_of(e);
     const std::string where = "link '" + link.name + "'";
-    if (!link_names_.insert(link.name).second) fail(link.line, where + ": there are two links of this name");
+    named(link_names_, link.name, link.line, where, "links");
     printer_.OpenElement("link");
     printer_.PushAttribute("name", link.name.c_str());
-    for (const XMLElement* part = e.FirstChildElement(); part; part = part->NextSiblingElement()) {
-      read_link_part(*part, where, link);
+    for (XMLElement* part = e.FirstChildElement(); part;) {
+      XMLElement* next = part->NextSiblingElement();  // a repair may take the part away
+      read_link_part(e, *part, where, link);
+      part = next;
     }
     printer_.CloseElement();
     out_.links.push_back(std::move(link));
   }
 
-  void read_link_part(const XMLElement& part, const std::string& where, UrdfOutline::LinkEntry& link) {
+  /// Without names of its own for each, nothing can be said of how they hang together.
+  void named(std::set<std::string>& names, const std::string& name, int line, const std::string& where,
+             const char* what) {
+    if (name.empty()) {
+      nameless_ = true;
+    } else if (!names.insert(name).second) {
+      problems_.refuse(line, fmt::format("{}: there are two {} of this name", where, what));
+      nameless_ = true;
+    }
+  }
+
+  void read_link_part(XMLElement& e, XMLElement& part, const std::string& where, UrdfOutline::LinkEntry& link) {
     const std::string_view tag = part.Name();
     if (tag == "inertial") {
-      if (link.inertial_line) fail(part.GetLineNum(), where + ": a second <inertial>; a link has at most one");
-      link.inertial_line = part.GetLineNum();
-      link.inertial_rpy = read_inertial(part, where);
+      read_inertial(e, part, where, link);
     } else if (tag == "collision") {
-      count(collisions_, kMaxShapes, part.GetLineNum(), "collision shapes");
-      link.collisions.push_back(read_shape(part, where));
+      count(collisions_, kMaxShapes, line_of(part), "collision shapes");
+      read_shape(e, part, where, false, link.collisions);
     } else if (tag == "visual") {
-      count(visuals_, kMaxVisuals, part.GetLineNum(), "visual shapes");
-      if (!invisible(part)) link.visuals.push_back(read_shape(part, where));
+      count(visuals_, kMaxVisuals, line_of(part), "visual shapes");
+      if (!invisible(part)) read_shape(e, part, where, true, link.visuals);
     } else {
       note_unknown(
           part, {"inertial", "collision", "visual", "contact", "sensor", "material", "self_collision_checking"}, where);
     }
   }
 
-  UrdfOutline::Angles read_inertial(const XMLElement& e, const std::string& where) {
+  void read_inertial(XMLElement& e, XMLElement& inertial, const std::string& where, UrdfOutline::LinkEntry& link) {
+    if (link.inertial_line) {
+      problems_.repair(line_of(inertial), where + ": a second <inertial>; a link has at most one", "takes the first");
+      e.DeleteChild(&inertial);
+      return;
+    }
+    XMLElement* mass = inertial.FirstChildElement("mass");
+    if (!mass) {
+      problems_.repair(line_of(inertial), where + ": <inertial> has no <mass>",
+                       "takes the link as one without <inertial>");
+      e.DeleteChild(&inertial);
+      return;
+    }
+    link.inertial_line = line_of(inertial);
+    const std::size_t before = problems_.refused();
     printer_.OpenElement("inertial");
-    const UrdfOutline::Angles rpy = read_origin(e, where);
+    link.inertial_rpy = values_.origin(inertial, where);
     printer_.OpenElement("mass");
-    non_negative(child(e, "mass", where), "value", where);
+    values_.non_negative(*mass, "value", where);
     printer_.CloseElement();
+    read_inertia(inertial, where);
+    printer_.CloseElement();
+    link.sound = problems_.refused() == before;
+  }
+
+  void read_inertia(XMLElement& inertial, const std::string& where) {
+    XMLElement* inertia = inertial.FirstChildElement("inertia");
+    if (!inertia) {
+      problems_.repair(line_of(inertial), where + ": <inertial> has no <inertia>", "takes a point mass");
+      inertia = inertial.InsertNewChildElement("inertia");
+      write_inertia(*inertia, Mat3::Zero());
+    }
     printer_.OpenElement("inertia");
     for (const char* entry : {"ixx", "ixy", "ixz", "iyy", "iyz", "izz"}) {
-      number(child(e, "inertia", where), entry, where);
+      const bool product = entry[1] != entry[2];
+      if (product && !inertia->Attribute(entry)) {
+        problems_.repair(line_of(*inertia), fmt::format("{}: <inertia> needs a non-empty {}", where, entry), "takes 0");
+        inertia->SetAttribute(entry, "0");
+      }
+      values_.number(*inertia, entry, where);
     }
     printer_.CloseElement();
-    printer_.CloseElement();
-    return rpy;
   }
 
   /// A picture of no size, which some files use to draw nothing.
@@ -262,175 +221,102 @@ class Reader {
     if (!shape) return false;
     for (const char* attribute : {"radius", "length", "size"}) {
       const char* text = shape->Attribute(attribute);
-      for (std::string_view word : words(text ? text : "")) {
+      for (std::string_view word : words_of(text ? text : "")) {
         if (parse_number(word) == 0.0) return true;
       }
     }
     return false;
   }
 
-  UrdfOutline::ShapeEntry read_shape(const XMLElement& e, const std::string& where) {
+  /// What is wrong with the kind of a shape, or nothing.
+  static std::string shape_problem(const XMLElement& e, const XMLElement* shape) {
+    if (!e.FirstChildElement("geometry")) return fmt::format("<{}> has no <geometry>", e.Name());
+    if (!shape) return fmt::format("<{}> has an empty <geometry>", e.Name());
+    const std::string tag = shape->Name();
+    const std::vector<std::string> known = {"box", "sphere", "cylinder", "capsule", "mesh"};
+    if (std::find(known.begin(), known.end(), tag) != known.end()) return "";
+    const std::string near = nearest(tag, known);
+    return fmt::format("unknown shape <{}>; shapes are box, sphere, cylinder, capsule, mesh{}", clipped(tag, 40),
+                       near.empty() ? "" : "; did you mean <" + near + ">?");
+  }
+
+  void read_shape(XMLElement& link, XMLElement& e, const std::string& where, bool picture,
+                  std::vector<UrdfOutline::ShapeEntry>& out) {
+    XMLElement* geometry = e.FirstChildElement("geometry");
+    XMLElement* shape = geometry ? geometry->FirstChildElement() : nullptr;
+    const std::string problem = shape_problem(e, shape);
+    if (!problem.empty() && picture) {
+      problems_.repair(line_of(e), where + ": " + problem, "leaves the picture out");
+      link.DeleteChild(&e);
+      return;
+    }
+    if (!problem.empty()) return problems_.refuse(line_of(shape ? *shape : e), where + ": " + problem);
     UrdfOutline::ShapeEntry entry;
-    entry.line = e.GetLineNum();
-    const XMLElement* shape = child(e, "geometry", where).FirstChildElement();
-    if (!shape) fail(e.GetLineNum(), fmt::format("{}: <{}> has an empty <geometry>", where, e.Name()));
+    entry.line = line_of(e);
+    entry.element = &e;
     printer_.OpenElement(e.Name());
-    entry.rpy = read_origin(e, where);
+    entry.rpy = values_.origin(e, where);
     printer_.OpenElement("geometry");
     read_geometry(*shape, where, entry);
     printer_.CloseElement();
     printer_.CloseElement();
-    return entry;
+    out.push_back(std::move(entry));
   }
 
-  void read_geometry(const XMLElement& shape, const std::string& where, UrdfOutline::ShapeEntry& entry) {
+  void read_geometry(XMLElement& shape, const std::string& where, UrdfOutline::ShapeEntry& entry) {
     const std::string tag = shape.Name();
-    const std::vector<std::string> known = {"box", "sphere", "cylinder", "capsule", "mesh"};
-    if (std::find(known.begin(), known.end(), tag) == known.end()) {
-      const std::string near = nearest(tag, known);
-      fail(shape.GetLineNum(),
-           fmt::format("{}: unknown shape <{}>; shapes are box, sphere, cylinder, capsule, mesh{}", where,
-                       clipped(tag, 40), near.empty() ? "" : "; did you mean <" + near + ">?"));
-    }
     entry.capsule = tag == "capsule";
     printer_.OpenElement(entry.capsule ? "cylinder" : tag.c_str());
     if (tag == "mesh") {
       read_mesh(shape, where);
     } else if (tag == "box") {
-      positive(shape, "size", 3, where);
+      values_.sizes(shape, "size", 3, where);
     } else {
-      positive(shape, "radius", 1, where);
-      if (tag != "sphere") positive(shape, "length", 1, where);
+      values_.sizes(shape, "radius", 1, where);
+      if (tag != "sphere") values_.sizes(shape, "length", 1, where);
     }
     printer_.CloseElement();
   }
 
-  void read_mesh(const XMLElement& mesh, const std::string& where) {
-    printer_.PushAttribute("filename", required(mesh, "filename", where).c_str());
+  void read_mesh(XMLElement& mesh, const std::string& where) {
+    printer_.PushAttribute("filename", values_.required(mesh, "filename", where).c_str());
     if (!mesh.Attribute("scale")) return;
-    for (double value : numbers(mesh, "scale", 3, where)) {
-      if (value == 0) fail(mesh.GetLineNum(), where + ": <mesh> scale: 0 flattens the mesh; factors must not be 0");
+    for (double value : values_.numbers(mesh, "scale", 3, where, 1)) {
+      if (value != 0) continue;
+      problems_.refuse(line_of(mesh), where + ": <mesh> scale: 0 flattens the mesh; factors must not be 0");
     }
   }
 
   // ---- joints
 
-  void read_joint(const XMLElement& e) {
-    UrdfOutline::JointEntry joint;
-    joint.name = required(e, "name", "joint");
-    joint.line = e.GetLineNum();
+  void read_joint(XMLElement& e) {
+    UrdfOutline::JointEntry joint = read_urdf_joint(e, values_);
     const std::string where = "joint '" + joint.name + "'";
-    if (!joint_names_.insert(joint.name).second) fail(joint.line, where + ": there are two joints of this name");
-    joint.type = required(e, "type", where);
-    check_type(e, joint, where);
+    named(joint_names_, joint.name, joint.line, where, "joints");
+    if (joint.parent.empty() || joint.child.empty()) nameless_ = true;
     if (joint.type != "fixed") count(joints_, kMaxJoints, joint.line, "joints that move");
-    joint.parent = required(child(e, "parent", where), "link", where);
-    joint.child = required(child(e, "child", where), "link", where);
-    printer_.OpenElement("joint");
-    printer_.PushAttribute("name", joint.name.c_str());
-    printer_.PushAttribute("type", joint.type.c_str());
-    joint.rpy = read_origin(e, where);
-    print_link("parent", joint.parent);
-    print_link("child", joint.child);
-    read_axis(e, joint, where);
-    read_limit(e, joint, where);
-    read_dynamics(e, where);
-    printer_.CloseElement();
-    note_unknown_joint_parts(e, where);
-    out_.joints.push_back(std::move(joint));
-  }
-
-  void check_type(const XMLElement& e, const UrdfOutline::JointEntry& joint, const std::string& where) const {
-    if (std::find(kStandardTypes.begin(), kStandardTypes.end(), joint.type) == kStandardTypes.end()) {
-      const std::string near = nearest(joint.type, kStandardTypes);
-      fail(joint.line,
-           fmt::format("{}: type '{}' is not a joint type of URDF; the standard types are {}{}", where, joint.type,
-                       fmt::join(kStandardTypes, ", "), near.empty() ? "" : "; did you mean '" + near + "'?"));
-    }
-    if (joint.type == "planar") {
-      fail(joint.line, where + ": planar joints are not supported; use two prismatic joints and a revolute one");
-    }
-    if (e.FirstChildElement("mimic")) {
-      fail(joint.line, where +
-                           ": mimic joints are not supported; make the joint fixed, or drive it on its own "
-                           "(remove <mimic>)");
-    }
-  }
-
-  void print_link(const char* tag, const std::string& link) {
-    printer_.OpenElement(tag);
-    printer_.PushAttribute("link", link.c_str());
-    printer_.CloseElement();
-  }
-
-  void read_axis(const XMLElement& e, const UrdfOutline::JointEntry& joint, const std::string& where) {
-    const XMLElement* axis = e.FirstChildElement("axis");
-    if (!axis || joint.type == "fixed" || joint.type == "floating") return;
-    printer_.OpenElement("axis");
-    const std::vector<double> xyz = numbers(*axis, "xyz", 3, where);
-    if (xyz[0] == 0 && xyz[1] == 0 && xyz[2] == 0) {
-      fail(axis->GetLineNum(), where + ": <axis> xyz: the axis has no direction; it must not be the zero vector");
-    }
-    printer_.CloseElement();
-  }
-
-  void read_limit(const XMLElement& e, const UrdfOutline::JointEntry& joint, const std::string& where) {
-    const bool bounded = joint.type == "revolute" || joint.type == "prismatic";
-    if (!bounded && joint.type != "continuous") return;
-    const XMLElement* limit = e.FirstChildElement("limit");
-    if (!limit && bounded) {
-      fail(joint.line, fmt::format("{}: a {} joint needs <limit lower upper effort velocity>{}", where, joint.type,
-                                   joint.type == "revolute" ? " (without bounds it is a continuous joint)" : ""));
-    }
-    if (!limit) return;
-    printer_.OpenElement("limit");
-    if (bounded) read_bounds(*limit, joint.type == "prismatic", where);
-    non_negative(*limit, "effort", where);
-    non_negative(*limit, "velocity", where);
-    printer_.CloseElement();
-  }
-
-  /// Absent bounds are 0 in URDF.
-  void read_bounds(const XMLElement& limit, bool slides, const std::string& where) {
-    const double lower = limit.Attribute("lower") ? number(limit, "lower", where) : 0;
-    const double upper = limit.Attribute("upper") ? number(limit, "upper", where) : 0;
-    if (lower > upper) {
-      fail(limit.GetLineNum(), fmt::format("{}: <limit> lower {} is above upper {}", where, lower, upper));
-    }
-    if (!slides) return;  // bounds that leave a slide free may be any numbers, but not those that begin far away
-    check_length(limit, "lower", std::max(lower, 0.0), where);
-    check_length(limit, "upper", std::min(upper, 0.0), where);
-  }
-
-  void read_dynamics(const XMLElement& e, const std::string& where) {
-    const XMLElement* dynamics = e.FirstChildElement("dynamics");
-    if (!dynamics) return;
-    const bool damping = dynamics->Attribute("damping"), friction = dynamics->Attribute("friction");
-    if (!damping && !friction) return;  // urdfdom wants at least one
-    printer_.OpenElement("dynamics");
-    if (damping) non_negative(*dynamics, "damping", where);
-    if (friction) non_negative(*dynamics, "friction", where);
-    printer_.CloseElement();
-  }
-
-  void note_unknown_joint_parts(const XMLElement& e, const std::string& where) {
     for (const XMLElement* part = e.FirstChildElement(); part; part = part->NextSiblingElement()) {
       note_unknown(*part,
                    {"origin", "parent", "child", "axis", "limit", "dynamics", "calibration", "safety_controller",
-                    "joint_properties"},
+                    "joint_properties", "mimic"},
                    where);
     }
+    out_.joints.push_back(std::move(joint));
   }
 
-  const std::string& name_;
-  tinyxml2::XMLPrinter printer_;
+  UrdfProblems& problems_;
+  UrdfValues values_;
+  tinyxml2::XMLPrinter& printer_;  // of values_
   std::set<std::string> link_names_, joint_names_;
-  std::size_t links_ = 0, joints_ = 0, collisions_ = 0, visuals_ = 0, unknown_ = 0;
+  std::size_t links_ = 0, joints_ = 0, collisions_ = 0, visuals_ = 0, unknown_ = 0, reductions_ = 0;
+  bool nameless_ = false;  // some link or joint has no name of its own
   UrdfOutline out_;
 };
 
 }  // namespace
 
-UrdfOutline outline_urdf(const std::string& xml, const std::string& name) { return Reader(name).run(xml); }
+UrdfOutline outline_urdf(tinyxml2::XMLDocument& document, UrdfProblems& problems) {
+  return Reader(problems).run(document);
+}
 
 }  // namespace graze

@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <map>
+#include <optional>
 
 #include "engine/settings/settings.h"
 
@@ -12,11 +14,12 @@ namespace {
 
 class Tree {
  public:
-  Tree(UrdfOutline& outline, const std::string& name) : outline_(outline), name_(name) {
+  Tree(UrdfOutline& outline, UrdfProblems& problems) : outline_(outline), problems_(problems) {
     for (std::size_t i = 0; i < outline.links.size(); ++i) index_[outline.links[i].name] = i;
     parent_joint_.assign(outline.links.size(), nullptr);
     children_.resize(outline.links.size());
     for (const UrdfOutline::JointEntry& joint : outline.joints) connect(joint);
+    if (broken_) problems_.raise();
   }
 
   void order() {
@@ -40,36 +43,36 @@ class Tree {
   }
 
  private:
-  [[noreturn]] void fail(int line, const std::string& message) const {
-    throw InputError(fmt::format("{}:{}: {}", name_, line, message));
-  }
+  [[noreturn]] void fail(int line, const std::string& message) const { problems_.stop(line, message); }
 
-  std::size_t link(const UrdfOutline::JointEntry& joint, const std::string& name, const char* role) const {
+  /// Index of the link of this name, or none.
+  std::optional<std::size_t> link(const UrdfOutline::JointEntry& joint, const std::string& name, const char* role) {
     const auto found = index_.find(name);
     if (found != index_.end()) return found->second;
     std::vector<std::string> names;
     for (const auto& entry : index_) names.push_back(entry.first);
     const std::string near = nearest(name, names);
-    if (name == "world") {
-      fail(joint.line,
-           fmt::format(
-               "joint '{}': {} link 'world' is not there; write <link name=\"world\"/> into the file, which fixes "
-               "what is joined to it, or leave the joint out and say 'base: fixed' in the scenario",
-               joint.name, role));
-    }
-    fail(joint.line, fmt::format("joint '{}': {} link '{}' is not there{}", joint.name, role, name,
-                                 near.empty() ? "" : "; did you mean '" + near + "'?"));
+    refuse(joint.line, fmt::format("joint '{}': {} link '{}' is not there{}", joint.name, role, name,
+                                   near.empty() ? "" : "; did you mean '" + near + "'?"));
+    return std::nullopt;
+  }
+
+  void refuse(int line, const std::string& what) {
+    problems_.refuse(line, what);
+    broken_ = true;
   }
 
   void connect(const UrdfOutline::JointEntry& joint) {
-    const std::size_t parent = link(joint, joint.parent, "parent"), child = link(joint, joint.child, "child");
-    if (parent_joint_[child]) {
-      fail(joint.line, fmt::format("joint '{}': link '{}' is already the child of joint '{}'; a URDF is a tree, every "
-                                   "link has one parent (no loops)",
-                                   joint.name, joint.child, parent_joint_[child]->name));
+    const auto parent = link(joint, joint.parent, "parent"), child = link(joint, joint.child, "child");
+    if (!parent || !child) return;
+    if (parent_joint_[*child]) {
+      return refuse(joint.line,
+                    fmt::format("joint '{}': link '{}' is already the child of joint '{}'; a URDF is a tree, every "
+                                "link has one parent (no loops)",
+                                joint.name, joint.child, parent_joint_[*child]->name));
     }
-    parent_joint_[child] = &joint;
-    children_[parent].push_back(child);
+    parent_joint_[*child] = &joint;
+    children_[*parent].push_back(*child);
   }
 
   std::size_t root() const {
@@ -79,11 +82,12 @@ class Tree {
     }
     if (outline_.links.empty()) fail(1, "the robot has no links");
     if (roots.empty()) report_loop(0);
-    if (roots.size() > 1) {
-      fail(outline_.links[roots[1]].line,
-           fmt::format("links '{}' and '{}' both have no parent joint; a robot has exactly one root link",
-                       outline_.links[roots[0]].name, outline_.links[roots[1]].name));
+    for (std::size_t i = 1; i < roots.size(); ++i) {
+      problems_.refuse(outline_.links[roots[i]].line,
+                       fmt::format("links '{}' and '{}' both have no parent joint; a robot has exactly one root link",
+                                   outline_.links[roots[0]].name, outline_.links[roots[i]].name));
     }
+    if (roots.size() > 1) problems_.raise();
     return roots[0];
   }
 
@@ -106,14 +110,53 @@ class Tree {
   }
 
   UrdfOutline& outline_;
-  const std::string& name_;
+  UrdfProblems& problems_;
+  bool broken_ = false;  // not all joints stand between two links
   std::map<std::string, std::size_t> index_;
   std::vector<const UrdfOutline::JointEntry*> parent_joint_;  // per link
   std::vector<std::vector<std::size_t>> children_;            // per link, in file order
 };
 
+/// A root that is there only to be joined to.
+bool is_frame(const UrdfOutline::LinkEntry& link) {
+  return link.name == "world" || (!link.inertial_line && link.collisions.empty() && link.visuals.empty());
+}
+
+/// What there is no joint for: six or three degrees of freedom. Between a root that is a mere frame and the robot they
+/// say that the base is free.
+void settle_free_joints(UrdfOutline& outline, UrdfProblems& problems) {
+  const UrdfOutline::LinkEntry root = outline.links.front();
+  const auto at_root = [&](const UrdfOutline::JointEntry& joint) { return joint.parent == root.name; };
+  bool removed = false;
+  const bool base = is_frame(root) && std::count_if(outline.joints.begin(), outline.joints.end(), at_root) == 1;
+  for (const UrdfOutline::JointEntry& joint : outline.joints) {
+    const bool planar = joint.type == "planar";
+    if (!planar && joint.type != "floating") continue;
+    const std::string what =
+        planar ? fmt::format("joint '{}': planar joints are not supported; use two prismatic joints and a revolute one",
+                             joint.name)
+               : fmt::format(
+                     "joint '{}': a floating joint may only stand between the root link 'world' and the robot; "
+                     "a robot's base floats without one",
+                     joint.name);
+    if (!base || !at_root(joint)) {
+      problems.refuse(joint.line, what);
+    } else if (planar || root.name != "world") {
+      problems.repair(joint.line, what, fmt::format("removes it and link '{}': the base floats", root.name));
+      for (tinyxml2::XMLElement* e : {joint.element, root.element}) e->GetDocument()->DeleteNode(e);
+      removed = true;
+    }
+  }
+  if (!removed) return;
+  outline.links.erase(outline.links.begin());  // the root's only joint is the first
+  outline.joints.erase(outline.joints.begin());
+}
+
 }  // namespace
 
-void order_as_tree(UrdfOutline& outline, const std::string& name) { Tree(outline, name).order(); }
+void order_as_tree(UrdfOutline& outline, UrdfProblems& problems) {
+  Tree(outline, problems).order();
+  settle_free_joints(outline, problems);
+}
 
 }  // namespace graze

@@ -7,8 +7,9 @@
 
 namespace graze {
 
-/// Puts links and joints into depth-first order from the root. Throws InputError for joints of unknown links, links
-/// with two parents, several roots, and loops.
-void order_as_tree(UrdfOutline& outline, const std::string& name);
+/// Puts links and joints into depth-first order from the root. Throws InputError with all problems where there are
+/// joints of unknown links, links with two parents, several roots, or loops. Floating and planar joints are settled:
+/// one between a root that is a mere frame and the robot means a base that floats, others are refused.
+void order_as_tree(UrdfOutline& outline, UrdfProblems& problems);
 
 }  // namespace graze

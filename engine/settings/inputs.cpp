@@ -8,6 +8,7 @@
 #include <array>
 #include <cassert>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <iostream>
@@ -150,6 +151,17 @@ std::string read_standard_input() {
   }
   if (recording) recording->keep(kStandardInput, bytes, "");
   return bytes;
+}
+
+std::string input_variable(const std::string& name) {
+  const std::string key = "$" + name;
+  if (replaying) {
+    const auto found = replaying->files_.find(input_path(key));
+    return found == replaying->files_.end() ? "" : found->second;
+  }
+  const char* const value = std::getenv(name.c_str());
+  if (value && recording) recording->keep(key, value, "");
+  return value ? value : "";
 }
 
 InputRecord::InputRecord() {

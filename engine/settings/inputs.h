@@ -26,6 +26,9 @@ std::string input_identity(const std::string& path);
 /// be read.
 std::string read_input(const std::string& path, const std::string& where = "", std::size_t most = kMaxInputBytes);
 
+/// A variable of the environment, or "": kept and replayed as a file under the name "$NAME".
+std::string input_variable(const std::string& name);
+
 /// The file name that stands for standard input.
 inline constexpr const char* kStandardInput = "-";
 /// All of standard input, kept and replayed under that name as a file. Throws InputError: too large.
@@ -45,6 +48,7 @@ class InputRecord {
   /// Throws InputError when they become too many bytes.
   void keep(const std::string& path, const std::string& bytes, const std::string& where);
   friend std::string read_standard_input();
+  friend std::string input_variable(const std::string& name);
   InputFiles files_;
   std::size_t bytes_ = 0;
 };
@@ -63,6 +67,7 @@ class InputReplay {
   friend bool input_exists(const std::string& path);
   friend std::string input_identity(const std::string& path);
   friend std::string read_input(const std::string& path, const std::string& where, std::size_t most);
+  friend std::string input_variable(const std::string& name);
   InputFiles files_;
   std::string folder_;
 };

@@ -8,8 +8,11 @@
 #include <iostream>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <span>
 
 #include "analysis/text_table.h"
+#include "archive/files/files.h"
 #include "archive/files/parent_folders.h"
 #include "archive/files/utf8.h"
 #include "engine/model/measures.h"
@@ -20,6 +23,7 @@
 #include "jobs/cli/size_estimate.h"
 #include "sampling/design_name.h"
 #include "scenarios/channel_readers.h"
+#include "scenarios/robot_file.h"
 
 namespace graze {
 namespace {
@@ -28,8 +32,8 @@ struct CheckArguments {
   ScenarioArguments scenario;
   DrawArguments draw;
   RecordArguments record;
-  std::string output;
-  bool probe = false, json = false;
+  std::string output, urdf;
+  bool probe = false, json = false, force = false;
 };
 
 bool ends_with(const std::string& text, std::string_view tail) {
@@ -231,12 +235,36 @@ void look_at(const std::filesystem::path& output) {
   }
 }
 
+/// Whether --write-urdf may write where it is told to.
+void check_urdf_output(const CheckArguments& arguments, const Scenario& scenario) {
+  std::vector<std::filesystem::path> made_of = {scenario.file};
+  for (const auto& [name, content] : scenario.source.inputs) made_of.emplace_back(name);
+  check_new_file(arguments.urdf, arguments.force, made_of);
+}
+
+void write_urdf(const CheckArguments& arguments, const ScenarioArguments& source, const Scenario& scenario) {
+  check_urdf_output(arguments, scenario);
+  std::optional<InputReplay> given;  // standard input is there once
+  if (scenario.source.file == kStandardInput) given.emplace(scenario.source.inputs, scenario.source.folder);
+  const std::filesystem::path folder = folder_of(arguments.urdf);
+  const std::string text = robot_document(Settings::load(scenario.source.file, source.overrides()),
+                                          source.ignore_missing_meshes, std::filesystem::absolute(folder).string());
+  const ParentFolders folders(arguments.urdf);
+  NewFile file(arguments.urdf, arguments.force);
+  const int error = write_all(file.descriptor(), std::as_bytes(std::span(text)));
+  if (error != 0) fail_writing(arguments.urdf, error);
+  file.publish();
+  spdlog::info("{}: the robot's URDF as it was read", arguments.urdf);
+}
+
 int check(const CheckArguments& arguments) {
   if (!arguments.output.empty()) check_campaign_output(arguments.output);
+  if (!arguments.urdf.empty()) check_ending(arguments.urdf, "a robot is written as URDF", {".urdf", ".xml"});
   ScenarioArguments source = arguments.scenario;
   arguments.record.apply_to(source);
   Scenario scenario = source.load();
   arguments.draw.apply_to(scenario);
+  if (!arguments.urdf.empty()) write_urdf(arguments, source, scenario);
   const SizeEstimate size = arguments.probe ? probe_size(scenario) : estimate_size(scenario);
   const std::optional<double> free = free_bytes(arguments.output.empty() ? "." : arguments.output);
   const ChannelReaders readers(scenario);
@@ -259,14 +287,19 @@ int check(const CheckArguments& arguments) {
 
 void add_check(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<CheckArguments>();
-  CLI::App* verb = add_verb(app, "check", "Validate a scenario, simulate nothing, print the resolved parameter table",
-                            "  graze check data/scenarios/quadruped_curb.yaml\n"
-                            "  graze check data/scenarios/drop_and_stand.yaml --set robot.urdf=my_robot.urdf\n"
-                            "  graze check my.yaml -n 1000000 --telemetry failures --probe   # how large, how long\n");
+  CLI::App* verb =
+      add_verb(app, "check", "Validate a scenario, simulate nothing, print the resolved parameter table",
+               "  graze check data/scenarios/quadruped_curb.yaml\n"
+               "  graze check data/scenarios/drop_and_stand.yaml --set robot.urdf=my_robot.urdf\n"
+               "  graze check my.yaml --repair --write-urdf mended.urdf         # what is wrong, and mended\n"
+               "  graze check my.yaml -n 1000000 --telemetry failures --probe   # how large, how long\n");
   arguments->scenario.add_to(*verb);
   arguments->draw.add_to(*verb);
   arguments->record.add_to(*verb);
   verb->add_option("-o,--output", arguments->output, "Where the archive would be written: its disk is looked at");
+  verb->add_option("--write-urdf", arguments->urdf, "Write the robot's URDF as it was read, with --repair mended")
+      ->type_name("FILE");
+  verb->add_flag("--force", arguments->force, "Let --write-urdf replace the file if it exists");
   verb->add_flag("--probe", arguments->probe, "Simulate one block under each policy: how large, how long");
   verb->add_flag("--json", arguments->json, "Print JSON");
   verb->callback([arguments, &action] { action = [arguments] { return check(*arguments); }; });

@@ -23,11 +23,13 @@ void ScenarioArguments::add_to(CLI::App& verb) {
       ->allow_extra_args(false);
   verb.add_flag("--ignore-missing-meshes", ignore_missing_meshes,
                 "Go on without collision meshes whose file is not there");
+  verb.add_flag("--repair", repair, "Mend what can be mended in the robot's URDF: short for --set robot.repair=true");
 }
 
 std::vector<Override> ScenarioArguments::overrides() const {
   constexpr std::size_t kShown = 80;  // bytes of what was given in a message
   std::vector<Override> out;
+  if (repair) out.push_back({"robot.repair", "true"});
   for (const std::string& assignment : set) {
     const std::size_t equals = assignment.find('=');
     if (equals == std::string::npos || equals == 0) {

@@ -37,7 +37,7 @@ void add_submit(CLI::App& app, Action& action);
 struct ScenarioArguments {
   std::string file;
   std::vector<std::string> set;  // path=value
-  bool ignore_missing_meshes = false;
+  bool ignore_missing_meshes = false, repair = false;
 
   void add_to(CLI::App& verb);
   /// What --set says. Throws InputError.

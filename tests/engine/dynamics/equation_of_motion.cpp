@@ -120,7 +120,7 @@ TEST(EquationOfMotion, OfOtherPeoplesRobots) {
     if (file.path().extension() != ".urdf") continue;
     World world;
     UrdfOptions options;
-    options.ignore_missing_meshes = true;
+    options.repair = true;
     try {
       world.robot = load_urdf(file.path().string(), options);
       // Links may lack mass; that is the reader's and the compiler's to refuse.

@@ -204,7 +204,8 @@ TEST(Limits, Lengths) {
            "</joint></robot>";
   };
   const auto joint = [&](const std::string& inside) { return refusal_of_file(sliding(inside)); };
-  EXPECT_EQ(joint("<origin xyz=\"1e7 0 0\"/>"), "r.urdf:2: joint 'j': <origin> xyz: 1e+07" + rule);
+  const std::string limit = "<limit lower=\"-1\" upper=\"1\" effort=\"1\" velocity=\"1\"/>";
+  EXPECT_EQ(joint("<origin xyz=\"1e7 0 0\"/>" + limit), "r.urdf:2: joint 'j': <origin> xyz: 1e+07" + rule);
   EXPECT_EQ(joint("<limit lower=\"2e6\" upper=\"3e6\" effort=\"1\" velocity=\"1\"/>"),
             "r.urdf:2: joint 'j': <limit> lower: 2e+06" + rule);
   const std::string free = sliding("<limit lower=\"-1e9\" upper=\"1e9\" effort=\"1\" velocity=\"1\"/>");

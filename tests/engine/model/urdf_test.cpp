@@ -81,12 +81,14 @@ TEST(Urdf, LaikagoAndIiwaNeedTheirMeshesOrLeave) {
   }
 }
 
-// A joint type that URDF does not have is refused by the joint's name and line, with the standard types.
+// A joint type that URDF does not have is refused by the joint's name and line, with the standard types: all eight.
 TEST(Urdf, HumanoidIsRefused) {
   GRAZE_THIRD_PARTY(file, "humanoid.urdf");
-  EXPECT_THAT(input_error([path = file] { load_urdf(path); }),
-              testing::AllOf(StartsWith(file + ":40: joint 'chest'"), HasSubstr("spherical"), HasSubstr("revolute"),
-                             HasSubstr("continuous"), HasSubstr("prismatic"), HasSubstr("fixed")));
+  EXPECT_THAT(
+      input_error([path = file] { load_urdf(path); }),
+      testing::AllOf(StartsWith(file + ": 8 problems, none of which --repair can mend"),
+                     HasSubstr(file + ":40: joint 'chest'"), HasSubstr("'left_shoulder'"), HasSubstr("spherical"),
+                     HasSubstr("revolute"), HasSubstr("continuous"), HasSubstr("prismatic"), HasSubstr("fixed")));
 }
 
 // Each mistake in a file is answered with its line, the thing and the rule.
@@ -338,9 +340,9 @@ TEST(Meshes, MissingAndBroken) {
   EXPECT_TRUE(load_urdf(folder.write("r.urdf", with_mesh("no.obj", "visual"))).link("a").visuals.empty());
   folder.write("flat.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 2 4 3\n");
   folder.write("broken.stl", "solid");
-  folder.write("model.step", "ISO-10303-21;");
-  for (const auto& [mesh, rule] :
-       {std::pair("flat.obj", "flat"), std::pair("broken.stl", "broken.stl"), std::pair("model.step", "OBJ or STL")}) {
+  folder.write("model.scad", "cube(1);");
+  for (const auto& [mesh, rule] : {std::pair("flat.obj", "flat"), std::pair("broken.stl", "broken.stl"),
+                                   std::pair("model.scad", "convert it to OBJ, STL or DAE")}) {
     const std::string file = folder.write("r.urdf", with_mesh(mesh));
     EXPECT_THAT(input_error([&] { load_urdf(file); }), testing::AllOf(HasSubstr("link 'a'"), HasSubstr(rule)));
   }

@@ -1,0 +1,13 @@
+#pragma once
+// How much a Collada (DAE) file asks for, before a library takes it apart.
+
+#include <string>
+
+namespace graze {
+
+/// A DAE file says of nodes that they are used again, and these may hold others that are: a few lines can stand for any
+/// number of copies. Throws InputError with file and line for a file that is not XML, whose nodes hold themselves, or
+/// that stands for more than kMaxMeshParts nodes.
+void check_dae_size(const std::string& bytes, const std::string& file);
+
+}  // namespace graze

@@ -1,0 +1,258 @@
+#include "engine/model/urdf_bodies.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "engine/model/inertia_rules.h"
+#include "engine/model/limits.h"
+#include "engine/model/urdf_values.h"
+
+namespace graze {
+
+namespace {
+
+/// Links that move as one.
+struct MovingBody {
+  std::vector<const Link*> links;  // the one that the joint leads to first
+  std::vector<Pose> X_BL;
+  MassMoments moments;  // in the frame of the first
+};
+
+/// Mass and form that a link gets from its shapes.
+struct MadeUp {
+  MassMoments moments;
+  std::string from;  // "its collision shapes"
+};
+
+/// A homogeneous ball about the link's origin.
+MassMoments ball(double mass, double density) {
+  const double radius = std::cbrt(3 * mass / (4 * M_PI * density));
+  return MassMoments::from_inertia(mass, Vec3::Zero(), 0.4 * mass * radius * radius * Mat3::Identity());
+}
+
+/// The box about a mesh, which need not enclose a volume itself.
+MassMoments of_box_about(const Geometry& picture, double density) {
+  if (picture.shape.kind != ShapeKind::mesh) {
+    return MassMoments::of_shape(picture.shape, density).transformed(picture.X_LG.linear(), picture.X_LG.translation());
+  }
+  Eigen::AlignedBox3d box;
+  for (const Vec3& vertex : picture.shape.mesh->vertices) box.extend(vertex.cwiseProduct(picture.shape.size));
+  const Shape shape{ShapeKind::box, box.sizes(), nullptr, nullptr};
+  return MassMoments::of_shape(shape, density)
+      .transformed(picture.X_LG.linear(), picture.X_LG.linear() * box.center() + picture.X_LG.translation());
+}
+
+MadeUp from_shapes(const Link& link, double density) {
+  MadeUp out;
+  for (const Geometry& shape : link.collisions) {
+    out.moments =
+        out.moments +
+        MassMoments::of_shape(shape.shape, density).transformed(shape.X_LG.linear(), shape.X_LG.translation());
+  }
+  out.from = "its collision shapes";
+  if (out.moments.mass > 0) return out;
+  for (const Geometry& shape : link.visuals) out.moments = out.moments + of_box_about(shape, density);
+  out.from = "the boxes about its visual shapes";
+  return out;
+}
+
+class Bodies {
+ public:
+  Bodies(const Robot& robot, const UrdfOutline& outline, const UrdfOptions& options, UrdfProblems& problems)
+      : robot_(robot), options_(options), problems_(problems) {
+    for (const UrdfOutline::LinkEntry& entry : outline.links) entries_[entry.name] = &entry;
+    for (const Link& link : robot.links) mass_ += link.inertia.mass;
+    collect();
+  }
+
+  void check() {
+    for (const MovingBody& body : bodies_) {
+      const bool sound =
+          std::all_of(body.links.begin(), body.links.end(), [&](const Link* l) { return entry(*l).sound; });
+      if (!sound) continue;  // what there is to say of it has been said
+      const std::string no_mass = mass_problem(body.moments.mass);
+      if (!no_mass.empty()) {
+        give_mass(body, no_mass);
+        continue;
+      }
+      const std::string no_inertia = inertia_problem(body.moments.inertia_about_com());
+      if (!no_inertia.empty()) give_inertia(body, no_inertia);
+    }
+    tell_made_up();
+  }
+
+ private:
+  const UrdfOutline::LinkEntry& entry(const Link& link) const { return *entries_.at(link.name); }
+
+  static int line(const UrdfOutline::LinkEntry& entry) {
+    return entry.inertial_line ? entry.inertial_line : entry.line;
+  }
+
+  void collect() {
+    struct Place {
+      int body;  // -1: the world
+      Pose X_BL;
+    };
+    std::map<std::string, Place> places;
+    const auto put = [&](const Link& link, int body, const Pose& X_BL) {
+      places[link.name] = {body, X_BL};
+      if (body < 0) return;
+      MovingBody& of = bodies_[static_cast<std::size_t>(body)];
+      of.links.push_back(&link);
+      of.X_BL.push_back(X_BL);
+      of.moments = of.moments + link.inertia.transformed(X_BL.linear(), X_BL.translation());
+    };
+    const auto begin = [&](const Link& link) {
+      bodies_.emplace_back();
+      put(link, static_cast<int>(bodies_.size()) - 1, Pose::Identity());
+    };
+    if (robot_.floating_base) {
+      begin(robot_.links.front());
+    } else {
+      put(robot_.links.front(), -1, Pose::Identity());
+    }
+    for (std::size_t i = 0; i < robot_.joints.size(); ++i) {
+      const Joint& joint = robot_.joints[i];
+      const Link& child = robot_.links[i + 1];
+      const Place parent = places.at(joint.parent);
+      if (joint.type == JointType::fixed) {
+        put(child, parent.body, parent.X_BL * joint.X_PJ);
+      } else {
+        begin(child);
+      }
+    }
+  }
+
+  void refuse(const MovingBody& body, const std::string& problem) {
+    const Link& link = *body.links.front();
+    problems_.refuse(line(entry(link)), fmt::format("link '{}': {}", link.name, problem));
+  }
+
+  void repair(const MovingBody& body, const std::string& problem, const std::string& how) {
+    const Link& link = *body.links.front();
+    problems_.repair(line(entry(link)), fmt::format("link '{}': {}", link.name, problem), how);
+  }
+
+  /// False when the numbers are of no use.
+  bool write(const Link& link, const MassMoments& moments) {
+    const Mat3 inertia = moments.inertia_about_com();
+    if (!std::isfinite(moments.mass) || !moments.com().allFinite() || !inertia.allFinite()) return false;
+    write_inertial(*entry(link).element, moments.mass, moments.com(), inertia);
+    return true;
+  }
+
+  void give_mass(const MovingBody& body, const std::string& problem) {
+    constexpr double kShare = 1e-3, kLeast = 1e-3;  // of the robot's mass; kg
+    const double least = std::max(kLeast, kShare * mass_);
+    double sum = 0;
+    std::vector<MadeUp> made;
+    std::string how;
+    for (const Link* link : body.links) {
+      made.push_back(from_shapes(*link, options_.density));
+      const MassMoments& moments = made.back().moments;
+      sum += moments.mass;
+      if (moments.mass <= 0) continue;
+      how += fmt::format("{}{:.3g} kg for link '{}' from {} at {:g} kg/m^3", how.empty() ? "makes up " : ", ",
+                         moments.mass, link->name, made.back().from, options_.density);
+    }
+    bool written = std::isfinite(body.moments.mass) && std::isfinite(sum) && std::isfinite(mass_);
+    if (sum < least) {
+      how = fmt::format("makes up a ball of {:.3g} kg for link '{}', which has no shape {}", least,
+                        body.links.front()->name, sum > 0 ? "of such a mass" : "to make it from");
+      written = written && write(*body.links.front(), ball(least, options_.density));
+    } else {
+      for (std::size_t i = 0; i < made.size(); ++i) {
+        if (made[i].moments.mass > 0) written = written && write(*body.links[i], made[i].moments);
+      }
+    }
+    if (!written) return refuse(body, problem);
+    repair(body, problem, how);
+  }
+
+  /// To the heaviest of the links.
+  void give_inertia(const MovingBody& body, const std::string& problem) {
+    const auto heaviest = std::max_element(body.links.begin(), body.links.end(), [](const Link* a, const Link* b) {
+      return a->inertia.mass < b->inertia.mass;
+    });
+    const auto index = static_cast<std::size_t>(heaviest - body.links.begin());
+    const Link& link = **heaviest;
+    const double mass = link.inertia.mass, trace = body.moments.inertia_about_com().trace();
+    Mat3 inertia = link.inertia.inertia_about_com();
+    std::string how;
+    if (inertia.isZero(0) || !(inertia.trace() > 0)) {
+      const MadeUp made = from_shapes(link, options_.density);
+      const bool shaped = made.moments.mass > 0;
+      const MassMoments form = shaped ? made.moments.scaled(mass / made.moments.mass) : ball(mass, options_.density);
+      inertia = form.inertia_about_com();
+      how = fmt::format("takes for link '{}' the inertia of {} with its mass, {:g} kg", link.name,
+                        shaped ? made.from : fmt::format("a ball at {:g} kg/m^3", options_.density), mass);
+    }
+    const auto whole = [&] {
+      const MassMoments more = MassMoments::from_inertia(0, Vec3::Zero(), inertia - link.inertia.inertia_about_com());
+      return body.moments + more.transformed(body.X_BL[index].linear(), Vec3::Zero());
+    };
+    constexpr double kFloor = 1e-6;  // of the trace
+    if (!inertia_problem(whole().inertia_about_com()).empty()) {
+      inertia += kFloor * std::max(trace, inertia.trace()) * Mat3::Identity();
+      how += fmt::format("{}adds {:g} of their sum to each", how.empty() ? "" : " and ", kFloor);
+    }
+    if (!inertia_problem(whole().inertia_about_com()).empty() ||
+        !write(link, MassMoments::from_inertia(mass, link.inertia.com(), inertia))) {
+      return refuse(body, problem);
+    }
+    repair(body, problem, how);
+  }
+
+  void tell_made_up() {
+    std::string text;
+    std::size_t told = 0;
+    for (const MovingBody& body : bodies_) {
+      for (const Link* link : body.links) {
+        if (entry(*link).inertial_line || !(link->inertia.mass > 0)) continue;
+        if (++told > kMaxProblems) continue;
+        text += fmt::format("{}{} {:.3g} kg{}", text.empty() ? "" : ", ", link->name, link->inertia.mass,
+                            link->collisions.empty() ? " (visual)" : "");
+      }
+    }
+    if (told == 0) return;
+    if (told > kMaxProblems) text += fmt::format(" and {} more", told - kMaxProblems);
+    problems_.warn(
+        fmt::format("{}: mass made up from collision shapes at {:g} kg/m^3 (robot.density) for links "
+                    "without <inertial>: {}",
+                    problems_.name(), options_.density, text));
+  }
+
+  const Robot& robot_;
+  const UrdfOptions& options_;
+  UrdfProblems& problems_;
+  double mass_ = 0;  // kg, of all links
+  std::map<std::string, const UrdfOutline::LinkEntry*> entries_;
+  std::vector<MovingBody> bodies_;
+};
+
+}  // namespace
+
+void write_inertial(tinyxml2::XMLElement& link, double mass, const Vec3& com, const Mat3& inertia) {
+  while (tinyxml2::XMLElement* old = link.FirstChildElement("inertial")) link.DeleteChild(old);
+  tinyxml2::XMLElement* inertial = link.GetDocument()->NewElement("inertial");
+  link.InsertFirstChild(inertial);
+  inertial->InsertNewChildElement("origin")->SetAttribute("xyz", number_text({com.x(), com.y(), com.z()}).c_str());
+  inertial->InsertNewChildElement("mass")->SetAttribute("value", number_text({mass}).c_str());
+  write_inertia(*inertial->InsertNewChildElement("inertia"), inertia);
+}
+
+void write_inertia(tinyxml2::XMLElement& element, const Mat3& inertia) {
+  const char* const names[3][3] = {{"ixx", "ixy", "ixz"}, {"", "iyy", "iyz"}, {"", "", "izz"}};
+  for (int i = 0; i < 3; ++i) {
+    for (int j = i; j < 3; ++j) element.SetAttribute(names[i][j], number_text({inertia(i, j)}).c_str());
+  }
+}
+
+void check_bodies(const Robot& robot, const UrdfOutline& outline, const UrdfOptions& options, UrdfProblems& problems) {
+  Bodies(robot, outline, options, problems).check();
+}
+
+}  // namespace graze

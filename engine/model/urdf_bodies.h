@@ -1,0 +1,24 @@
+#pragma once
+// The bodies that a URDF's links make, with what is fixed to them: each that moves must have mass and inertia.
+
+#include "engine/model/urdf.h"
+#include "engine/model/urdf_outline.h"
+
+namespace graze {
+
+/// Replaces a link's <inertial> by this one: mass, kg, centre of mass, m, and inertia about it, kg m^2, in the axes of
+/// the link.
+void write_inertial(tinyxml2::XMLElement& link, double mass, const Vec3& com, const Mat3& inertia);
+
+/// Writes the six entries of an <inertia>.
+void write_inertia(tinyxml2::XMLElement& element, const Mat3& inertia);
+
+/// Tells the bodies of `robot` that move without mass or inertia, and repairs them in the document:
+///   no mass: that of the collision shapes of its links at options.density, or else of the boxes about their visual
+///     shapes; of too little or none, a ball of a thousandth of the robot's mass, at least of 1 g;
+///   no inertia: that of a homogeneous body of its mass in the form of these shapes, or else a ball;
+///   an inertia that is singular (an ideal rod): a millionth of its trace is added to each moment.
+/// Warns of links whose mass comes from shapes because they have no <inertial>.
+void check_bodies(const Robot& robot, const UrdfOutline& outline, const UrdfOptions& options, UrdfProblems& problems);
+
+}  // namespace graze
