@@ -176,11 +176,35 @@ class UncertainReader {
     }
     std::vector<int> found = table_.match(pattern);
     if (!found.empty()) return found;
+    if (is_about_joints(pattern)) {
+      warn(value, fmt::format("{}: the robot has no joint that moves, so this says nothing", pattern));
+      return {};
+    }
     refuse_nested(pattern, value);
     const std::string near =
         nearest(pattern, {"correlated"}).empty() ? table_.suggest(pattern) : std::string("correlated");
     value.fail_key(fmt::format("{}: matches no parameter{}", pattern,
                                near.empty() ? other_thing(pattern) : fmt::format("; did you mean '{}'?", near)));
+  }
+
+  /// Whether a glob is right, but for the robot's having nothing of what it is about: scenarios for any robot have
+  /// such.
+  bool is_about_joints(const std::string& pattern) const {
+    const std::string before = pattern.substr(0, pattern.find('*'));
+    if (before.size() == pattern.size() || !before.ends_with('.')) return false;
+    const auto begins = [&](const Parameter& one) { return one.path.starts_with(before); };
+    if (std::any_of(table_.all().begin(), table_.all().end(), begins)) return false;
+    World jointed;
+    jointed.robot.links.resize(2);
+    jointed.robot.links[0].name = "parent";
+    jointed.robot.links[1].name = "child";
+    Joint joint;
+    joint.name = "joint";
+    joint.type = JointType::revolute;
+    joint.parent = "parent";
+    joint.child = "child";
+    jointed.robot.joints = {joint};
+    return !ParameterTable(jointed).match(pattern).empty();
   }
 
   /// "; there is 'robot.joint.hip.zero'": the same of another joint, link or object, if it is the thing that is not

@@ -30,6 +30,7 @@ void add_report(CLI::App& app, Action& action);
 void add_view(CLI::App& app, Action& action);
 void add_plot(CLI::App& app, Action& action);
 void add_explain(CLI::App& app, Action& action);
+void add_new(CLI::App& app, Action& action);
 void add_pack(CLI::App& app, Action& action);
 void add_submit(CLI::App& app, Action& action);
 

@@ -47,6 +47,7 @@ int parse_and_run(int argc, char** argv) {
       "is, graze help NAME what one of them takes, graze help schema prints the JSON Schema of a scenario. "
       "Documentation: docs/ beside the source.");
   Action action;
+  add_new(app, action);
   add_check(app, action);
   add_sample(app, action);
   add_run(app, action, join(argc, argv));

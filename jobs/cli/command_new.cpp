@@ -1,0 +1,71 @@
+// graze new: a first scenario for a robot that has none.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <span>
+
+#include "archive/files/files.h"
+#include "archive/files/parent_folders.h"
+#include "archive/files/shell_word.h"
+#include "jobs/cli/commands.h"
+#include "scenarios/proposal.h"
+
+namespace graze {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct NewArguments {
+  std::string file, urdf;
+  bool repair = false, ignore_missing_meshes = false, force = false;
+};
+
+/// The robot's file as a scenario at `file` names it: relative to it, unless the way there leads over the root.
+std::string named_from(const fs::path& file, const fs::path& urdf) {
+  const fs::path folder = fs::weakly_canonical(fs::absolute(file).parent_path()), robot = fs::weakly_canonical(urdf);
+  const fs::path relative = robot.lexically_relative(folder);
+  const auto up = std::count(relative.begin(), relative.end(), fs::path(".."));
+  const bool over_root = relative.empty() || up + 1 >= std::distance(folder.begin(), folder.end());
+  return (over_root ? robot : relative).string();
+}
+
+int make_scenario(const NewArguments& arguments) {
+  if (ending_of(arguments.file) == ".urdf" || ending_of(arguments.urdf) == ".yaml") {
+    throw InputError(fmt::format("new: the scenario that is to be written goes first, then the robot: graze new {} {}",
+                                 shell_path(arguments.urdf), shell_path(arguments.file)));
+  }
+  check_ending(arguments.file, "a scenario is written as YAML", {".yaml", ".yml"}, Endings::needed);
+  check_new_file(arguments.file, arguments.force, {fs::path(arguments.urdf)});
+  const std::string text = propose_scenario(
+      {named_from(arguments.file, arguments.urdf), arguments.file, arguments.repair, arguments.ignore_missing_meshes});
+  const ParentFolders folders(arguments.file);
+  NewFile file(arguments.file, arguments.force);
+  if (const int error = write_all(file.descriptor(), std::as_bytes(std::span(text)))) {
+    fail_writing(arguments.file, error);
+  }
+  file.publish();
+  std::cout << fmt::format("{0}: simulate it by\n  graze run {0}{1}\n", shell_path(arguments.file),
+                           arguments.ignore_missing_meshes ? " --ignore-missing-meshes" : "");
+  return kDone;
+}
+
+}  // namespace
+
+void add_new(CLI::App& app, Action& action) {
+  auto arguments = std::make_shared<NewArguments>();
+  CLI::App* verb = add_verb(app, "new", "Write a first scenario for a robot: dropped, held and, on four legs, trotting",
+                            "  graze new my.yaml my_robot.urdf && graze run my.yaml\n"
+                            "  graze new my.yaml broken.urdf --repair\n");
+  verb->add_option("scenario", arguments->file, "Scenario file to write (.yaml)")->required()->type_name("SCENARIO");
+  verb->add_option("robot", arguments->urdf, "The robot (.urdf)")->required()->type_name("URDF");
+  verb->add_flag("--repair", arguments->repair, "Mend what can be mended in the URDF: robot.repair");
+  verb->add_flag("--ignore-missing-meshes", arguments->ignore_missing_meshes,
+                 "Go on without collision meshes whose file is not there");
+  verb->add_flag("--force", arguments->force, "Replace the scenario file if it exists");
+  verb->callback([arguments, &action] { action = [arguments] { return make_scenario(*arguments); }; });
+}
+
+}  // namespace graze

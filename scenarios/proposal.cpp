@@ -1,0 +1,245 @@
+#include "scenarios/proposal.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <optional>
+#include <stdexcept>
+
+#include "engine/dynamics/chain.h"
+#include "engine/model/measures.h"
+#include "engine/model/placement.h"
+#include "scenarios/overlaps.h"
+#include "scenarios/scenario.h"
+
+namespace graze {
+namespace {
+
+/// A text as YAML has it in quotes.
+std::string quoted(const std::string& text) {
+  std::string out = "'";
+  for (const char c : text) out += c == '\'' ? std::string("''") : std::string(1, c);
+  return out + "'";
+}
+
+/// Two digits, as a person would write a gain.
+double rounded(double x) {
+  if (!(x > 0)) return 0;
+  const double digit = std::pow(10.0, std::floor(std::log10(x)) - 1);
+  return std::round(x / digit) * digit;
+}
+
+/// What a limb stands on that reaches down to the lowest quarter of the robot as it begins.
+struct Foot {
+  std::string link;
+  Vec3 place;      // world, m
+  int joints = 0;  // between it and the base
+};
+
+class Proposal {
+ public:
+  explicit Proposal(const ProposalRequest& request)
+      : request_(request), read_(read(head() + body({}))), model_(read_.model) {
+    initial_ = initial_state(*read_.world, model_);
+    extent_ = robot_extent(model_, initial_);
+    find_feet();
+  }
+
+  std::string text() {
+    std::vector<std::string> policies = {hold()};
+    std::string walks = "";
+    if (const auto trot = this->trot()) {
+      policies.push_back(*trot);
+      if (const std::string problem = problem_of(whole(policies, "")); !problem.empty()) {
+        policies.pop_back();
+        walks = fmt::format("  # It has four legs, but a trot of them was refused: {}\n", problem);
+      }
+    }
+    const std::string out = whole(policies, walks);
+    read(out);
+    return out;
+  }
+
+ private:
+  Scenario read(const std::string& text) const {
+    ScenarioOptions options;
+    options.ignore_missing_meshes = request_.ignore_missing_meshes;
+    return parse_scenario(text, request_.file, options);
+  }
+  std::string problem_of(const std::string& text) const {
+    try {
+      read(text);
+    } catch (const InputError& e) {
+      std::string out = e.what();
+      return out.substr(0, out.find('\n'));
+    }
+    return "";
+  }
+
+  std::string head() const {
+    return fmt::format("graze: 1\nrobot:\n  urdf: {}\n{}", quoted(request_.urdf),
+                       request_.repair ? "  repair: true\n" : "");
+  }
+  /// Enough to be read.
+  static std::string body(const std::string& more) {
+    return more + "  initial: {height: on_ground, clearance: 2 cm}\nenvironment: {ground: {plane: z}}\n" +
+           "policies: {hold: {hold: {}, control: {joint_pd: {kp: 1}}}}\n";
+  }
+
+  void find_feet() {
+    const std::vector<Pose> X_WB = place_bodies(model_, initial_.q);
+    const double lowest = lowest_point(model_, X_WB);
+    for (const int body : model_.actuated) {
+      const auto hangs_on_it = [&](const Body& other) { return other.parent == body; };
+      if (std::any_of(model_.bodies.begin(), model_.bodies.end(), hangs_on_it)) continue;
+      int tip = -1;
+      for (int f = 0; f < static_cast<int>(model_.frames.size()); ++f) {
+        if (model_.frames[f].body != body) continue;
+        const auto far = [&](int g) { return model_.frames[g].X_BF.translation().norm(); };
+        if (tip < 0 || far(f) > far(tip)) tip = f;
+      }
+      if (tip < 0) continue;
+      const Vec3 place = frame_pose(model_, X_WB, tip).translation();
+      if (!model_.floating_base || place.z() > lowest + 0.25 * extent_.z()) continue;
+      feet_.push_back({model_.frames[tip].name, place, joints_of(tip)});
+    }
+  }
+
+  /// Joints of a limb, 0 of one that no gait can move.
+  int joints_of(int frame) const {
+    try {
+      return Chain(model_, frame).size();
+    } catch (const std::invalid_argument&) {
+      return 0;
+    }
+  }
+
+  bool four_legs() const {
+    return feet_.size() == 4 &&
+           std::all_of(feet_.begin(), feet_.end(), [](const Foot& foot) { return foot.joints >= 3; });
+  }
+
+  /// N m/rad: carries the robot's weight at half its size with an error of 0.05 rad, shared by its feet.
+  double gain() const {
+    const double arm = 0.5 * (model_.floating_base ? extent_.z() : extent_.maxCoeff());
+    const double weight = 9.81 * (model_.floating_base ? robot_mass(model_) : 0.5 * robot_mass(model_));
+    return std::max(0.1, rounded(weight * arm / 0.05 / static_cast<double>(std::max<std::size_t>(1, feet_.size()))));
+  }
+
+  std::string hold() const {
+    return fmt::format(
+        "  hold:  # keeps the joints where they begin\n    hold: {{}}\n    control: {{joint_pd: {{kp: {:g}}}}}  # N "
+        "m/rad "
+        "(N/m of sliding joints)\n",
+        gain());
+  }
+
+  std::optional<std::string> trot() const {
+    if (!four_legs()) return std::nullopt;
+    std::vector<Foot> feet = feet_;
+    const Vec3 base = place_bodies(model_, initial_.q)[0].translation();
+    std::stable_sort(feet.begin(), feet.end(), [&](const Foot& a, const Foot& b) {
+      const bool a_front = a.place.x() > base.x(), b_front = b.place.x() > base.x();
+      return a_front != b_front ? a_front : a.place.y() > b.place.y();
+    });
+    std::vector<std::string> names;
+    for (const Foot& foot : feet) names.push_back(quoted(foot.link));
+    const double height = extent_.z();
+    return fmt::format(
+        "  trot:  # a gait of diagonal pairs; speed, stance and gains are guesses from its size and weight\n    gait:\n"
+        "      feet: [{}]  # front before hind, left before right\n      velocity: [{:.2g}, 0, 0]\n"
+        "      duration: {:.2g} s\n      touchdown: \"[25, 75, 75, 25] %\"\n      duty: 60 %\n      step_height: "
+        "{:.2g} cm\n"
+        "      settle: 0.5 s\n    control: {{operational_pd: {{kp: {:.2g}, kd: {:.2g}}}}}  # N/m, N s/m\n",
+        fmt::join(names, ", "), rounded(0.15 * std::sqrt(9.81 * height)), rounded(std::sqrt(height / 9.81) * 2.2),
+        rounded(100 * 0.12 * height), rounded(9.81 * robot_mass(model_) / 0.02),
+        rounded(9.81 * robot_mass(model_) / 0.5));
+  }
+
+  std::string joints() const {
+    std::string out;
+    for (const int body : model_.actuated) {
+      const Body& one = model_.bodies[body];
+      out += fmt::format("    #   {}: {:.4g}  # {:.4g} … {:.4g} {}\n", quoted(one.joint), initial_.q[one.q], one.lower,
+                         one.upper, one.type == JointType::prismatic ? "m" : "rad");
+    }
+    if (out.empty()) return "";
+    return "    # joints:  # where they begin, and how far they go\n" + out;
+  }
+
+  std::string overlaps() const {
+    std::vector<Clearance::Overlap> found =
+        clearance_of_all_parts(model_).overlaps(beginning(model_, initial_), kBeginningLane);
+    std::erase_if(found, [&](const Clearance::Overlap& one) {
+      return model_.colliders[one.a].is_object || model_.colliders[one.b].is_object;
+    });
+    if (found.empty()) return "";
+    std::string out =
+        "  # Links that are in each other as the robot begins; they pass through each other.\n  ignore:\n";
+    for (const Clearance::Overlap& one : found) {
+      out += fmt::format("    - [{}, {}]  # by {:.2g} mm\n", quoted(model_.colliders[one.a].name),
+                         quoted(model_.colliders[one.b].name), 1000 * one.depth);
+    }
+    return out;
+  }
+
+  std::string task() const {
+    const std::string base = quoted(model_.bodies.empty() ? "" : model_.bodies[0].name);
+    if (feet_.size() < 2) {
+      return "task:\n  objective:\n    rests: {speed: {link: \"*\", below: 2 cm/s}}\n";
+    }
+    const double z = place_bodies(model_, initial_.q)[0].translation().z();
+    return fmt::format(
+        "task:\n  requirements:\n    upright: {{tilt: {{link: {}, below: 60 deg}}}}\n  objective:\n"
+        "    stands: {{position: {{link: {}, z: {{above: {:.2g} m}}}}}}  # half of the height at which it begins\n",
+        base, base, 0.5 * z);
+  }
+
+  std::string uncertain() const {
+    std::string out =
+        "uncertain:  # what differs between particles; 'graze help uncertain', 'graze check' list what can\n";
+    if (model_.na() > 0) {
+      out += fmt::format("  robot.joint.*.damping: {:g}  # N m s/rad, the same for all: what brakes the joints\n",
+                         rounded(0.05 * gain()));
+      out += "  robot.joint.*.zero: {normal: {std: 0.01 rad}}\n";
+    }
+    out += "  robot.link.*.mass: {normal: {std: 5 %}}\n  contact.friction: {uniform: [0.5, 1.2]}\n";
+    if (model_.floating_base) out += "  \"initial.base.{roll,pitch}\": {normal: {std: 2 deg}}\n";
+    return out;
+  }
+
+  std::string whole(const std::vector<std::string>& policies, const std::string& note) const {
+    const std::string name = read_.world->robot.name.empty() ? "robot" : read_.world->robot.name;
+    std::string out = fmt::format("# {}: {:.3g} kg, {} links, {} driven joints, {:.3g} m high as it begins.\n", name,
+                                  robot_mass(model_), read_.world->robot.links.size(), model_.na(), extent_.z());
+    out += fmt::format("#\n#   graze run {0}        then: graze report …, graze view …\n#   graze check {0}\n",
+                       std::filesystem::path(request_.file).filename().string());
+    out += fmt::format("graze: 1\nname: {}\n\nrobot:\n  urdf: {}\n{}", quoted(name), quoted(request_.urdf),
+                       request_.repair ? "  repair: true  # what is mended: graze check\n" : "");
+    out += model_.floating_base ? "  initial:\n    height: on_ground\n    clearance: 2 cm  # it is dropped from there\n"
+           : joints().empty()   ? ""
+                                : "  initial:\n    position: [0, 0, 0]\n";
+    out += joints();
+    out += "\nenvironment:\n  ground: {plane: z}\n\ncontact:\n  friction: 1.0\n" + overlaps();
+    out += "\ntime: {end: 4 s, step: 1 ms, control: 1 ms}\n\n" + uncertain();
+    out += "\nsampling: {particles: 16}\n\npolicies:\n";
+    for (const std::string& policy : policies) out += policy;
+    return out + note + "\n" + task() + "\nrecord: {telemetry: failures, every: 10}\n";
+  }
+
+  const ProposalRequest request_;
+  const Scenario read_;
+  const Model& model_;
+  State initial_;
+  Vec3 extent_ = Vec3::Zero();
+  std::vector<Foot> feet_;
+};
+
+}  // namespace
+
+std::string propose_scenario(const ProposalRequest& request) { return Proposal(request).text(); }
+
+}  // namespace graze

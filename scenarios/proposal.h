@@ -1,0 +1,20 @@
+#pragma once
+// A first scenario for a robot that has none: what `graze new` writes.
+
+#include <string>
+
+namespace graze {
+
+struct ProposalRequest {
+  std::string urdf;     // as the scenario is to name it, relative to `file`
+  std::string file;     // where the scenario will stand
+  bool repair = false;  // robot.repair
+  bool ignore_missing_meshes = false;
+};
+
+/// The text of a scenario in which the robot is dropped from 2 cm, holds its joints and, if it stands on four legs of
+/// three joints or more, trots. It has comments on what can be changed, and has been read: it runs. Throws InputError
+/// if the robot cannot be read.
+std::string propose_scenario(const ProposalRequest& request);
+
+}  // namespace graze
