@@ -451,6 +451,7 @@ std::vector<TraceRecord> BlockRun::run(std::span<const Particle> particles, RunC
   std::vector<TraceRecord> records(particles.size());
   for (std::size_t i = 0; i < particles.size(); ++i) records[i].particle = particles[i].id;
   run.steps_done = 0;
+  if (run.watch) run.watch->begin_block();
   run.clock.begin(cost && cost->timed ? &cost->seconds : nullptr);
   std::size_t next = 0;
   while (run.active.any() || next < particles.size()) {
@@ -468,6 +469,7 @@ std::vector<TraceRecord> BlockRun::run(std::span<const Particle> particles, RunC
     }
     if (run.active.any()) run.advance();
     if (run.watch) run.watch->check();
+    if (run.watch) run.watch->count(run.steps_done);
   }
   if (cost) cost->steps += run.steps_done;
   return records;

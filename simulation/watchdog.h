@@ -5,6 +5,7 @@
 
 #include <array>
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <functional>
@@ -12,6 +13,7 @@
 #include <memory>
 #include <mutex>
 #include <thread>
+#include <utility>
 
 #include "engine/lanes/block.h"
 
@@ -39,6 +41,20 @@ class TraceWatch {
     if (cut_.load(std::memory_order_relaxed)) throw Overtime{};
   }
 
+  /// Tells `teller`, if there is one, now and then how many steps more were done since it was told last: a block can
+  /// take minutes. `steps`: of all particles of the block so far.
+  void count(std::uint64_t steps) {
+    constexpr std::uint64_t kPortion = 512;  // between looks at the clock
+    if (!teller || steps - seen_ < kPortion) return;
+    seen_ = steps;
+    tell_now_and_then();
+  }
+  /// Another block begins.
+  void begin_block() { seen_ = told_of_block_ = 0; }
+  /// What the teller was told since this was called last.
+  std::uint64_t take_told() { return std::exchange(told_, 0); }
+  std::function<void(std::uint64_t)> teller;
+
   // For the watchdog.
 
   /// The tick that it is now, for traces that begin before the first look.
@@ -49,6 +65,8 @@ class TraceWatch {
   Finding look(std::uint32_t now, std::uint32_t limit, std::uint32_t grace);
 
  private:
+  void tell_now_and_then();
+
   static constexpr std::uint32_t kIdle = 0;
   std::array<std::atomic<std::uint32_t>, kLanes> since_{};  // tick at which the trace of each lane began
   std::atomic<std::uint32_t> now_{1};
@@ -56,6 +74,9 @@ class TraceWatch {
   std::mutex mutex_;  // guards the rest
   bool inside_ = false, given_up_ = false;
   std::uint32_t cut_at_ = 0;
+  // The thread's own.
+  std::uint64_t seen_ = 0, told_of_block_ = 0, told_ = 0;
+  std::chrono::steady_clock::time_point told_at_ = std::chrono::steady_clock::now();
 };
 
 /// The shortest limit that a watchdog keeps, s: ten of its shortest ticks.

@@ -34,9 +34,10 @@ class Tally {
  public:
   explicit Tally(Communicator& comm) : comm_(&comm) {}
 
-  void count(const std::vector<TraceRecord>& records, const RunCost& cost) {
+  /// `told`: steps of which the communicator knows already.
+  void count(const std::vector<TraceRecord>& records, const RunCost& cost, std::uint64_t told) {
     at(kTraces) += records.size();
-    at(kSteps) += cost.steps;
+    at(kSteps) += cost.steps - told;
     for (const TraceRecord& record : records) ++at(kSuccess + static_cast<std::size_t>(record.outcome));
     if (Clock::now() - told_ > std::chrono::seconds(1)) tell();
   }
@@ -88,7 +89,9 @@ class Campaign {
  private:
   /// What one thread works on. Another goes on with it if the thread hangs.
   struct WorkerState {
-    explicit WorkerState(Communicator& comm) : tally(comm) {}
+    explicit WorkerState(Communicator& comm) : tally(comm) {
+      watch.teller = [&comm](std::uint64_t steps) { comm.fetch_add(kSteps, steps); };
+    }
     TraceWatch watch;
     HandOut::Range units{0, 0};      // of its ticket, not begun
     std::shared_ptr<WorkUnit> unit;  // under way
@@ -120,7 +123,7 @@ class Campaign {
         while (state.unit || (!state.units.empty() && !stop_asked())) {
           if (!state.unit) state.unit = make_unit(state.units.begin++);
           run.run(*state.unit);
-          finish(*std::exchange(state.unit, nullptr), state.tally);
+          finish(*std::exchange(state.unit, nullptr), state.tally, state.watch.take_told());
         }
         state.tally.tell();
       } while (take(state.units));
@@ -176,8 +179,8 @@ class Campaign {
     return unit;
   }
 
-  /// Hands over what came out.
-  void finish(WorkUnit& unit, Tally& tally) {
+  /// Hands over what came out. `told`: steps of it that the communicator knows of.
+  void finish(WorkUnit& unit, Tally& tally, std::uint64_t told) {
     for (const UnfinishedParticle& particle : unit.unfinished) {
       ++unfinished_;
       comm_.fetch_add(kUnfinished, 1);
@@ -185,7 +188,7 @@ class Campaign {
     }
     if (options_.stopping_rule && !unit.unfinished.empty()) stop();  // the next look would wait for it in vain
     if (unit.records.empty()) return;
-    tally.count(unit.records, unit.cost);
+    tally.count(unit.records, unit.cost, told);
     if (options_.stopping_rule && options_.stopping_rule->count(unit.policy, unit.records)) stop();
     sink_(unit.policy, std::move(unit.records), std::move(unit.record_values));
   }

@@ -300,5 +300,29 @@ TEST(Contained, AHangingCampaignEndsIncompleteAndIsResumed) {
   EXPECT_EQ(digests(directory).at("still"), wanted);
 }
 
+// Claim: who watches hears of steps while a block is under way, of each step once, and knows at its end how many those
+// were.
+TEST(TraceWatch, TellsOfStepsWhileABlockRuns) {
+  TraceWatch watch;
+  std::uint64_t heard = 0;
+  int times = 0;
+  watch.teller = [&](std::uint64_t steps) { heard += steps, ++times; };
+  const auto run_until_told = [&](int until) {
+    watch.begin_block();
+    const auto begin = std::chrono::steady_clock::now();
+    std::uint64_t steps = 0;
+    while (times < until && std::chrono::steady_clock::now() - begin < std::chrono::seconds(20)) {
+      watch.count(steps += 8);
+    }
+    return steps;
+  };
+  const std::uint64_t first = run_until_told(1);
+  EXPECT_EQ(heard, first);
+  const std::uint64_t second = run_until_told(2);
+  EXPECT_EQ(heard, first + second);
+  EXPECT_EQ(watch.take_told(), first + second);
+  EXPECT_EQ(watch.take_told(), 0u);
+}
+
 }  // namespace
 }  // namespace graze
