@@ -19,6 +19,7 @@
 #include "engine/settings/units.h"
 #include "jobs/cli/commands.h"
 #include "jobs/cli/hull_table.h"
+#include "jobs/cli/robot_facts.h"
 #include "jobs/cli/run_request.h"
 #include "jobs/cli/size_estimate.h"
 #include "sampling/design_name.h"
@@ -117,8 +118,10 @@ std::string overview(const Scenario& s, const ChannelReaders& readers) {
                      counted(s.world->robot.links.size(), "link"),
                      counted(static_cast<std::size_t>(s.model.na()), "driven joint"),
                      s.world->robot.floating_base ? "floating" : "fixed", robot_mass(s.model));
-  out += fmt::format("  environment  {}; {}, {} that may touch\n", counted(s.world->objects.size(), "object"),
-                     counted(s.model.colliders.size(), "collision shape"), counted(s.model.pairs.size(), "pair"));
+  const std::string shapes = shapes_text(s.model);
+  out += fmt::format("  environment  {}; {}{}, {} that may touch\n", counted(s.world->objects.size(), "object"),
+                     counted(s.model.colliders.size(), "collision shape"),
+                     shapes.empty() ? "" : fmt::format(" ({})", shapes), counted(s.model.pairs.size(), "pair"));
   out += fmt::format("  time         {:g} s in steps of {:g} s, control every {:g} s; physics: {}\n", s.timing.end,
                      s.timing.step, s.timing.control, s.physics);
   out += "  policies     ";
@@ -176,6 +179,7 @@ nlohmann::json as_json(const SizeEstimate& e, std::optional<double> free) {
           {"telemetry", e.telemetry},
           {"probed_traces", e.probed},
           {"processor_seconds", e.probed > 0 ? nlohmann::json(e.seconds) : nlohmann::json()},
+          {"seconds_per_step", e.probed > 0 ? nlohmann::json(e.step_seconds) : nlohmann::json()},
           {"free", free ? nlohmann::json(*free) : nlohmann::json()},
           {"fits", free ? nlohmann::json(e.total() <= *free) : nlohmann::json()}};
 }
@@ -271,6 +275,7 @@ int check(const CheckArguments& arguments) {
   if (arguments.json) {
     nlohmann::json out = as_json(scenario, readers);
     out["archive"] = as_json(size, free);
+    out["robot"] = robot_as_json(scenario);
     out["meshes"] = hulls_as_json(scenario.model);
     std::cout << out.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << "\n";
   } else {

@@ -81,10 +81,11 @@ SizeEstimate probe_size(const Scenario& s) {
       // Becomes an invalid trace in the campaign, with next to no bytes.
     }
   }
+  RunCost cost;
   const auto begin = std::chrono::steady_clock::now();
   for (const PolicySpec& policy : s.policies) {
     BlockRun run(s, policy, s.seed);
-    for (const TraceRecord& trace : run.run(particles)) {
+    for (const TraceRecord& trace : run.run(particles, &cost)) {
       out.events += kEventBytes * static_cast<double>(trace.events.size()) +
                     kPhaseBytes * static_cast<double>(trace.phases.size()) + static_cast<double>(trace.sequence.size());
       out.telemetry += frame_bytes(s) * static_cast<double>(trace.telemetry.size());
@@ -96,6 +97,7 @@ SizeEstimate probe_size(const Scenario& s) {
   out.events *= share;
   out.telemetry *= share;
   out.seconds = elapsed * share;
+  out.step_seconds = elapsed / static_cast<double>(std::max<std::uint64_t>(1, cost.steps));
   return out;
 }
 
@@ -124,7 +126,10 @@ std::string size_text(const SizeEstimate& e, std::optional<double> free) {
   out +=
       e.probed > 0 ? fmt::format(" (as in {} probed traces)", e.probed) : " (events and lengths of traces are guessed)";
   if (free) out += fmt::format("; {} are free", bytes_text(*free));
-  if (e.seconds > 0) out += fmt::format("; {} of one processor", duration_text(e.seconds));
+  if (e.seconds > 0) {
+    out +=
+        fmt::format("; {} of one processor, {:.3g} us a particle-step", duration_text(e.seconds), 1e6 * e.step_seconds);
+  }
   return out;
 }
 

@@ -17,6 +17,7 @@ struct SizeEstimate {
   double values = 0, traces = 0, events = 0, telemetry = 0;  // B
   std::uint64_t probed = 0;                                  // traces that were simulated to find out; 0: none
   double seconds = 0;                                        // of one processor, for the whole campaign; 0: not known
+  double step_seconds = 0;                                   // likewise, for one step of one particle
   double total() const { return values + traces + events + telemetry; }
 };
 
