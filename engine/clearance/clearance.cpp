@@ -260,7 +260,8 @@ void Clearance::take_terrain(const Pair& pair, const double* pose_a, const doubl
     const Vec3 size = size_of(shape, lane);
     std::vector<Vec3> corners;
     for (int k = 0; k < shape.hull.count(); ++k) corners.push_back(shape.hull.corner(k).cwiseProduct(size));
-    const Convex convex{shape.kind, size, pose_in(a_is_ground ? pose_b : pose_a, lane), &corners};
+    const Corners hull(corners);
+    const Convex convex{shape.kind, size, pose_in(a_is_ground ? pose_b : pose_a, lane), &hull};
     const Pose X_WT = pose_in(a_is_ground ? pose_a : pose_b, lane);
     const TerrainGap found = gap_above_terrain(convex, grid, size_of(ground, lane), X_WT, bound[lane]);
     if (!(found.gap < bound[lane])) continue;

@@ -54,7 +54,7 @@ TerrainGap gap_above_terrain(const Convex& shape, const HeightView& grid, const 
         const Vec3 &a = corner[of[0]], &b = corner[of[1]], &c = corner[of[2]];
         if (box.distance({a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)}) >= out.gap - kSame) continue;
         const Vec3 centre = (a + b + c) / 3;
-        const std::vector<Vec3> corners = {a - centre, b - centre, c - centre};
+        const Corners corners({a - centre, b - centre, c - centre});
         Convex triangle{ShapeKind::mesh, Vec3::Ones(), Pose::Identity(), &corners};
         triangle.X.translation() = centre;
         const Gap gap = gap_between(local, triangle);

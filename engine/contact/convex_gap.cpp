@@ -41,31 +41,6 @@ class CoreShape final : public btConvexInternalShape {
   const Convex& convex_;
 };
 
-/// The first of those that lie furthest along n. Four are looked at side by side, as each comparison waits for the one
-/// before it.
-Vec3 corner_along(const std::vector<Vec3>& corners, const Vec3& n) {
-  constexpr std::size_t kSide = 4;
-  std::array<double, kSide> most;
-  std::array<std::size_t, kSide> best{};
-  most.fill(corners.front().dot(n));
-  const auto look = [&](std::size_t i, std::size_t k) {
-    const double along = corners[k].dot(n);
-    best[i] = along > most[i] ? k : best[i];
-    most[i] = along > most[i] ? along : most[i];
-  };
-  std::size_t k = 0;
-  for (; k + kSide <= corners.size(); k += kSide) {
-    for (std::size_t i = 0; i < kSide; ++i) look(i, k + i);
-  }
-  for (; k < corners.size(); ++k) look(0, k);
-  for (std::size_t i = 1; i < kSide; ++i) {
-    if (most[i] < most[0] || (most[i] == most[0] && best[i] >= best[0])) continue;
-    most[0] = most[i];
-    best[0] = best[i];
-  }
-  return corners[best[0]];
-}
-
 /// Climbs to the direction of greatest separation near n: EPA ends on a polytope, which leaves round shapes some 1e-4
 /// of their size from it. Steps along two tangents, halved when neither helps.
 Vec3 climb(const Convex& a, const Convex& b, Vec3 n) {
@@ -148,12 +123,12 @@ bool weigh(Simplex& simplex) {
 }
 
 /// The face (corner, edge, triangle or all) of the simplex that holds the point nearest to zero. All that contain the
-/// last point are tried, which has no case to get wrong.
-Simplex nearest_face(const Simplex& simplex) {
+/// last point, or all at all, are tried, which has no case to get wrong.
+Simplex nearest_face(const Simplex& simplex, bool with_last) {
   Simplex best;
   double least = std::numeric_limits<double>::infinity();
   const unsigned last = 1u << (simplex.count - 1);
-  for (unsigned members = last; members < 2 * last; ++members) {
+  for (unsigned members = with_last ? last : 1; members < 2 * last; ++members) {
     Simplex face;
     for (int i = 0; i < simplex.count; ++i) {
       if (members >> i & 1u) face.point[face.count++] = simplex.point[i];
@@ -175,18 +150,30 @@ Difference support_of_difference(const Convex& a, const Convex& b, const Vec3& n
   return {a.X * a.core_support(a.X.linear().transpose() * -n), b.X * b.core_support(b.X.linear().transpose() * n)};
 }
 
+/// To begin with: the point of the difference that lies furthest against n.
+Simplex first_simplex(const Convex& a, const Convex& b, const Vec3& n) {
+  Simplex out;
+  out.count = 1;
+  out.point[0] = support_of_difference(a, b, n);
+  return out;
+}
+
+/// The direction from b's middle to a's, or any.
+Vec3 outward(const Convex& a, const Convex& b) {
+  const Vec3 from = centre(a) - centre(b);
+  const double length = from.norm();
+  return length > kApart ? Vec3(from / length) : Vec3::UnitZ();
+}
+
 /// What GJK finds of two cores.
 enum class Cores { overlap, apart, far };
 
 /// Nearest points of the cores, if they are apart (Gilbert, Johnson and Keerthi, IEEE J. Robotics and Automation 4
 /// (1988)). Ends when the direction proves the distance to 1e-13 of it; or, far, when it proves that the distance is
-/// more than `enough` and three quarters of that of the points found.
-Cores nearest_cores(const Convex& a, const Convex& b, double enough, Vec3& on_a, Vec3& on_b) {
-  const Vec3 from = centre(a) - centre(b);
-  Simplex simplex;
-  simplex.count = 1;
-  simplex.point[0] = support_of_difference(a, b, from.norm() > kApart ? from : Vec3::UnitZ());
-  simplex.weight[0] = 1;
+/// more than `enough` and three quarters of that of the points found. `simplex`: in, points to begin with; out, those
+/// of the result.
+Cores nearest_cores(const Convex& a, const Convex& b, double enough, Simplex& simplex, Vec3& on_a, Vec3& on_b) {
+  simplex = nearest_face(simplex, false);
   Cores out = Cores::apart;
   for (int i = 0; i < 200; ++i) {
     const Vec3 v = simplex.nearest();
@@ -201,7 +188,7 @@ Cores nearest_cores(const Convex& a, const Convex& b, double enough, Vec3& on_a,
     }
     Simplex larger = simplex;
     larger.point[larger.count++] = next;
-    larger = nearest_face(larger);
+    larger = nearest_face(larger, true);
     if (!(larger.nearest().squaredNorm() < v.squaredNorm())) break;
     simplex = larger;
     if (simplex.count == 4) return Cores::overlap;  // zero lies inside
@@ -216,6 +203,7 @@ Cores nearest_cores(const Convex& a, const Convex& b, double enough, Vec3& on_a,
 Gap step_out(const Convex& a, const Convex& b, Vec3 n) {
   constexpr double kAside = 1e-3;  // m
   Gap best{-1e300, n, centre(a), centre(b)};
+  Simplex simplex = first_simplex(a, b, n);  // of a where it is; the next place is not far from the last
   for (int i = 0; i < 10; ++i) {
     const double phi = separation(a, b, n);
     if (phi <= best.phi + 1e-10 && i > 0) break;
@@ -225,7 +213,9 @@ Gap step_out(const Convex& a, const Convex& b, Vec3 n) {
     const Vec3 way = (kAside - phi) * n;
     moved.X.translation() += way;
     Vec3 on_a, on_b;
-    if (nearest_cores(moved, b, kNever, on_a, on_b) == Cores::overlap) break;
+    for (int k = 0; k < simplex.count; ++k) simplex.point[k].a += way;
+    if (nearest_cores(moved, b, kNever, simplex, on_a, on_b) == Cores::overlap) break;
+    for (int k = 0; k < simplex.count; ++k) simplex.point[k].a -= way;
     best.p_a = on_a - way;
     best.p_b = on_b;
     n = (on_a - on_b).normalized();
@@ -236,11 +226,10 @@ Gap step_out(const Convex& a, const Convex& b, Vec3 n) {
 /// Cores that overlap, or touch so closely that GJK sees no direction.
 Gap overlap(const Convex& a, const Convex& b) {
   const CoreShape core_a(a), core_b(b);
-  const Vec3 from = centre(a) - centre(b);
-  const Vec3 outward = from.norm() > kApart ? from.normalized() : Vec3::UnitZ();
-  Gap best = step_out(a, b, outward);
+  const Vec3 first = outward(a, b);
+  Gap best = step_out(a, b, first);
   btGjkEpaSolver2::sResults result;
-  const btVector3 guess = to_bt(Vec3(a.X.linear().transpose() * -outward));
+  const btVector3 guess = to_bt(Vec3(a.X.linear().transpose() * -first));
   if (btGjkEpaSolver2::Penetration(&core_a, to_bt(a.X), &core_b, to_bt(b.X), guess, result, false)) {
     const Vec3 way = from_bt(result.witnesses[1]) - from_bt(result.witnesses[0]);
     if (way.norm() > kApart) {
@@ -272,7 +261,7 @@ Vec3 Convex::core_support(const Vec3& n) const {
     case ShapeKind::box:
       return 0.5 * size.cwiseProduct(s);
     case ShapeKind::mesh:
-      return corner_along(*corners, n);
+      return corners->furthest(n);
     default:
       assert(false && "not convex");
       return Vec3::Zero();
@@ -286,7 +275,8 @@ double separation(const Convex& a, const Convex& b, const Vec3& n) { return -a.r
 Gap gap_between(const Convex& a, const Convex& b, double enough) {
   Vec3 on_a, on_b;
   const double rounding = a.rounding() + b.rounding();
-  const Cores cores = nearest_cores(a, b, enough + rounding, on_a, on_b);
+  Simplex simplex = first_simplex(a, b, outward(a, b));
+  const Cores cores = nearest_cores(a, b, enough + rounding, simplex, on_a, on_b);
   if (cores == Cores::overlap) return overlap(a, b);
   const double distance = (on_a - on_b).norm();
   const Vec3 n = (on_a - on_b) / distance;

@@ -6,6 +6,7 @@
 
 #include <limits>
 
+#include "engine/contact/corners.h"
 #include "engine/model/world.h"
 
 namespace graze {
@@ -15,7 +16,7 @@ struct Convex {
   ShapeKind kind;
   Vec3 size;
   Pose X;
-  const std::vector<Vec3>* corners = nullptr;
+  const Corners* corners = nullptr;
 
   /// Point of the core that is furthest along n (shape's frame, any length).
   Vec3 core_support(const Vec3& n_G) const;

@@ -43,7 +43,7 @@ Polygon box_feature(const Vec3& half, const Vec3& n) {
   return out;
 }
 
-Polygon hull_feature(const std::vector<Vec3>& corners, const Vec3& n) {
+Polygon hull_feature(const Corners& corners, const Vec3& n) {
   double most = -1e300, extent = 0;
   for (const Vec3& corner : corners) {
     most = std::max(most, corner.dot(n));

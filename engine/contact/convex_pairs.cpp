@@ -58,10 +58,9 @@ void ConvexPairs::resize(int lane, const std::vector<Vec3>& sizes) {
   std::vector<Body>& bodies = bodies_[lane];
   for (std::size_t i = 0; i < hulls_.size(); ++i) {
     bodies[i].shape.size = sizes[i];
-    bodies[i].corners.clear();
-    for (int k = 0; k < hulls_[i].count(); ++k) {
-      bodies[i].corners.push_back(hulls_[i].corner(k).cwiseProduct(bodies[i].shape.size));
-    }
+    std::vector<Vec3> corners;
+    for (int k = 0; k < hulls_[i].count(); ++k) corners.push_back(hulls_[i].corner(k).cwiseProduct(sizes[i]));
+    bodies[i].corners.assign(corners);
   }
 }
 

@@ -21,7 +21,7 @@ class ConvexPairs final : public ExternalContacts {
   /// Numbers of one collider in one lane.
   struct Body {
     Shape shape;
-    std::vector<Vec3> corners;  // meshes: of the scaled hull, from its centre
+    Corners corners;  // meshes: of the scaled hull, from its centre
   };
   const Body& body(int lane, int collider) const { return bodies_[lane][collider]; }
 

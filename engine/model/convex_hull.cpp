@@ -165,6 +165,11 @@ std::vector<HullFace> hull_faces(const std::vector<Vec3>& points, std::size_t mo
 }
 
 std::shared_ptr<const Mesh> convex_hull(const Mesh& mesh) {
+  if (mesh.vertices.size() > kMaxHullPoints) {
+    throw InputError(
+        fmt::format("{}: a collision mesh of {} vertices: at most {}, of which its hull is found; simplify it",
+                    mesh.file, mesh.vertices.size(), kMaxHullPoints));
+  }
   static Cache cache;
   const Content content = content_of(mesh.vertices);
   auto known = cache.find(content);

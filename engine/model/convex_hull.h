@@ -20,7 +20,8 @@ struct HullFace {
 std::vector<HullFace> hull_faces(const std::vector<Vec3>& points, std::size_t most);
 
 /// The convex hull of a mesh's vertices: only the vertices on it, in their order, and its triangles. Null when all
-/// points lie in one plane. Throws InputError when it has more than kMaxHullCorners. Meshes of the same vertices share
+/// points lie in one plane. Throws InputError when it has more than kMaxHullCorners, or the mesh
+/// more than kMaxHullPoints. Meshes of the same vertices share
 /// one, as long as somebody holds it.
 std::shared_ptr<const Mesh> convex_hull(const Mesh& mesh);
 

@@ -46,10 +46,10 @@ inline constexpr std::size_t kMaxMeshCorners = 4'000'000;
 inline constexpr std::size_t kMaxPolygon = 1'000;
 /// Objects, groups, materials or solids of a mesh file.
 inline constexpr std::size_t kMaxMeshParts = 10'000;
-/// Corners of a collision mesh's convex hull: all of them are looked at in a contact.
+/// Vertices of a mesh whose convex hull is sought: a million on a ball take some ten seconds, most meshes a tenth of one.
+inline constexpr std::size_t kMaxHullPoints = 1'000'000;
+/// Corners of the hull, before it is simplified.
 inline constexpr std::size_t kMaxHullCorners = 50'000;
-/// Distances of points from faces that finding a hull may take; the largest mesh that was tried takes 3 million.
-inline constexpr std::size_t kMaxHullWork = 1'000'000'000;
 
 /// Lengths of shapes, and coordinates of places, m. A double has 53 bits, so that near 1e6 m its neighbours are 1.2e-10
 /// m apart: gaps keep a tenth of a nanometre, and the smallest overlap that is told is 1e-9 m.

@@ -37,13 +37,13 @@ std::vector<Vec3> random_hull(Random& random) {
 }
 
 /// A pair near contact; meshes get random corners, held by `corners`.
-std::pair<Convex, Convex> random_convex(Random& random, ShapeKind a, ShapeKind b, std::vector<Vec3>* corners) {
+std::pair<Convex, Convex> random_convex(Random& random, ShapeKind a, ShapeKind b, Corners* corners) {
   Convex out[2];
   for (int i = 0; i < 2; ++i) {
     const ShapeKind kind = i == 0 ? a : b;
     out[i].kind = kind;
     if (kind == mesh) {
-      corners[i] = random_hull(random);
+      corners[i].assign(random_hull(random));
       out[i].corners = &corners[i];
     } else {
       out[i].size = eigen(random.shape(kind).size);
@@ -91,7 +91,7 @@ TEST(ConvexGap, is_proved_by_its_normal_and_points) {
   Random random(21);
   for (const auto& [kind_a, kind_b] : kPairs) {
     for (int trial = 0; trial < test::trials(800); ++trial) {
-      std::vector<Vec3> corners[2];
+      Corners corners[2];
       const auto [a, b] = random_convex(random, kind_a, kind_b, corners);
       const Gap gap = gap_between(a, b);
       ASSERT_NEAR(gap.n.norm(), 1, 1e-9);
@@ -107,7 +107,7 @@ TEST(ConvexGap, overlap_is_least) {
   for (const auto& [kind_a, kind_b] : kPairs) {
     int overlapping = 0;
     for (int trial = 0; trial < test::trials(150); ++trial) {
-      std::vector<Vec3> corners[2];
+      Corners corners[2];
       const auto [a, b] = random_convex(random, kind_a, kind_b, corners);
       const Gap gap = gap_between(a, b);
       if (gap.phi >= 0) continue;
@@ -146,7 +146,7 @@ TEST(ConvexGap, bound_says_no_more_than_the_gap) {
   int bounds = 0;
   for (const auto& [kind_a, kind_b] : kPairs) {
     for (int trial = 0; trial < test::trials(800); ++trial) {
-      std::vector<Vec3> corners[2];
+      Corners corners[2];
       const auto [a, b] = random_convex(random, kind_a, kind_b, corners);
       const double enough = random.uniform(-0.01, 0.03);
       const Gap gap = gap_between(a, b), bound = gap_between(a, b, enough);
@@ -169,7 +169,7 @@ TEST(ConvexGap, of_hulls_agrees_with_bullets) {
   const int trials = std::getenv("GRAZE_LONG") ? 100'000 : test::trials(4000);
   int apart = 0, overlapping = 0, unproved = 0;
   for (int trial = 0; trial < trials; ++trial) {
-    std::vector<Vec3> corners[2];
+    Corners corners[2];
     const auto [a, b] = random_convex(random, mesh, trial % 2 ? mesh : box, corners);
     const Gap gap = gap_between(a, b);
     ASSERT_LT(std::abs(separation(a, b, gap.n) - gap.phi), 1e-9) << trial;
@@ -219,8 +219,9 @@ Pose at(const Vec3& p, double tilt = 0) {
 }
 
 TEST(ConvexManifold, hulls_and_cylinders_stand) {
-  std::vector<Vec3> cube;
-  for (int k = 0; k < 8; ++k) cube.emplace_back(k & 1 ? 0.1 : -0.1, k & 2 ? 0.1 : -0.1, k & 4 ? 0.1 : -0.1);
+  std::vector<Vec3> dice;
+  for (int k = 0; k < 8; ++k) dice.emplace_back(k & 1 ? 0.1 : -0.1, k & 2 ? 0.1 : -0.1, k & 4 ? 0.1 : -0.1);
+  const Corners cube(dice);
   const Convex table{box, {1, 1, 0.2}, at({0, 0, -0.1})};
   for (double tilt : {0.0, 1e-9, 1e-4}) {
     const Convex die{mesh, {}, at({0.05, 0.02, 0.1}, tilt), &cube}, can{cylinder, {0.1, 0.2, 0}, at({0, 0, 0.1}, tilt)};
@@ -245,7 +246,7 @@ TEST(ConvexManifold, deepest_point_has_the_gap) {
   Random random(24);
   for (const auto& [kind_a, kind_b] : kPairs) {
     for (int trial = 0; trial < test::trials(400); ++trial) {
-      std::vector<Vec3> corners[2];
+      Corners corners[2];
       const auto [a, b] = random_convex(random, kind_a, kind_b, corners);
       const Gap gap = gap_between(a, b);
       double least = 1e300;

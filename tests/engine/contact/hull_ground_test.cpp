@@ -68,7 +68,8 @@ ConvexManifold reference(const Hull& hull, const Placed& placed, const HeightVie
   std::vector<Vec3> corners;
   const Vec3 size = eigen(placed.hull.shape.size);
   for (const Vec3& corner : hull.corners) corners.push_back((corner - hull.centre).cwiseProduct(size));
-  const Convex convex{ShapeKind::mesh, size, eigen(placed.hull.X), &corners};
+  const Corners scaled(corners);
+  const Convex convex{ShapeKind::mesh, size, eigen(placed.hull.X), &scaled};
   const Pose X = eigen(placed.ground.X);
   if (!terrain) return testing::touch_plane(convex, X, margin);
   return testing::touch_terrain(convex, *terrain, eigen(placed.ground.shape.size), X, margin);

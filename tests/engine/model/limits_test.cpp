@@ -169,6 +169,15 @@ TEST(Limits, EqualVerticesAreJoinedQuickly) {
   EXPECT_LT(processor_seconds() - begin, 3);
 }
 
+// The hull of more than a million vertices is not begun.
+TEST(Limits, HullPoints) {
+  Mesh cloud;
+  cloud.file = "cloud.stl";
+  cloud.vertices.resize(kMaxHullPoints + 1, Vec3::Zero());
+  EXPECT_THAT(input_error([&] { convex_hull(cloud); }),
+              StartsWith("cloud.stl: a collision mesh of 1000001 vertices: at most 1000000"));
+}
+
 // A hull with too many corners is given up, with the number. Slow: such a hull takes seconds.
 TEST(Limits, HullCorners) {
   if (!std::getenv("GRAZE_LONG")) GTEST_SKIP() << "takes seconds; set GRAZE_LONG";
