@@ -151,7 +151,7 @@ std::shared_ptr<const Mesh> load_mesh(const std::string& file) {
   // As ROS takes them: units count, and which axis a drawing calls "up" does not.
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);  // which stand in for shapes that are not there
-  importer.SetIOHandler(new NoFiles);  // the importer's from now on
+  importer.SetIOHandler(new NoFiles);                                   // the importer's from now on
   const aiScene* scene =
       importer.ReadFileFromMemory(bytes.data(), bytes.size(), aiProcess_Triangulate,
                                   std::filesystem::path(file).extension().string().substr(1).c_str());

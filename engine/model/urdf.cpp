@@ -380,6 +380,15 @@ void parse_xml(const std::string& xml, const std::string& name, tinyxml2::XMLDoc
                         tinyxml2::XMLDocument::ErrorIDToName(document.ErrorID())));
 }
 
+/// The document without what stands beside its root: parsers differ in what they let stand there.
+std::string text_of(const tinyxml2::XMLDocument& document) {
+  tinyxml2::XMLPrinter printer;
+  for (const tinyxml2::XMLNode* node = document.FirstChild(); node; node = node->NextSibling()) {
+    if (node == document.RootElement() || node->ToComment() || node->ToDeclaration()) node->Accept(&printer);
+  }
+  return printer.CStr();
+}
+
 /// Reads the document again after every round of repairs, until there is none: what is returned is what a reader that
 /// repairs nothing makes of the repaired document.
 Robot read_document(tinyxml2::XMLDocument& document, const std::string& name, const UrdfOptions& options) {
@@ -398,9 +407,7 @@ Robot read_document(tinyxml2::XMLDocument& document, const std::string& name, co
     }
     if (!options.read) return robot;
     name_meshes(*document.RootElement(), meshes, MeshFiles(options.read_folder, {}));
-    tinyxml2::XMLPrinter printer;
-    document.Print(&printer);
-    options.read(printer.CStr());
+    options.read(text_of(document));
     return robot;
   }
   throw InputError(fmt::format("{}: every repair brings up another problem; the last: {}", name, told.back()));

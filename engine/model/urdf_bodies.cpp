@@ -184,7 +184,8 @@ class Bodies {
     std::string how;
     if (inertia.isZero(0) || !(inertia.trace() > 0)) {
       const MadeUp made = from_shapes(link, options_.density);
-      const bool shaped = made.moments.mass > 0;
+      constexpr double kPoint = 1e-2;  // shapes of less than this share of the mass are mere contact points
+      const bool shaped = made.moments.mass > kPoint * mass;
       const MassMoments form = shaped ? made.moments.scaled(mass / made.moments.mass) : ball(mass, options_.density);
       inertia = form.inertia_about_com();
       how = fmt::format("takes for link '{}' the inertia of {} with its mass, {:g} kg", link.name,
@@ -213,8 +214,10 @@ class Bodies {
       for (const Link* link : body.links) {
         if (entry(*link).inertial_line || !(link->inertia.mass > 0)) continue;
         if (++told > kMaxProblems) continue;
-        text += fmt::format("{}{} {:.3g} kg{}", text.empty() ? "" : ", ", link->name, link->inertia.mass,
-                            link->collisions.empty() ? " (visual)" : "");
+        const double rest = body.moments.mass - link->inertia.mass;
+        text += fmt::format("{}{} {:.3g} kg{}{}", text.empty() ? "" : ", ", link->name, link->inertia.mass,
+                            link->collisions.empty() ? " (visual)" : "",
+                            rest > 0 ? fmt::format(" (beside {:.3g} kg of links fixed to it)", rest) : "");
       }
     }
     if (told == 0) return;

@@ -16,7 +16,8 @@ void write_inertia(tinyxml2::XMLElement& element, const Mat3& inertia);
 /// Tells the bodies of `robot` that move without mass or inertia, and repairs them in the document:
 ///   no mass: that of the collision shapes of its links at options.density, or else of the boxes about their visual
 ///     shapes; of too little or none, a ball of a thousandth of the robot's mass, at least of 1 g;
-///   no inertia: that of a homogeneous body of its mass in the form of these shapes, or else a ball;
+///   no inertia: that of a homogeneous body of its mass in the form of these shapes, or else (and where they
+///     are mere contact points, of less than a hundredth of its mass) a ball;
 ///   an inertia that is singular (an ideal rod): a millionth of its trace is added to each moment.
 /// Warns of links whose mass comes from shapes because they have no <inertial>.
 void check_bodies(const Robot& robot, const UrdfOutline& outline, const UrdfOptions& options, UrdfProblems& problems);

@@ -75,8 +75,8 @@ class Reader {
   void read_part(XMLElement& e) {
     const std::string_view tag = e.Name();
     if (tag.substr(0, 6) == "xacro:") {
-      fail(line_of(e),
-           fmt::format("<{}>: this is a xacro file; expand it first: xacro in.xacro > out.urdf", clipped(tag, 40)));
+      fail(line_of(e), fmt::format("<{}>: this is a xacro file; expand it first: {}", clipped(tag, 40),
+                                   xacro_command(problems_.name())));
     }
     if (tag == "link") {
       read_link(e);

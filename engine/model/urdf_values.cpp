@@ -6,6 +6,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 
 #include "engine/model/limits.h"
 #include "engine/settings/settings.h"
@@ -52,6 +53,13 @@ std::vector<std::string_view> words_of(std::string_view text) {
   return out;
 }
 
+std::string xacro_command(const std::string& file) {
+  std::filesystem::path urdf = file;
+  if (urdf.extension() == ".xacro") urdf.replace_extension();  // "r.urdf.xacro" -> "r.urdf"
+  urdf.replace_extension(urdf == file ? ".expanded.urdf" : ".urdf");
+  return fmt::format("xacro {} > {}", file, urdf.string());
+}
+
 std::string number_text(const std::vector<double>& numbers) { return fmt::format("{}", fmt::join(numbers, " ")); }
 
 std::string UrdfValues::required(const XMLElement& e, const char* attribute, const std::string& where) {
@@ -66,9 +74,9 @@ std::string UrdfValues::required(const XMLElement& e, const char* attribute, con
                                            clipped(text, 40), size, kMaxAttributeBytes));
   }
   if (std::strstr(text, "$(") || std::strstr(text, "${")) {
-    problems_.stop(line_of(e), fmt::format("{}: <{}> {}: '{}' is an expression of xacro; expand the file first: xacro "
-                                           "file.xacro > file.urdf",
-                                           where, e.Name(), attribute, clipped(text, 80)));
+    problems_.stop(line_of(e),
+                   fmt::format("{}: <{}> {}: '{}' is an expression of xacro; expand the file first: {}", where,
+                               e.Name(), attribute, clipped(text, 80), xacro_command(problems_.name())));
   }
   return text;
 }

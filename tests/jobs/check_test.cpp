@@ -78,5 +78,30 @@ TEST_F(Check, TellsHowMeshesAreSimplified) {
   EXPECT_LE(drum["error"], 1e-3);
 }
 
+// Claim: a robot that is broken is refused with all its problems in one error; --repair mends and tells them, and what
+// --write-urdf writes needs no repair, wherever it lies. No file is replaced unasked.
+TEST_F(Check, RepairsRobots) {
+  testing::write_file(campaign.folder / "broken.urdf", R"(<robot name="broken"><link name="ball">
+    <inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="3"/></inertial>
+    <collision><geometry><mesh filename="t.obj" scale="0.1"/></geometry></collision></link></robot>)");
+  testing::write_file(campaign.folder / "t.obj",
+                      "v 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 3\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  const std::string robot = "check ball.yaml --set uncertain=~ --set robot.urdf=broken.urdf";
+  const auto refused = campaign.graze(robot);
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_THAT(refused.err,
+              AllOf(HasSubstr("2 problems, all of which --repair"), HasSubstr("broken.urdf:2: link 'ball'"),
+                    HasSubstr("broken.urdf:3: link 'ball': <mesh> scale")));
+  const auto written = campaign.graze(robot + " --repair --write-urdf out/mended.urdf");
+  EXPECT_EQ(written.code, 0) << written.err;
+  EXPECT_THAT(written.err, AllOf(HasSubstr("broken.urdf:2: link 'ball'"), HasSubstr("; repaired: takes the nearest")));
+  const auto mended = campaign.graze("check ball.yaml --set uncertain=~ --set robot.urdf=out/mended.urdf");
+  EXPECT_EQ(mended.code, 0) << mended.err;
+  EXPECT_THAT(mended.err, Not(HasSubstr("mended.urdf")));
+  EXPECT_THAT(campaign.graze(robot + " --repair --write-urdf out/mended.urdf").err, HasSubstr("exists already"));
+  EXPECT_EQ(campaign.graze(robot + " --repair --write-urdf out/mended.urdf --force").code, 0);
+  EXPECT_EQ(campaign.graze(robot + " --repair --force --write-urdf broken.urdf").code, 2) << "it is made of that file";
+}
+
 }  // namespace
 }  // namespace graze

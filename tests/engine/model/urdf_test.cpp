@@ -121,9 +121,9 @@ TEST(Urdf, RefusesWhatIsWrong) {
        {"r.urdf:2:", "not positive"}},
       {"<link name=\"a\"><collision><geometry><spere radius=\"1\"/></geometry></collision></link>",
        {"r.urdf:2:", "unknown shape <spere>", "<sphere>"}},
-      {"<xacro:macro/>", {"r.urdf:2:", "xacro"}},
+      {"<xacro:macro/>", {"r.urdf:2:", "this is a xacro file; expand it first: xacro r.urdf > r.expanded.urdf"}},
       {"<link name=\"a\"><inertial><mass value=\"$(optenv MASS 3)\"/></inertial></link>",
-       {"r.urdf:2:", "<mass> value: '$(optenv MASS 3)' is an expression of xacro", "xacro file.xacro > file.urdf"}},
+       {"r.urdf:2:", "<mass> value: '$(optenv MASS 3)' is an expression of xacro", "xacro r.urdf > r.expanded.urdf"}},
       {"<link name=\"a\"><collision><geometry><sphere radius=\"${r}\"/></geometry></collision></link>",
        {"r.urdf:2:", "<sphere> radius: '${r}' is an expression of xacro"}},
   };
