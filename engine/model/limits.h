@@ -46,7 +46,8 @@ inline constexpr std::size_t kMaxMeshCorners = 4'000'000;
 inline constexpr std::size_t kMaxPolygon = 1'000;
 /// Objects, groups, materials or solids of a mesh file.
 inline constexpr std::size_t kMaxMeshParts = 10'000;
-/// Vertices of a mesh whose convex hull is sought: a million on a ball take some ten seconds, most meshes a tenth of one.
+/// Vertices of a mesh whose convex hull is sought: a million on a ball take some ten seconds, most meshes a tenth of
+/// one.
 inline constexpr std::size_t kMaxHullPoints = 1'000'000;
 /// Corners of the hull, before it is simplified.
 inline constexpr std::size_t kMaxHullCorners = 50'000;
