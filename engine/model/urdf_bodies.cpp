@@ -27,9 +27,20 @@ struct MadeUp {
   std::string from;  // "its collision shapes"
 };
 
+/// Of a positive number, by Newton's method from the power of two that is next to it: the C library's has bits of its
+/// own.
+double cube_root(double x) {
+  int exponent = 0;
+  std::frexp(x, &exponent);
+  double root = std::ldexp(1.0, exponent / 3);
+  constexpr int kSteps = 8;  // from a factor of 2 at most: 5 reach the last bit
+  for (int i = 0; i < kSteps; ++i) root = (2 * root + x / (root * root)) / 3;
+  return root;
+}
+
 /// A homogeneous ball about the link's origin.
 MassMoments ball(double mass, double density) {
-  const double radius = std::cbrt(3 * mass / (4 * M_PI * density));
+  const double radius = cube_root(3 * mass / (4 * M_PI * density));
   return MassMoments::from_inertia(mass, Vec3::Zero(), 0.4 * mass * radius * radius * Mat3::Identity());
 }
 
