@@ -8,6 +8,7 @@
 #include <random>
 
 #include "engine/model/convex_hull.h"
+#include "engine/model/hull.h"
 #include "tests/engine/bullet/worlds.h"
 
 namespace graze::test {
@@ -36,9 +37,11 @@ class Dice {
 
 inline Shape random_mesh(Dice& dice) {
   Mesh corners;
-  const int count = 5 + dice.below(12);
+  const int count = 5 + dice.below(dice.once_in(3) ? 120 : 12);
   for (int i = 0; i < count; ++i) corners.vertices.push_back(dice.vector(0.1));
-  return {ShapeKind::mesh, Vec3::Ones(), convex_hull(corners), nullptr};
+  const Vec3 size(dice.within(0.5, 1.5), dice.within(0.5, 1.5), dice.within(0.5, 1.5));
+  const auto whole = convex_hull(corners);
+  return {ShapeKind::mesh, size, whole, nullptr, simplified_hull(*whole, size, {24, 1e-3, false})};
 }
 
 inline Shape random_shape(Dice& dice) {
