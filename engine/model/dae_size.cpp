@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 #include <tinyxml2.h>
 
+#include <algorithm>
 #include <map>
 #include <set>
 #include <string_view>
+#include <vector>
 
 #include "engine/model/limits.h"
 #include "engine/settings/settings.h"
@@ -30,13 +32,23 @@ class DaeCount {
     if (!root) return;
     collect(*root);
     std::size_t all = 0;
-    for (const XMLElement* node : nodes_) all += parts_of(*node);
+    for (const XMLElement* node : nodes_) all += size_of(*node).parts;
     if (all > kMaxMeshParts) fail(*root, fmt::format("more than {} nodes; simplify the mesh", kMaxMeshParts));
   }
 
  private:
+  /// Nodes and shapes that come of a node, and how deep they are in each other.
+  struct Size {
+    std::size_t parts, depth;
+  };
+  static constexpr std::size_t kDeepest = 100;  // the library walks down by calling itself
+
   [[noreturn]] void fail(const XMLElement& e, const std::string& message) const {
     throw InputError(fmt::format("{}:{}: {}", file_, e.GetLineNum(), message));
+  }
+
+  static std::string too_deep() {
+    return fmt::format("nodes in nodes, more than {} deep; simplify the mesh", kDeepest);
   }
 
   void collect(const XMLElement& e) {
@@ -48,29 +60,37 @@ class DaeCount {
     for (const XMLElement* c = e.FirstChildElement(); c; c = c->NextSiblingElement()) collect(*c);
   }
 
-  /// How many nodes and shapes come of a node, with all that it uses.
-  std::size_t parts_of(const XMLElement& node) {
-    const auto known = parts_.find(&node);
-    if (known != parts_.end()) return known->second;
+  /// With all that the node uses.
+  Size size_of(const XMLElement& node) {
+    const auto known = sizes_.find(&node);
+    if (known != sizes_.end()) return known->second;
     if (!open_.insert(&node).second) fail(node, "a node that holds itself");
-    std::size_t sum = 1;
+    if (open_.size() > kDeepest) fail(node, too_deep());
+    Size out{1, 1};
     for (const XMLElement* c = node.FirstChildElement(); c; c = c->NextSiblingElement()) {
       const std::string_view tag = c->Name();
-      if (tag == "node") sum += parts_of(*c);
-      if (tag.substr(0, 9) != "instance_") continue;
-      const char* url = c->Attribute("url");
-      const auto target = by_name_.find(url && *url == '#' ? url + 1 : "");
-      sum += tag == "instance_node" && target != by_name_.end() ? parts_of(*target->second) : 1;
-      if (sum > kMaxMeshParts) fail(*c, fmt::format("more than {} nodes; simplify the mesh", kMaxMeshParts));
+      if (tag != "node" && tag.substr(0, 9) != "instance_") continue;
+      const Size part = tag == "node" ? size_of(*c) : size_of_instance(*c);
+      out.parts += part.parts;
+      out.depth = std::max(out.depth, 1 + part.depth);
+      if (out.parts > kMaxMeshParts) fail(*c, fmt::format("more than {} nodes; simplify the mesh", kMaxMeshParts));
+      if (out.depth > kDeepest) fail(*c, too_deep());
     }
     open_.erase(&node);
-    return parts_[&node] = sum;
+    return sizes_[&node] = out;
+  }
+
+  Size size_of_instance(const XMLElement& instance) {
+    const char* url = instance.Attribute("url");
+    const auto target = by_name_.find(url && *url == '#' ? url + 1 : "");
+    const bool node = std::string_view(instance.Name()) == "instance_node" && target != by_name_.end();
+    return node ? size_of(*target->second) : Size{1, 1};
   }
 
   const std::string& file_;
   std::vector<const XMLElement*> nodes_;
   std::map<std::string, const XMLElement*> by_name_;
-  std::map<const XMLElement*, std::size_t> parts_;
+  std::map<const XMLElement*, Size> sizes_;
   std::set<const XMLElement*> open_;  // on the way from the root to where we are
 };
 

@@ -7,7 +7,7 @@ namespace graze {
 
 /// A DAE file says of nodes that they are used again, and these may hold others that are: a few lines can stand for any
 /// number of copies. Throws InputError with file and line for a file that is not XML, whose nodes hold themselves, or
-/// that stands for more than kMaxMeshParts nodes.
+/// that stands for more than kMaxMeshParts nodes, or a hundred in each other.
 void check_dae_size(const std::string& bytes, const std::string& file);
 
 }  // namespace graze

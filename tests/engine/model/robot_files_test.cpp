@@ -75,12 +75,17 @@ TEST(MeshKinds, BadDaeIsRefused) {
     const std::string inner = "<instance_node url=\"#n" + std::to_string(i - 1) + "\"/>";
     bomb += "<node id=\"n" + std::to_string(i) + "\">" + inner + inner + "</node>\n";
   }
+  std::string chain = "<node id=\"c0\"><instance_geometry url=\"#g\"/></node>";
+  for (int i = 1; i < 200; ++i) {
+    chain += "<node id=\"c" + std::to_string(i) + "\"><instance_node url=\"#c" + std::to_string(i - 1) + "\"/></node>";
+  }
   const std::string loop =
       "<node id=\"l\"><instance_node url=\"#m\"/></node><node id=\"m\"><instance_node url=\"#l\"/></node>";
   const std::string whole = dae();
   const std::vector<std::tuple<std::string, std::string, std::string>> cases = {
       {"bomb.dae", dae("<node><instance_node url=\"#n39\"/></node>", bomb), "more than 10000 nodes; simplify the mesh"},
       {"loop.dae", dae("<node><instance_node url=\"#l\"/></node>", loop), "a node that holds itself"},
+      {"chain.dae", dae("<node><instance_node url=\"#c199\"/></node>", chain), "nodes in nodes, more than 100 deep"},
       {"cut.dae", whole.substr(0, whole.size() / 2), "not XML"},
       {"none.dae", dae(""), "no triangles"},
       {"empty.dae", "", "is an empty file"},
