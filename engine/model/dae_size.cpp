@@ -4,6 +4,7 @@
 #include <tinyxml2.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <map>
 #include <set>
 #include <string_view>
@@ -57,7 +58,34 @@ class DaeCount {
       if (nodes_.size() > kMaxMeshParts) fail(e, fmt::format("more than {} nodes; simplify the mesh", kMaxMeshParts));
       if (const char* id = e.Attribute("id")) by_name_.emplace(id, &e);
     }
+    check_indices(e);
+    check_counts(e);
     for (const XMLElement* c = e.FirstChildElement(); c; c = c->NextSiblingElement()) collect(*c);
+  }
+
+  /// The library does not come to an end where an index is none.
+  void check_indices(const XMLElement& e) const {
+    const std::string_view tag = e.Name();
+    if (tag != "p" && tag != "h" && tag != "v" && tag != "vcount") return;
+    for (const tinyxml2::XMLNode* c = e.FirstChild(); c; c = c->NextSibling()) {
+      const std::string_view text = c->ToText() ? c->Value() : "";
+      const std::size_t odd = text.find_first_not_of("0123456789 \t\r\n");
+      if (odd != std::string_view::npos) {
+        fail(e,
+             fmt::format("<{}>: '{}' is not an index; indices are whole numbers", tag, clipped(text.substr(odd), 20)));
+      }
+    }
+  }
+
+  /// It makes room for what a file says that it has.
+  void check_counts(const XMLElement& e) const {
+    for (const char* attribute : {"count", "stride", "offset", "set"}) {
+      const char* text = e.Attribute(attribute);
+      const bool whole = !text || std::string_view(text).find_first_not_of("0123456789 ") == std::string_view::npos;
+      if (whole && (!text || std::strtod(text, nullptr) <= double{kMaxMeshCorners})) continue;
+      fail(e, fmt::format("<{}> {}: {}: a whole number, at most {}", e.Name(), attribute, clipped(text, 20),
+                          kMaxMeshCorners));
+    }
   }
 
   /// With all that the node uses.
