@@ -93,6 +93,8 @@ TEST(MeshKinds, BadDaeIsRefused) {
       {"chain.dae", dae("<node><instance_node url=\"#c199\"/></node>", chain), "nodes in nodes, more than 100 deep"},
       {"index.dae", with(whole, "<p>0 2 1", "<p>0 2e8 1"), "is not an index"},
       {"count.dae", with(whole, "triangles count=\"4\"", "triangles count=\"4000000000\""), "at most 4000000"},
+      {"stride.dae", with(whole, "stride=\"3\"", "stride=\"3000000\""), "reaches beyond the 12 numbers of its array"},
+      {"short.dae", with(whole, "count=\"12\"", "count=\"13\""), "there are 12 numbers"},
       {"cut.dae", whole.substr(0, whole.size() / 2), "not XML"},
       {"none.dae", dae(""), "no triangles"},
       {"empty.dae", "", "is an empty file"},
