@@ -4,12 +4,14 @@
 #include <tinyxml2.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <map>
 #include <set>
 #include <string_view>
 #include <vector>
 
 #include "engine/model/limits.h"
+#include "engine/model/urdf_values.h"
 #include "engine/settings/settings.h"
 
 namespace graze {
@@ -31,6 +33,7 @@ class DaeCount {
     const XMLElement* root = document.RootElement();
     if (!root) return;
     collect(*root);
+    for (const XMLElement* accessor : accessors_) check_accessor(*accessor);
     std::size_t all = 0;
     for (const XMLElement* node : nodes_) all += size_of(*node).parts;
     if (all > kMaxMeshParts) fail(*root, fmt::format("more than {} nodes; simplify the mesh", kMaxMeshParts));
@@ -57,7 +60,64 @@ class DaeCount {
       if (nodes_.size() > kMaxMeshParts) fail(e, fmt::format("more than {} nodes; simplify the mesh", kMaxMeshParts));
       if (const char* id = e.Attribute("id")) by_name_.emplace(id, &e);
     }
+    check_indices(e);
+    check_counts(e);
+    if (std::string_view(e.Name()) == "accessor") accessors_.push_back(&e);
+    if (std::string_view(e.Name()) == "float_array") measure_array(e);
     for (const XMLElement* c = e.FirstChildElement(); c; c = c->NextSiblingElement()) collect(*c);
+  }
+
+  /// The library does not come to an end where an index is none.
+  void check_indices(const XMLElement& e) const {
+    const std::string_view tag = e.Name();
+    if (tag != "p" && tag != "h" && tag != "v" && tag != "vcount") return;
+    for (const tinyxml2::XMLNode* c = e.FirstChild(); c; c = c->NextSibling()) {
+      const std::string_view text = c->ToText() ? c->Value() : "";
+      const std::size_t odd = text.find_first_not_of("0123456789 \t\r\n");
+      if (odd != std::string_view::npos) {
+        fail(e,
+             fmt::format("<{}>: '{}' is not an index; indices are whole numbers", tag, clipped(text.substr(odd), 20)));
+      }
+    }
+  }
+
+  static std::size_t whole(const XMLElement& e, const char* attribute, std::size_t otherwise) {
+    const char* text = e.Attribute(attribute);
+    return text ? static_cast<std::size_t>(std::strtod(text, nullptr)) : otherwise;
+  }
+
+  void measure_array(const XMLElement& e) {
+    std::size_t words = 0;
+    for (const tinyxml2::XMLNode* c = e.FirstChild(); c; c = c->NextSibling()) {
+      if (c->ToText()) words += words_of(c->Value()).size();
+    }
+    const std::size_t count = whole(e, "count", 0);
+    if (count > words) fail(e, fmt::format("<float_array> count: {}: there are {} numbers", count, words));
+    if (const char* id = e.Attribute("id")) arrays_.emplace(id, count);
+  }
+
+  /// It reads whatever an accessor reaches.
+  void check_accessor(const XMLElement& e) const {
+    const char* source = e.Attribute("source");
+    const auto array = arrays_.find(source && *source == '#' ? source + 1 : "");
+    if (array == arrays_.end()) return;  // of names
+    std::size_t params = 0;
+    for (const XMLElement* c = e.FirstChildElement("param"); c; c = c->NextSiblingElement("param")) ++params;
+    const std::size_t stride = whole(e, "stride", 1), last = whole(e, "offset", 0) + whole(e, "count", 0) * stride;
+    if (last > array->second || params > stride) {
+      fail(e, fmt::format("<accessor> reaches beyond the {} numbers of its array", array->second));
+    }
+  }
+
+  /// It makes room for what a file says that it has.
+  void check_counts(const XMLElement& e) const {
+    for (const char* attribute : {"count", "stride", "offset", "set"}) {
+      const char* text = e.Attribute(attribute);
+      const bool whole = !text || std::string_view(text).find_first_not_of("0123456789 ") == std::string_view::npos;
+      if (whole && (!text || std::strtod(text, nullptr) <= double{kMaxMeshCorners})) continue;
+      fail(e, fmt::format("<{}> {}: {}: a whole number, at most {}", e.Name(), attribute, clipped(text, 20),
+                          kMaxMeshCorners));
+    }
   }
 
   /// With all that the node uses.
@@ -90,6 +150,8 @@ class DaeCount {
   const std::string& file_;
   std::vector<const XMLElement*> nodes_;
   std::map<std::string, const XMLElement*> by_name_;
+  std::vector<const XMLElement*> accessors_;
+  std::map<std::string, std::size_t> arrays_;  // numbers of a <float_array>, by id
   std::map<const XMLElement*, Size> sizes_;
   std::set<const XMLElement*> open_;  // on the way from the root to where we are
 };

@@ -36,6 +36,11 @@ std::string dae(const std::string& nodes = R"(<node id="n"><matrix>1 0 0 1000 0 
 </COLLADA>)";
 }
 
+/// `text` with `after` where `before` stood.
+std::string with(std::string text, const std::string& before, const std::string& after) {
+  return text.replace(text.find(before), before.size(), after);
+}
+
 std::string with_mesh(const std::string& file) {
   return "<robot name=\"r\"><link name=\"a\"><inertial><mass value=\"1\"/><inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" "
          "iyy=\"1\" "
@@ -86,6 +91,10 @@ TEST(MeshKinds, BadDaeIsRefused) {
       {"bomb.dae", dae("<node><instance_node url=\"#n39\"/></node>", bomb), "more than 10000 nodes; simplify the mesh"},
       {"loop.dae", dae("<node><instance_node url=\"#l\"/></node>", loop), "a node that holds itself"},
       {"chain.dae", dae("<node><instance_node url=\"#c199\"/></node>", chain), "nodes in nodes, more than 100 deep"},
+      {"index.dae", with(whole, "<p>0 2 1", "<p>0 2e8 1"), "is not an index"},
+      {"count.dae", with(whole, "triangles count=\"4\"", "triangles count=\"4000000000\""), "at most 4000000"},
+      {"stride.dae", with(whole, "stride=\"3\"", "stride=\"3000000\""), "reaches beyond the 12 numbers of its array"},
+      {"short.dae", with(whole, "count=\"12\"", "count=\"13\""), "there are 12 numbers"},
       {"cut.dae", whole.substr(0, whole.size() / 2), "not XML"},
       {"none.dae", dae(""), "no triangles"},
       {"empty.dae", "", "is an empty file"},
