@@ -4,8 +4,11 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
+#include <limits>
+#include <numbers>
 #include <optional>
 #include <stdexcept>
 
@@ -37,15 +40,17 @@ struct Foot {
   std::string link;
   Vec3 place;      // world, m
   int joints = 0;  // between it and the base
+  int body = 0, frame = 0;
 };
 
 class Proposal {
  public:
   explicit Proposal(const ProposalRequest& request)
-      : request_(request), read_(read(head() + body({}))), model_(read_.model) {
-    initial_ = initial_state(*read_.world, model_);
-    extent_ = robot_extent(model_, initial_);
-    find_feet();
+      : request_(request), read_(read(head() + body({}))), world_(*read_.world), model_(read_.model) {
+    look();
+    if (!four_legs()) return;
+    for (const Foot& foot : feet_) bend(foot);
+    look();
   }
 
   std::string text() {
@@ -89,7 +94,51 @@ class Proposal {
            "policies: {hold: {hold: {}, control: {joint_pd: {kp: 1}}}}\n";
   }
 
+  /// At the robot as it begins.
+  void look() {
+    initial_ = initial_state(world_, model_);
+    extent_ = robot_extent(model_, initial_);
+    find_feet();
+  }
+
+  /// Bends the last two joints of a leg so that its foot is below its hip, at 0.85 of what the leg reaches down to.
+  void bend(const Foot& foot) {
+    const Chain chain(model_, foot.frame);
+    if (chain.size() != 3) return;
+    Chain::Values q = chain.select(initial_.q), best = q;
+    std::array<std::string, 2> names;
+    std::array<double, 2> low, high;
+    const int bodies[] = {model_.bodies[foot.body].parent, foot.body};
+    for (int k = 0; k < 2; ++k) {
+      const Body& one = model_.bodies[bodies[k]];
+      if (one.type != JointType::revolute) return;
+      names[k] = one.joint;
+      low[k] = std::max(one.lower, -0.5 * std::numbers::pi);
+      high[k] = std::min(one.upper, 0.5 * std::numbers::pi);
+      if (!(low[k] < high[k])) low[k] = one.lower, high[k] = one.upper;  // a knee that cannot be straight
+    }
+    constexpr int kSteps = 60;
+    const auto try_all = [&](const auto& act) {
+      for (int i = 0; i <= kSteps; ++i) {
+        for (int j = 0; j <= kSteps; ++j) {
+          q[1] = low[0] + (high[0] - low[0]) * i / kSteps;
+          q[2] = low[1] + (high[1] - low[1]) * j / kSteps;
+          const Chain::Skeleton at = chain.skeleton(q);
+          act(Vec3(at.tip - at.origin[1]));
+        }
+      }
+    };
+    double reach = 0, least = std::numeric_limits<double>::infinity();
+    try_all([&](const Vec3& leg) { reach = std::max(reach, -leg.z()); });
+    try_all([&](const Vec3& leg) {
+      const double off = std::hypot(leg.x(), -leg.z() - 0.85 * reach);
+      if (off < least) least = off, best = q;
+    });
+    for (int k = 0; k < 2; ++k) world_.initial.joint_position[names[k]] = std::round(100 * best[k + 1]) / 100;
+  }
+
   void find_feet() {
+    feet_.clear();
     const std::vector<Pose> X_WB = place_bodies(model_, initial_.q);
     const double lowest = lowest_point(model_, X_WB);
     for (const int body : model_.actuated) {
@@ -104,7 +153,7 @@ class Proposal {
       if (tip < 0) continue;
       const Vec3 place = frame_pose(model_, X_WB, tip).translation();
       if (!model_.floating_base || place.z() > lowest + 0.25 * extent_.z()) continue;
-      feet_.push_back({model_.frames[tip].name, place, joints_of(tip)});
+      feet_.push_back({model_.frames[tip].name, place, joints_of(tip), body, tip});
     }
   }
 
@@ -137,6 +186,13 @@ class Proposal {
         gain());
   }
 
+  /// kg
+  double lightest_foot() const {
+    double out = robot_mass(model_);
+    for (const Foot& foot : feet_) out = std::min(out, model_.bodies[foot.body].mass);
+    return out;
+  }
+
   std::optional<std::string> trot() const {
     if (!four_legs()) return std::nullopt;
     std::vector<Foot> feet = feet_;
@@ -148,6 +204,9 @@ class Proposal {
     std::vector<std::string> names;
     for (const Foot& foot : feet) names.push_back(quoted(foot.link));
     const double height = extent_.z();
+    // As stiff as carries the weight on a few centimetres, and as damped as a light foot bears in steps of 1 ms.
+    const double stiffness = 9.81 * robot_mass(model_) / 0.09;
+    const double damping = std::min(0.02 * stiffness, 0.15 * lightest_foot() / 1e-3);
     return fmt::format(
         "  trot:  # a gait of diagonal pairs; speed, stance and gains are guesses from its size and weight\n    gait:\n"
         "      feet: [{}]  # front before hind, left before right\n      velocity: [{:.2g}, 0, 0]\n"
@@ -155,19 +214,17 @@ class Proposal {
         "{:.2g} cm\n"
         "      settle: 0.5 s\n    control: {{operational_pd: {{kp: {:.2g}, kd: {:.2g}}}}}  # N/m, N s/m\n",
         fmt::join(names, ", "), rounded(0.15 * std::sqrt(9.81 * height)), rounded(std::sqrt(height / 9.81) * 2.2),
-        rounded(100 * 0.12 * height), rounded(9.81 * robot_mass(model_) / 0.02),
-        rounded(9.81 * robot_mass(model_) / 0.5));
+        rounded(100 * 0.12 * height), rounded(stiffness), rounded(damping));
   }
 
   std::string joints() const {
     std::string out;
     for (const int body : model_.actuated) {
       const Body& one = model_.bodies[body];
-      out += fmt::format("    #   {}: {:.4g}  # {:.4g} … {:.4g} {}\n", quoted(one.joint), initial_.q[one.q], one.lower,
+      out += fmt::format("      {}: {:.4g}  # {:.4g} … {:.4g} {}\n", quoted(one.joint), initial_.q[one.q], one.lower,
                          one.upper, one.type == JointType::prismatic ? "m" : "rad");
     }
-    if (out.empty()) return "";
-    return "    # joints:  # where they begin, and how far they go\n" + out;
+    return out.empty() ? "" : "    joints:  # where they begin, and how far they go\n" + out;
   }
 
   std::string overlaps() const {
@@ -232,6 +289,7 @@ class Proposal {
 
   const ProposalRequest request_;
   const Scenario read_;
+  World world_;  // as it is to begin
   const Model& model_;
   State initial_;
   Vec3 extent_ = Vec3::Zero();

@@ -25,7 +25,7 @@ TEST_F(New, OfAQuadrupedWalksToo) {
   EXPECT_THAT(made.out, HasSubstr("graze run sub/links.yaml"));
   const std::string text = testing::read_file(folder / "sub/links.yaml");
   EXPECT_THAT(text, AllOf(HasSubstr("  trot:"), HasSubstr("'LF_FOOT', 'RF_FOOT', 'LH_FOOT', 'RH_FOOT'"),
-                          HasSubstr("upright: {tilt: {link: 'BODY0'"), HasSubstr("#   'LF_X_1':")));
+                          HasSubstr("upright: {tilt: {link: 'BODY0'"), HasSubstr("      'LF_X_1': 0  #")));
   const testing::Result run = run_new("sub/links.yaml");
   EXPECT_EQ(run.code, 0) << run.err;
   EXPECT_THAT(run.out, AllOf(HasSubstr("hold"), HasSubstr("trot")));
