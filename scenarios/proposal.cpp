@@ -29,11 +29,7 @@ std::string quoted(const std::string& text) {
 }
 
 /// Two digits, as a person would write a gain.
-double rounded(double x) {
-  if (!(x > 0)) return 0;
-  const double digit = std::pow(10.0, std::floor(std::log10(x)) - 1);
-  return std::round(x / digit) * digit;
-}
+double rounded(double x) { return std::stod(fmt::format("{:.1e}", x)); }
 
 /// What a limb stands on that reaches down to the lowest quarter of the robot as it begins.
 struct Foot {
@@ -131,7 +127,7 @@ class Proposal {
     double reach = 0, least = std::numeric_limits<double>::infinity();
     try_all([&](const Vec3& leg) { reach = std::max(reach, -leg.z()); });
     try_all([&](const Vec3& leg) {
-      const double off = std::hypot(leg.x(), -leg.z() - 0.85 * reach);
+      const double down = -leg.z() - 0.85 * reach, off = leg.x() * leg.x() + down * down;
       if (off < least) least = off, best = q;
     });
     for (int k = 0; k < 2; ++k) world_.initial.joint_position[names[k]] = std::round(100 * best[k + 1]) / 100;

@@ -148,7 +148,7 @@ TEST_F(OptionGrammar, UnknownOptionsNameTheNearest) {
   refused("score a.graze --elephant", {"--elephant", "'graze score --help'"});
   refused("--verson", {"--verson", "did you mean '--version'?"});
   refused("--json score a.graze", {"--json", "options of a verb stand behind it"});
-  refused("", {"verbs: check"});
+  refused("", {"verbs: new, check"});
   refused("run ball.yaml other.yaml", {"run: 'other.yaml' is one word too many"});
   refused("replay a.graze", {"replay: --particle is required", "graze replay --help"});
   refused("run ball.yaml --telemetry failres", {"--telemetry failres: is none of", "nearest right answer: failures"});

@@ -131,7 +131,7 @@ TEST(RobotFiles, RosPackagePath) {
     const Variable path("ROS_PACKAGE_PATH", "/nowhere:" + (folder.path() / "ws").string());
     const InputRecord record;
     EXPECT_EQ(load_urdf(file).link("a").collisions.size(), 1u);
-    folder.write("robots/far/m.obj", corners + "v 0 0 -3\n" + faces + "f 1 2 5\n");
+    folder.write("robots/far/m.obj", corners + "v 1 2 -3\n" + faces + "f 1 2 5\n");
     EXPECT_EQ(load_urdf(file).link("a").collisions.at(0).shape.mesh->vertices.size(), 5u) << "nearer ones come first";
     std::filesystem::remove_all(folder.path() / "robots/far");
     kept = record.files();
