@@ -32,7 +32,7 @@ const Vec3& farthest(const std::vector<Vec3>& points, Measure measure) {
 bool is_flat(const std::vector<Vec3>& points) {
   constexpr double kFlat = 1e-9;
   if (points.size() < 4) return true;
-  const Vec3 a = points[0];
+  const Vec3& a = points[0];
   const auto from_a = [&](const Vec3& p) { return (p - a).norm(); };
   const Vec3 b = farthest(points, from_a);
   const double narrow = kFlat * from_a(b);

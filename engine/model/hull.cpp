@@ -73,7 +73,8 @@ class Simplifier {
   bool begin() {
     for (int zeros : {2, 0, 1}) {
       for (int way = 0; way < 27; ++way) {
-        const Vec3 n(way % 3 - 1, way / 3 % 3 - 1, way / 9 - 1);
+        const int x = way % 3 - 1, y = way / 3 % 3 - 1, z = way / 9 - 1;
+        const Vec3 n(x, y, z);
         if ((n.array() == 0).count() == zeros) choose_extreme(n);
       }
       if (span()) return true;

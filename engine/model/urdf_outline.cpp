@@ -260,7 +260,7 @@ class Reader {
     read_geometry(*shape, where, entry);
     printer_.CloseElement();
     printer_.CloseElement();
-    out.push_back(std::move(entry));
+    out.push_back(entry);
   }
 
   void read_geometry(XMLElement& shape, const std::string& where, UrdfOutline::ShapeEntry& entry) {
