@@ -4,53 +4,45 @@
 
 #include <cmath>
 
+#include "analysis/json_of.h"
+#include "archive/files/csv.h"
+
 namespace graze {
 namespace {
 
 using Json = nlohmann::ordered_json;
+using graze::json_of;
 
-/// JSON has no NaN and no infinity.
-Json of(double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); }
-
-template <class T, class Function>
-Json list(const std::vector<T>& values, const Function& function) {
-  Json out = Json::array();
-  for (const T& value : values) out.push_back(function(value));
-  return out;
-}
-
-std::string cell(double x) { return std::isnan(x) ? "" : fmt::format("{}", x); }
-
-Json of(const ParameterEffect& e, const ParticleTable& table) {
+Json json_of(const ParameterEffect& e, const ParticleTable& table) {
   return {{"parameter", table.columns[e.column].name},
           {"test", e.test},
-          {"effect", of(e.effect)},
-          {"spearman", of(e.spearman)},
-          {"auc", of(e.auc)},
+          {"effect", json_of(e.effect)},
+          {"spearman", json_of(e.spearman)},
+          {"auc", json_of(e.auc)},
           {"highest_choice", e.label.empty() ? Json(nullptr) : Json(e.label)},
-          {"p_rank", of(e.p_rank)},
-          {"hsic", of(e.hsic)},
-          {"p_hsic", of(e.p_hsic)},
-          {"p_value", of(e.p_value)},
-          {"p_holm", of(e.p_holm)},
-          {"partial", of(e.partial)},
-          {"p_partial", of(e.p_partial)},
-          {"share_of_variance", of(e.share)},
-          {"share_noise", of(e.share_noise)}};
+          {"p_rank", json_of(e.p_rank)},
+          {"hsic", json_of(e.hsic)},
+          {"p_hsic", json_of(e.p_hsic)},
+          {"p_value", json_of(e.p_value)},
+          {"p_holm", json_of(e.p_holm)},
+          {"partial", json_of(e.partial)},
+          {"p_partial", json_of(e.p_partial)},
+          {"share_of_variance", json_of(e.share)},
+          {"share_noise", json_of(e.share_noise)}};
 }
 
-Json of(const DecisionTree& tree, const ParticleTable& table) {
-  const Json rules = list(rules_of(tree), [&](const TreeRule& rule) {
-    return Json{{"rule", rule_text(rule, table)}, {"traces", rule.rows}, {"mean", of(rule.mean)}};
+Json json_of(const DecisionTree& tree, const ParticleTable& table) {
+  const Json rules = json_list(rules_of(tree), [&](const TreeRule& rule) {
+    return Json{{"rule", rule_text(rule, table)}, {"traces", rule.rows}, {"mean", json_of(rule.mean)}};
   });
   return {{"depth", tree.depth},
-          {"skill", of(tree.skill)},
+          {"skill", json_of(tree.skill)},
           {"skill_is", tree.binary ? "balanced_accuracy" : "rank_correlation"},
           {"chance", tree.chance},
-          {"standard_error", of(tree.standard_error)},
-          {"accuracy", tree.binary ? of(tree.accuracy) : Json(nullptr)},
-          {"majority", tree.binary ? of(tree.majority) : Json(nullptr)},
-          {"p_value", of(tree.p_value)},
+          {"standard_error", json_of(tree.standard_error)},
+          {"accuracy", tree.binary ? json_of(tree.accuracy) : Json(nullptr)},
+          {"majority", tree.binary ? json_of(tree.majority) : Json(nullptr)},
+          {"p_value", json_of(tree.p_value)},
           {"rules", rules}};
 }
 
@@ -64,9 +56,9 @@ Json causes_json(const Causes& c, const ParticleTable& table) {
           {"explained", c.explained()},
           {"verdict", verdict_text(c, table)},
           {"significant", c.significant},
-          {"effects", list(c.effects, [&](const ParameterEffect& e) { return of(e, table); })},
+          {"effects", json_list(c.effects, [&](const ParameterEffect& e) { return json_of(e, table); })},
           {"tree_tells", c.tree_tells},
-          {"tree", of(c.tree, table)},
+          {"tree", json_of(c.tree, table)},
           {"notes", c.notes}};
 }
 
@@ -78,19 +70,19 @@ std::vector<std::string> cause_columns() {
 std::vector<std::string> cause_cells(const ParameterEffect& e, const ParticleTable& table) {
   return {table.columns[e.column].name,
           e.test,
-          cell(e.effect),
-          cell(e.spearman),
-          cell(e.auc),
+          csv_number(e.effect),
+          csv_number(e.spearman),
+          csv_number(e.auc),
           e.label,
-          cell(e.p_rank),
-          cell(e.hsic),
-          cell(e.p_hsic),
-          cell(e.p_value),
-          cell(e.p_holm),
-          cell(e.partial),
-          cell(e.p_partial),
-          cell(e.share),
-          cell(e.share_noise)};
+          csv_number(e.p_rank),
+          csv_number(e.hsic),
+          csv_number(e.p_hsic),
+          csv_number(e.p_value),
+          csv_number(e.p_holm),
+          csv_number(e.partial),
+          csv_number(e.p_partial),
+          csv_number(e.share),
+          csv_number(e.share_noise)};
 }
 
 }  // namespace graze

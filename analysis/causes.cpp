@@ -14,11 +14,11 @@
 #include "analysis/rank_table.h"
 #include "analysis/ranks.h"
 #include "analysis/significance.h"
+#include "sampling/constants.h"
 
 namespace graze {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kLeastRows = 8, kLeastForShape = 30, kMostForShape = 1000, kLeastForShares = 200;
 
 /// One target among the rows that count, and all that tests of it share.

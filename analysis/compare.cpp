@@ -23,10 +23,10 @@ struct End {
 };
 
 /// Of all traces of a policy, by particle.
-using Ends = std::map<std::uint32_t, End>;
+using EndOfParticle = std::map<std::uint32_t, End>;
 
-Ends read_ends(const Archive& archive, const std::string& policy) {
-  Ends out;
+EndOfParticle read_ends(const Archive& archive, const std::string& policy) {
+  EndOfParticle out;
   archive.scan(policy, kEndTime | kMargins, [&](const TraceRows& rows) {
     for (std::size_t i = 0; i < rows.size(); ++i) {
       if (rows.outcome(i) == Outcome::invalid) continue;
@@ -44,7 +44,7 @@ std::string end_name(const End& end, const CampaignInfo& info) {
   return info.requirements[static_cast<std::size_t>(end.violated)].name;
 }
 
-std::uint64_t successes(const Ends& ends) {
+std::uint64_t successes(const EndOfParticle& ends) {
   return static_cast<std::uint64_t>(
       std::count_if(ends.begin(), ends.end(), [](const auto& one) { return one.second.outcome == Outcome::success; }));
 }
@@ -52,7 +52,7 @@ std::uint64_t successes(const Ends& ends) {
 /// `step`: s, of the physics.
 bool ended_together(const End& a, const End& b, double step) { return std::abs(a.time - b.time) < 0.5 * step; }
 
-void count_pairs(const Ends& a, const Ends& b, const CampaignInfo& info_a, const CampaignInfo& info_b,
+void count_pairs(const EndOfParticle& a, const EndOfParticle& b, const CampaignInfo& info_a, const CampaignInfo& info_b,
                  PolicyComparison& out) {
   std::map<std::string, std::map<std::string, std::uint64_t>> moves;
   std::set<std::string> ends;
@@ -77,7 +77,7 @@ void count_pairs(const Ends& a, const Ends& b, const CampaignInfo& info_a, const
   }
 }
 
-MarginChange margin_change(const Ends& a, const Ends& b, std::size_t of_a, std::size_t of_b,
+MarginChange margin_change(const EndOfParticle& a, const EndOfParticle& b, std::size_t of_a, std::size_t of_b,
                            const CampaignInfo::RequirementRow& requirement, double step) {
   MarginChange out;
   out.requirement = requirement.name;
@@ -106,7 +106,7 @@ PolicyComparison compare_policies(const Archive& a, const Archive& b, const std:
   out.policy_a = policy_a;
   out.policy_b = policy_b;
   out.paired = paired;
-  const Ends ends_a = read_ends(a, policy_a), ends_b = read_ends(b, policy_b);
+  const EndOfParticle ends_a = read_ends(a, policy_a), ends_b = read_ends(b, policy_b);
   out.n_a = ends_a.size();
   out.n_b = ends_b.size();
   out.success_a = successes(ends_a);

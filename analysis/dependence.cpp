@@ -11,10 +11,10 @@
 namespace graze {
 namespace {
 
-constexpr double kWidth = 0.2;           // of the kernel; ranks cover (0, 1)
+constexpr double kKernelWidth = 0.2;     // of the kernel; ranks cover (0, 1)
 constexpr std::size_t kMostPoints = 64;  // that stand for a distribution; the kernel is far smoother than 1/64
 
-double kernel(double distance) { return std::exp(-0.5 * distance * distance / (kWidth * kWidth)); }
+double kernel(double distance) { return std::exp(-0.5 * distance * distance / (kKernelWidth * kKernelWidth)); }
 
 /// The kernel by twice the distance of two midranks, which is a whole number.
 std::vector<float> kernel_table(std::size_t n) {

@@ -25,7 +25,7 @@ struct Thread {
   }
 };
 
-using Rows = std::vector<std::uint32_t>;  // of Stories
+using StoryRows = std::vector<std::uint32_t>;  // of Stories
 
 /// The words of one thread in each trace. Words alone: there are as many threads as pairs that touch, and most nodes
 /// are looked at for nothing else.
@@ -48,7 +48,7 @@ class ThreadWords {
 struct Place {
   std::size_t thread;
   std::size_t depth;  // contacts before
-  Rows traces;
+  StoryRows traces;
 };
 
 /// How many traces take a branch, and how they end.
@@ -56,7 +56,7 @@ struct Way {
   std::uint64_t way;
   std::uint64_t n = 0;
   std::vector<double> classes = {};  // [class]
-  Rows traces = {};                  // where they were asked for
+  StoryRows traces = {};             // where they were asked for
 };
 
 /// A node and what it is worth. Not its traces: they are found again for the one that is chosen.
@@ -118,7 +118,7 @@ class Grower {
   }
 
   EventTree grow() {
-    Rows all(stories_.size());
+    StoryRows all(stories_.size());
     std::iota(all.begin(), all.end(), 0u);
     tree_.all = count(all);
     tree_.kinds = rules_.kinds;
@@ -152,7 +152,7 @@ class Grower {
     return violated ? static_cast<std::uint32_t>(story.violated) + 1 : static_cast<std::uint32_t>(classes_ - 1);
   }
 
-  OutcomeCounts count(const Rows& traces) const {
+  OutcomeCounts count(const StoryRows& traces) const {
     OutcomeCounts out(requirements_);
     for (const std::uint32_t trace : traces) out.add(stories_[trace]);
     return out;
@@ -206,7 +206,7 @@ class Grower {
   }
 
   /// Every node at which traces part, with what their outcomes say.
-  std::vector<Candidate> candidates(const Rows& traces) const {
+  std::vector<Candidate> candidates(const StoryRows& traces) const {
     std::vector<Candidate> out;
     for (std::size_t thread = 0; thread < threads_.size(); ++thread) {
       std::vector<Place> places = {{thread, 0, traces}};
@@ -234,7 +234,7 @@ class Grower {
   }
 
   /// The branches of a candidate, with those of `traces` that have had the same contacts as its example.
-  std::vector<Way> branches_of(const Candidate& one, const Rows& traces) const {
+  std::vector<Way> branches_of(const Candidate& one, const StoryRows& traces) const {
     Place place{one.thread, one.depth, {}};
     const ThreadWords& words = words_[one.thread];
     const auto past = words.of(one.example).first(one.depth);
@@ -270,7 +270,7 @@ class Grower {
   }
 
   /// The contacts of some traces at a node; of those that have one there.
-  std::vector<Token> tokens_of(const Candidate& one, const Rows& traces) const {
+  std::vector<Token> tokens_of(const Candidate& one, const StoryRows& traces) const {
     std::vector<Token> out;
     for (const std::uint32_t trace : traces) {
       std::size_t left = one.depth;
@@ -315,7 +315,7 @@ class Grower {
     return tests == 0 ? 1.0 : std::min(1.0, least * static_cast<double>(tests));
   }
 
-  void split(const Rows& traces, int depth, int parent, int parent_branch) {
+  void split(const StoryRows& traces, int depth, int parent, int parent_branch) {
     if (depth >= rules_.depth || traces.size() < 2 * rules_.fewest) return;
     const std::vector<Candidate> all = candidates(traces);
     tree_.tested += all.size();
@@ -342,7 +342,7 @@ class Grower {
     const int node = static_cast<int>(tree_.nodes.size()) - 1;
     for (std::size_t b = 0; b < tree_.nodes[node].branches.size(); ++b) {
       const auto& of_branch = tree_.nodes[node].branches[b].traces;
-      const Rows those(of_branch.begin(), of_branch.end());  // nodes grow meanwhile
+      const StoryRows those(of_branch.begin(), of_branch.end());  // nodes grow meanwhile
       split(those, depth + 1, node, static_cast<int>(b));
     }
   }

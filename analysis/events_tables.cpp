@@ -12,8 +12,6 @@ namespace graze {
 namespace {
 
 /// With as many digits as give the same bits when they are read again; what is not known is an empty cell.
-std::string number(double x) { return std::isnan(x) ? "" : fmt::format("{}", x); }
-
 Detail tree_detail(const CampaignEvents& events) { return std::max(events.request.rules.detail, Detail::features); }
 
 /// "policy, bifurcation, branch" of a line.
@@ -62,11 +60,12 @@ std::string branches_csv(const CampaignEvents& events) {
       for (std::size_t b = 0; b < node.branches.size(); ++b) {
         const EventBranch& branch = node.branches[b];
         const Interval interval = branch.outcomes.interval();
-        out += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", place(policy, n, b, words), n,
-                           node.parent < 0 ? "" : std::to_string(node.parent), node.time, node.p_value,
-                           node.information, branch.outcomes.n, branch.outcomes.success, branch.outcomes.unknown,
-                           number(branch.outcomes.rate()), interval.low, interval.high, number(branch.time.median),
-                           number(branch.impulse.median), csv_cell(verdict(policy, n, b, events)));
+        out +=
+            fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n", place(policy, n, b, words), n,
+                        node.parent < 0 ? "" : std::to_string(node.parent), node.time, node.p_value, node.information,
+                        branch.outcomes.n, branch.outcomes.success, branch.outcomes.unknown,
+                        csv_number(branch.outcomes.rate()), interval.low, interval.high, csv_number(branch.time.median),
+                        csv_number(branch.impulse.median), csv_cell(verdict(policy, n, b, events)));
       }
     }
   }

@@ -5,15 +5,14 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 
 #include "analysis/explained_traces.h"
 #include "analysis/significance.h"
+#include "sampling/constants.h"
 
 namespace graze {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr std::size_t kLeastOfAClass = 3;  // failures of a kind that are asked about
 constexpr std::size_t kGrowthTraces = 100, kGrowthTimes = 8, kGrowthFreedoms = 6;
 

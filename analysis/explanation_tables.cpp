@@ -5,6 +5,7 @@
 
 #include "analysis/cause_numbers.h"
 #include "analysis/explanation.h"
+#include "archive/files/csv.h"
 
 namespace graze {
 namespace {
@@ -12,7 +13,6 @@ namespace {
 using Row = std::vector<std::string>;
 
 /// With as many digits as give the same bits when they are read again; what is not known is an empty cell.
-std::string cell(double x) { return std::isnan(x) ? "" : fmt::format("{}", x); }
 std::string cell(std::uint64_t x) { return std::to_string(x); }
 
 ExplanationTable causes_of(const Explanation& all) {
@@ -40,9 +40,9 @@ ExplanationTable rules_of_all(const Explanation& all) {
       if (causes.effects.empty()) continue;
       for (const TreeRule& rule : rules_of(causes.tree)) {
         const DecisionTree& tree = causes.tree;
-        out.rows.push_back({policy.policy, causes.target, causes.tree_tells ? "1" : "0", cell(tree.skill),
-                            cell(tree.standard_error), cell(tree.chance), cell(tree.p_value),
-                            rule_text(rule, all.parameters), cell(rule.rows), cell(rule.mean)});
+        out.rows.push_back({policy.policy, causes.target, causes.tree_tells ? "1" : "0", csv_number(tree.skill),
+                            csv_number(tree.standard_error), csv_number(tree.chance), csv_number(tree.p_value),
+                            rule_text(rule, all.parameters), csv_number(rule.rows), csv_number(rule.mean)});
       }
     }
   }
@@ -58,9 +58,10 @@ ExplanationTable spread_of(const Explanation& all) {
     for (const Scatter* scatter : {&policy.ended, &policy.all}) {
       for (const FreedomSpread& f : scatter->freedoms) {
         out.rows.push_back({policy.policy, scatter == &policy.ended ? "ended" : "all", f.name, f.unit,
-                            cell(scatter->traces), cell(f.mean), cell(f.median), cell(f.deviation), cell(f.iqr),
-                            cell(f.dip), cell(f.p_value), cell(f.p_holm), cell(f.modes.size()),
-                            f.cuts.empty() ? "" : cell(f.cuts[0])});
+                            csv_number(scatter->traces), csv_number(f.mean), csv_number(f.median),
+                            csv_number(f.deviation), csv_number(f.iqr), csv_number(f.dip), csv_number(f.p_value),
+                            csv_number(f.p_holm), csv_number(f.modes.size()),
+                            f.cuts.empty() ? "" : csv_number(f.cuts[0])});
       }
     }
   }
@@ -73,7 +74,7 @@ ExplanationTable modes_of(const Explanation& all) {
     for (std::size_t k = 0; k < policy.modes.size(); ++k) {
       const std::string& name = policy.ended.freedoms[static_cast<std::size_t>(policy.ended.clearest)].name;
       for (const std::uint64_t particle : policy.modes[k].particles) {
-        out.rows.push_back({policy.policy, name, cell(particle), cell(std::uint64_t{k + 1})});
+        out.rows.push_back({policy.policy, name, csv_number(particle), cell(std::uint64_t{k + 1})});
       }
     }
   }
@@ -85,8 +86,8 @@ ExplanationTable survival_of_all(const Explanation& all) {
   for (const PolicyExplanation& policy : all.policies) {
     for (const Survival& s : policy.survival) {
       for (const SurvivalStep& at : s.steps) {
-        out.rows.push_back({policy.policy, s.what, cell(at.time), cell(at.at_risk), cell(at.failed), cell(at.share),
-                            cell(at.interval.low), cell(at.interval.high)});
+        out.rows.push_back({policy.policy, s.what, csv_number(at.time), csv_number(at.at_risk), csv_number(at.failed),
+                            csv_number(at.share), csv_number(at.interval.low), csv_number(at.interval.high)});
       }
     }
   }
@@ -99,11 +100,11 @@ ExplanationTable margins_of(const Explanation& all) {
   for (const char* name : {"worst", "worst_particle", "below_0", "low", "high"}) out.head.emplace_back(name);
   for (const PolicyExplanation& policy : all.policies) {
     for (const MarginSummary& m : policy.margins) {
-      Row row = {policy.policy, m.name, m.unit, cell(m.n)};
-      for (const double quantile : m.quantiles) row.push_back(cell(quantile));
+      Row row = {policy.policy, m.name, m.unit, csv_number(m.n)};
+      for (const double quantile : m.quantiles) row.push_back(csv_number(quantile));
       const std::string particle = m.n > 0 ? cell(std::uint64_t{m.worst_particle}) : "";
-      for (const std::string& one :
-           {cell(m.worst), particle, cell(m.below), cell(m.interval.low), cell(m.interval.high)}) {
+      for (const std::string& one : {csv_number(m.worst), particle, csv_number(m.below), csv_number(m.interval.low),
+                                     csv_number(m.interval.high)}) {
         row.push_back(one);
       }
       out.rows.push_back(std::move(row));
@@ -118,10 +119,10 @@ ExplanationTable rates_of(const Explanation& all) {
                         "simultaneous_high", "best", "best_low", "best_high"},
                        {}};
   for (const RateBounds& r : all.rates.policies) {
-    out.rows.push_back({r.policy, cell(r.n), cell(r.success), cell(r.unknown), cell(r.worst),
-                        cell(r.worst_interval.low), cell(r.worst_interval.high), cell(r.simultaneous.low),
-                        cell(r.simultaneous.high), cell(r.best), cell(r.best_interval.low),
-                        cell(r.best_interval.high)});
+    out.rows.push_back({r.policy, csv_number(r.n), csv_number(r.success), csv_number(r.unknown), csv_number(r.worst),
+                        csv_number(r.worst_interval.low), csv_number(r.worst_interval.high),
+                        csv_number(r.simultaneous.low), csv_number(r.simultaneous.high), csv_number(r.best),
+                        csv_number(r.best_interval.low), csv_number(r.best_interval.high)});
   }
   return out;
 }

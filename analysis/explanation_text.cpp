@@ -42,7 +42,7 @@ std::string indented(const std::string& text) {
 }
 
 std::string number(double x) { return std::isnan(x) ? "-" : fmt::format("{:.3g}", x); }
-std::string with_unit(double x, const std::string& unit) {
+std::string number_with_unit(double x, const std::string& unit) {
   return number(x) + (std::isnan(x) || unit.empty() || unit == "1" ? "" : " " + unit);
 }
 std::string share(double x) { return std::isnan(x) ? "-" : fmt::format("{:.3f}", x); }
@@ -86,7 +86,7 @@ std::string tree_text(const Causes& causes, const std::string& unit, const Parti
   out += paragraph(fmt::format("tree ({}):", skill), 6, 8);
   for (const TreeRule& rule : rules) {
     const std::string mean =
-        tree.binary ? fmt::format("{:.0f} %", 100 * rule.mean) : "mean " + with_unit(rule.mean, unit);
+        tree.binary ? fmt::format("{:.0f} %", 100 * rule.mean) : "mean " + number_with_unit(rule.mean, unit);
     out += paragraph(fmt::format("{} of {}: {}", mean, rule.rows, rule_text(rule, table)), 8, 10);
   }
   return out;
@@ -185,8 +185,8 @@ std::string margins_text(const PolicyExplanation& policy) {
     const MarginSummary& m = policy.margins[i];
     const double below = m.n > 0 ? static_cast<double>(m.below) / static_cast<double>(m.n) : std::nan("");
     const std::string particle = m.n > 0 ? std::to_string(m.worst_particle) : "-";
-    rows.push_back(
-        {m.name, number(m.quantiles[3]), with_unit(m.worst, m.unit), particle, share(below), interval(m.interval)});
+    rows.push_back({m.name, number(m.quantiles[3]), number_with_unit(m.worst, m.unit), particle, share(below),
+                    interval(m.interval)});
   }
   return indented(text_table(rows, 1));
 }

@@ -9,6 +9,7 @@
 #include <ostream>
 
 #include "analysis/failure_table.h"
+#include "analysis/json_of.h"
 #include "analysis/text_table.h"
 #include "archive/files/shell_word.h"
 #include "archive/files/utf8.h"
@@ -149,7 +150,6 @@ void list_failures(const Archive& archive, const std::vector<std::string>& polic
 }
 
 std::string failure_json(const Failure& failure, const std::string& archive) {
-  const auto number = [](double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); };
   const bool known = failure.outcome == Outcome::known_failure, invalid = failure.outcome == Outcome::invalid;
   const Json json = {{"policy", failure.policy},
                      {"particle", failure.particle},
@@ -157,8 +157,8 @@ std::string failure_json(const Failure& failure, const std::string& archive) {
                      {"requirement", known ? Json(failure.what) : Json(nullptr)},
                      {"reason", invalid ? Json(failure.what) : Json(nullptr)},
                      {"culprit", failure.culprit.empty() ? Json(nullptr) : Json(failure.culprit)},
-                     {"time", number(failure.time)},
-                     {"margin", number(failure.margin)},
+                     {"time", json_of(failure.time)},
+                     {"margin", json_of(failure.margin)},
                      {"unit", failure.unit},
                      {"alike", failure.alike},
                      {"replay", replay_command(archive, failure.policy, failure.particle)}};

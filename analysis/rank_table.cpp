@@ -13,7 +13,7 @@ namespace graze {
 namespace {
 
 constexpr std::size_t kMostPartialRows = 20'000;
-constexpr std::size_t kNamed = 3;  // parameters in a note
+constexpr std::size_t kNamedInNote = 3;  // parameters in a note
 
 bool all_finite(const std::vector<double>& values) {
   return std::all_of(values.begin(), values.end(), [](double x) { return std::isfinite(x); });
@@ -21,8 +21,8 @@ bool all_finite(const std::vector<double>& values) {
 
 std::string some_of(const std::vector<std::string>& names) {
   std::string out;
-  for (std::size_t i = 0; i < std::min(names.size(), kNamed); ++i) out += (i > 0 ? ", " : "") + names[i];
-  return names.size() > kNamed ? out + ", …" : out;
+  for (std::size_t i = 0; i < std::min(names.size(), kNamedInNote); ++i) out += (i > 0 ? ", " : "") + names[i];
+  return names.size() > kNamedInNote ? out + ", …" : out;
 }
 
 void note(const std::vector<std::string>& names, const char* what, RankTable& out) {

@@ -3,17 +3,16 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
 
 #include "analysis/proportions.h"
 #include "analysis/quantiles.h"
 #include "analysis/sequential.h"
 #include "analysis/significance.h"
+#include "sampling/constants.h"
 
 namespace graze {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr std::uint64_t kMost = 1'000'000'000;
 
 /// The least n at which it is enough and stays so at the sizes looked at: doubled until it is, then halved. Rounding of

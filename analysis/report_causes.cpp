@@ -11,7 +11,7 @@
 namespace graze {
 namespace {
 
-constexpr std::size_t kMostEffects = 10;  // of a question in the table
+constexpr std::size_t kMostEffectsOfQuestion = 10;  // of a question in the table
 constexpr std::size_t kMostBars = 12, kMostFigures = 6;
 constexpr std::size_t kMostTrees = 60;
 
@@ -69,7 +69,7 @@ Json parameters_table(const Explanation& all) {
   std::size_t left_out = 0;
   for (const PolicyExplanation& policy : all.policies) {
     for (const Causes& causes : policy.causes) {
-      const std::size_t count = std::min(causes.significant, kMostEffects);
+      const std::size_t count = std::min(causes.significant, kMostEffectsOfQuestion);
       left_out += causes.significant - count;
       for (std::size_t i = 0; i < count; ++i) {
         const ParameterEffect& effect = causes.effects[i];
@@ -94,7 +94,8 @@ Json parameters_table(const Explanation& all) {
                 {{"name", "Direction"}, {"class", "wrap"}}}},
               {"rows", rows}};
   if (left_out > 0)
-    out["note"] = fmt::format("{} weaker ones are left out, of questions with more than {}.", left_out, kMostEffects);
+    out["note"] =
+        fmt::format("{} weaker ones are left out, of questions with more than {}.", left_out, kMostEffectsOfQuestion);
   return out;
 }
 

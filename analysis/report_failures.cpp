@@ -14,7 +14,7 @@
 namespace graze {
 namespace {
 
-using Rows = std::vector<FailureTable::Row>;
+using FailureRows = std::vector<FailureTable::Row>;
 
 /// NaN is later, or better, than any number; equal ones are told apart by the particle.
 template <double FailureTable::Row::*member>
@@ -26,7 +26,7 @@ bool less(const FailureTable::Row& a, const FailureTable::Row& b) {
   return key(a) < key(b);
 }
 
-FailureWay way_of(const FailureTable& table, Rows& rows, const std::string& policy, const CampaignInfo& info) {
+FailureWay way_of(const FailureTable& table, FailureRows& rows, const std::string& policy, const CampaignInfo& info) {
   const auto earliest = std::min_element(rows.begin(), rows.end(), less<&FailureTable::Row::time>);
   FailureWay out;
   out.earliest = earliest->time;
@@ -74,7 +74,7 @@ std::vector<FailureWay> failure_ways(const Archive& archive, const std::vector<s
   std::vector<FailureWay> out;
   for (const std::string& policy : policies) {
     const FailureTable table = failures_of(archive, policy);
-    std::map<std::tuple<Outcome, int, std::uint32_t, int, int>, Rows> alike;
+    std::map<std::tuple<Outcome, int, std::uint32_t, int, int>, FailureRows> alike;
     for (const FailureTable::Row& row : table.rows) {
       const bool invalid = row.outcome == Outcome::invalid;
       alike[{row.outcome, row.violated, invalid ? row.reason : 0, invalid ? -1 : row.culprit.leaf,

@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+
+#include "sampling/constants.h"
 
 namespace graze {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 SampledTraces empty_traces(const std::string& policy, std::size_t particles, std::size_t requirements) {
   SampledTraces out;

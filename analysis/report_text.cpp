@@ -6,6 +6,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "analysis/json_of.h"
 #include "analysis/number_words.h"
 #include "analysis/score.h"
 #include "analysis/text_table.h"
@@ -15,6 +16,7 @@ namespace graze {
 namespace {
 
 using Json = nlohmann::ordered_json;
+using graze::json_of;
 using Rows = std::vector<std::vector<std::string>>;
 
 constexpr std::size_t kMostKinds = 16;     // lines of the table of failures
@@ -116,11 +118,6 @@ std::string pair_table(const std::vector<PairedComparison>& pairs) {
   }
   return text_table(rows, 2);
 }
-
-Json json_of(const Interval& interval) { return Json::array({interval.low, interval.high}); }
-
-/// JSON has no NaN.
-Json json_of(double x) { return std::isnan(x) ? Json(nullptr) : Json(x); }
 
 Json json_of(const PolicyScore& p, const std::vector<std::string>& requirements,
              const std::vector<std::string>& names) {

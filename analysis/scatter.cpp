@@ -4,19 +4,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <numeric>
 
 #include "analysis/number_words.h"
 #include "analysis/quantiles.h"
 #include "analysis/significance.h"
+#include "sampling/constants.h"
 
 namespace graze {
 namespace {
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kLevel = 0.05;
+constexpr double kDipLevel = 0.05;
 constexpr std::size_t kLeastTraces = 10, kMostModes = 4, kLeastOfMode = 2;
 
 Mode mode_of(std::span<const double> values) {
@@ -175,7 +174,7 @@ Scatter judge_scatter(const std::vector<std::string>& names, const std::vector<s
   for (std::size_t k = 0; k < out.freedoms.size(); ++k) {
     FreedomSpread& one = out.freedoms[k];
     one.p_holm = adjusted[k];
-    find_modes(sorted[kept[k]], one.p_holm < kLevel, kLevel / static_cast<double>(kept.size()), test, one);
+    find_modes(sorted[kept[k]], one.p_holm < kDipLevel, kDipLevel / static_cast<double>(kept.size()), test, one);
     if (one.modes.size() < 2) continue;
     const auto before = static_cast<std::size_t>(std::max(out.clearest, 0));
     if (out.clearest < 0 || one.separation > out.freedoms[before].separation) out.clearest = static_cast<int>(k);

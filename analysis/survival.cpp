@@ -2,15 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "analysis/significance.h"
+#include "sampling/constants.h"
 #include "sampling/distribution.h"
 
 namespace graze {
 namespace {
-
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// In order of time; of equal times failures first.
 void sort_by_time(std::vector<Lifetime>& lifetimes) {

@@ -11,16 +11,12 @@
 #include <string_view>
 
 #include "sampling/elementary.h"
+#include "sampling/refuse.h"
 #include "sampling/stream.h"
 #include "sampling/tail.h"
 
 namespace graze {
 namespace {
-
-template <typename... Args>
-[[noreturn]] void refuse(fmt::format_string<Args...> format, Args&&... args) {
-  throw std::invalid_argument(fmt::format(format, std::forward<Args>(args)...));
-}
 
 void require_finite(std::string_view name, double value) {
   if (!std::isfinite(value)) refuse("{} {} is not a finite number; write one", name, value);

@@ -2,13 +2,11 @@
 
 #include <array>
 #include <cmath>
-#include <limits>
+
+#include "sampling/constants.h"
 
 namespace graze::pinned {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 // ln 2 in two parts: the first has 20 zeros at its end, so that k times it is exact for every exponent k.
 constexpr double kLn2High = 6.93147180369123816490e-01;

@@ -9,14 +9,10 @@
 
 #include "sampling/copula.h"
 #include "sampling/design.h"
+#include "sampling/refuse.h"
 
 namespace graze {
 namespace {
-
-template <typename... Args>
-[[noreturn]] void refuse(fmt::format_string<Args...> format, Args&&... args) {
-  throw std::invalid_argument(fmt::format(format, std::forward<Args>(args)...));
-}
 
 void check_names(const std::vector<UncertainParameter>& parameters) {
   std::map<std::string, int> seen;

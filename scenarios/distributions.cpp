@@ -4,8 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "sampling/constants.h"
 #include "sampling/elementary.h"
 #include "scenarios/csv.h"
 
@@ -24,7 +24,6 @@ class SpreadReader {
     const double std = width(value.at("std"), own ? mean : whole_, "give it a 'mean'");
     if (std < 0) value.at("std").fail(fmt::format("{}: a standard deviation must be >= 0", value.at("std").text()));
     if (!value.has("min") && !value.has("max")) return Distribution::normal(mean, std);
-    constexpr double kInfinity = std::numeric_limits<double>::infinity();
     return Distribution::truncated_normal(mean, std, number_or(value, "min", -kInfinity),
                                           number_or(value, "max", kInfinity));
   }

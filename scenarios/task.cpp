@@ -7,6 +7,7 @@
 
 #include "engine/settings/merged.h"
 #include "engine/settings/warnings.h"
+#include "sampling/constants.h"
 #include "scenarios/doubts.h"
 #include "scenarios/keys.h"
 #include "scenarios/limits.h"
@@ -15,8 +16,6 @@
 
 namespace graze {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 Key window_key(const char* help) {
   return {"window", {Form::numbers(2, Quantity::time)}, Default::words("all along"), help};

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <utility>
 
+#include "sampling/constants.h"
+
 namespace graze {
 namespace {
 
@@ -45,7 +47,6 @@ WitnessRange range_of_parts(const Objective& node) {
 }
 
 WitnessRange unopened(const Window& window, bool once) {
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const double margin = once ? -kInfinity : kInfinity;
   return {margin, margin, fmt::format("no trace comes to its window {}", bracketed(window)), false};
 }

@@ -6,17 +6,14 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
-#include <limits>
 
 #include "engine/contact/pair_list.h"
+#include "sampling/constants.h"
 #include "scenarios/impulse_part.h"
 #include "scenarios/witnesses.h"
 
 namespace graze {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// What two colliders exchanged in one step of a lane.
 struct StepImpulse {

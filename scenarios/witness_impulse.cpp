@@ -7,17 +7,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "engine/contact/pair_list.h"
+#include "sampling/constants.h"
 #include "scenarios/impulse_part.h"
 #include "scenarios/witnesses.h"
 
 namespace graze {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kPause = 5e-3;  // s
 
 /// The contacts of one pair of colliders.

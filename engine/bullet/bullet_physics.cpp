@@ -13,7 +13,7 @@ namespace graze::bullet {
 
 namespace {
 
-constexpr const char* kName = "bullet";
+constexpr const char* kBullet = "bullet";
 
 }  // namespace
 
@@ -23,7 +23,7 @@ struct BulletPhysics::Saved final : SavedLane {
   Eigen::VectorXd a;  // nv
 
   Saved(std::uint64_t numbering, World::Saved saved, Eigen::VectorXd acceleration)
-      : SavedLane(kName, numbering), world(std::move(saved)), a(std::move(acceleration)) {}
+      : SavedLane(kBullet, numbering), world(std::move(saved)), a(std::move(acceleration)) {}
 };
 
 std::string bullet_version() { return fmt::format("{}.{:02}", BT_BULLET_VERSION / 100, BT_BULLET_VERSION % 100); }
@@ -52,7 +52,7 @@ std::shared_ptr<const SavedLane> BulletPhysics::save(int lane) const {
 }
 
 void BulletPhysics::restore(int lane, const SavedLane& saved) {
-  const Saved& from = own<Saved>(saved, kName, numbering_);
+  const Saved& from = own<Saved>(saved, kBullet, numbering_);
   worlds_[lane].reset();
   worlds_[lane] = std::make_unique<World>(from.world, hulls_);
   lists_[lane] = from.world.contacts;
@@ -96,7 +96,7 @@ void BulletPhysics::publish(int lane) {
 namespace {
 
 const PhysicsRegistration bullet_registration(
-    kName,
+    kBullet,
     {"multibodies and contact solvers of Bullet in double precision, one particle after the other", contact_models(),
      bullet_version()},
     [](const Model& nominal) { return std::make_unique<BulletPhysics>(nominal); });

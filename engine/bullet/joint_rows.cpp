@@ -10,7 +10,7 @@ namespace {
 /// Part of an overshoot that is taken back per step, as for contacts.
 constexpr double kOvershootRecovery = 0.2;
 /// Contact or torque may speed a joint up within a step: rows start this fast a joint early, rad/s or m/s.
-constexpr double kWatchSpeed = 5.0;
+constexpr double kLimitWatchSpeed = 5.0;
 constexpr double kUnbounded = 1e10;  // Bullet's own upper bound of impulses
 
 double target_speed(double gap, double h) {
@@ -33,7 +33,7 @@ bool JointRows::needed(const Body& body) {
 }
 
 bool JointRows::limit_near(double gap, double closing, double h) const {
-  return gap < h * std::max(2 * closing, kWatchSpeed);
+  return gap < h * std::max(2 * closing, kLimitWatchSpeed);
 }
 
 bool JointRows::active(double h) const {

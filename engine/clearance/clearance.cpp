@@ -9,11 +9,11 @@
 #include "engine/contact/features.h"
 #include "engine/lane_physics/lane_engine.h"
 #include "engine/lanes/isa.h"
+#include "sampling/constants.h"
 
 namespace graze {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// A bound counts less this much, m: sums of ways are wrong by rounding, and gaps at the rims of cylinders, which take
 /// iterations, by up to 1e-6.
 constexpr double kSlack = 2e-6;

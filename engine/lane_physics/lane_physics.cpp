@@ -15,7 +15,7 @@ namespace graze {
 
 namespace {
 
-constexpr const char* kName = "lanes";
+constexpr const char* kLanesName = "lanes";
 
 BlockState state_of(const Model& model) {
   return {BlockArray(model.nq), BlockArray(model.nv), BlockArray(model.nv),
@@ -88,7 +88,7 @@ struct LanePhysics::Saved final : SavedLane {
   std::vector<Point> points;
   std::optional<std::string> fault;
 
-  explicit Saved(std::uint64_t numbering) : SavedLane(kName, numbering) {}
+  explicit Saved(std::uint64_t numbering) : SavedLane(kLanesName, numbering) {}
 };
 
 LanePhysics::LanePhysics(const Model& nominal, int width)
@@ -145,7 +145,7 @@ std::shared_ptr<const SavedLane> LanePhysics::save(int lane) const {
 }
 
 void LanePhysics::restore(int lane, const SavedLane& saved) {
-  const Saved& from = own<Saved>(saved, kName, numbering_);
+  const Saved& from = own<Saved>(saved, kLanesName, numbering_);
   const Part& part = *parts_[static_cast<std::size_t>(lane / width_)];
   part.engine->restore(lane % width_, from.engine);
   take_state(part);
@@ -281,7 +281,7 @@ std::vector<PhysicsText::ContactModel> contact_models() {
 }
 
 const PhysicsRegistration lanes_registration(
-    kName,
+    kLanesName,
     {"many particles at once, one per SIMD lane: articulated bodies, impulses at velocity level, servos in the solve",
      contact_models()},
     [](const Model& nominal) { return std::make_unique<LanePhysics>(nominal); });

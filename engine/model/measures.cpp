@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "engine/model/placement.h"
+#include "sampling/constants.h"
 
 namespace graze {
 namespace {
@@ -45,7 +45,6 @@ double robot_weight(const Model& model) { return robot_mass(model) * model.gravi
 
 Vec3 robot_extent(const Model& model, const State& state) {
   const std::vector<Pose> X_WB = place_bodies(model, state.q);
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
   Vec3 low = Vec3::Constant(kInfinity), high = -low;
   for (std::size_t i = 0; i < model.frames.size(); ++i) {
     const Frame& frame = model.frames[i];

@@ -13,12 +13,11 @@
 #include "engine/model/placement.h"
 #include "engine/model/rotation.h"
 #include "engine/settings/settings.h"
+#include "sampling/constants.h"
 
 namespace graze {
 
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Where a link ended up after merging: a body (-1: the world) and the link frame in its frame.
 struct Placement {

@@ -129,7 +129,7 @@ class Includer {
   std::size_t values_ = 0;  // of all files, before they are merged
 };
 
-constexpr std::size_t kShown = 80;  // bytes of a path in a message
+constexpr std::size_t kPathShown = 80;  // bytes of a path in a message
 
 bool begins(std::string_view path, std::string_view key) {
   return !key.empty() && path.substr(0, key.size()) == key && (path.size() == key.size() || path[key.size()] == '.');
@@ -157,7 +157,7 @@ NodePtr with_item(const NodePtr& node, std::string_view path, const NodePtr& val
   std::size_t index = 0;
   const auto [end, error] = std::from_chars(head.data(), head.data() + head.size(), index);
   if (error != std::errc() || end != head.data() + head.size() || index >= node->list.size()) {
-    throw InputError(fmt::format("{}'{}': is not one of the list's indices 0 to {}", where, clipped(head, kShown),
+    throw InputError(fmt::format("{}'{}': is not one of the list's indices 0 to {}", where, clipped(head, kPathShown),
                                  static_cast<long>(node->list.size()) - 1));
   }
   auto out = std::make_shared<SettingsNode>(*node);
@@ -187,7 +187,7 @@ NodePtr set_in(const NodePtr& node, std::string_view name, std::string_view path
   if (node->kind == SettingsNode::Kind::list) return with_item(node, path, value, where);
   if (path.empty()) fail_empty_part(where);
   if (node->kind == SettingsNode::Kind::scalar) {
-    throw InputError(fmt::format("{}'{}' leads into a value that is not a map", where, clipped(path, kShown)));
+    throw InputError(fmt::format("{}'{}' leads into a value that is not a map", where, clipped(path, kPathShown)));
   }
   auto out = std::make_shared<SettingsNode>(*node);
   out->kind = SettingsNode::Kind::map;

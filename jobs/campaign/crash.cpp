@@ -14,6 +14,7 @@
 #include "archive/files/shell_word.h"
 #include "archive/files/utf8.h"
 #include "jobs/campaign/exit_code.h"
+#include "jobs/campaign/say.h"
 
 namespace graze {
 namespace {
@@ -23,21 +24,17 @@ constexpr std::array<std::pair<int, const char*>, 5> kCrashes = {
 
 std::array<char, 8192> advice{};  // a handler may not take memory
 std::atomic<pid_t> process{0};    // that the message is for
-std::atomic_flag told;            // other threads may fall, too
-
-void say(const char* text) {
-  if (write(STDERR_FILENO, text, std::strlen(text)) < 0) return;  // nobody listens
-}
+std::atomic_flag crash_told;      // other threads may fall, too
 
 bool in_child() { return getpid() != process; }  // its parent reports
 
 [[noreturn]] void leave(const char* what) {
-  while (told.test_and_set()) pause();
-  say("graze: internal error: ");
-  say(what);
-  say(", in the program or a library that it uses, perhaps for want of memory");
-  say(advice.data());
-  say("\n");
+  while (crash_told.test_and_set()) pause();
+  say_safely("graze: internal error: ");
+  say_safely(what);
+  say_safely(", in the program or a library that it uses, perhaps for want of memory");
+  say_safely(advice.data());
+  say_safely("\n");
   _exit(kMachineFailed);
 }
 

@@ -21,15 +21,13 @@
 namespace graze {
 namespace {
 
-using Json = nlohmann::json;
-
-Json packed(const std::vector<bool>& flags) {
+nlohmann::json packed(const std::vector<bool>& flags) {
   std::vector<std::uint8_t> bytes((flags.size() + 7) / 8);
   for (std::size_t i = 0; i < flags.size(); ++i) bytes[i / 8] |= static_cast<std::uint8_t>(flags[i] << (i % 8));
-  return {{"size", flags.size()}, {"bits", Json::binary(std::move(bytes))}};
+  return {{"size", flags.size()}, {"bits", nlohmann::json::binary(std::move(bytes))}};
 }
 
-std::vector<bool> unpacked(const Json& json) {
+std::vector<bool> unpacked(const nlohmann::json& json) {
   const std::vector<std::uint8_t>& bytes = json.at("bits").get_binary();
   std::vector<bool> flags(json.at("size").get<std::size_t>());
   for (std::size_t i = 0; i < flags.size(); ++i) flags[i] = bytes.at(i / 8) >> (i % 8) & 1;
@@ -90,19 +88,19 @@ ExitCode tell(const Communicator& comm, const CampaignEnd& end) {
 }  // namespace
 
 std::string Briefing::to_text() const {
-  Json json = {{"directory", directory},
-               {"particles", particles},
-               {"workers", workers},
-               {"watchdog", watchdog},
-               {"shards", shards}};
-  json["finished"] = Json::object();
+  nlohmann::json json = {{"directory", directory},
+                         {"particles", particles},
+                         {"workers", workers},
+                         {"watchdog", watchdog},
+                         {"shards", shards}};
+  json["finished"] = nlohmann::json::object();
   for (const auto& [policy, flags] : finished) json["finished"][policy] = packed(flags);
-  const std::vector<std::uint8_t> bytes = Json::to_msgpack(json);
+  const std::vector<std::uint8_t> bytes = nlohmann::json::to_msgpack(json);
   return {bytes.begin(), bytes.end()};
 }
 
 Briefing Briefing::from_text(const std::string& text) {
-  const Json json = Json::from_msgpack(text.begin(), text.end());
+  const nlohmann::json json = nlohmann::json::from_msgpack(text.begin(), text.end());
   Briefing out{json.at("directory"), json.at("particles"), json.at("workers"),
                json.at("watchdog"),  json.at("shards"),    {}};
   for (const auto& [policy, flags] : json.at("finished").items()) out.finished[policy] = unpacked(flags);

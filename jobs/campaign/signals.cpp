@@ -12,6 +12,7 @@
 #include "archive/files/shell_word.h"
 #include "archive/files/utf8.h"
 #include "jobs/campaign/exit_code.h"
+#include "jobs/campaign/say.h"
 
 namespace graze {
 namespace {
@@ -22,10 +23,6 @@ std::atomic<long long> first_time{0};  // ns, of the first SIGINT or SIGTERM
 std::string leaving;                   // set before the handlers are
 
 static_assert(SIGXCPU < 65 && std::atomic<int>::is_always_lock_free && std::atomic<long long>::is_always_lock_free);
-
-void say(const char* text) {
-  if (write(STDERR_FILENO, text, std::strlen(text)) < 0) return;  // nobody listens
-}
 
 std::string name_of(int number) {
   switch (number) {
@@ -56,12 +53,12 @@ void on_signal(int number) {
   clock_gettime(CLOCK_MONOTONIC, &now);
   const long long time = now.tv_sec * 1'000'000'000LL + now.tv_nsec;
   int before = 0;
-  if (first_signal.compare_exchange_strong(before, number)) say(received[number].c_str());
+  if (first_signal.compare_exchange_strong(before, number)) say_safely(received[number].c_str());
   // A scheduler that has announced the end (SIGUSR1, SIGXCPU) or a terminal that is gone may send SIGTERM next.
   if (number == SIGINT || number == SIGTERM) {
     long long none = 0;
     if (!first_time.compare_exchange_strong(none, time) && time - none > kSameSignal) {
-      say(leaving.c_str());
+      say_safely(leaving.c_str());
       _exit(kMachineFailed);
     }
   }

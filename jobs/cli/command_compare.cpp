@@ -14,14 +14,14 @@
 namespace graze {
 namespace {
 
-struct Arguments {
+struct CompareArguments {
   std::string a, b, with;
   std::vector<std::string> policies;
   std::uint64_t top = 5;
   bool json = false, csv = false;
 };
 
-CompareRequest request_of(const Arguments& arguments, const Archive& a, const Archive& b) {
+CompareRequest request_of(const CompareArguments& arguments, const Archive& a, const Archive& b) {
   CompareRequest out{arguments.a, arguments.b, {}, "", ""};
   if (!arguments.with.empty()) {
     const std::vector<std::string> of_a = chosen_names(a.info().policies, arguments.policies, arguments.a);
@@ -44,7 +44,7 @@ CompareRequest request_of(const Arguments& arguments, const Archive& a, const Ar
   return out;
 }
 
-int compare_archives(const Arguments& arguments) {
+int compare_archives(const CompareArguments& arguments) {
   const Archive a(arguments.a), b(arguments.b);
   warn(a.warnings());
   warn(b.warnings());
@@ -60,12 +60,12 @@ int compare_archives(const Arguments& arguments) {
 }  // namespace
 
 void add_compare(CLI::App& app, Action& action) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<CompareArguments>();
   CLI::App* verb = add_verb(app, "compare", "Two campaigns on the same particles: who was fixed, who broke",
                             "  graze compare before.h5 after.h5\n"
                             "  graze compare curb.h5 curb.h5 --policy step/3cm --with step/4cm\n"
                             "  graze compare before.h5 after.h5 --csv > changes.csv\n");
-  Arguments& a = *arguments;
+  CompareArguments& a = *arguments;
   add_archive(*verb, a.a, "a");
   verb->add_option("b", a.b, "The one to compare it with")->required();
   add_policies(*verb, a.policies);

@@ -18,7 +18,7 @@ namespace {
 
 constexpr const char* kNominal = "nominal";
 
-struct Arguments {
+struct EventsArguments {
   std::string archive, detail = "parts", table = "sequences", reference;
   std::vector<std::string> policies;
   EventsRequest request;
@@ -45,7 +45,7 @@ std::string csv_of(const CampaignEvents& events, const std::string& table) {
   return table == "branches" ? branches_csv(events) : table == "causes" ? causes_csv(events) : sequences_csv(events);
 }
 
-int tell_events(const Arguments& arguments) {
+int tell_events(const EventsArguments& arguments) {
   if (arguments.table != "sequences" && !arguments.csv) {
     throw InputError(fmt::format("--table {}: is for --csv, which was not given", arguments.table));
   }
@@ -89,7 +89,7 @@ int tell_events(const Arguments& arguments) {
 }
 
 /// How contacts are read, and what is looked for in them.
-void add_reading_options(CLI::App& verb, Arguments& a) {
+void add_reading_options(CLI::App& verb, EventsArguments& a) {
   add_choice(
       verb, "--detail", a.detail, {"parts", "features", "modes"},
       "How finely contacts are told apart: which parts touch, with what feature of them, or sticking, slipping or "
@@ -126,7 +126,7 @@ void add_reading_options(CLI::App& verb, Arguments& a) {
 }  // namespace
 
 void add_events(CLI::App& app, Action& action) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<EventsArguments>();
   CLI::App* verb = add_verb(app, "events", "Where behaviour divides, contact sequences, what is new in some traces",
                             "  graze events quadruped_curb.graze\n"
                             "  graze events curb.h5 --policy step/3cm --detail features\n"
@@ -135,7 +135,7 @@ void add_events(CLI::App& app, Action& action) {
                             "  graze events curb.h5 --reference nominal         # new against the nominal trace\n"
                             "  graze events curb.h5 --csv > sequences.csv\n"
                             "  graze events curb.h5 --csv --table branches      # where behaviour divides, and why\n");
-  Arguments& a = *arguments;
+  EventsArguments& a = *arguments;
   add_archive(*verb, a.archive);
   add_policies(*verb, a.policies);
   add_reading_options(*verb, a);

@@ -17,13 +17,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct Arguments {
+struct ExplainArguments {
   std::string archive, csv;
   std::vector<std::string> policies;
   bool json = false, force = false;
 };
 
-fs::path file_of(const Arguments& arguments, const std::string& table) {
+fs::path file_of(const ExplainArguments& arguments, const std::string& table) {
   return fs::path(arguments.csv) / (table + ".csv");
 }
 
@@ -33,7 +33,7 @@ std::string csv_line(const std::vector<std::string>& cells) {
   return line + "\n";
 }
 
-void write_csv(const Arguments& arguments, const Explanation& explanation) {
+void write_csv(const ExplainArguments& arguments, const Explanation& explanation) {
   const std::vector<ExplanationTable> tables = explanation_tables(explanation);
   const ParentFolders folders(file_of(arguments, tables[0].name));
   // All are written before the first takes its name, so that a full disk leaves none of them.
@@ -50,7 +50,7 @@ void write_csv(const Arguments& arguments, const Explanation& explanation) {
 }
 
 /// Before anything is read: options that cannot be meant, files that must stay.
-void check(const Arguments& arguments) {
+void check(const ExplainArguments& arguments) {
   if (arguments.csv.empty()) {
     if (arguments.force) throw InputError("--force: is for --csv FOLDER, which was not given");
     return;
@@ -73,7 +73,7 @@ void check(const Arguments& arguments) {
   }
 }
 
-int explain_archive(const Arguments& arguments) {
+int explain_archive(const ExplainArguments& arguments) {
   check(arguments);
   const Archive archive(arguments.archive);
   warn(archive.warnings());
@@ -92,7 +92,7 @@ int explain_archive(const Arguments& arguments) {
 }  // namespace
 
 void add_explain(CLI::App& app, Action& action) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ExplainArguments>();
   CLI::App* verb =
       add_verb(app, "explain", "Which parameters cause failures, whether behaviour bifurcates, how long traces last",
                "  graze explain quadruped_curb.graze\n"

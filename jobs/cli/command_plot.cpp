@@ -33,7 +33,7 @@ namespace fs = std::filesystem;
 constexpr std::size_t kMostPaths = 1000;
 constexpr std::uint64_t kLeastPixels = 100, kMostPixels = 16'000;
 
-struct Arguments {
+struct PlotArguments {
   std::string archive, output, format, channel, requirement;
   std::vector<std::string> pictures, policies, parameters;
   std::string size, theme = "light", by = "outcome";
@@ -58,7 +58,7 @@ std::string listed_pictures() {
   return out + "or all";
 }
 
-std::vector<std::string> ordered_pictures(const Arguments& arguments, bool& all) {
+std::vector<std::string> ordered_pictures(const PlotArguments& arguments, bool& all) {
   if (arguments.pictures.empty()) {
     throw InputError(fmt::format("plot: no PICTURE was given; there are: {}", listed_pictures()));
   }
@@ -81,7 +81,7 @@ std::vector<std::string> ordered_pictures(const Arguments& arguments, bool& all)
 }
 
 /// Options that no picture asked for takes.
-void check_options(const Arguments& arguments, const PlotOrder& order) {
+void check_options(const PlotArguments& arguments, const PlotOrder& order) {
   const auto needs = [&](bool given, const char* option, const std::vector<std::string>& takers) {
     if (!given) return;
     std::string list;
@@ -107,13 +107,13 @@ void read_size(const std::string& text, PlotStyle& style) {
   style.height = static_cast<int>(parse_whole(text.substr(x + 1), "--size", kLeastPixels, kMostPixels));
 }
 
-bool names_folder(const Arguments& arguments, const PlotOrder& order) {
+bool names_folder(const PlotArguments& arguments, const PlotOrder& order) {
   if (arguments.output.empty()) return order.pictures.size() > 1;
   const std::string& output = arguments.output;
   return output.ends_with("/") || ending_of(output).empty() || fs::is_directory(output);
 }
 
-void read_outputs(const Arguments& arguments, PlotOrder& order) {
+void read_outputs(const PlotArguments& arguments, PlotOrder& order) {
   const bool folder = names_folder(arguments, order);
   const std::string ending = arguments.output.empty() || folder ? "" : ending_of(arguments.output);
   if (!ending.empty()) {
@@ -145,7 +145,7 @@ void read_outputs(const Arguments& arguments, PlotOrder& order) {
   }
 }
 
-PlotOrder read_order(const Arguments& arguments) {
+PlotOrder read_order(const PlotArguments& arguments) {
   PlotOrder out;
   out.pictures = ordered_pictures(arguments, out.all);
   check_options(arguments, out);
@@ -158,7 +158,7 @@ PlotOrder read_order(const Arguments& arguments) {
 /// Makes the figures of an order. What several of them need is read once.
 class PlotMaker {
  public:
-  PlotMaker(const Arguments& arguments, const PlotOrder& order) : arguments_(arguments), order_(order) {
+  PlotMaker(const PlotArguments& arguments, const PlotOrder& order) : arguments_(arguments), order_(order) {
     archive_.emplace(arguments.archive);
     warn(archive_->warnings());
     info_ = archive_->info();
@@ -275,7 +275,7 @@ class PlotMaker {
     return *page_;
   }
 
-  const Arguments& arguments_;
+  const PlotArguments& arguments_;
   const PlotOrder& order_;
   std::optional<Archive> archive_;
   CampaignInfo info_;
@@ -295,7 +295,7 @@ void write_picture(const fs::path& path, bool force, const std::string& bytes) {
   std::cout << fmt::format("{}: {:.1f} kB\n", printable(path.string()), static_cast<double>(bytes.size()) / 1e3);
 }
 
-int plot(const Arguments& arguments, const PlotOrder& order) {
+int plot(const PlotArguments& arguments, const PlotOrder& order) {
   const ParentFolders folders(order.files.front());
   PlotMaker maker(arguments, order);
   const std::vector<std::optional<Figure>> figures = maker.figures();
@@ -320,8 +320,8 @@ std::string picture_help() {
 }  // namespace
 
 void add_plot(CLI::App& app, Action& action) {
-  auto arguments = std::make_shared<Arguments>();
-  Arguments& a = *arguments;
+  auto arguments = std::make_shared<PlotArguments>();
+  PlotArguments& a = *arguments;
   CLI::App* verb =
       add_verb(app, "plot", "Pictures of the report as SVG or PNG files, for papers and slides",
                "  graze plot quadruped_curb.graze success                 # writes quadruped_curb.success.svg\n"

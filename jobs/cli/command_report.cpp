@@ -26,7 +26,7 @@ namespace {
 
 constexpr std::size_t kMostReplays = 100, kMostTrajectories = 1000;
 
-struct Arguments {
+struct ReportArguments {
   std::string archive, output;
   std::vector<std::string> policies;
   std::size_t replays = 12, trajectories = 60;
@@ -34,8 +34,8 @@ struct Arguments {
 };
 
 /// Traces simulated anew, or a note on why there are none: the rest of the report stands without them.
-void add_replays(Json& page, const Arguments& arguments, const CampaignInfo& info, const std::vector<PageTrace>& traces,
-                 NumberForm form) {
+void add_replays(Json& page, const ReportArguments& arguments, const CampaignInfo& info,
+                 const std::vector<PageTrace>& traces, NumberForm form) {
   if (traces.empty()) return;
   try {
     check_results_version(arguments.archive, info, "make the report with that program for trajectories and replays");
@@ -80,7 +80,7 @@ void add_sections(Json& page, const Archive& archive, const std::string& name,
   if (Json section = unknown_section(unknown, name); !section.is_null()) page["sections"].push_back(std::move(section));
 }
 
-int report(const Arguments& arguments) {
+int report(const ReportArguments& arguments) {
   if (!arguments.json) check_page_built("report");
   std::filesystem::path output = arguments.output;
   std::optional<ParentFolders> folders;
@@ -121,7 +121,7 @@ int report(const Arguments& arguments) {
 }  // namespace
 
 void add_report(CLI::App& app, Action& action) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ReportArguments>();
   CLI::App* verb =
       add_verb(app, "report", "One page for a browser: rates, failures, margins, trajectories, replays in 3-D",
                "  graze report quadruped_curb.graze                      # writes quadruped_curb.html\n"

@@ -10,13 +10,13 @@
 namespace graze {
 namespace {
 
-struct Arguments {
+struct UnknownArguments {
   std::string archive;
   std::vector<std::string> policies;
   bool json = false;
 };
 
-int tell_unknown(const Arguments& arguments) {
+int tell_unknown(const UnknownArguments& arguments) {
   const Archive archive(arguments.archive);
   warn(archive.warnings());
   std::vector<UnknownFailures> all;
@@ -35,7 +35,7 @@ int tell_unknown(const Arguments& arguments) {
 }  // namespace
 
 void add_unknown(CLI::App& app, Action& action) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<UnknownArguments>();
   CLI::App* verb = add_verb(app, "unknown", "Kinds of unknown failures, and requirements that would have caught them",
                             "  graze unknown curb.h5\n"
                             "  graze unknown curb.h5 --policy step/3cm --json\n");

@@ -21,13 +21,13 @@ namespace {
 
 constexpr std::size_t kMostViewed = 100;  // traces: more are no picture any longer
 
-struct Arguments {
+struct ViewArguments {
   std::string archive, output;
   std::vector<std::string> particles, policies;
   bool force = false;
 };
 
-std::vector<ChosenTrace> chosen_traces(const Arguments& arguments, const CampaignInfo& info) {
+std::vector<ChosenTrace> chosen_traces(const ViewArguments& arguments, const CampaignInfo& info) {
   std::vector<ChosenTrace> out;
   const std::vector<std::string> policies = chosen_names(info.policies, arguments.policies, arguments.archive);
   for (const std::string& text : arguments.particles) {
@@ -44,7 +44,7 @@ std::vector<ChosenTrace> chosen_traces(const Arguments& arguments, const Campaig
                   arguments.particles.size(), policies.size(), out.size(), kMostViewed));
 }
 
-int view(const Arguments& arguments) {
+int view(const ViewArguments& arguments) {
   const auto first =
       static_cast<std::uint32_t>(parse_whole(arguments.particles[0], "--particle", 0, kParticleLimit - 1));
   const std::filesystem::path output =
@@ -69,7 +69,7 @@ int view(const Arguments& arguments) {
 }  // namespace
 
 void add_view(CLI::App& app, Action& action) {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<ViewArguments>();
   CLI::App* verb = add_verb(
       app, "view", "Traces of an archive in three dimensions, as a page for a browser",
       "  graze view quadruped_curb.graze --particle 17 --policy step/4cm      # writes quadruped_curb.p17.html\n"

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/event_text.h"
+#include "analysis/json_of.h"
 #include "analysis/text_table.h"
 #include "archive/files/utf8.h"
 #include "archive/schema/culprit.h"
@@ -18,6 +19,7 @@ namespace graze {
 namespace {
 
 using Json = nlohmann::ordered_json;
+using graze::json_of;
 using Rows = std::vector<std::vector<std::string>>;
 
 constexpr std::size_t kFewParameters = 12, kFewEvents = 20;
@@ -209,9 +211,6 @@ std::string verdict_lines(const Replay& replay) {
   for (const std::string& line : replay.differences) out += "           " + line + "\n";
   return out + build_lines(replay.archived_info);
 }
-
-/// JSON has neither NaN nor infinity.
-Json json_of(double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); }
 
 Json json_of(const ReplayedParameter& p) {
   Json out = {{"name", p.name},

@@ -20,10 +20,10 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-enum Part { LF, RF, ground, curb };
+enum Collided { kLeft, kRight, kGround, kCurb };
 constexpr std::size_t kParameters = 15;
 
-CampaignInfo planted_info() {
+CampaignInfo two_bifurcations() {
   CampaignInfo info = synthetic::info();
   info.colliders = {"LF_FOOT", "RF_FOOT", "ground", "curb"};
   info.links = {"LF_FOOT", "RF_FOOT"};
@@ -46,9 +46,9 @@ double chance(std::uint32_t particle, std::uint64_t of, std::uint32_t campaign) 
   return uniform(31, particle, of, campaign);
 }
 
-/// How trace i goes: LF comes down on `first`, RF on `second` (-1: not at all), and whether it succeeds.
+/// How trace i goes: kLeft comes down on `first`, kRight on `second` (-1: not at all), and whether it succeeds.
 struct Way {
-  int first = ground, second = ground;
+  int first = kGround, second = kGround;
   bool success = true;
   double end = 3;
 };
@@ -70,8 +70,8 @@ struct Campaign {
     StoryTeller teller({"walk"}, {.detail = Detail::features}, 1e-3);
     for (const std::uint32_t i : values.particles) {
       const Way way = go(i);
-      std::vector<ContactPhase> phases = {phase(LF, way.first, 0.5)};
-      if (way.second >= 0) phases.push_back(phase(RF, way.second, 1.5));
+      std::vector<ContactPhase> phases = {phase(kLeft, way.first, 0.5)};
+      if (way.second >= 0) phases.push_back(phase(kRight, way.second, 1.5));
       teller.add(0, i, way.success ? Outcome::success : Outcome::known_failure, way.success ? -1 : 0, way.end, phases);
     }
     const Stories stories = std::move(teller.take().front());
@@ -79,7 +79,7 @@ struct Campaign {
     return bifurcation_causes(tree, stories, EventWords(info, Detail::features), values);
   }
 
-  CampaignInfo info = planted_info();
+  CampaignInfo info = two_bifurcations();
   ParticleValues values;
   EventTree tree;
 };
@@ -91,7 +91,7 @@ TEST(BifurcationCauses, TellWhatDecidesFromWhatChanceDecides) {
   const auto got = campaign.explain([&](std::uint32_t i) {
     const bool strikes = campaign.p(3, i) > 0.6, slips = strikes && chance(i, 1, 1) < 0.5;
     const double rate = !strikes ? 0.95 : slips ? 0.05 : 0.6;
-    return Way{strikes ? curb : ground, slips ? curb : ground, chance(i, 2, 1) < rate};
+    return Way{strikes ? kCurb : kGround, slips ? kCurb : kGround, chance(i, 2, 1) < rate};
   });
   ASSERT_THAT(campaign.tree.nodes, SizeIs(2));
   ASSERT_EQ(campaign.tree.nodes[1].parent, 0);
@@ -100,7 +100,7 @@ TEST(BifurcationCauses, TellWhatDecidesFromWhatChanceDecides) {
   ASSERT_EQ(first.significant, 1u);
   EXPECT_EQ(first.effects[0].column, 3u);
   const EventBranch& asked = campaign.tree.nodes[0].branches[got[0][0].branch];
-  EXPECT_EQ(first.effects[0].auc, part_b(asked.word) == curb ? 1 : 0);
+  EXPECT_EQ(first.effects[0].auc, part_b(asked.word) == kCurb ? 1 : 0);
   EXPECT_EQ(first.ones, asked.outcomes.n);
   EXPECT_THAT(first.target, HasSubstr("bifurcation at 0.500 s: the 1st contact of LF_FOOT: LF_FOOT-"));
   ASSERT_THAT(got[1], SizeIs(1));
@@ -116,7 +116,7 @@ TEST(BifurcationCauses, OfThreeBranchesAskAboutEach) {
   Campaign campaign(300, 2);
   const auto got = campaign.explain([&](std::uint32_t i) {
     const double x = campaign.p(7, i);
-    return Way{ground, x < 0.3 ? -1 : x < 0.6 ? curb : ground, chance(i, 2, 2) < (x < 0.3 ? 0.1 : 0.8)};
+    return Way{kGround, x < 0.3 ? -1 : x < 0.6 ? kCurb : kGround, chance(i, 2, 2) < (x < 0.3 ? 0.1 : 0.8)};
   });
   ASSERT_THAT(campaign.tree.nodes, SizeIs(1));
   ASSERT_THAT(got[0], SizeIs(3));
@@ -132,9 +132,9 @@ TEST(BifurcationCauses, OfThreeBranchesAskAboutEach) {
 TEST(BifurcationCauses, LeaveOutWhatWasCutOffAndWhatHasNoValues) {
   Campaign campaign(300, 3);
   const auto go = [&](std::uint32_t i) {
-    if (i % 5 == 0) return Way{ground, -1, false, 1.0};
+    if (i % 5 == 0) return Way{kGround, -1, false, 1.0};
     const bool strikes = campaign.p(0, i) > 0.5;
-    return Way{ground, strikes ? curb : ground, strikes};
+    return Way{kGround, strikes ? kCurb : kGround, strikes};
   };
   const auto got = campaign.explain(go);
   ASSERT_THAT(got, SizeIs(1));
@@ -146,8 +146,8 @@ TEST(BifurcationCauses, LeaveOutWhatWasCutOffAndWhatHasNoValues) {
   StoryTeller teller({"walk"}, {.detail = Detail::features}, 1e-3);
   for (std::uint32_t i = 0; i < 300; ++i) {
     const Way way = i < 200 ? go(i) : Way{};
-    std::vector<ContactPhase> phases = {phase(LF, way.first, 0.5)};
-    if (way.second >= 0) phases.push_back(phase(RF, way.second, 1.5));
+    std::vector<ContactPhase> phases = {phase(kLeft, way.first, 0.5)};
+    if (way.second >= 0) phases.push_back(phase(kRight, way.second, 1.5));
     teller.add(0, i, way.success ? Outcome::success : Outcome::known_failure, way.success ? -1 : 0, way.end, phases);
   }
   const Stories stories = std::move(teller.take().front());
@@ -170,9 +170,9 @@ TEST(BifurcationCauses, FalseAlarmsAreRareOverAllNodesTogether) {
     const auto got = campaign.explain([&](std::uint32_t i) {
       const double u = chance(i, 1, number), w = chance(i, 2, number);
       const bool strikes = u < 0.5;
-      const int second = w < 0.3 ? -1 : w < 0.6 ? curb : ground;
+      const int second = w < 0.3 ? -1 : w < 0.6 ? kCurb : kGround;
       const double rate = strikes ? (w < 0.3 ? 0.05 : 0.45) : (w < 0.3 ? 0.5 : 0.97);
-      return Way{strikes ? curb : ground, second, chance(i, 3, number) < rate};
+      return Way{strikes ? kCurb : kGround, second, chance(i, 3, number) < rate};
     });
     nodes += got.size();
     bool any = false, any_tree = false;
@@ -194,7 +194,7 @@ TEST(BifurcationCauses, FalseAlarmsAreRareOverAllNodesTogether) {
 }
 
 void write_campaign(const std::filesystem::path& path, bool store_values, bool noise) {
-  CampaignInfo info = planted_info();
+  CampaignInfo info = two_bifurcations();
   info.particles = 200;
   info.store_values = store_values;
   CampaignWriter writer(path, info, false);
@@ -205,7 +205,7 @@ void write_campaign(const std::filesystem::path& path, bool store_values, bool n
     const bool strikes = (noise ? chance(i, 1, 0) : row[0]) > 0.5;
     TraceRecord record = synthetic::trace(info, 0, i);
     record.events.clear();
-    record.phases = {phase(LF, ground, 0.5), phase(RF, strikes ? curb : ground, 1.5)};
+    record.phases = {phase(kLeft, kGround, 0.5), phase(kRight, strikes ? kCurb : kGround, 1.5)};
     record.outcome = chance(i, 2, 0) < (strikes ? 0.1 : 0.9) ? Outcome::success : Outcome::unknown_failure;
     record.violated = -1;
     record.invalid_reason.clear();

@@ -4,12 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
+
+#include "sampling/constants.h"
 
 namespace graze {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 TEST(Quantiles, OfNumPy) {
   // numpy.quantile([1, 2, 4, 8], [0, 0.25, 0.4, 0.5, 0.95, 1])

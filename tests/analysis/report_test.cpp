@@ -8,6 +8,7 @@
 #include "analysis/report_data.h"
 #include "analysis/report_families.h"
 #include "analysis/report_margins.h"
+#include "sampling/constants.h"
 #include "tests/archive/compare.h"
 
 namespace graze {
@@ -17,9 +18,7 @@ using namespace synthetic;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-
-CampaignInfo facts() {
+CampaignInfo report_facts() {
   CampaignInfo facts = info();
   facts.particles = 200;
   return facts;
@@ -120,7 +119,7 @@ TEST(ReportFamilies, AreThoseOfTheScenario) {
 // Claim: the ways to fail count every failed trace once, and each names the earliest, the worst and a median one.
 TEST(ReportFailures, WaysAreThoseOfTheRecords) {
   const Folder folder;
-  const CampaignInfo want = facts();
+  const CampaignInfo want = report_facts();
   write(folder / "a.graze", want);
   const std::vector<FailureWay> ways = failure_ways(Archive(folder / "a.graze"), want.policies);
   for (int policy = 0; policy < 3; ++policy) {
@@ -143,7 +142,7 @@ TEST(ReportFailures, WaysAreThoseOfTheRecords) {
 // have both signs.
 TEST(ReportMargins, CountEveryValidTrace) {
   const Folder folder;
-  const CampaignInfo want = facts();
+  const CampaignInfo want = report_facts();
   write(folder / "a.graze", want);
   const Archive archive(folder / "a.graze");
   const ReportSample sample = sample_traces(archive, want.policies, 60);  // of which the range is taken
@@ -173,7 +172,7 @@ TEST(ReportMargins, CountEveryValidTrace) {
 // policy gets its turn, and the first of a policy is a success if it has one.
 TEST(ReportChoice, DependsOnTheArchiveAlone) {
   const Folder folder;
-  const CampaignInfo want = facts();
+  const CampaignInfo want = report_facts();
   write(folder / "a.graze", want);
   pack(folder / "a.graze", folder / "a.h5", false);
   std::vector<std::vector<ChosenTrace>> got;
@@ -198,7 +197,7 @@ TEST(ReportChoice, DependsOnTheArchiveAlone) {
 // Claim: the data have the score as score_json() says it, bit by bit.
 TEST(ReportData, HoldTheScore) {
   const Folder folder;
-  write(folder / "a.graze", facts());
+  write(folder / "a.graze", report_facts());
   const Archive archive(folder / "a.graze");
   const ReportInput input = read_report(archive, "a.graze", archive.info().policies);
   const Json data = Json::parse(report_data(archive, input, NumberForm::packed).dump());

@@ -15,7 +15,7 @@
 namespace graze {
 namespace {
 
-double normal(std::uint32_t i, std::uint64_t column, std::uint32_t sample) {
+double noise(std::uint32_t i, std::uint64_t column, std::uint32_t sample) {
   return normal_quantile(uniform(31, i, column, sample));
 }
 
@@ -73,8 +73,7 @@ class ByDefinition {
 TEST(Dip, AgreesWithItsDefinition) {
   for (std::uint32_t sample = 0; sample < 300; ++sample) {
     std::vector<double> x;
-    for (std::uint32_t i = 0; i < 2 + sample % 13; ++i)
-      x.push_back(normal(i, 1, sample) + 3.0 * (i % (1 + sample % 3)));
+    for (std::uint32_t i = 0; i < 2 + sample % 13; ++i) x.push_back(noise(i, 1, sample) + 3.0 * (i % (1 + sample % 3)));
     std::sort(x.begin(), x.end());
     EXPECT_NEAR(dip(x), ByDefinition(x).dip(), 1e-9) << sample;
   }
@@ -100,8 +99,8 @@ TEST(Dip, ErrorRates) {
     std::vector<double> x[3];
     for (std::uint32_t i = 0; i < 100; ++i) {
       x[0].push_back(uniform(32, i, 1, sample));
-      x[1].push_back(normal(i, 2, sample));
-      x[2].push_back(normal(i, 3, sample) + (i % 2 == 0 ? 5 : 0));
+      x[1].push_back(noise(i, 2, sample));
+      x[2].push_back(noise(i, 3, sample) + (i % 2 == 0 ? 5 : 0));
     }
     for (auto& one : x) std::sort(one.begin(), one.end());
     flat += test.p_value(dip(x[0]), 100) < 0.05;
@@ -130,7 +129,7 @@ TEST(Dip, BelowALevelAsThePValue) {
     const std::size_t samples = n < 1000 ? 60 : 5;
     for (std::uint32_t sample = 0; sample < samples; ++sample) {
       std::vector<double> x;
-      for (std::uint32_t i = 0; i < n; ++i) x.push_back(normal(i, 4, sample) + (i % 2) * 0.1 * sample);
+      for (std::uint32_t i = 0; i < n; ++i) x.push_back(noise(i, 4, sample) + (i % 2) * 0.1 * sample);
       std::sort(x.begin(), x.end());
       const double d = dip(x);
       for (const double level : {0.0, 2e-4, 0.05 / 18, 0.05, 0.3, 1.0, 1.1}) {
@@ -145,7 +144,7 @@ TEST(Dip, BelowALevelAsThePValue) {
 std::vector<std::vector<double>> columns_of(std::uint32_t traces, std::size_t freedoms, std::uint32_t sample) {
   std::vector<std::vector<double>> out(freedoms);
   for (std::size_t k = 0; k < freedoms; ++k) {
-    for (std::uint32_t i = 0; i < traces; ++i) out[k].push_back(0.01 * normal(i, 10 + k, sample));
+    for (std::uint32_t i = 0; i < traces; ++i) out[k].push_back(0.01 * noise(i, 10 + k, sample));
   }
   return out;
 }

@@ -7,14 +7,13 @@
 
 #include "archive/outcomes.h"
 #include "archive/schema/culprit.h"
+#include "sampling/constants.h"
 #include "tests/archive/compare.h"
 
 namespace graze {
 namespace {
 
 using namespace synthetic;
-
-const double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 // Claim: only a violation cuts a trace short, and only one before the last step, whatever the last bits of its time.
 TEST(Kept, OnlyAViolationCutsShort) {

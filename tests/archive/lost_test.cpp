@@ -23,7 +23,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 namespace fs = std::filesystem;
 
-CampaignInfo small() {
+CampaignInfo of_one_policy() {
   CampaignInfo facts = info();
   facts.particles = 16;
   facts.scenario_text = "graze: 1";
@@ -47,7 +47,7 @@ fs::path write_campaign(
 }
 
 fs::path write_part(const fs::path& path, std::uint32_t begin, std::uint32_t end) {
-  CampaignInfo facts = small();
+  CampaignInfo facts = of_one_policy();
   facts.part = {begin, end};
   return write_campaign(path, facts, begin, end);
 }
@@ -84,7 +84,7 @@ TEST(LostTraces, APartCountsItsOwnParticlesOnly) {
 // Without its line in the manifest nobody knows of a shard that is gone, but for the number of traces.
 TEST(LostTraces, ACampaignThatLostThemIsNotPackedAsComplete) {
   const Folder folder;
-  const fs::path campaign = write_campaign(folder / "a.graze", small(), 0, 16);
+  const fs::path campaign = write_campaign(folder / "a.graze", of_one_policy(), 0, 16);
   fs::remove(campaign / "shards/000002.h5");
   fs::remove_all(campaign / "manifest");
   EXPECT_FALSE(Archive(campaign).complete()) << "whatever its description says";
@@ -95,7 +95,7 @@ TEST(LostTraces, ACampaignThatLostThemIsNotPackedAsComplete) {
 
 TEST(LostTraces, ARenamedShardIsNotLost) {
   const Folder folder;
-  const fs::path campaign = write_campaign(folder / "a.graze", small(), 0, 16);
+  const fs::path campaign = write_campaign(folder / "a.graze", of_one_policy(), 0, 16);
   fs::rename(campaign / "shards/000001.h5", campaign / "shards/000007.h5");
   const Verification found = verify(campaign);
   EXPECT_EQ(found.lost, 0u);
@@ -113,7 +113,7 @@ TEST(LostTraces, ARenamedShardIsNotLost) {
 
 TEST(LostTraces, EveryTraceHasItsValues) {
   const Folder folder;
-  const fs::path campaign = write_campaign(folder / "a.graze", small(), 0, 16);
+  const fs::path campaign = write_campaign(folder / "a.graze", of_one_policy(), 0, 16);
   pack(campaign, folder / "a.h5", false);
   const auto damage = [&](const std::function<void(hid_t)>& change) {
     const Verification found = verify(forged(folder, folder / "a.h5", change));
@@ -144,8 +144,8 @@ TEST(LostTraces, TwoShardsTellTheSameOfATrace) {
   for (const auto& change : changes) {
     const Folder folder;
     const auto success = [](TraceRecord& trace) { trace.outcome = Outcome::success, trace.violated = -1; };
-    const fs::path one = write_campaign(folder / "a.graze", small(), 0, 16, success);
-    const fs::path other = write_campaign(folder / "b.graze", small(), 0, 8, [&](TraceRecord& trace) {
+    const fs::path one = write_campaign(folder / "a.graze", of_one_policy(), 0, 16, success);
+    const fs::path other = write_campaign(folder / "b.graze", of_one_policy(), 0, 8, [&](TraceRecord& trace) {
       success(trace);
       if (trace.particle == 3) change(trace);
     });
@@ -174,7 +174,7 @@ TEST(LostTraces, FactsAreThoseOfACampaign) {
          facts.policies = {"hold", "hold"};
        }}};
   for (const auto& [what, change] : cases) {
-    CampaignInfo facts = small();
+    CampaignInfo facts = of_one_policy();
     change(facts);
     const fs::path file = folder / "facts.h5";
     publish_hdf5(file, true, [&](const hdf5::Handle& out) { write_info(out, facts, Layout::packed, true); });
@@ -189,7 +189,7 @@ TEST(LostTraces, FactsAreThoseOfACampaign) {
 // What a repair finds fault with readers tell, and read on.
 TEST(LostTraces, DoubtfulPlacesAreTold) {
   const Folder folder;
-  const fs::path campaign = write_campaign(folder / "a.graze", small(), 0, 16);
+  const fs::path campaign = write_campaign(folder / "a.graze", of_one_policy(), 0, 16);
   fs::create_directory(campaign / kUnfinishedFile);
   put(campaign / kLockFile, "");
   fs::create_hard_link(campaign / kLockFile, folder / "lock");

@@ -20,8 +20,6 @@ using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
-using FileState = VerifiedFile::State;
-
 class Mending : public ::testing::Test {
  protected:
   Mending() { write(campaign_, facts()); }

@@ -14,7 +14,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
 
-CampaignInfo small() {
+CampaignInfo to_divide() {
   CampaignInfo facts = info();
   facts.scenario_text = "graze: 1";
   facts.results_version = "7";
@@ -24,7 +24,7 @@ CampaignInfo small() {
 
 /// Particles begin … end - 1 of all policies.
 fs::path write_part(const Folder& folder, const char* name, std::uint32_t begin, std::uint32_t end,
-                    CampaignInfo facts = small()) {
+                    CampaignInfo facts = to_divide()) {
   facts.part = {begin, end};
   CampaignWriter writer(folder / name, facts, false);
   for (int policy = 0; policy < static_cast<int>(facts.policies.size()); ++policy) {
@@ -39,7 +39,7 @@ fs::path write_part(const Folder& folder, const char* name, std::uint32_t begin,
 TEST(PartsOfOne, PackToTheWhole) {
   const Folder folder;
   const fs::path a = write_part(folder, "a.graze", 0, 6), b = write_part(folder, "b.graze", 6, 16);
-  write(folder / "all.graze", small());
+  write(folder / "all.graze", to_divide());
   pack(folder / "all.graze", folder / "all.h5", false);
   pack(std::vector<fs::path>{b, a}, folder / "both.h5", false);
   EXPECT_TRUE(content(folder / "both.h5") == content(folder / "all.h5"));
@@ -74,9 +74,9 @@ TEST(PartsOfOne, AreToldFromOthers) {
        }},
       {"results versions (7 and 8)", [](CampaignInfo& facts) { facts.results_version = "8"; }}};
   for (const auto& [differ, change] : cases) {
-    CampaignInfo facts = small();
+    CampaignInfo facts = to_divide();
     change(facts);
-    EXPECT_EQ(campaign_difference(small(), facts), differ);
+    EXPECT_EQ(campaign_difference(to_divide(), facts), differ);
     const fs::path b = write_part(folder, "b.graze", 6, 16, facts);
     EXPECT_EQ(message_of<InputError>([&] {
                 pack(std::vector<fs::path>{a, b}, folder / "o.h5", false);
@@ -84,7 +84,7 @@ TEST(PartsOfOne, AreToldFromOthers) {
               a.string() + " and " + b.string() + ": are not parts of one campaign: their " + differ + " differ");
     fs::remove_all(b);
   }
-  EXPECT_EQ(campaign_difference(small(), small()), "");
+  EXPECT_EQ(campaign_difference(to_divide(), to_divide()), "");
   pack(a, folder / "a.h5", false);
   EXPECT_THAT(message_of<InputError>([&] {
                 pack(std::vector<fs::path>{a, folder / "a.h5"}, folder / "o.h5", false);
@@ -96,7 +96,7 @@ TEST(PartsOfOne, AreToldFromOthers) {
 TEST(PartsOfOne, FindTheirPlacesTaken) {
   const Folder folder;
   const fs::path a = write_part(folder, "a.graze", 4, 12);
-  const auto begin = [&](std::uint64_t from, std::uint64_t to, CampaignInfo facts = small()) {
+  const auto begin = [&](std::uint64_t from, std::uint64_t to, CampaignInfo facts = to_divide()) {
     facts.part = {from, to};
     return message_of<InputError>([&] { CampaignWriter(a, facts, false); });
   };
@@ -104,7 +104,7 @@ TEST(PartsOfOne, FindTheirPlacesTaken) {
   EXPECT_THAT(begin(4, 13), HasSubstr("holds another part of the same campaign, particles 4 to 11; choose another "
                                       "--output for particles 4 to 12"));
   EXPECT_THAT(begin(0, 12), HasSubstr("particles 4 to 11; choose another --output for particles 0 to 11"));
-  CampaignInfo other = small();
+  CampaignInfo other = to_divide();
   other.seed = 1;
   EXPECT_THAT(begin(4, 12, other), HasSubstr("exists and is not empty"));
   EXPECT_THAT(begin(0, 0), HasSubstr("exists and is not empty"));
@@ -114,10 +114,10 @@ TEST(PartsOfOne, FindTheirPlacesTaken) {
 TEST(PartsOfOne, TellTheFirstShardsThatAreGone) {
   const Folder folder;
   {
-    CampaignWriter writer(folder / "a.graze", small(), false);
+    CampaignWriter writer(folder / "a.graze", to_divide(), false);
     for (std::uint32_t first = 0; first < 10; first += 2) {
       for (int policy = 0; policy < 2; ++policy) {
-        Block one = block(small(), policy, range(first, first + 2));
+        Block one = block(to_divide(), policy, range(first, first + 2));
         writer.append(policy, std::move(one.traces), std::move(one.values));
       }
       writer.flush();

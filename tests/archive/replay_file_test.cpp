@@ -6,6 +6,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "sampling/constants.h"
 #include "simulation/results_epoch.h"
 #include "tests/archive/compare.h"
 #include "tests/archive/replayed.h"
@@ -22,8 +23,6 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 using Json = nlohmann::json;
 namespace fs = std::filesystem;
-
-const double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// What h5py says of a file; nothing if there is no h5py.
 Json read_by_h5py(const Folder& folder, const fs::path& file) {

@@ -11,11 +11,11 @@ namespace {
 
 using testing::Digests;
 
-struct Verb {
+struct MemoryVerb {
   std::string name, arguments;
 };
 
-void PrintTo(const Verb& verb, std::ostream* out) { *out << verb.arguments; }
+void PrintTo(const MemoryVerb& verb, std::ostream* out) { *out << verb.arguments; }
 
 /// The first allocation of each call path that allocates; so many of them, spread evenly.
 std::vector<long> allocations_to_fail(const Outcome& good, long most) {
@@ -29,7 +29,7 @@ std::vector<long> allocations_to_fail(const Outcome& good, long most) {
   return out;
 }
 
-class Memory : public ::testing::TestWithParam<Verb> {
+class Memory : public ::testing::TestWithParam<MemoryVerb> {
  protected:
   void trials(bool for_good, long most) {
     if (!can_exhaust_memory()) GTEST_SKIP() << "a sanitizer has its own malloc";
@@ -80,14 +80,15 @@ class Memory : public ::testing::TestWithParam<Verb> {
 TEST_P(Memory, EachAllocationFailsOnce) { trials(false, 20); }
 TEST_P(Memory, EachAllocationAndAllAfterItFail) { trials(true, 8); }
 
-INSTANTIATE_TEST_SUITE_P(Verbs, Memory,
-                         ::testing::Values(Verb{"score", "score a.graze"}, Verb{"score_file", "score a.h5 --json"},
-                                           Verb{"status", "status a.graze"}, Verb{"pack", "pack a.graze -o b.h5"},
-                                           Verb{"check", "check ball.yaml"}, Verb{"sample", "sample ball.yaml -n 9"},
-                                           Verb{"replay", "replay a.graze --particle 5"},
-                                           Verb{"run", "run ball.yaml -n 16 --threads 1 --quiet -o b.graze"},
-                                           Verb{"resume", "resume a.graze --threads 1 --quiet"}),
-                         [](const auto& info) { return info.param.name; });
+INSTANTIATE_TEST_SUITE_P(
+    Verbs, Memory,
+    ::testing::Values(MemoryVerb{"score", "score a.graze"}, MemoryVerb{"score_file", "score a.h5 --json"},
+                      MemoryVerb{"status", "status a.graze"}, MemoryVerb{"pack", "pack a.graze -o b.h5"},
+                      MemoryVerb{"check", "check ball.yaml"}, MemoryVerb{"sample", "sample ball.yaml -n 9"},
+                      MemoryVerb{"replay", "replay a.graze --particle 5"},
+                      MemoryVerb{"run", "run ball.yaml -n 16 --threads 1 --quiet -o b.graze"},
+                      MemoryVerb{"resume", "resume a.graze --threads 1 --quiet"}),
+    [](const auto& info) { return info.param.name; });
 
 }  // namespace
 }  // namespace graze::faults

@@ -13,7 +13,7 @@ namespace {
 using testing::Digests;
 using Luck = Disk::Luck;
 
-const std::string kRun = "run ball.yaml --threads 1 --quiet ";
+const std::string kRunTwice = "run ball.yaml --threads 1 --quiet ";
 
 /// A run of a verb, and what a cut must leave.
 struct Case {
@@ -39,7 +39,7 @@ class Power : public ::testing::Test {
  protected:
   Digests reference(const std::string& arguments) const {
     const Stage alone;
-    alone.must(kRun + "-o r.graze " + arguments);
+    alone.must(kRunTwice + "-o r.graze " + arguments);
     return alone.whole("r.graze");
   }
 
@@ -103,14 +103,14 @@ class Power : public ::testing::Test {
 
 TEST_F(Power, FailsInARun) {
   const Digests wanted = reference("-n 16");
-  cut_everywhere({"run", {}, kRun + "-n 16 -o a.graze", "resume a.graze --quiet --threads 1", {wanted}}, 16, 2);
+  cut_everywhere({"run", {}, kRunTwice + "-n 16 -o a.graze", "resume a.graze --quiet --threads 1", {wanted}}, 16, 2);
 }
 
 TEST_F(Power, FailsWhileACampaignIsReplaced) {
   const Digests before = reference("-n 16"), wanted = reference("-n 16 --seed 3");
   cut_everywhere({"run --force",
-                  {kRun + "-n 16 -o a.graze"},
-                  kRun + "-n 16 --seed 3 --force -o a.graze",
+                  {kRunTwice + "-n 16 -o a.graze"},
+                  kRunTwice + "-n 16 --seed 3 --force -o a.graze",
                   "resume a.graze --quiet --threads 1",
                   {wanted, before}},
                  16, 2);
@@ -119,7 +119,7 @@ TEST_F(Power, FailsWhileACampaignIsReplaced) {
 TEST_F(Power, FailsInAResume) {
   const Digests wanted = reference("-n 24");
   cut_everywhere({"resume",
-                  {kRun + "-n 16 -o a.graze"},
+                  {kRunTwice + "-n 16 -o a.graze"},
                   "resume a.graze -n 24 --quiet --threads 1",
                   "resume a.graze -n 24 --quiet --threads 1",
                   {wanted}},

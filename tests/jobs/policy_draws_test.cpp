@@ -37,7 +37,7 @@ const PolicyRegistration registration("drunk", {"gives the joints random torques
 
 using DigestByTrace = std::map<std::pair<int, std::uint32_t>, std::uint64_t>;  // by policy and particle
 
-Scenario pendulum() {
+Scenario drawn_pendulum() {
   const std::string text = R"(graze: 1
 robot: {urdf: robots/pendulum.urdf, base: fixed}
 time: {end: 60 ms, step: 1 ms, control: 2 ms}
@@ -66,7 +66,7 @@ DigestByTrace digests(const Scenario& scenario, int threads, std::uint64_t seed,
 }
 
 TEST(PolicyDraws, MakeTheSameTracesInAnyRun) {
-  const Scenario scenario = pendulum();
+  const Scenario scenario = drawn_pendulum();
   const DigestByTrace all = digests(scenario, 1, 3);
   ASSERT_EQ(all.size(), 40u);
   EXPECT_EQ(digests(scenario, 2, 3), all);
@@ -77,7 +77,7 @@ TEST(PolicyDraws, MakeTheSameTracesInAnyRun) {
 
 // Nothing else differs between these traces, but that digests begin with the particle's number.
 TEST(PolicyDraws, DifferBetweenPoliciesAndSeeds) {
-  const Scenario scenario = pendulum();
+  const Scenario scenario = drawn_pendulum();
   const DigestByTrace one = digests(scenario, 1, 3), other = digests(scenario, 1, 4);
   for (std::uint32_t particle = 0; particle < 20; ++particle) {
     EXPECT_NE(one.at({0, particle}), one.at({1, particle})) << particle;

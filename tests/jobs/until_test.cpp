@@ -148,8 +148,8 @@ TEST(StoppingRule, WaitForEveryTraceBeforeThem) {
 }
 
 /// The ball campaign in a folder.
-struct Campaign : BallCampaign {
-  Campaign() : BallCampaign("sampling: {design: random}\n") {}
+struct UntilCampaign : BallCampaign {
+  UntilCampaign() : BallCampaign("sampling: {design: random}\n") {}
   std::string packed(const std::string& name) const {
     EXPECT_EQ(graze("pack " + name + ".graze --force").code, 0);
     return testing::read_file(folder / (name + ".h5"));
@@ -157,7 +157,7 @@ struct Campaign : BallCampaign {
 };
 
 TEST(Until, SameParticlesForAnyThreadsAsAPlainReadingOfTheOutcomes) {
-  const Campaign campaign;
+  const UntilCampaign campaign;
   ASSERT_EQ(campaign.graze("run ball.yaml -n 4000 --quiet -o plain.graze").code, 0);
   const Archive plain(campaign.folder / "plain.graze");
   const std::uint64_t wanted = plain_answer({table_of(plain, "still").outcome}, 0.07, 0.95);
@@ -179,7 +179,7 @@ TEST(Until, SameParticlesForAnyThreadsAsAPlainReadingOfTheOutcomes) {
 // Claim: killed at random instants and resumed, a campaign keeps its question, and ends with the same particles and
 // bits as one that nobody disturbed.
 TEST(Until, ResumesWithTheSameQuestionAfterAKill) {
-  const Campaign campaign;
+  const UntilCampaign campaign;
   const std::string run = "run ball.yaml --until 'ci < 0.03' --confidence 90% --threads 2 --quiet -o ";
   ASSERT_EQ(campaign.graze(run + "whole.graze").code, 0);
   const auto wanted = digests(campaign.folder / "whole.graze");
@@ -205,7 +205,7 @@ TEST(Until, ResumesWithTheSameQuestionAfterAKill) {
 }
 
 TEST(Until, ExitCodesTellTheAnswer) {
-  const Campaign campaign;  // its success rate is about 0.63
+  const UntilCampaign campaign;  // its success rate is about 0.63
   const testing::Result holds = campaign.graze("run ball.yaml --until 'p >= 0.5' --quiet -o a.graze");
   EXPECT_EQ(holds.code, 0);
   EXPECT_THAT(holds.out, HasSubstr("holds"));
@@ -224,7 +224,7 @@ TEST(Until, ExitCodesTellTheAnswer) {
 }
 
 TEST(Until, GrowsLikeAnyCampaign) {
-  const Campaign campaign;
+  const UntilCampaign campaign;
   // Open at 100: goes on with its question, up to more particles.
   ASSERT_EQ(campaign.graze("run ball.yaml --until 'ci < 0.1' -n 100 --quiet -o a.graze").code, 4);
   ASSERT_EQ(campaign.graze("run ball.yaml --until 'ci < 0.1' -n 5000 --quiet -o b.graze").code, 0);
@@ -241,7 +241,7 @@ TEST(Until, GrowsLikeAnyCampaign) {
 }
 
 TEST(Until, MistakesAreRefusedBeforeAnythingIsSimulated) {
-  const Campaign campaign;
+  const UntilCampaign campaign;
   const auto refused = [&](const std::string& arguments, const std::string& what) {
     const testing::Result result = campaign.graze("run ball.yaml -o x.graze " + arguments);
     EXPECT_EQ(result.code, 2) << arguments;

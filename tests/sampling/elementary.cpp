@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 
+#include "sampling/constants.h"
 #include "tests/ulps.h"
 
 namespace graze {
@@ -14,9 +14,6 @@ namespace {
 
 using test::ulps;
 using test::worst_ulps;
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-const double kNaN = std::nan("");
 
 double of_e(double u) { return std::exp(u); }
 double minus_of_e(double u) { return -std::exp(u); }

@@ -5,10 +5,10 @@
 #include <gmock/gmock.h>
 
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <random>
 
+#include "sampling/constants.h"
 #include "tests/reference_kinematics.h"
 #include "tests/scenarios/support.h"
 #include "tests/scenarios/task_bench.h"
@@ -17,7 +17,6 @@ namespace graze {
 namespace {
 
 using ::testing::ElementsAre;
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 using testing::write_poses;
 using Tasks = testing::TaskBench;
 

@@ -24,9 +24,9 @@ constexpr double kSweep = 1e-10;  // m/s
 constexpr double kSlow = 1e3;
 constexpr int kMost = 3000;
 
-class Numbers {
+class RandomRows {
  public:
-  explicit Numbers(unsigned seed) : generator_(seed) {}
+  explicit RandomRows(unsigned seed) : generator_(seed) {}
   double normal() { return std::normal_distribution()(generator_); }
   VectorXd vector(int n) {
     return VectorXd::NullaryExpr(n, [&] { return normal(); });
@@ -58,7 +58,7 @@ double least_eigenvalue(const MatrixXd& A) {
 
 // Without friction the normal impulses solve a positive definite LCP: one solution, which pivoting finds exactly.
 TEST(SolverAgainstReference, FrictionlessImpulsesAreThoseOfPivoting) {
-  Numbers numbers(1);
+  RandomRows numbers(1);
   for (int trial = 0; trial < 200; ++trial) {
     const int n = 1 + trial % 8;
     const ContactProblem problem = numbers.problem(n, 0);
@@ -81,7 +81,7 @@ TEST(SolverAgainstReference, FrictionlessImpulsesAreThoseOfPivoting) {
 // In the plane (no motion and no coupling along t) the pyramid of two edges is the cone: Lemke's impulses are ours.
 // With mu = 0.2 the solution is unique here: friction is too weak to jam well-conditioned A.
 TEST(SolverAgainstReference, PlanarFrictionImpulsesAreThoseOfLemke) {
-  Numbers numbers(2);
+  RandomRows numbers(2);
   int slips = 0, sticks = 0;
   for (int trial = 0; trial < 200; ++trial) {
     const int n = 1 + trial % 6;
@@ -110,7 +110,7 @@ TEST(SolverAgainstReference, PlanarFrictionImpulsesAreThoseOfLemke) {
 // In space a pyramid of k edges misses the cone by up to 1 - cos(pi / k) of the impulses, and so do Lemke's residuals;
 // ours are those of the sweeps.
 TEST(SolverAgainstReference, SpatialResidualsAreBelowThoseOfAManySidedPyramid) {
-  Numbers numbers(3);
+  RandomRows numbers(3);
   int better = 0, trials = 0;
   for (int trial = 0; trial < 60; ++trial) {
     const int n = 1 + trial % 4;
@@ -138,7 +138,7 @@ TEST(SolverAgainstReference, SpatialResidualsAreBelowThoseOfAManySidedPyramid) {
 
 // The residuals that the kernel measures are the reference's, also far from a solution.
 TEST(SolverAgainstReference, MeasuresResidualsAsTheReference) {
-  Numbers numbers(4);
+  RandomRows numbers(4);
   for (int trial = 0; trial < 50; ++trial) {
     const ContactProblem problem = numbers.problem(1 + trial % 5, 0.7);
     const LaneSolution lanes = LaneProblem(problem).solve(law(false), 1, kSweep);
@@ -152,7 +152,7 @@ TEST(SolverAgainstReference, MeasuresResidualsAsTheReference) {
 // The convex model: no impulse on the cones has less energy 1/2 lambda^T A lambda + lambda^T b, and the gradient lies
 // in the dual cones: u_n >= mu |u_t| with equality where a contact slides (so it opens as it slides: Anitescu 2006).
 TEST(SolverAgainstReference, ConvexImpulsesHaveTheLeastEnergy) {
-  Numbers numbers(5);
+  RandomRows numbers(5);
   for (int trial = 0; trial < 100; ++trial) {
     const int n = 1 + trial % 4;
     const double mu = 0.8;
@@ -177,7 +177,7 @@ TEST(SolverAgainstReference, ConvexImpulsesHaveTheLeastEnergy) {
 
 // One contact alone always has a solution, and every visit finds one: any A, any friction, any start of the slip rate.
 TEST(SolverAgainstReference, OneContactIsSolvedAtAnyFriction) {
-  Numbers numbers(6);
+  RandomRows numbers(6);
   for (int trial = 0; trial < 500; ++trial) {
     ContactProblem problem = numbers.problem(1, trial % 2 ? 10 : 1);
     problem.A -= 0.99 * MatrixXd::Identity(3, 3);  // as badly conditioned as 1 : 1000

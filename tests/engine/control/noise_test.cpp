@@ -11,6 +11,7 @@
 #include <limits>
 #include <string>
 
+#include "sampling/constants.h"
 #include "sampling/stream.h"
 
 namespace graze {
@@ -19,8 +20,6 @@ namespace {
 using Words = std::array<std::uint32_t, kLanes>;
 
 std::uint64_t channel_name(int i) { return name_hash("channel." + std::to_string(i)); }
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// One of each kind that the lanes compute, and some that they do not.
 std::vector<Distribution> some_distributions() {

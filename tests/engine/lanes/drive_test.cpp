@@ -3,17 +3,15 @@
 
 #include <gtest/gtest.h>
 
-#include <limits>
 #include <random>
 #include <tuple>
 
 #include "engine/lane_physics/lane_physics.h"
+#include "sampling/constants.h"
 #include "tests/engine/lanes/worlds.h"
 
 namespace graze::test {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Two light links on the world, hanging into the plane x-z, both joints about y.
 World arm() {

@@ -5,9 +5,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 #include <random>
 
+#include "sampling/constants.h"
 #include "tests/ulps.h"
 
 namespace graze {
@@ -15,8 +15,6 @@ namespace {
 
 using test::ulps;
 using test::worst_ulps;
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 TEST(ScalarFunctions, SineAndCosineErrByLessThanTwoUlp) {
   for (const double range : {1.0, 10.0, 1e5}) {

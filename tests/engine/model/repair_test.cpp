@@ -15,25 +15,25 @@ using ::testing::IsEmpty;
 using ::testing::Not;
 using ::testing::StartsWith;
 
-const std::string kInertia = R"(<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>)";
-const std::string kSolid = R"(<inertial><mass value="1"/>)" + kInertia + "</inertial>";
+const std::string kAnyInertia = R"(<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>)";
+const std::string kSolid = R"(<inertial><mass value="1"/>)" + kAnyInertia + "</inertial>";
 const std::string kBall = R"(<collision><geometry><sphere radius="0.1"/></geometry></collision>)";
 
 std::string link(const std::string& name, const std::string& inside = kSolid) {
   return "<link name=\"" + name + "\">" + inside + "</link>\n";
 }
 
-std::string joint(const std::string& name, const std::string& parent, const std::string& child,
-                  const std::string& type = "continuous", const std::string& inside = "") {
+std::string joint_of(const std::string& name, const std::string& parent, const std::string& child,
+                     const std::string& type = "continuous", const std::string& inside = "") {
   return "<joint name=\"" + name + "\" type=\"" + type + "\"><parent link=\"" + parent + "\"/><child link=\"" + child +
          "\"/>" + inside + "</joint>\n";
 }
 
-std::string robot(const std::string& body) { return "<robot name=\"r\">\n" + body + "</robot>"; }
+std::string robot_of(const std::string& body) { return "<robot name=\"r\">\n" + body + "</robot>"; }
 
 /// Two links and a joint, of the one with `inside` and of the other with `of_joint`.
 std::string arm(const std::string& inside, const std::string& of_joint = "", const std::string& type = "continuous") {
-  return robot(link("a") + link("b", inside) + joint("j", "a", "b", type, of_joint));
+  return robot_of(link("a") + link("b", inside) + joint_of("j", "a", "b", type, of_joint));
 }
 
 std::string inertial(const std::string& mass, const std::string& xx, const std::string& yy, const std::string& zz) {
@@ -135,14 +135,14 @@ const std::vector<Case>& cases() {
        "makes up 4.19 kg for link 'b' from its collision shapes at 1000 kg/m^3"},
       {"no_matrix", arm("<inertial><mass value=\"1\"/></inertial>"), 3, "<inertial> has no <inertia>",
        "takes a point mass"},
-      {"no_value", arm("<inertial>" + kInertia + "</inertial>" + kBall), 3, "<inertial> has no <mass>",
+      {"no_value", arm("<inertial>" + kAnyInertia + "</inertial>" + kBall), 3, "<inertial> has no <mass>",
        "takes the link as one without <inertial>"},
       {"twice", arm(kSolid + kSolid), 3, "a second <inertial>", "takes the first"},
       {"no_products",
        arm("<inertial><mass value=\"1\"/><inertia ixx=\"1\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/>"
            "</inertial>"),
        3, "<inertia> needs a non-empty ixy", "takes 0"},
-      {"no_world", robot(link("a") + joint("j", "world", "a", "fixed")), 3, "parent link 'world' is not there",
+      {"no_world", robot_of(link("a") + joint_of("j", "world", "a", "fixed")), 3, "parent link 'world' is not there",
        "writes <link name=\"world\"/>"},
       {"no_limit", arm(kSolid, "", "revolute"), 4, "a revolute joint needs <limit", "makes it continuous"},
       {"no_slide_limit", arm(kSolid, "", "prismatic"), 4, "a prismatic joint needs <limit", "writes bounds of 1e+06 m"},
@@ -154,9 +154,9 @@ const std::vector<Case>& cases() {
        "writes 1000000000, which is no limit"},
       {"mimic", arm(kSolid, "<mimic joint=\"k\" multiplier=\"2\"/>"), 4, "mimic joints are not supported",
        "removes <mimic>: the joint moves on its own, and nothing ties it to 'k'"},
-      {"planar_base", robot(link("world", "") + link("a") + joint("j", "world", "a", "planar")), 4,
+      {"planar_base", robot_of(link("world", "") + link("a") + joint_of("j", "world", "a", "planar")), 4,
        "planar joints are not supported", "removes it and link 'world': the base floats"},
-      {"floating_base", robot(link("map", "") + link("a") + joint("j", "map", "a", "floating")), 4,
+      {"floating_base", robot_of(link("map", "") + link("a") + joint_of("j", "map", "a", "floating")), 4,
        "a floating joint may only", "removes it and link 'map': the base floats"},
   };
   return all;
@@ -185,9 +185,9 @@ TEST_P(Repair, IsTold) {
 // All problems come at once, in the order of the file, with what can be mended and what cannot.
 TEST(UrdfProblems, AreAllTold) {
   const std::string xml =
-      robot(link("a", inertial("1", "1", "1", "3")) +
-            link("b", kSolid + "<collision><geometry><sphere radius=\"-1\"/></geometry></collision>") + link("c") +
-            joint("j", "a", "b", "spherical") + joint("k", "b", "c", "revolute"));
+      robot_of(link("a", inertial("1", "1", "1", "3")) +
+               link("b", kSolid + "<collision><geometry><sphere radius=\"-1\"/></geometry></collision>") + link("c") +
+               joint_of("j", "a", "b", "spherical") + joint_of("k", "b", "c", "revolute"));
   const std::string text = input_error([&] { parse_urdf(xml, "r.urdf"); });
   std::vector<std::string> lines;
   std::istringstream stream(text);
@@ -216,10 +216,10 @@ TEST(UrdfProblems, SomeStay) {
       {arm(kSolid, "", "floating"), "a floating joint may only"},
       {arm(kSolid, "", "planar"), "planar joints are not supported"},
       {arm(kSolid + "<collision><geometry><cone/></geometry></collision>"), "unknown shape <cone>"},
-      {robot(link("a") + link("b")), "both have no parent"},
-      {robot(link("a") + joint("j", "a", "c")), "child link 'c' is not there"},
-      {robot(link("a") + link("a")), "two links of this name"},
-      {robot(link("a") + link("b") + "<joint name=\"j\" type=\"fixed\"/>"), "has no <parent>"},
+      {robot_of(link("a") + link("b")), "both have no parent"},
+      {robot_of(link("a") + joint_of("j", "a", "c")), "child link 'c' is not there"},
+      {robot_of(link("a") + link("a")), "two links of this name"},
+      {robot_of(link("a") + link("b") + "<joint name=\"j\" type=\"fixed\"/>"), "has no <parent>"},
       {arm(kSolid + "<collision><geometry><sphere radius=\"${r}\"/></geometry></collision>"), "xacro"},
   };
   for (const auto& [xml, part] : stay) {
@@ -281,8 +281,8 @@ TEST(UrdfProblems, WhatIsNotUsedIsTold) {
   const std::string parts =
       "<axis xyz=\"0 0 1\"/><axis xyz=\"0 1 0\"/><safety_controller k_velocity=\"1\"/>"
       "<calibration rising=\"0\"/>";
-  const Robot read =
-      parse_urdf(robot(link("a") + link("b") + joint("j", "a", "b", "continuous", parts) + gear), "r.urdf", options);
+  const Robot read = parse_urdf(robot_of(link("a") + link("b") + joint_of("j", "a", "b", "continuous", parts) + gear),
+                                "r.urdf", options);
   EXPECT_EQ(read.joint("j").axis, Vec3(0, 0, 1));
   EXPECT_THAT(told, testing::ElementsAre(
                         testing::AllOf(StartsWith("r.urdf:4: joint 'j': another <axis>"), HasSubstr("\"0 0 1\"")),
