@@ -20,7 +20,7 @@ constexpr std::size_t kMostKindsFound = 6;
 constexpr double kDivided = 0.25;  // mean silhouette from which on there are several kinds (weak structure: Rousseeuw)
 constexpr double kFar = 5;         // robust standard deviations: farther is as far
 
-using TraceRows = std::vector<std::size_t>;
+using RowNumbers = std::vector<std::size_t>;
 
 /// 1.4826 times the median deviation from the median: the standard deviation, of a normal distribution; where half of
 /// the values are equal, the standard deviation.
@@ -51,7 +51,7 @@ double deviation_of_pairs(const std::vector<double>& x) {
   return robust > 0 ? robust : robust_deviation(x, median(x));
 }
 
-std::vector<double> column_of(const TraceFeatures& features, const TraceRows& rows, std::size_t column) {
+std::vector<double> column_of(const TraceFeatures& features, const RowNumbers& rows, std::size_t column) {
   std::vector<double> out;
   for (const std::size_t row : rows) out.push_back(features(row, column));
   return out;
@@ -60,7 +60,7 @@ std::vector<double> column_of(const TraceFeatures& features, const TraceRows& ro
 /// Distances of all pairs of some rows, over standardised columns.
 class Distances {
  public:
-  Distances(const TraceFeatures& features, const TraceRows& rows) : n_(rows.size()), all_(n_ * n_) {
+  Distances(const TraceFeatures& features, const RowNumbers& rows) : n_(rows.size()), all_(n_ * n_) {
     for (std::size_t c = 0; c < features.columns.size(); ++c) {
       const std::vector<double> x = column_of(features, rows, c);
       const double scale = deviation_of_pairs(x);
@@ -182,7 +182,8 @@ bool judges_pair(const std::string& said, const std::string& what, const std::st
 /// Proposes requirements for a kind, on even particles, and tries them on odd ones.
 class Proposals {
  public:
-  Proposals(const TraceFeatures& features, const TraceRows& kind, const TraceRows& successes, const CampaignInfo& info)
+  Proposals(const TraceFeatures& features, const RowNumbers& kind, const RowNumbers& successes,
+            const CampaignInfo& info)
       : features_(features), info_(info) {
     for (const std::size_t row : kind) (features.particle[row] % 2 == 0 ? kind_ : kind_odd_).push_back(row);
     for (const std::size_t row : successes) (features.particle[row] % 2 == 0 ? fine_ : fine_odd_).push_back(row);
@@ -260,11 +261,11 @@ class Proposals {
     return judges_pair(said, touching ? "no contact between " : "impulse between ", part(f.a), part(f.b));
   }
 
-  double share(const TraceRows& rows, std::size_t c, double t, int side) const {
+  double share(const RowNumbers& rows, std::size_t c, double t, int side) const {
     if (rows.empty()) return 0;
     return static_cast<double>(beyond(rows, c, t, side)) / static_cast<double>(rows.size());
   }
-  std::uint64_t beyond(const TraceRows& rows, std::size_t c, double t, int side) const {
+  std::uint64_t beyond(const RowNumbers& rows, std::size_t c, double t, int side) const {
     return static_cast<std::uint64_t>(
         std::count_if(rows.begin(), rows.end(), [&](std::size_t row) { return side * (features_(row, c) - t) > 0; }));
   }
@@ -298,11 +299,11 @@ class Proposals {
 
   const TraceFeatures& features_;
   const CampaignInfo& info_;
-  TraceRows kind_, kind_odd_, fine_, fine_odd_;
+  RowNumbers kind_, kind_odd_, fine_, fine_odd_;
   std::vector<std::pair<double, ProposedWitness>> found_;
 };
 
-std::vector<Trait> traits_of(const TraceFeatures& features, const TraceRows& kind, const TraceRows& compared) {
+std::vector<Trait> traits_of(const TraceFeatures& features, const RowNumbers& kind, const RowNumbers& compared) {
   std::vector<Trait> out;
   for (std::size_t c = 0; c < features.columns.size(); ++c) {
     const std::vector<double> other = column_of(features, compared, c);
@@ -326,7 +327,7 @@ UnknownFailures unknown_failures(const Archive& archive, const std::string& poli
   const TraceFeatures features = trace_features(archive, policy, kMostTraces);
   out.traces = features.failures;
   out.successes = features.successes;
-  TraceRows failures, successes;
+  RowNumbers failures, successes;
   for (std::size_t row = 0; row < features.rows(); ++row) {
     (features.success[row] ? successes : failures).push_back(row);
   }
@@ -341,7 +342,7 @@ UnknownFailures unknown_failures(const Archive& archive, const std::string& poli
   }
   for (std::size_t kind = 0; kind < best.medoids.size(); ++kind) {
     FailureKind one;
-    TraceRows rows;
+    RowNumbers rows;
     for (std::size_t i = 0; i < failures.size(); ++i) {
       if (best.kind[i] != kind) continue;
       rows.push_back(failures[i]);
