@@ -49,6 +49,8 @@ class Proposal {
     look();
   }
 
+  HoldGains hold_gains() const { return {gain(), rounded(0.05 * gain())}; }
+
   std::string text() {
     std::vector<std::string> policies = {hold()};
     std::string walks = "";
@@ -256,7 +258,7 @@ class Proposal {
         "uncertain:  # what differs between particles; 'graze help uncertain', 'graze check' list what can\n";
     if (model_.na() > 0) {
       out += fmt::format("  robot.joint.*.damping: {:g}  # N m s/rad, the same for all: what brakes the joints\n",
-                         rounded(0.05 * gain()));
+                         hold_gains().damping);
       out += "  robot.joint.*.zero: {normal: {std: 0.01 rad}}\n";
     }
     out += "  robot.link.*.mass: {normal: {std: 5 %}}\n  contact.friction: {uniform: [0.5, 1.2]}\n";
@@ -295,5 +297,7 @@ class Proposal {
 }  // namespace
 
 std::string propose_scenario(const ProposalRequest& request) { return Proposal(request).text(); }
+
+HoldGains propose_hold(const ProposalRequest& request) { return Proposal(request).hold_gains(); }
 
 }  // namespace graze

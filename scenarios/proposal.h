@@ -17,4 +17,11 @@ struct ProposalRequest {
 /// if the robot cannot be read.
 std::string propose_scenario(const ProposalRequest& request);
 
+/// How the joints of such a scenario are held: stiff enough for the robot's own weight and size.
+struct HoldGains {
+  double stiffness;  // N m/rad (N/m of sliding joints)
+  double damping;    // N m s/rad, of the joints themselves
+};
+HoldGains propose_hold(const ProposalRequest& request);
+
 }  // namespace graze

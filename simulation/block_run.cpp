@@ -11,6 +11,7 @@
 #include "engine/model/limits.h"
 #include "engine/physics.h"
 #include "sampling/stream.h"
+#include "simulation/invalid_reason.h"
 #include "simulation/names.h"
 #include "simulation/telemetry.h"
 #include "simulation/watchdog.h"
@@ -297,7 +298,8 @@ struct BlockRun::Impl final : TraceSaver {
     record.objective_margin = monitor.objective_margin(lane);
     if (physics->fault(lane) || is_astray(lane)) {
       record.outcome = Outcome::invalid;
-      record.invalid_reason = physics->fault(lane) ? *physics->fault(lane) : why_astray(lane);
+      record.invalid_reason = invalid_reason(physics->fault(lane) ? *physics->fault(lane) : why_astray(lane), l.step,
+                                             time(lane), l.particle->model, *physics, lane);
       record.objective_margin = std::numeric_limits<double>::quiet_NaN();
       record.objective_culprit = {};
     } else if (monitor.violated(lane) >= 0) {

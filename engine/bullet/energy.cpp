@@ -49,7 +49,7 @@ EnergyWatch::Sums EnergyWatch::measure(const Forest& forest) {
     sums.potential -= body.mass * model_.gravity.dot(X.translation() + lever);
     sums.weighted_speed += body.mass * now.v_com.norm();
     sums.weighted_change += body.mass * dv.norm();
-    sums.spin = std::max(sums.spin, now.omega.norm());
+    if (const double spin = now.omega.norm(); spin > sums.spin) sums.spin = spin, sums.fastest = i;
     audit_.motion[i] = now;
   }
   return sums;
@@ -60,7 +60,8 @@ std::optional<std::string> EnergyWatch::check(const Forest& forest, const StepIn
   const Sums before = audit_.last, now = audit_.last = measure(forest);
   const double h = input.h, g = model_.gravity.norm();
   if (h * now.spin > kLargestTurn) {
-    return fmt::format("a body turns at {:.4g} rad/s, more than an eighth of a turn per step", now.spin);
+    return fmt::format("body '{}' turns at {:.4g} rad/s, more than an eighth of a turn per step",
+                       model_.bodies[static_cast<std::size_t>(now.fastest)].name, now.spin);
   }
   const double turn = h * std::max(before.spin, now.spin), spun = kMassMotion * h * before.spin;
   const double jolt = std::sqrt(before.kinetic * now.change) + now.change;

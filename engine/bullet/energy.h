@@ -34,6 +34,7 @@ class EnergyWatch {
     double weighted_speed = 0;   // sum of m |v|, kg m/s
     double weighted_change = 0;  // sum of m |v+ - v-|
     double spin = 0;             // fastest body, rad/s
+    int fastest = 0;             // which that is
   };
   /// What a check leaves for the next one.
   struct Audit {

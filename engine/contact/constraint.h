@@ -35,6 +35,7 @@ struct ContactT : ContactFrameT<T> {
   T friction, restitution;          // coefficients of Coulomb and Newton
   const ContactSpringT<T>* spring;  // of the pair; read where the law is compliant in some lane
   T feature_a, feature_b;           // Feature as numbers
+  T deep;                           // m: what overlaps by more is not parted by impulses (push_out.h)
   Vec3T<T> lambda;                  // impulse, local, N s; in: warm start
   T slip_rate;                      // alpha of solver.h, 1/kg; in: warm start
   // Set by set_up_contact.
@@ -142,16 +143,19 @@ inline void factor_contact(const TreeT<T>& tree, const PathView& path, ContactT<
 /// The gap term along n (Eq. 67 and its kin): the solver makes n . u + term >= 0.
 ///   rigid, apart:        N v+ >= -phi/h, contact may close the gap and no more
 ///   rigid, overlapping:  a fraction of phi is taken back, at bounded speed
+///   any, overlapping deep: not to close further, which a body at rest satisfies; push_out.h takes it back
 ///   restitution:         N v+ >= -e N v-, when the gap would close within the step (Newton's law)
 ///   compliant:           lambda = -h (k (phi + h u) + d u) >= 0, which is u + k phi / (h k + d) + R lambda = 0 with
 ///                        R = 1 / (h (h k + d)): a spring and damper, integrated implicitly
 template <class T>
 inline T gap_term(const ContactLawT<T>& law, const ContactT<T>& c, const T& h, const T& before, const T& free) {
   const T rate = c.phi * recip(h);
+  const auto deep = c.phi < -c.deep;
   T rigid = select(rate < T(0.0), max(law.correction * rate, -law.recovery), rate);
+  rigid = select(deep, T(0.0), rigid);
   const auto bounces = (c.restitution > T(0.0)) & (before < T(0.0)) & (fma(h, free, c.phi) < T(0.0));
   rigid = select(bounces, min(rigid, c.restitution * before), rigid);
-  const auto soft = law.compliance > T(0.0);
+  const auto soft = (law.compliance > T(0.0)) & !deep;
   if (!any(soft)) return rigid;
   const ContactSpringT<T>& spring = *c.spring;
   const T compliant = spring.stiffness * c.phi * recip(fma(h, spring.stiffness, spring.damping));
@@ -184,6 +188,10 @@ inline T guard_of(const ContactT<T>& c) {
   return T(1e-14) * trace * cube * recip(fma(T(1e-8), cube, max(det, T(0.0))));
 }
 
+/// The same share of A's trace where bodies overlap deep: joints often leave them no way to part or to slide, and what
+/// such a contact holds back but for a thousandth is pushed out anyhow (our choice).
+inline constexpr double kDeepGuard = 1e-3;
+
 /// Everything about a contact that holds during the step. `dz`: change of L v by all but constraints (nv).
 template <class T>
 inline void set_up_contact(const TreeT<T>& tree, const PathView& path, const ContactLawT<T>& law, const T& h,
@@ -203,9 +211,10 @@ inline void set_up_contact(const TreeT<T>& tree, const PathView& path, const Con
   const auto held = !(c.ann > T(0.0));
   c.ann = select(held, T(1.0), c.ann);
   c.b.x = select(held, T(1e30), c.b.x);
-  c.guard = guard_of(c);
+  const auto deep = c.phi < -c.deep;
+  c.guard = select(deep, T(kDeepGuard) * (c.ann + c.ass + c.att), guard_of(c));
   c.compliance = c.guard;
-  const auto soft = law.compliance > T(0.0);
+  const auto soft = (law.compliance > T(0.0)) & !deep;
   if (any(soft)) c.compliance += select(soft, recip(h * fma(h, c.spring->stiffness, c.spring->damping)), T(0.0));
   c.ann += c.compliance;
   c.ass += c.guard;

@@ -30,6 +30,7 @@ inline void add_contacts(LaneBlock& block, int pair_index, const ManifoldT<T>& m
     c.friction = numbers[kPairFriction];
     c.restitution = numbers[kPairRestitution];
     c.spring = reinterpret_cast<const ContactSpringT<T>*>(numbers + kPairSpring);
+    c.deep = numbers[kPairDeep];
     c.feature_a = point.feature_a;
     c.feature_b = point.feature_b;
     make_tangents(c);

@@ -155,6 +155,24 @@ inline Vec3T<T> spin_of_middle(const LockedT<T>& locked, const Vec3T<T>& L, doub
   return w - start + slowing;
 }
 
+/// A base's quaternion turned at the angular velocity w for h seconds, in some lanes.
+template <class T>
+inline void turn_base(T* qi, const Vec3T<T>& w, double h, const mask_of<T>& live) {
+  const T rate = sqrt(norm2(w));
+  T s, c;
+  sin_cos(T(0.5 * h) * rate, s, c);
+  const Vec3T<T> e = select(rate > T(1e-100), s * recip(max(rate, T(1e-100))), T(0.5 * h)) * w;
+  const Vec3T<T> x{qi[1], qi[2], qi[3]};
+  T qw = fnma(e.x, x.x, fnma(e.y, x.y, fnma(e.z, x.z, c * qi[0])));
+  Vec3T<T> qx = axpy(qi[0], e, cross_add(e, x, c * x));
+  // One Newton step towards length 1, which rounding alone has changed.
+  const T scale = fnma(T(0.5), fma(qw, qw, norm2(qx)), T(1.5));
+  qi[0] = select(live, scale * qw, qi[0]);
+  qi[1] = select(live, scale * qx.x, qi[1]);
+  qi[2] = select(live, scale * qx.y, qi[2]);
+  qi[3] = select(live, scale * qx.z, qi[3]);
+}
+
 /// q+ = q + h v*, floating trees turned at the angular velocity of the middle of the step. Their places follow in
 /// restore. Lanes that are not `live` stay.
 template <class T>
@@ -172,19 +190,7 @@ inline void integrate(const LaneBlock& block, const TreeT<T>& tree, double h, co
     }
     const LockedT<T> locked(tree.motion[i].C);
     const Vec3T<T> w = Vec3T<T>{vi[0], vi[1], vi[2]} + spin_of_middle(locked, locked.spin(balance[i].momentum), h);
-    const T rate = sqrt(norm2(w));
-    T s, c;
-    sin_cos(T(0.5 * h) * rate, s, c);
-    const Vec3T<T> e = select(rate > T(1e-100), s * recip(max(rate, T(1e-100))), T(0.5 * h)) * w;
-    const Vec3T<T> x{qi[1], qi[2], qi[3]};
-    T qw = fnma(e.x, x.x, fnma(e.y, x.y, fnma(e.z, x.z, c * qi[0])));
-    Vec3T<T> qx = axpy(qi[0], e, cross_add(e, x, c * x));
-    // One Newton step towards length 1, which rounding alone has changed.
-    const T scale = fnma(T(0.5), fma(qw, qw, norm2(qx)), T(1.5));
-    qi[0] = select(live, scale * qw, qi[0]);
-    qi[1] = select(live, scale * qx.x, qi[1]);
-    qi[2] = select(live, scale * qx.y, qi[2]);
-    qi[3] = select(live, scale * qx.z, qi[3]);
+    turn_base<T>(qi, w, h, live);
     balance[i].com = tree.origin[i] + locked.c + (T(h) * locked.inverse_m) * balance[i].momentum.l;
   }
 }

@@ -52,8 +52,9 @@ enum ColliderRow : int {
 enum PairRow : int {
   kPairFriction,
   kPairRestitution,
-  kPairSpring,  // 2: stiffness and damping, ContactSpringT
-  kPairRows = 4
+  kPairSpring,    // 2: stiffness and damping, ContactSpringT
+  kPairDeep = 4,  // m: what overlaps by more is pushed out (push_out.h)
+  kPairRows
 };
 
 /// A body that turns more per step is no longer integrated: an eighth of a turn, rad (Bullet's bound, too).
@@ -121,6 +122,8 @@ struct LaneBlock {
 
   // Working memory.
   double *motion, *origin, *balance, *M, *inverse_D, *bias, *z, *dz, *free, *scratch;
+  double* push;           // nv: speeds that take overlaps back; 3 per body: momentum of them, of floating trees
+  unsigned pushing;       // lanes in which there are any
   double* pose;           // 12 per collider
   double* speed;          // 1 per collider, bound of the speed of its points, m/s
   double* servo;          // kServoRows per actuated joint

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <cstddef>
 #include <cstring>
 #include <limits>
 #include <new>
@@ -204,6 +205,7 @@ std::size_t LaneEngine::lay_out(double* base) {
   b.dz = rows(t.nv);
   b.free = rows(t.nv);
   b.scratch = rows(3 * std::max(t.nv, nb));
+  b.push = rows(t.nv + 3 * nb);
   b.joint_impulse = rows(3 * nb);
   b.joint_rows = rows(chains);
   const int na = static_cast<int>(actuated_dof_.size());
@@ -276,9 +278,24 @@ void LaneEngine::load_colliders(int lane, const Model& model) {
     const ColliderPair& pair = model.pairs[i];
     const Spring spring = default_spring(mass, pair.spring);
     double* rows = block_.pair + kPairRows * i * W;
-    scatter(std::array<double, kPairRows>{pair.friction, pair.restitution, spring.stiffness, spring.damping}, rows, W,
-            lane);
+    scatter(std::array<double, kPairRows>{pair.friction, pair.restitution, spring.stiffness, spring.damping,
+                                          deep_overlap(model, pair, mass, spring)},
+            rows, W, lane);
   }
+}
+
+/// From which overlap on a pair is pushed out, m. Where no floating body lies between the two, a joint may stand so
+/// that any speed of recovery would have it whirl about, or hold the two in each other: then all of it, but for
+/// rounding. Else never: what impulses give there is at most the recovery speed of the whole robot. Springs of links
+/// are left alone as far as the robot's weight presses them, twice over; links that are deeper in each other began so.
+double LaneEngine::deep_overlap(const Model& model, const ColliderPair& pair, double mass, const Spring& spring) const {
+  constexpr double kRounding = 1e-6, kNever = 1e300, kWeights = 2, kGravity = 9.81;
+  const TopologyView t = topology_.view();
+  const int a = model.colliders[pair.a].body, b = model.colliders[pair.b].body;
+  const int base_a = a < 0 ? -1 : t.root[a], base_b = b < 0 ? -1 : t.root[b];
+  if (base_a != base_b) return kNever;
+  if (law_of(model).compliance == 0) return kRounding;
+  return a >= 0 && b >= 0 ? kWeights * mass * kGravity / spring.stiffness : kNever;
 }
 
 void LaneEngine::load_law(int lane, const Model& model) { scatter(law_of(model), block_.law, kernel_.lanes, lane); }
@@ -397,6 +414,18 @@ void LaneEngine::restore(int lane, const Saved& saved) {
     sizes.emplace_back(size[0], size[W], size[2 * W]);
   }
   external_->resize(lane, sizes);
+}
+
+std::pair<int, double> LaneEngine::fastest_spin(int lane) const {
+  constexpr std::size_t kSpin = offsetof(MotionT<double>, V.w) / sizeof(double);
+  std::pair<int, double> out{0, 0};
+  for (int i = 0; i < block_.topology.bodies; ++i) {
+    const double* w = block_.motion + (i * kernel_.motion_rows + kSpin) * kernel_.lanes + lane;
+    const double speed =
+        std::sqrt(w[0] * w[0] + w[kernel_.lanes] * w[kernel_.lanes] + w[2 * kernel_.lanes] * w[2 * kernel_.lanes]);
+    if (speed > out.second) out = {i, speed};
+  }
+  return out;
 }
 
 void LaneEngine::make_room_for_contacts() {

@@ -5,6 +5,7 @@
 #include <array>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/contact/external.h"
@@ -94,6 +95,8 @@ class LaneEngine {
   double energy(int lane) const { return block_.energy[lane]; }
   /// Lanes whose last step was not physical, as bits, and what the audit says of why.
   unsigned suspect() const { return block_.suspect; }
+  /// The body that turns fastest, and how fast, rad/s.
+  std::pair<int, double> fastest_spin(int lane) const;
   double energy_audit(AuditRow row, int lane) const { return block_.energy_audit[row * kernel_.lanes + lane]; }
 
  private:
@@ -110,6 +113,7 @@ class LaneEngine {
   }
   void load_bodies(int lane, const Model& model);
   void load_colliders(int lane, const Model& model);
+  double deep_overlap(const Model& model, const ColliderPair& pair, double mass, const Spring& spring) const;
   void load_law(int lane, const Model& model);
   void forget_contacts(int lane);
   void watch_joints();

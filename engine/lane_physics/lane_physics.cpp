@@ -94,6 +94,7 @@ struct LanePhysics::Saved final : SavedLane {
 LanePhysics::LanePhysics(const Model& nominal, int width)
     : width_(width > 0 ? width : best_width()), numbering_(numbering_of(nominal)) {
   state_ = state_of(nominal);
+  for (const Body& body : nominal.bodies) names_.push_back(body.name);
   const LaneKernel& kernel = kernel_of(chosen_isa(), width_);
   for (int first = 0; first < kLanes; first += width_) {
     Part& part = *parts_.emplace_back(std::make_unique<Part>(first, width_, state_, nominal.na()));
@@ -262,11 +263,11 @@ std::string LanePhysics::why_not_physical(int lane) const {
   if (!std::isfinite(energy(lane))) return "state is not finite";
   const LaneEngine& of = engine(lane);
   const int at = lane % width_;
-  const double spin = std::sqrt(of.energy_audit(kSpin2, at));
   const double created = of.energy_audit(kCreated, at);
   const double tolerated = of.energy_audit(kLift, at) + kCreatedShare * of.energy_audit(kPeak, at);
   if (created <= tolerated) {
-    return fmt::format("a body turns at {:.4g} rad/s, more than an eighth of a turn per step", spin);
+    const auto [body, spin] = of.fastest_spin(at);
+    return fmt::format("body '{}' turns at {:.4g} rad/s, more than an eighth of a turn per step", names_[body], spin);
   }
   return fmt::format("{:.4g} J came out of nothing (tolerated: {:.4g} J), {:.4g} J of it in this step", created,
                      tolerated, of.energy_audit(kRise, at));

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "engine/block_physics.h"
@@ -57,6 +58,7 @@ class LanePhysics : public BlockPhysics {
 
   const int width_;
   const std::uint64_t numbering_;
+  std::vector<std::string> names_;  // of the bodies
   std::vector<std::unique_ptr<Part>> parts_;
   BlockArray report_;                        // kContactRows per contact point, where the parts' own are gathered
   std::array<BlockArray, kLanes> restored_;  // the same of points that were restored

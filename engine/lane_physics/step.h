@@ -12,6 +12,7 @@
 #include "engine/lane_physics/drive_of_step.h"
 #include "engine/lane_physics/integrate.h"
 #include "engine/lane_physics/joints_of_step.h"
+#include "engine/lane_physics/push_out.h"
 
 namespace graze {
 inline namespace GRAZE_ISA_NAMESPACE {
@@ -134,6 +135,7 @@ inline void advance(LaneBlock& block, const TreeT<T>& tree, double h, unsigned a
   const T gravity_work = expect_energy<T>(block, tree, v, z, a, h, drive.q != nullptr);
   const T before = rows<T>(block.energy_audit)[kKinetic];
   integrate<T>(block, tree, h, live);
+  if (block.pushing != 0) move_pushed<T>(block, tree, h);
   update_poses<T>(tree, rows<T>(block.q));
   update_mass<T>(tree);
   restore<T>(block, tree, live);
@@ -233,6 +235,7 @@ void finish(LaneBlock& block, double h, unsigned active, const DriveView& drive)
   }
   keep_impulses<T>(block, set);
   expect_momentum<T>(block, tree, set, h);
+  push_out<T>(block, tree, set, h, active);
   advance<T>(block, tree, h, active, drive, impulse_work);
   report_contacts<T>(block, tree, set, h);
   const unsigned lost = active & ~bits(abs(*rows<T>(block.energy)) < T(1e300));

@@ -122,10 +122,11 @@ class Company {
 /// Particles of one random world, alone and then in companies.
 class Comparison {
  public:
-  Comparison(std::string back_end, std::uint64_t seed, double speed = 1, bool torques_alone = false)
+  Comparison(std::string back_end, std::uint64_t seed, double speed = 1, bool torques_alone = false,
+             bool tangled = false)
       : back_end_(std::move(back_end)),
         seed_(seed),
-        subjects_(random_subjects(speed, torques_alone)),
+        subjects_(random_subjects(speed, torques_alone, tangled)),
         all_(subjects_.size()) {
     std::iota(all_.begin(), all_.end(), 0);
     for (const int i : all_) alone_[i] = Company(back_end_, subjects_).run({i}, {0}).at(i);
@@ -147,6 +148,7 @@ class Comparison {
   }
 
   const std::vector<int>& all() const { return all_; }
+  const std::vector<Subject>& subjects() const { return subjects_; }
   int ended() const {
     return std::count_if(alone_.begin(), alone_.end(), [](const auto& one) { return !one.second.fault.empty(); });
   }
@@ -154,10 +156,10 @@ class Comparison {
 
  private:
   /// `speed`: factor of all initial speeds. `torques_alone`: no drives, whatever the dice say.
-  std::vector<Subject> random_subjects(double speed, bool torques_alone) const {
+  std::vector<Subject> random_subjects(double speed, bool torques_alone, bool tangled) const {
     constexpr int kCount = 12, kSteps = 60;
     Dice dice(seed_);
-    const World world = random_world(dice);
+    const World world = tangled ? tangled_world(dice) : random_world(dice);
     const bool alone = dice.once_in(3) || torques_alone;
     std::vector<Subject> out;
     for (int i = 0; i < kCount; ++i) {
@@ -246,6 +248,35 @@ TEST(Company, BulletsBitsDependOnTheParticleAlone) {
   for (const std::uint64_t seed : worlds({31, 58}, 200)) Comparison("bullet", seed).expect_same_in_company();
 }
 
+/// In how many of the particles some links of the robot begin in each other, by more than a millimetre.
+int tangled(const std::vector<Subject>& subjects) {
+  int out = 0;
+  for (const Subject& subject : subjects) {
+    Bench run("lanes", subject.particle);
+    run.step(1e-9);
+    const Model& model = run.model();
+    const auto deep = [&](const Contact& c) {
+      return c.phi < -1e-3 && !model.colliders[c.a].is_object && !model.colliders[c.b].is_object;
+    };
+    const std::vector<Contact> contacts = run.contacts();
+    out += std::any_of(contacts.begin(), contacts.end(), deep);
+  }
+  return out;
+}
+
+// Links that begin in each other are pushed apart by a solve of their own, in some lanes while others need none.
+TEST(Company, BitsOfPushedOutOverlapsDependOnTheParticleAlone) {
+  int overlapping = 0, all = 0;
+  for (const std::uint64_t seed : worlds({501, 502, 503, 504, 505, 506}, 1000)) {
+    const Comparison comparison("lanes", seed, seed % 2 == 0 ? 1e-3 : 1, false, true);
+    comparison.expect_same_in_company();
+    overlapping += tangled(comparison.subjects());
+    all += comparison.traces();
+  }
+  EXPECT_GT(overlapping, all / 3);
+  EXPECT_LT(overlapping, all);
+}
+
 /// States of a particle in its steps, as bytes. `measure_all`: every pair, in every step.
 std::string states(const Particle& particle, bool measure_all) {
   const Model& model = particle.model;
@@ -270,7 +301,7 @@ std::string states(const Particle& particle, bool measure_all) {
 TEST(Company, WhatIsNotMeasuredCannotTouch) {
   for (const std::uint64_t seed : worlds({1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16}, 2000)) {
     Dice dice(seed);
-    const World world = random_world(dice);
+    const World world = seed % 4 == 0 ? tangled_world(dice) : random_world(dice);
     for (int i = 0; i < 4; ++i) {
       const Particle particle = random_particle(world, i, lane_contact_models(), dice);
       EXPECT_EQ(states(particle, true), states(particle, false)) << "world " << seed << ", particle " << i;

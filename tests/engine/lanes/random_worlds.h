@@ -107,6 +107,13 @@ inline World random_world(Dice& dice) {
   return world;
 }
 
+/// A random world whose links begin in each other: the joints of its robot are near each other.
+inline World tangled_world(Dice& dice) {
+  World world = random_world(dice);
+  for (Joint& each : world.robot.joints) each.X_PJ.translation() *= 0.2;
+  return world;
+}
+
 /// One particle of the world: its own masses, place, speeds and contact model.
 inline Particle random_particle(World world, std::uint32_t id, const std::vector<std::string>& models, Dice& dice) {
   const double wild = dice.once_in(3) ? 1e5 : dice.once_in(2) ? 300 : 3;  // bound of the speeds, rad/s and m/s

@@ -267,14 +267,15 @@ TEST_P(SavedLanes, AreSavedInTheMiddleOfThings) {
   }
 }
 
-// Random worlds: all shapes, terrain, servos that change sides, prescribed motion, particles that explode.
+// Random worlds: all shapes, terrain, servos that change sides, prescribed motion, particles that explode; in every
+// third links begin in each other.
 TEST_P(SavedLanes, OfRandomWorldsGoOnWithTheSameBits) {
   const bool lanes = GetParam() == kDefaultPhysics;
   const int worlds = trials(lanes ? 40 : 12);
   for (int seed = 300; seed < 300 + worlds; ++seed) {
     SCOPED_TRACE(fmt::format("world {}", seed));
     Dice dice(static_cast<std::uint64_t>(seed));
-    const World world = random_world(dice);
+    const World world = seed % 3 == 0 ? tangled_world(dice) : random_world(dice);
     const bool torques_alone = dice.once_in(3);
     std::vector<Case> cases;
     for (int i = 0; i < 4; ++i) {
