@@ -49,27 +49,33 @@ inline void add_contacts(LaneBlock& block, int pair_index, const ManifoldT<T>& m
   }
 }
 
+/// Of lanes of `near` without points.
+template <class T>
+inline void keep_axis(const LaneBlock& block, const PairView& pair, const ManifoldT<T>& manifold, unsigned near) {
+  for (int k = 0; k < manifold.count; ++k) near &= ~bits(manifold.point[k].valid);
+  const PoseT<T>& Xb = reinterpret_cast<const PoseT<T>*>(block.pose)[pair.b];
+  Vec3T<T>& axis = reinterpret_cast<Vec3T<T>*>(block.axis)[pair.axis];
+  axis = select(mask_from_bits<T>(near), transposed_times(Xb.R, manifold.axis), axis);
+}
+
 template <class T>
 inline void find_contacts(LaneBlock& block, double h) {
   const PoseT<T>* pose = reinterpret_cast<const PoseT<T>*>(block.pose);
   Vec3T<T>* free_rows = reinterpret_cast<Vec3T<T>*>(block.contact_rows);
-  const double* given = block.manifolds;
   block.contact_count = 0;
   for (int i = 0; i < block.near_count; ++i) {
     const PairView& pair = block.pairs[block.near[i]];
     ManifoldT<T> manifold;
-    if (pair.external) {
-      read_manifold<T>(given, kSlots, manifold);
-      given += kManifoldRows * kSlots * kWidth<T>;
-      add_contacts<T>(block, block.near[i], manifold, block.near_lanes[i], free_rows);
-      continue;
-    }
     const ColliderView &a = block.colliders[pair.a], &b = block.colliders[pair.b];
     const ShapeT<T> shape_a = shape_of<T>(block, pair.a);
     const ShapeT<T> shape_b = shape_of<T>(block, pair.b);
+    T margin = reach<T>(block, pair, h);
+    const unsigned near = block.near_lanes[i];
+    if (pair.axis >= 0) margin = select(mask_from_bits<T>(near), margin, T(-1e300));
     collide<T>(static_cast<ShapeKind>(a.kind), shape_a, pose[pair.a], static_cast<ShapeKind>(b.kind), shape_b,
-               pose[pair.b], reach<T>(block, pair, h), manifold);
-    add_contacts<T>(block, block.near[i], manifold, block.near_lanes[i], free_rows);
+               pose[pair.b], margin, manifold);
+    if (pair.axis >= 0) keep_axis<T>(block, pair, manifold, near);
+    add_contacts<T>(block, block.near[i], manifold, near, free_rows);
   }
 }
 
