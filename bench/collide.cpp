@@ -1,5 +1,5 @@
 // What contact geometry costs: time per pair and lane, by pair of shapes and instruction set, for random poses
-// near contact; and the same for pairs without a kernel, which go lane by lane through GJK and EPA.
+// near contact. Hulls, whose cost depends on their corners, have a benchmark of their own.
 
 #include "engine/contact/collide.h"
 
@@ -8,7 +8,6 @@
 #include <random>
 
 #include "bench/collide/kernel.h"
-#include "engine/contact/convex_pairs.h"
 #include "engine/lanes/isa.h"
 
 namespace graze {
@@ -81,43 +80,6 @@ void on_lanes(benchmark::State& state, Isa isa, ShapeKind a, ShapeKind b) {
   report(state, points);
 }
 
-std::shared_ptr<const Mesh> icosphere_like() {
-  auto mesh = std::make_shared<Mesh>();
-  std::mt19937 random(2);
-  std::normal_distribution normal;
-  for (int i = 0; i < 40; ++i)
-    mesh->vertices.push_back(Vec3(normal(random), normal(random), normal(random)).normalized());
-  return mesh;
-}
-
-void lane_by_lane(benchmark::State& state, ShapeKind a, ShapeKind b) {
-  const Pairs pairs(a, b);
-  Model model;
-  for (ShapeKind kind : {a, b}) {
-    Collider collider;
-    collider.shape.kind = kind;
-    collider.shape.size = kind == ShapeKind::mesh ? Vec3::Constant(0.08) : Vec3(0.1, 0.1, 0.1);
-    if (kind == ShapeKind::mesh) collider.shape.mesh = icosphere_like();
-    model.colliders.push_back(collider);
-  }
-  model.pairs = {{0, 1, 1, 0}};
-  ConvexPairs convex(model, kWide);
-  const std::vector<double> margin(kWide, 0.002);
-  std::vector<double> rows(8 * kManifoldRows * kWide);
-  long points = 0;
-  for (auto _ : state) {
-    points = 0;
-    for (int block = 0; block < kBlocks; ++block) {
-      const double* data = pairs.data(block);
-      convex.collide(0, kWide, 0xff, data + 3 * kWide, data + 18 * kWide, margin.data(), rows.data(), nullptr);
-      for (int k = 0; k < 8; ++k) {
-        for (int lane = 0; lane < kWide; ++lane) points += rows[(k * kManifoldRows + kRowValid) * kWide + lane] > 0;
-      }
-    }
-  }
-  report(state, points);
-}
-
 void register_all() {
   using enum ShapeKind;
   const char* names[] = {"box", "sphere", "cylinder", "capsule", "mesh", "plane", "heightfield"};
@@ -127,14 +89,10 @@ void register_all() {
   for (Isa isa : available_isas()) {
     for (ShapeKind a : {sphere, capsule, cylinder, box}) {
       for (ShapeKind b : {plane, sphere, capsule, cylinder, box, heightfield}) {
-        if (rank_of(a) > rank_of(b) || !has_kernel(a, b)) continue;
+        if (rank_of(a) > rank_of(b)) continue;
         benchmark::RegisterBenchmark((std::string(isa_name(isa)) + "/" + name(a, b)).c_str(), on_lanes, isa, a, b);
       }
     }
-  }
-  const std::pair<ShapeKind, ShapeKind> others[] = {{cylinder, box}, {cylinder, cylinder}, {mesh, box}, {mesh, mesh}};
-  for (const auto& [a, b] : others) {
-    benchmark::RegisterBenchmark(("gjk/" + name(a, b)).c_str(), lane_by_lane, a, b);
   }
 }
 

@@ -9,7 +9,6 @@
 #include <cstdlib>
 #include <vector>
 
-#include "engine/contact/convex_pairs.h"
 #include "engine/lane_physics/lane_engine.h"
 #include "engine/lane_physics/lane_physics.h"
 #include "simulation/block_run.h"
@@ -57,8 +56,7 @@ void replay(const Scenario& scenario, const std::vector<Particle>& particles, co
   }
   const DriveView drive{tau.row(0),  none.row(0),  none.row(0),  none.row(0),
                         none.row(0), lower.row(0), upper.row(0), none.row(0)};
-  LaneEngine engine(model, kernel_of(chosen_isa()), {q.row(0), v.row(0), a.row(0), X.row(0)},
-                    std::make_unique<ConvexPairs>(model, kLanes));
+  LaneEngine engine(model, kernel_of(chosen_isa()), {q.row(0), v.row(0), a.row(0), X.row(0)});
   engine.block().settings.measure = true;
   for (std::size_t lane = 0; lane < particles.size(); ++lane) {
     engine.start(static_cast<int>(lane), particles[lane].model, particles[lane].initial);

@@ -1,5 +1,5 @@
-// What hulls cost by their number of vertices: per pair and particle, apart and touching. On the ground on lanes; hull
-// against hull lane by lane, and what a pair costs that a kept axis parts.
+// What hulls cost by their number of vertices: per pair and particle, apart and touching. On the ground,
+// and hull against hull.
 
 #include <benchmark/benchmark.h>
 
@@ -7,7 +7,7 @@
 
 #include "engine/block_physics.h"
 #include "engine/contact/collide.h"
-#include "engine/contact/convex_pairs.h"
+#include "engine/contact/hull_arrays.h"
 #include "engine/lane_physics/lane_engine.h"
 #include "engine/lanes/isa.h"
 
@@ -50,14 +50,14 @@ void report(benchmark::State& state, long points) {
   state.counters["points/pair"] = static_cast<double>(points) / (kPoses * kWide);
 }
 
-/// The ground's kernel; `height` of the ball's middle over the plane. Apart it ends with one look at all vertices, and
-/// a pair along a kept axis costs two of these.
-void on_plane(benchmark::State& state, double height) {
+/// A ball whose middle is `height` over the origin, where a ball of as many corners stands, or a plane. A direction
+/// that parts them by `enough` (m) ends it; else the kernel looks for points within 2 mm.
+void measure(benchmark::State& state, ShapeKind under, double height, double enough) {
   const LaneKernel& kernel = kernel_of(chosen_isa(), kWide);
   const HullArrays arrays(*ball_of(static_cast<int>(state.range(0))));
   const HullView hull = arrays.view();
   const std::vector<double> above = poses(height, true), origin = poses(0, false);
-  const std::vector<double> size(3 * kWide, 1.0), enough(kWide, 0.002);
+  const std::vector<double> size(3 * kWide, 1.0), reach(kWide, 0.002), parted(kWide, enough);
   std::vector<double> axis(3 * kWide, 0.5), bound(kWide), manifold(8 * kManifoldRows * kWide, 0.0);
   long points = 0;
   for (auto _ : state) {
@@ -65,10 +65,10 @@ void on_plane(benchmark::State& state, double height) {
     for (int block = 0; block < kPoses; ++block) {
       const unsigned open = kernel.measure_gap(
           {{static_cast<int>(ShapeKind::mesh), size.data(), above.data() + block * 12 * kWide, nullptr, &hull},
-           {static_cast<int>(ShapeKind::plane), size.data(), origin.data(), nullptr, nullptr},
+           {static_cast<int>(under), size.data(), origin.data(), nullptr, &hull},
            (1u << kWide) - 1,
-           enough.data(),
-           enough.data(),
+           parted.data(),
+           reach.data(),
            axis.data(),
            bound.data(),
            manifold.data()});
@@ -80,33 +80,10 @@ void on_plane(benchmark::State& state, double height) {
   report(state, points);
 }
 
-/// Two balls whose middles are `height` apart, as a step asks when no axis parts them.
-void on_hull(benchmark::State& state, double height) {
-  Model model;
-  for (int i = 0; i < 2; ++i) {
-    Collider collider;
-    collider.shape.kind = ShapeKind::mesh;
-    collider.shape.size = Vec3::Ones();
-    collider.shape.hull = ball_of(static_cast<int>(state.range(0)));
-    model.colliders.push_back(collider);
-  }
-  model.pairs = {{0, 1, 1, 0}};
-  ConvexPairs pairs(model, kWide);
-  const std::vector<double> above = poses(height, true), origin = poses(0, false), margin(kWide, 0.002);
-  std::vector<double> rows(8 * kManifoldRows * kWide), axis(3 * kWide);
-  long points = 0;
-  for (auto _ : state) {
-    points = 0;
-    for (int block = 0; block < kPoses; ++block) {
-      pairs.collide(0, kWide, (1u << kWide) - 1, above.data() + block * 12 * kWide, origin.data(), margin.data(),
-                    rows.data(), axis.data());
-      for (int k = 0; k < 8; ++k) {
-        for (int lane = 0; lane < kWide; ++lane) points += rows[(k * kManifoldRows + kRowValid) * kWide + lane] > 0;
-      }
-    }
-  }
-  report(state, points);
-}
+/// Apart on the plane it ends with one look at all vertices, and a pair along a kept axis costs two of these.
+void on_plane(benchmark::State& state, double height) { measure(state, ShapeKind::plane, height, 0.002); }
+/// As a step asks when no axis parts them.
+void on_hull(benchmark::State& state, double height) { measure(state, ShapeKind::mesh, height, 1e9); }
 
 void vertices(benchmark::internal::Benchmark* bench) { bench->RangeMultiplier(2)->Range(8, 512); }
 BENCHMARK_CAPTURE(on_plane, apart, 0.15)->Apply(vertices);

@@ -118,7 +118,8 @@ void each_text(Info& info, const Do& act) {
 
 const hdf5::Spec kInputOffset{"offset", hdf5::Type::u64};
 const hdf5::Spec kInputBytes{"bytes", hdf5::Type::u8};
-constexpr int kInputDeflate = 6;
+/// Of meshes, which are most of it, level 6 leaves 3 % less and takes 1.7 times as long.
+constexpr int kInputDeflate = 1;
 
 /// The files one behind the other, and where each begins.
 void write_source(const Handle& file, const ScenarioSource& source) {

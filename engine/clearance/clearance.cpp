@@ -46,19 +46,15 @@ Clearance::Clearance(const Model& nominal, Parts first, Parts second, double wit
       within_(within),
       colliders_(static_cast<int>(nominal.colliders.size())),
       manifold_(kManifoldRows * kSlots) {
-  bool meshes = false;
   for (std::size_t i = 0; i < nominal.pairs.size(); ++i) {
     const int a = nominal.pairs[i].a, b = nominal.pairs[i].b;
     const std::vector<unsigned>&f = first_.features, &s = second_.features;
     if (!((f[a] && s[b]) || (s[a] && f[b]))) continue;
     Pair pair;
-    pair.index = static_cast<int>(i);
     pair.a = solid_of(nominal, a);
     pair.b = solid_of(nominal, b);
     const ShapeKind kind_a = solids_[pair.a].kind, kind_b = solids_[pair.b].kind;
-    pair.kernel = has_kernel(kind_a, kind_b);
     pair.ground = kind_a == ShapeKind::heightfield || kind_b == ShapeKind::heightfield;
-    meshes = meshes || !pair.kernel;
     pairs_.push_back(pair);
     places_.insert(places_.end(), {solids_[pair.a].place, solids_[pair.b].place});
   }
@@ -72,7 +68,6 @@ Clearance::Clearance(const Model& nominal, Parts first, Parts second, double wit
     views_.push_back(solid.grid ? HeightView{solid.grid->nx, solid.grid->ny, solid.grid->height.data()}
                                 : HeightView{0, 0, nullptr});
   }
-  if (meshes) hulls_.emplace(nominal, kLanes);
   for (int lane = 0; lane < kLanes; ++lane) start(lane, nominal);
 }
 
@@ -112,7 +107,6 @@ void Clearance::start(int lane, const Model& model) {
     double& radius = radius_(solid.place - 1, lane);
     radius = std::max(radius, reach);
   }
-  if (hulls_) hulls_->start(lane, model);
   fresh_.set(lane);
 }
 
@@ -213,19 +207,14 @@ unsigned Clearance::find_points(int pair, const double* pose_a, const double* po
   const Solid &a = solids_[of.a], &b = solids_[of.b];
   Row reach;
   reach.fill(of.ground ? within_ : kAll);  // terrain takes time by the reach
-  if (of.kernel) {
-    return kernel_->measure_gap({{static_cast<int>(a.kind), a.size.row(0), pose_a, &views_[of.a], &hull_views_[of.a]},
-                                 {static_cast<int>(b.kind), b.size.row(0), pose_b, &views_[of.b], &hull_views_[of.b]},
-                                 wanted,
-                                 enough.data(),
-                                 reach.data(),
-                                 axis_.row(3 * pair),
-                                 bound.data(),
-                                 manifold_.row(0)});
-  }
-  bound.fill(-kInfinity);
-  hulls_->collide(of.index, kLanes, wanted, pose_a, pose_b, reach.data(), manifold_.row(0), nullptr);
-  return wanted;
+  return kernel_->measure_gap({{static_cast<int>(a.kind), a.size.row(0), pose_a, &views_[of.a], &hull_views_[of.a]},
+                               {static_cast<int>(b.kind), b.size.row(0), pose_b, &views_[of.b], &hull_views_[of.b]},
+                               wanted,
+                               enough.data(),
+                               reach.data(),
+                               axis_.row(3 * pair),
+                               bound.data(),
+                               manifold_.row(0)});
 }
 
 /// The points that are meant go into `least`; `bound` becomes the gap of the whole pair.

@@ -7,11 +7,10 @@
 // moved by more, the shapes are mostly still apart in the direction in which they were then.
 
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "engine/block_physics.h"
-#include "engine/contact/convex_pairs.h"
+#include "engine/contact/hull_arrays.h"
 #include "engine/lane_physics/kernel.h"
 
 namespace graze {
@@ -67,9 +66,7 @@ class Clearance {
     long posed = 0;  // the look of which `pose` is
   };
   struct Pair {
-    int index;    // in Model::pairs
     int a, b;     // solids
-    bool kernel;  // has one
     bool ground;  // one is a heightfield
   };
 
@@ -104,7 +101,6 @@ class Clearance {
   long looks_ = 0;
   std::vector<int> due_;  // room for the pairs
   std::vector<unsigned> due_lanes_;
-  std::optional<ConvexPairs> hulls_;  // meshes only
   BlockArray manifold_;
 };
 

@@ -6,24 +6,18 @@
 //   capsule      2      1        2        2       2       4
 //   cylinder     8      1        2        8       8       8
 //   box          8      1        2        8       8       8
-//   mesh         8                                        8
+//   mesh         8      8        8        8       8       8        and 8 with another one
 //
-// Meshes, which are convex hulls, have kernels for the ground alone (has_kernel); their other pairs go through GJK/EPA,
-// lane by lane, and come back by read_manifold().
+// Meshes are convex hulls. Planes and heightfields never touch each other.
 
 #include "engine/contact/box_box.h"
 #include "engine/contact/capsule.h"
 #include "engine/contact/cylinder_box.h"
 #include "engine/contact/cylinder_cylinder.h"
 #include "engine/contact/hull_ground.h"
+#include "engine/contact/hull_pair.h"
 
 namespace graze {
-
-/// Whether collide() knows this pair, in either order. Planes and heightfields never touch each other.
-constexpr bool has_kernel(ShapeKind a, ShapeKind b) {
-  const auto ground = [](ShapeKind kind) { return kind == kinds::plane || kind == kinds::heightfield; };
-  return (a != kinds::mesh && b != kinds::mesh) || ground(a) || ground(b);
-}
 
 inline namespace GRAZE_ISA_NAMESPACE {
 
@@ -102,7 +96,14 @@ inline void collide_round(ShapeKind a, const ShapeT<T>& sa, const PoseT<T>& Xa, 
   return capsule_heightfield(sa, Xa, sb, Xb, margin, out);
 }
 
-/// Points of a and b nearer than `margin` (m, per lane). Pairs without a kernel get an empty manifold.
+/// Whether the pair is one of a hull and another convex shape: then collide() sets the manifold's axis, and lanes whose
+/// margin is -1e300 take no time.
+constexpr bool is_hull_pair(ShapeKind a, ShapeKind b) {
+  const bool ground = rank_of(a) >= rank_of(kinds::plane) || rank_of(b) >= rank_of(kinds::plane);
+  return (a == kinds::mesh || b == kinds::mesh) && !ground;
+}
+
+/// Points of a and b nearer than `margin` (m, per lane).
 template <class T>
 inline void collide(ShapeKind a, const ShapeT<T>& sa, const PoseT<T>& Xa, ShapeKind b, const ShapeT<T>& sb,
                     const PoseT<T>& Xb, T margin, ManifoldT<T>& out) {
@@ -113,8 +114,10 @@ inline void collide(ShapeKind a, const ShapeT<T>& sa, const PoseT<T>& Xa, ShapeK
     exchange(out);
     return;
   }
-  if (!has_kernel(a, b) || rank_of(a) >= rank_of(plane)) return;
-  if (rank_of(a) <= rank_of(capsule)) {
+  if (rank_of(a) >= rank_of(plane)) return;
+  if (b == mesh) {
+    hull_pair(a, sa, Xa, sb, Xb, margin, out);
+  } else if (rank_of(a) <= rank_of(capsule)) {
     collide_round(a, sa, Xa, b, sb, Xb, margin, out);
   } else if (a == mesh) {
     b == plane ? hull_plane(sa, Xa, Xb, margin, out) : hull_heightfield(sa, Xa, sb, Xb, margin, out);
@@ -154,7 +157,7 @@ inline mask_of<T> may_touch(ShapeKind a, const T& radius_a, const PoseT<T>& Xa, 
   return !(sqrt(norm2(apart)) >= reach);
 }
 
-/// A manifold that was computed outside the kernels: `rows` is [slot][ManifoldRow][lane].
+/// A manifold in memory: `rows` is [slot][ManifoldRow][lane].
 enum ManifoldRow : int {
   kRowPhi = 0,
   kRowPoint = 1,   // 3
@@ -164,20 +167,6 @@ enum ManifoldRow : int {
   kRowValid = 9,  // 1 or 0
   kManifoldRows = 10
 };
-template <class T>
-inline void read_manifold(const double* rows, int count, ManifoldT<T>& out) {
-  constexpr int W = kWidth<T>;
-  out.count = count;
-  for (int k = 0; k < count; ++k) {
-    const double* slot = rows + k * kManifoldRows * W;
-    out.point[k] = {load<T>(slot),
-                    load_vec3<T>(slot + kRowPoint * W),
-                    load_vec3<T>(slot + kRowNormal * W),
-                    load<T>(slot + kRowFeatureA * W),
-                    load<T>(slot + kRowFeatureB * W),
-                    load<T>(slot + kRowValid * W) > T(0.5)};
-  }
-}
 
 }  // namespace GRAZE_ISA_NAMESPACE
 }  // namespace graze

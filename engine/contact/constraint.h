@@ -49,7 +49,10 @@ struct ContactT : ContactFrameT<T> {
   T slips;                         // 1 where the impulse lies on the cone
   T free;                          // normal velocity that the step would end with but for constraints, m/s
   unsigned lanes;                  // where the point is valid
-  int pair, slot;                  // index into the pairs; slot of the manifold
+  T slot;                          // of the manifold, per lane
+  unsigned slots;                  // bit k: some lane's is k
+  bool warm;                       // some lane has a warm start
+  int pair;                        // index into the pairs
   int path;                        // index into the paths
   Vec3T<T>* y;                     // Y, local rows in the order of the path's dofs; then D^-1 Y
 };

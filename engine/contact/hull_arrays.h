@@ -1,6 +1,7 @@
 #pragma once
 // Hulls as kernels take them.
 
+#include <algorithm>
 #include <vector>
 
 #include "engine/contact/manifold.h"
@@ -17,9 +18,10 @@ class HullArrays {
     for (int i = 0; i < 3; ++i) {
       for (const Vec3& corner : hull.corners) at_[i].push_back(corner[i] - hull.centre[i]);
     }
+    for (int k = 0; k < count(); ++k) radius_ = std::max(radius_, corner(k).norm());
   }
   /// Holds as long as this does, wherever it is moved to.
-  HullView view() const { return {count(), at_[0].data(), at_[1].data(), at_[2].data()}; }
+  HullView view() const { return {count(), at_[0].data(), at_[1].data(), at_[2].data(), radius_}; }
   int count() const { return static_cast<int>(at_[0].size()); }
   /// The pose of the frame at the centre, where the mesh's own frame stands at X and its size is `size`.
   Pose placed(const Pose& X, const Vec3& size) const {
@@ -33,6 +35,7 @@ class HullArrays {
  private:
   Vec3 centre_ = Vec3::Zero();
   std::vector<double> at_[3];
+  double radius_ = 0;
 };
 
 }  // namespace graze

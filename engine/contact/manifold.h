@@ -29,6 +29,7 @@ struct HeightView {
 struct HullView {
   int count;
   const double *x, *y, *z;  // corners, m
+  double radius;            // of a ball about the centre that holds them, m
 };
 
 inline namespace GRAZE_ISA_NAMESPACE {
@@ -56,6 +57,8 @@ struct ManifoldT {
   static constexpr int kMax = 8;
   int count = 0;  // slots that this pair of shapes uses, the same in all lanes
   ContactPointT<T> point[kMax];
+  Vec3T<T> axis{T(0.0), T(0.0), T(0.0)};  // pairs of hulls: a unit vector from b to a (world) along which they are
+                                          // apart where they have no points
 };
 
 // --- For the kernels ---------------------------------------------------------------------------------------------
@@ -121,6 +124,7 @@ inline void exchange(ManifoldT<T>& manifold) {
     point.feature_a = point.feature_b;
     point.feature_b = feature;
   }
+  manifold.axis = -manifold.axis;
 }
 
 }  // namespace GRAZE_ISA_NAMESPACE

@@ -9,68 +9,128 @@
 namespace graze {
 inline namespace GRAZE_ISA_NAMESPACE {
 
-/// Makes a contact of each manifold point that some lane of `near` has; keeps the last step's impulse where it goes on.
+/// Manifold points of which each lane has at most one, and what was kept of them.
+template <class T>
+struct PointRowT {
+  ContactPointT<T> at;
+  Vec3T<T> impulse;  // world, N s
+  T slip_rate, slot;
+  unsigned lanes = 0, slots = 0;  // slots: bit k: some lane's is k
+  bool warm = false;              // something was kept in some lane
+
+  void take(unsigned more, const ContactPointT<T>& point, int k, const T* kept) {
+    const Vec3T<T> zero{T(0.0), T(0.0), T(0.0)}, before = kept ? Vec3T<T>{kept[0], kept[1], kept[2]} : zero;
+    const T rate = kept ? kept[3] : T(0.0);
+    if (lanes == 0) {
+      at = point, impulse = before, slip_rate = rate, slot = T(k);
+    } else {
+      const mask_of<T> here = mask_from_bits<T>(more);
+      at = {select(here, point.phi, at.phi),
+            select(here, point.p, at.p),
+            select(here, point.n, at.n),
+            select(here, point.feature_a, at.feature_a),
+            select(here, point.feature_b, at.feature_b),
+            at.valid};
+      impulse = select(here, before, impulse);
+      slip_rate = select(here, rate, slip_rate);
+      slot = select(here, T(k), slot);
+    }
+    lanes |= more;
+    slots |= 1u << k;
+    warm = warm || kept != nullptr;
+  }
+};
+
+/// Row r gets each lane's r-th point of those in `near`, in the order of slots. Lanes may use different slots, and a
+/// contact costs as much for one lane as for eight. A lane's own points stay in order, so that its bits stay. Returns
+/// the number of rows.
+template <class T>
+inline int pack_points(const LaneBlock& block, int pair_index, const ManifoldT<T>& manifold, unsigned near,
+                       PointRowT<T>* row) {
+  const T* warm = rows<T>(block.slot_impulse) + kKept * kSlots * pair_index;
+  int count = 0;
+  for (int k = 0; k < manifold.count; ++k) {
+    const T* kept = block.slot_used[pair_index] >> k & 1 ? warm + kKept * k : nullptr;
+    unsigned left = bits(manifold.point[k].valid) & near;
+    for (int r = 0; left != 0; ++r) {
+      const unsigned here = r < count ? left & ~row[r].lanes : left;
+      if (here == 0) continue;
+      row[r].take(here, manifold.point[k], k, kept);
+      count = r < count ? count : r + 1;
+      left &= ~here;
+    }
+  }
+  return count;
+}
+
+/// Makes contacts of the manifold points that some lane of `near` has; keeps the last step's impulse where it goes on.
 template <class T>
 inline void add_contacts(LaneBlock& block, int pair_index, const ManifoldT<T>& manifold, unsigned near,
                          Vec3T<T>*& free_rows) {
   const PairView& pair = block.pairs[pair_index];
   const T* numbers = rows<T>(block.pair) + kPairRows * pair_index;
-  const T* warm = rows<T>(block.slot_impulse) + kKept * kSlots * pair_index;
   ContactT<T>* contacts = reinterpret_cast<ContactT<T>*>(block.contacts);
-  for (int k = 0; k < manifold.count; ++k) {
-    const ContactPointT<T>& point = manifold.point[k];
-    const unsigned lanes = bits(point.valid) & near;
-    if (lanes == 0) continue;
+  PointRowT<T> packed[kSlots];
+  const int count = pack_points<T>(block, pair_index, manifold, near, packed);
+  for (int r = 0; r < count; ++r) {
+    const PointRowT<T>& row = packed[r];
     ContactT<T>& c = contacts[block.contact_count++];
-    const auto valid = mask_from_bits<T>(lanes);
+    const auto valid = mask_from_bits<T>(row.lanes);
     const Vec3T<T> zero{T(0.0), T(0.0), T(0.0)};
-    c.n = select(valid, point.n, Vec3T<T>{T(0.0), T(0.0), T(1.0)});
-    c.p = select(valid, point.p, zero);
-    c.phi = select(valid, point.phi, T(0.0));
+    c.n = select(valid, row.at.n, Vec3T<T>{T(0.0), T(0.0), T(1.0)});
+    c.p = select(valid, row.at.p, zero);
+    c.phi = select(valid, row.at.phi, T(0.0));
     c.friction = numbers[kPairFriction];
     c.restitution = numbers[kPairRestitution];
     c.spring = reinterpret_cast<const ContactSpringT<T>*>(numbers + kPairSpring);
     c.deep = numbers[kPairDeep];
-    c.feature_a = point.feature_a;
-    c.feature_b = point.feature_b;
+    c.feature_a = row.at.feature_a;
+    c.feature_b = row.at.feature_b;
     make_tangents(c);
     c.lambda = zero;
     c.slip_rate = T(0.0);
-    if (block.slot_used[pair_index] >> k & 1) {
-      const T* kept = warm + kKept * k;
-      c.lambda = to_local(c, select(valid, Vec3T<T>{kept[0], kept[1], kept[2]}, zero));
-      c.slip_rate = select(valid, kept[3], T(0.0));
+    if (row.warm) {
+      c.lambda = to_local(c, select(valid, row.impulse, zero));
+      c.slip_rate = select(valid, row.slip_rate, T(0.0));
     }
-    c.lanes = lanes;
+    c.warm = row.warm;
+    c.lanes = row.lanes;
     c.pair = pair_index;
-    c.slot = k;
+    c.slot = row.slot;
+    c.slots = row.slots;
     c.path = pair.path;
     c.y = free_rows;
     free_rows += 2 * block.paths[pair.path].count;
   }
 }
 
+/// Of lanes of `near` without points.
+template <class T>
+inline void keep_axis(const LaneBlock& block, const PairView& pair, const ManifoldT<T>& manifold, unsigned near) {
+  for (int k = 0; k < manifold.count; ++k) near &= ~bits(manifold.point[k].valid);
+  const PoseT<T>& Xb = reinterpret_cast<const PoseT<T>*>(block.pose)[pair.b];
+  Vec3T<T>& axis = reinterpret_cast<Vec3T<T>*>(block.axis)[pair.axis];
+  axis = select(mask_from_bits<T>(near), transposed_times(Xb.R, manifold.axis), axis);
+}
+
 template <class T>
 inline void find_contacts(LaneBlock& block, double h) {
   const PoseT<T>* pose = reinterpret_cast<const PoseT<T>*>(block.pose);
   Vec3T<T>* free_rows = reinterpret_cast<Vec3T<T>*>(block.contact_rows);
-  const double* given = block.manifolds;
   block.contact_count = 0;
   for (int i = 0; i < block.near_count; ++i) {
     const PairView& pair = block.pairs[block.near[i]];
     ManifoldT<T> manifold;
-    if (pair.external) {
-      read_manifold<T>(given, kSlots, manifold);
-      given += kManifoldRows * kSlots * kWidth<T>;
-      add_contacts<T>(block, block.near[i], manifold, block.near_lanes[i], free_rows);
-      continue;
-    }
     const ColliderView &a = block.colliders[pair.a], &b = block.colliders[pair.b];
     const ShapeT<T> shape_a = shape_of<T>(block, pair.a);
     const ShapeT<T> shape_b = shape_of<T>(block, pair.b);
+    T margin = reach<T>(block, pair, h);
+    const unsigned near = block.near_lanes[i];
+    if (pair.axis >= 0) margin = select(mask_from_bits<T>(near), margin, T(-1e300));
     collide<T>(static_cast<ShapeKind>(a.kind), shape_a, pose[pair.a], static_cast<ShapeKind>(b.kind), shape_b,
-               pose[pair.b], reach<T>(block, pair, h), manifold);
-    add_contacts<T>(block, block.near[i], manifold, block.near_lanes[i], free_rows);
+               pose[pair.b], margin, manifold);
+    if (pair.axis >= 0) keep_axis<T>(block, pair, manifold, near);
+    add_contacts<T>(block, block.near[i], manifold, near, free_rows);
   }
 }
 
@@ -84,7 +144,7 @@ inline void warm_start(const LaneBlock& block, const ConstraintsT<T>& set, T* dz
   ChangeT<T> change(dz);
   for (int i = 0; i < set.contact_count; ++i) {
     const ContactT<T>& c = set.contacts[i];
-    if (!(block.slot_used[c.pair] >> c.slot & 1)) continue;
+    if (!c.warm) continue;
     change.turn_to(set.paths[c.path]);
     apply_impulse<T>(set.paths[c.path], c, c.lambda, change);
   }
@@ -103,10 +163,16 @@ inline void keep_impulses(LaneBlock& block, const ConstraintsT<T>& set) {
   }
   for (int i = 0; i < set.contact_count; ++i) {
     const ContactT<T>& c = set.contacts[i];
-    T* kept = warm + kKept * (kSlots * c.pair + c.slot);
     const Vec3T<T> impulse = to_world(c, c.lambda);
-    kept[0] = impulse.x, kept[1] = impulse.y, kept[2] = impulse.z, kept[3] = c.slip_rate;
-    block.slot_used[c.pair] |= 1 << c.slot;
+    const T numbers[kKept] = {impulse.x, impulse.y, impulse.z, c.slip_rate};
+    const auto valid = mask_from_bits<T>(c.lanes);
+    for (unsigned slots = c.slots; slots != 0; slots &= slots - 1) {
+      const int k = __builtin_ctz(slots);
+      const auto here = valid & (c.slot == T(k));
+      T* kept = warm + kKept * (kSlots * c.pair + k);
+      for (int row = 0; row < kKept; ++row) kept[row] = select(here, numbers[row], kept[row]);
+      block.slot_used[c.pair] |= 1 << k;
+    }
   }
   for (int i = 0; i < set.joint_count; ++i) {
     if (set.joints[i].body < 0) continue;

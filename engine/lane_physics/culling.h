@@ -170,10 +170,8 @@ inline unsigned look_at_pair(const LaneBlock& block, int i, double h, unsigned a
     distance = select(mask_from_bits<T>(near), max(distance, separation_on_axis<T>(block, pair)), distance);
     near &= ~bits(distance - reach<T>(block, pair, h) > T(0.0));
   }
-  // Pairs without a kernel are measured less exactly, so what they are asked for depends on their lane alone.
-  const mask_of<T> measured = mask_from_bits<T>(pair.external ? pending : active);
   const T next = select(mask_from_bits<T>(near), T(-1e300), max(due, travel + distance));
-  due = select(measured, next, due);
+  due = select(mask_from_bits<T>(active), next, due);
   return near;
 }
 

@@ -25,10 +25,9 @@ struct ColliderView {
 };
 
 struct PairView {
-  int a, b;       // colliders
-  int path;       // index into the paths
-  bool external;  // no kernel: its manifolds come in `manifolds`
-  int axis;       // place of its axis in `axis`; -1: none is kept
+  int a, b;  // colliders
+  int path;  // index into the paths
+  int axis;  // place of its axis in `axis`; -1: none is kept
 };
 
 /// Parameters of the solver, the same for all particles.
@@ -144,8 +143,6 @@ struct LaneBlock {
   int near_count;
   int* near;             // pairs that may touch within this step
   unsigned* near_lanes;  // per near pair: in which lanes
-
-  const double* manifolds;  // kManifoldRows kSlots per near pair that is external, in order; see contact/collide.h
 
   // Contacts of the step; room for kSlots per near pair is made between begin and finish.
   double* contacts;        // ContactT

@@ -123,14 +123,12 @@ void LaneMemory::grow(std::size_t doubles) {
   std::fill_n(data_.get(), size_, 0.0);
 }
 
-LaneEngine::LaneEngine(const Model& nominal, const LaneKernel& kernel, StateRows state,
-                       std::unique_ptr<ExternalContacts> external)
-    : kernel_(kernel), topology_(nominal), paths_(topology_.view()), external_(std::move(external)) {
+LaneEngine::LaneEngine(const Model& nominal, const LaneKernel& kernel, StateRows state)
+    : kernel_(kernel), topology_(nominal), paths_(topology_.view()) {
   for (int body : nominal.actuated) actuated_dof_.push_back(nominal.bodies[body].v);
   actuated_body_ = nominal.actuated;
   locked_.resize(nominal.bodies.size());
   number_contacts(nominal);
-  assert(external_ || std::none_of(pairs_.begin(), pairs_.end(), [](const PairView& pair) { return pair.external; }));
   memory_.grow(lay_out(nullptr));
   lay_out(memory_.data());
   block_.topology = topology_.view();
@@ -166,8 +164,7 @@ void LaneEngine::number_contacts(const Model& nominal) {
     const int a = nominal.colliders[pair.a].body, b = nominal.colliders[pair.b].body;
     const ShapeKind kind_a = nominal.colliders[pair.a].shape.kind, kind_b = nominal.colliders[pair.b].shape.kind;
     colliders_[pair.a].used = colliders_[pair.b].used = true;
-    const bool external = !has_kernel(kind_a, kind_b);
-    pairs_.push_back({pair.a, pair.b, paths_.add(a, b), external, external ? axes_++ : -1});
+    pairs_.push_back({pair.a, pair.b, paths_.add(a, b), is_hull_pair(kind_a, kind_b) ? axes_++ : -1});
   }
   near_.resize(pairs_.size());
   slot_used_.resize(pairs_.size());
@@ -342,7 +339,6 @@ void LaneEngine::start(int lane, const Model& model, const State& initial) {
   load_bodies(lane, model);
   load_colliders(lane, model);
   load_law(lane, model);
-  if (external_) external_->start(lane, model);
   forget_contacts(lane);
   watch_joints();
   for (int i = 0; i < initial.q.size(); ++i) block_.q[i * W + lane] = initial.q[i];
@@ -407,13 +403,6 @@ void LaneEngine::restore(int lane, const Saved& saved) {
     slot_used_[one.pair] |= 1 << one.slot;
   }
   watch_joints();
-  if (!external_) return;
-  std::vector<Vec3> sizes;
-  for (int i = 0; i < block_.collider_count; ++i) {
-    const double* size = block_.collider + (kColliderRows * i + kSize) * W + lane;
-    sizes.emplace_back(size[0], size[W], size[2 * W]);
-  }
-  external_->resize(lane, sizes);
 }
 
 std::pair<int, double> LaneEngine::fastest_spin(int lane) const {
@@ -440,32 +429,12 @@ void LaneEngine::make_room_for_contacts() {
     report_pair_.resize(count);
     report_lanes_.resize(count);
   }
-  std::size_t external = 0;
-  for (int i = 0; i < block_.near_count; ++i) external += pairs_[near_[i]].external;
-  manifolds_.grow(external * kSlots * kManifoldRows * kernel_.lanes);
-  block_.manifolds = manifolds_.data();
   block_.contacts = contacts_.data();
   block_.contact_rows = contact_rows_.data();
   block_.sweep_memory = sweep_memory_.data();
   block_.report = report_.data();
   block_.report_pair = report_pair_.data();
   block_.report_lanes = report_lanes_.data();
-}
-
-void LaneEngine::find_external_contacts(double h) {
-  const int W = kernel_.lanes;
-  double* rows = manifolds_.data();
-  double margin[kLanes];
-  for (int i = 0; i < block_.near_count; ++i) {
-    const PairView& pair = pairs_[near_[i]];
-    if (!pair.external) continue;
-    for (int lane = 0; lane < W; ++lane) {
-      margin[lane] = std::fma(h, block_.speed[pair.a * W + lane] + block_.speed[pair.b * W + lane], reserve(h));
-    }
-    external_->collide(near_[i], W, near_lanes_[i], block_.pose + 12 * pair.a * W, block_.pose + 12 * pair.b * W,
-                       margin, rows, block_.axis + 3 * pair.axis * W);
-    rows += kSlots * kManifoldRows * W;
-  }
 }
 
 void LaneEngine::step(double h, unsigned active, const double* tau) {
@@ -475,7 +444,6 @@ void LaneEngine::step(double h, unsigned active, const double* tau) {
 void LaneEngine::drive(double h, unsigned active, const DriveView& drive) {
   kernel_.begin(block_, h, active, drive);
   make_room_for_contacts();
-  if (external_) find_external_contacts(h);
   kernel_.finish(block_, h, active, drive);
 }
 

@@ -8,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "engine/contact/external.h"
 #include "engine/contact/hull_arrays.h"
 #include "engine/contact/manifold.h"
 #include "engine/contact/paths.h"
@@ -53,10 +52,8 @@ const std::vector<std::string>& lane_contact_models();
 
 class LaneEngine {
  public:
-  /// All lanes hold `nominal` at q = 0 until they are started. `state` outlives this. `external` finds the contacts of
-  /// pairs that have no kernel; it may be null if there are none.
-  LaneEngine(const Model& nominal, const LaneKernel& kernel, StateRows state,
-             std::unique_ptr<ExternalContacts> external = nullptr);
+  /// All lanes hold `nominal` at q = 0 until they are started. `state` outlives this.
+  LaneEngine(const Model& nominal, const LaneKernel& kernel, StateRows state);
   LaneEngine(const LaneEngine&) = delete;
 
   void start(int lane, const Model& model, const State& initial);
@@ -118,12 +115,10 @@ class LaneEngine {
   void forget_contacts(int lane);
   void watch_joints();
   void make_room_for_contacts();
-  void find_external_contacts(double h);
 
   const LaneKernel& kernel_;
   Topology topology_;
   Paths paths_;
-  std::unique_ptr<ExternalContacts> external_;
   std::vector<int> actuated_dof_, actuated_body_, watched_, near_, slot_used_, report_pair_;
   std::vector<unsigned> near_lanes_, report_lanes_, locked_;
   std::vector<double> soonest_;
@@ -134,7 +129,7 @@ class LaneEngine {
   int axes_ = 0;                      // that are kept
   std::vector<ColliderView> colliders_;
   std::vector<PairView> pairs_;
-  LaneMemory memory_, contacts_, contact_rows_, sweep_memory_, report_, manifolds_;
+  LaneMemory memory_, contacts_, contact_rows_, sweep_memory_, report_;
   LaneBlock block_{};
 };
 

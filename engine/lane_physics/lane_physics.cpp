@@ -7,7 +7,6 @@
 #include <cassert>
 #include <cmath>
 
-#include "engine/contact/convex_pairs.h"
 #include "engine/lanes/isa.h"
 #include "engine/physics.h"
 
@@ -99,8 +98,7 @@ LanePhysics::LanePhysics(const Model& nominal, int width)
   for (int first = 0; first < kLanes; first += width_) {
     Part& part = *parts_.emplace_back(std::make_unique<Part>(first, width_, state_, nominal.na()));
     const StateRows block{rows_of(state_.q), rows_of(state_.v), rows_of(state_.a), rows_of(state_.X)};
-    part.engine = std::make_unique<LaneEngine>(nominal, kernel, whole() ? block : part.state,
-                                               std::make_unique<ConvexPairs>(nominal, width_));
+    part.engine = std::make_unique<LaneEngine>(nominal, kernel, whole() ? block : part.state);
     take_state(part);
   }
 }

@@ -1,5 +1,6 @@
 // Claims: the gap from GJK and EPA is the exact signed distance and agrees with the lane kernels, which do not know it;
-// manifolds carry a standing hull or cylinder; rows for the lane engine say the same.
+// manifolds of one lane at a time, which the lanes' are held against (hull_pair_test.cpp), carry a standing hull or
+// cylinder.
 
 #include <BulletCollision/CollisionShapes/btConvexHullShape.h>
 #include <BulletCollision/NarrowPhaseCollision/btGjkEpa2.h>
@@ -9,7 +10,6 @@
 
 #include "engine/contact/bullet_convert.h"
 #include "engine/contact/collide.h"
-#include "engine/contact/convex_pairs.h"
 #include "tests/engine/contact/hull_reference.h"
 #include "tests/engine/contact/support.h"
 #include "tests/sanitized.h"
@@ -18,17 +18,10 @@ namespace graze {
 namespace {
 
 using testing::BodyD;
+using testing::eigen;
 using testing::Random;
 using testing::touch_plane;
 using enum ShapeKind;
-
-Vec3 eigen(const Vec3T<double>& v) { return {v.x, v.y, v.z}; }
-Pose eigen(const PoseT<double>& X) {
-  Pose out = Pose::Identity();
-  for (int i = 0; i < 9; ++i) out.linear()(i / 3, i % 3) = X.R.m[i];
-  out.translation() = eigen(X.p);
-  return out;
-}
 
 std::vector<Vec3> random_hull(Random& random) {
   std::vector<Vec3> out;
@@ -258,45 +251,6 @@ TEST(ConvexManifold, deepest_point_has_the_gap) {
       if (gap.phi > 0) {
         ASSERT_GT(least, gap.phi - 2e-3) << int(kind_a) << int(kind_b) << " " << trial;
       }
-    }
-  }
-}
-
-// Rows for the lane engine: each lane's manifold is that of its own sizes and poses, whoever its neighbours are.
-TEST(ConvexPairs, rows_are_the_lanes_manifolds) {
-  Random random(25);
-  Model model;
-  model.colliders.resize(2);
-  for (Collider& collider : model.colliders) collider.shape.kind = cylinder;
-  model.pairs = {{0, 1, 1, 0}};
-  constexpr int kWide = 8;
-  ConvexPairs pairs(model, kWide);
-  std::vector<double> X[2] = {std::vector<double>(12 * kWide), std::vector<double>(12 * kWide)}, margin(kWide, 0.01);
-  std::vector<std::pair<Convex, Convex>> expected;
-  for (int lane = 0; lane < kWide; ++lane) {
-    expected.push_back(random_convex(random, cylinder, cylinder, nullptr));
-    const Convex* bodies[] = {&expected.back().first, &expected.back().second};
-    for (int i = 0; i < 2; ++i) {
-      model.colliders[i].shape.size = bodies[i]->size;
-      for (int k = 0; k < 9; ++k) X[i][k * kWide + lane] = bodies[i]->X.linear()(k / 3, k % 3);
-      for (int k = 0; k < 3; ++k) X[i][(9 + k) * kWide + lane] = bodies[i]->X.translation()[k];
-    }
-    pairs.start(lane, model);
-  }
-  std::vector<double> rows(8 * kManifoldRows * kWide);
-  pairs.collide(0, kWide, 0x7f, X[0].data(), X[1].data(), margin.data(), rows.data(), nullptr);
-  ManifoldT<Pack<8>> read;
-  read_manifold(rows.data(), 8, read);
-  for (int lane = 0; lane < kWide; ++lane) {
-    const ConvexManifold alone = touch_convex(expected[lane].first, expected[lane].second, 0.01);
-    for (int k = 0; k < 8; ++k) {
-      const bool valid = bits(read.point[k].valid) >> lane & 1u;
-      ASSERT_EQ(valid, lane < 7 && alone[k].valid);
-      if (!valid) continue;
-      EXPECT_EQ(lane_of(read.point[k].phi, lane), alone[k].phi);
-      EXPECT_EQ(eigen(lane_of(read.point[k].p, lane)), alone[k].p);
-      EXPECT_EQ(eigen(lane_of(read.point[k].n, lane)), alone[k].n);
-      EXPECT_NE(lane_of(read.point[k].feature_a, lane), features::surface);
     }
   }
 }

@@ -15,15 +15,8 @@ namespace graze {
 namespace {
 
 using testing::BodyD;
+using testing::eigen;
 using testing::Random;
-
-Vec3 eigen(const Vec3T<double>& v) { return {v.x, v.y, v.z}; }
-Pose eigen(const PoseT<double>& X) {
-  Pose out = Pose::Identity();
-  for (int i = 0; i < 9; ++i) out.linear()(i / 3, i % 3) = X.R.m[i];
-  out.translation() = eigen(X.p);
-  return out;
-}
 
 /// Corners on a ball, or a slab, whose faces lie flat.
 Hull random_hull(Random& random) {

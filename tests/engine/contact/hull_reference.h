@@ -5,8 +5,8 @@
 #include <cmath>
 #include <vector>
 
-#include "engine/contact/convex_manifold.h"
 #include "engine/contact/heightfield.h"
+#include "tests/engine/contact/convex_manifold.h"
 
 namespace graze::testing {
 

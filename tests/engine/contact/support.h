@@ -26,6 +26,14 @@ struct BodyD {
   PoseD X;
 };
 
+inline Vec3 eigen(const Point& v) { return {v.x, v.y, v.z}; }
+inline Pose eigen(const PoseD& X) {
+  Pose out = Pose::Identity();
+  for (int i = 0; i < 9; ++i) out.linear()(i / 3, i % 3) = X.R.m[i];
+  out.translation() = eigen(X.p);
+  return out;
+}
+
 inline Point unit(const Point& v) { return (1 / std::sqrt(norm2(v))) * v; }
 
 /// max of n . x over the body, world.

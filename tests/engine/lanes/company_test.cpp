@@ -10,7 +10,6 @@
 #include <map>
 #include <numeric>
 
-#include "engine/contact/convex_pairs.h"
 #include "engine/contact/events.h"
 #include "engine/lane_physics/lane_physics.h"
 #include "engine/lanes/isa.h"
@@ -282,8 +281,7 @@ std::string states(const Particle& particle, bool measure_all) {
   const Model& model = particle.model;
   BlockState state{BlockArray(model.nq), BlockArray(model.nv), BlockArray(model.nv),
                    BlockArray(12 * static_cast<int>(model.bodies.size()))};
-  LaneEngine engine(model, kernel_of(chosen_isa()), {state.q.row(0), state.v.row(0), state.a.row(0), state.X.row(0)},
-                    std::make_unique<ConvexPairs>(model, kLanes));
+  LaneEngine engine(model, kernel_of(chosen_isa()), {state.q.row(0), state.v.row(0), state.a.row(0), state.X.row(0)});
   engine.start(0, model, particle.initial);
   const BlockArray tau(model.na() + 1);
   std::string out;

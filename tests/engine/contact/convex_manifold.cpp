@@ -1,4 +1,4 @@
-#include "engine/contact/convex_manifold.h"
+#include "tests/engine/contact/convex_manifold.h"
 
 #include <algorithm>
 #include <boost/container/small_vector.hpp>
@@ -229,11 +229,10 @@ void put_deepest(const Gap& gap, double margin, int deepest, ConvexManifold& out
 
 }  // namespace
 
-ConvexManifold touch_convex(const Convex& a, const Convex& b, double margin, Gap* seen) {
+ConvexManifold touch_convex(const Convex& a, const Convex& b, double margin) {
   ConvexManifold out;
   constexpr double kRounding = 1e-9;  // m: where a bound decides, so would the gap
   const Gap gap = gap_between(a, b, margin + kRounding);
-  if (seen) *seen = gap;
   if (gap.phi >= margin) return out;
   const Across across(a.X.linear(), gap.n);
   const int deepest = spread(common_points(a, b, across), across, margin, out);

@@ -1,5 +1,5 @@
 #pragma once
-// Manifolds of convex shapes without a kernel: up to eight points, so that a hull or a cylinder can stand on anything.
+// Manifolds of convex shapes by a way of their own, which the kernels of hulls are held against: up to eight points.
 // The gap is that of convex_gap.h; where faces, sides or edges lie on each other, one is clipped to the other and the
 // points that reach furthest in eight directions stay. The eight directions belong to a, so that slots stay.
 
@@ -17,7 +17,7 @@ struct ManifoldPoint {
 };
 using ConvexManifold = std::array<ManifoldPoint, 8>;
 
-/// `seen` (may be null) becomes the gap; where that is more than the margin, perhaps a bound of it (gap_between).
-ConvexManifold touch_convex(const Convex& a, const Convex& b, double margin, Gap* seen = nullptr);
+/// Points nearer than `margin`.
+ConvexManifold touch_convex(const Convex& a, const Convex& b, double margin);
 
 }  // namespace graze
