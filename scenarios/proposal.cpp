@@ -220,6 +220,12 @@ class Proposal {
       out += fmt::format("      {}: {:.4g}  # {:.4g} … {:.4g} {}\n", quoted(one.joint), initial_.q[one.q], one.lower,
                          one.upper, one.type == JointType::prismatic ? "m" : "rad");
     }
+    for (const Body& one : model_.bodies) {
+      if (one.mimics < 0) continue;
+      const std::string other = quoted(model_.bodies[one.mimics].joint);
+      out += fmt::format("      # {} follows {} (<mimic>): {:g} times its position + {:g}\n", quoted(one.joint), other,
+                         one.multiplier, one.offset);
+    }
     return out.empty() ? "" : "    joints:  # where they begin, and how far they go\n" + out;
   }
 
