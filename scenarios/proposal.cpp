@@ -263,7 +263,9 @@ class Proposal {
     if (model_.na() > 0) {
       out += fmt::format("  robot.joint.*.damping: {:g}  # N m s/rad, the same for all: what brakes the joints\n",
                          rounded(0.05 * gain()));
-      out += "  robot.joint.*.zero: {normal: {std: 0.01 rad}}\n";
+      const bool slides = std::all_of(model_.actuated.begin(), model_.actuated.end(),
+                                      [&](int body) { return model_.bodies[body].type == JointType::prismatic; });
+      out += fmt::format("  robot.joint.*.zero: {{normal: {{std: {}}}}}\n", slides ? "1 mm" : "0.01 rad");
     }
     out += "  robot.link.*.mass: {normal: {std: 5 %}}\n  contact.friction: {uniform: [0.5, 1.2]}\n";
     if (model_.floating_base) out += "  \"initial.base.{roll,pitch}\": {normal: {std: 2 deg}}\n";

@@ -65,9 +65,10 @@ TEST_F(New, OfAGripperDrivesWhatOthersFollow) {
           "</robot>");
   const testing::Result made = graze("new gripper.yaml gripper.urdf");
   EXPECT_EQ(made.code, 0) << made.err;
-  EXPECT_THAT(testing::read_file(folder / "gripper.yaml"),
-              AllOf(HasSubstr("1 driven joints"), HasSubstr("# 'j_right' follows 'j_left' (<mimic>): -1 times"),
-                    Not(HasSubstr("      'j_right': "))));
+  EXPECT_THAT(
+      testing::read_file(folder / "gripper.yaml"),
+      AllOf(HasSubstr("1 driven joints"), HasSubstr("zero: {normal: {std: 1 mm}}"),
+            HasSubstr("# 'j_right' follows 'j_left' (<mimic>): -1 times"), Not(HasSubstr("      'j_right': "))));
   for (const char* physics : {"lanes", "bullet"}) {
     const testing::Result run =
         graze(std::string("run gripper.yaml -n 2 --set time.end='0.05 s' --quiet --set physics=") + physics);
