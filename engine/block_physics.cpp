@@ -34,6 +34,7 @@ std::uint64_t numbering_of(const Model& model) {
   for (const Body& body : model.bodies) {
     digest.add(static_cast<int>(body.type)), digest.add(body.parent);
     digest.add(body.name), digest.add(body.joint);
+    digest.add(body.mimics);
   }
   digest.add(model.actuated.size());
   for (const int body : model.actuated) digest.add(body);

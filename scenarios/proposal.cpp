@@ -222,6 +222,12 @@ class Proposal {
       out += fmt::format("      {}: {:.4g}  # {:.4g} … {:.4g} {}\n", quoted(one.joint), initial_.q[one.q], one.lower,
                          one.upper, one.type == JointType::prismatic ? "m" : "rad");
     }
+    for (const Body& one : model_.bodies) {
+      if (one.mimics < 0) continue;
+      const std::string other = quoted(model_.bodies[one.mimics].joint);
+      out += fmt::format("      # {} follows {} (<mimic>): {:g} times its position + {:g}\n", quoted(one.joint), other,
+                         one.multiplier, one.offset);
+    }
     return out.empty() ? "" : "    joints:  # where they begin, and how far they go\n" + out;
   }
 
@@ -259,7 +265,9 @@ class Proposal {
     if (model_.na() > 0) {
       out += fmt::format("  robot.joint.*.damping: {:g}  # N m s/rad, the same for all: what brakes the joints\n",
                          hold_gains().damping);
-      out += "  robot.joint.*.zero: {normal: {std: 0.01 rad}}\n";
+      const bool slides = std::all_of(model_.actuated.begin(), model_.actuated.end(),
+                                      [&](int body) { return model_.bodies[body].type == JointType::prismatic; });
+      out += fmt::format("  robot.joint.*.zero: {{normal: {{std: {}}}}}\n", slides ? "1 mm" : "0.01 rad");
     }
     out += "  robot.link.*.mass: {normal: {std: 5 %}}\n  contact.friction: {uniform: [0.5, 1.2]}\n";
     if (model_.floating_base) out += "  \"initial.base.{roll,pitch}\": {normal: {std: 2 deg}}\n";

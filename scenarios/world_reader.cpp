@@ -130,6 +130,18 @@ class WorldReader {
     state.position.z() = checked_length(height, height.number(Quantity::length));
   }
 
+  /// Joints that follow others begin where these put them; globs pass over them.
+  void refuse_mimic(const Settings& value, const std::string& name) {
+    for (const Joint& joint : world().robot.joints) {
+      if (joint.name != name || joint.mimic.joint.empty()) continue;
+      value.fail_key(
+          fmt::format("'{0}' follows '{1}' (<mimic> of the URDF: {2:g} times its position{3}) and begins "
+                      "where that puts it; say where '{1}' begins",
+                      name, joint.mimic.joint, joint.mimic.multiplier,
+                      joint.mimic.offset == 0 ? "" : fmt::format(" + {:g}", joint.mimic.offset)));
+    }
+  }
+
   void read_joints(const Settings& initial, const char* key, Quantity angular, Quantity linear,
                    std::map<std::string, double>& out) {
     const auto joints = initial.find(key);
@@ -137,12 +149,13 @@ class WorldReader {
     std::vector<const Joint*> moving;
     std::vector<std::string> names;
     for (const Joint& joint : world().robot.joints) {
-      if (joint.type != JointType::revolute && joint.type != JointType::prismatic) continue;
+      if (!joint.driven()) continue;
       moving.push_back(&joint);
       names.push_back(joint.name);
     }
     check_count(*joints, joints->entries().size(), kMaxJointEntries, "entries");
     for (const auto& [pattern, value] : joints->entries()) {
+      refuse_mimic(value, pattern);
       for (const int i : match_names(value, pattern, names, "joint")) {
         const Quantity quantity = moving[i]->type == JointType::revolute ? angular : linear;
         const double number = value.number(quantity);

@@ -16,7 +16,7 @@ struct StepInput {
   double h = 0;                // s
   double work = 0;             // J, the most that joint forces can have done: sum of h max(tau v-, tau v+)
   double contact_impulse = 0;  // N s, sum of normal impulses
-  double limit_impulse = 0;    // N m s or N s, sum over joint limits
+  double limit_impulse = 0;    // N m s or N s, sum over joint limits and mimic rows
 };
 
 class EnergyWatch {

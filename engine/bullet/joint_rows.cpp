@@ -7,11 +7,8 @@
 namespace graze::bullet {
 namespace {
 
-/// Part of an overshoot that is taken back per step, as for contacts.
-constexpr double kOvershootRecovery = 0.2;
 /// Contact or torque may speed a joint up within a step: rows start this fast a joint early, rad/s or m/s.
 constexpr double kLimitWatchSpeed = 5.0;
-constexpr double kUnbounded = 1e10;  // Bullet's own upper bound of impulses
 
 double target_speed(double gap, double h) {
   return gap > 0 ? -gap / h : std::min(-gap * kOvershootRecovery / h, kLimitRecovery);
@@ -19,11 +16,12 @@ double target_speed(double gap, double h) {
 
 }  // namespace
 
+TreeRows::TreeRows(const Forest& forest, int body, int rows, bool unilateral, btTypedMultiBodyConstraintType type)
+    : btMultiBodyConstraint(forest.multibody(body), forest.multibody(body), forest.link(body),
+                            forest.multibody(body)->getParent(forest.link(body)), rows, unilateral, type) {}
+
 JointRows::JointRows(const Body& body, const Forest& forest, int index)
-    : btMultiBodyConstraint(forest.multibody(index), forest.multibody(index), forest.link(index),
-                            forest.multibody(index)->getParent(forest.link(index)), count, true,
-                            MULTIBODY_CONSTRAINT_LIMIT),
-      body_(body) {
+    : TreeRows(forest, index, count, true, MULTIBODY_CONSTRAINT_LIMIT), body_(body) {
   finalizeMultiDof();
 }
 
@@ -65,8 +63,8 @@ void JointRows::createConstraintRows(btMultiBodyConstraintArray& rows, btMultiBo
   }
 }
 
-void JointRows::add_row(Row row, double target, double low, double high, btMultiBodyConstraintArray& rows,
-                        btMultiBodyJacobianData& data, const btContactSolverInfo& info) {
+void TreeRows::add_row(int row, double target, double low, double high, btMultiBodyConstraintArray& rows,
+                       btMultiBodyJacobianData& data, const btContactSolverInfo& info) {
   btMultiBodySolverConstraint& constraint = rows.expandNonInitializing();
   constraint.m_orgConstraint = this;
   constraint.m_orgDofIndex = row;

@@ -11,8 +11,26 @@ namespace graze::bullet {
 
 /// Fastest return from beyond a joint limit, rad/s or m/s (our choice).
 inline constexpr double kLimitRecovery = 0.2;
+/// Part of an overshoot that is taken back per step, as for contacts.
+inline constexpr double kOvershootRecovery = 0.2;
+/// Bullet's own upper bound of impulses.
+inline constexpr double kUnbounded = 1e10;
 
-class JointRows : public btMultiBodyConstraint {
+/// Rows that stand on joints of one tree.
+class TreeRows : public btMultiBodyConstraint {
+ public:
+  int getIslandIdA() const override { return -1; }
+  int getIslandIdB() const override { return -1; }
+  void debugDraw(btIDebugDraw*) override {}
+
+ protected:
+  TreeRows(const Forest& forest, int body, int rows, bool unilateral, btTypedMultiBodyConstraintType type);
+  /// Row `row`: J v = target as far as impulses between the bounds allow.
+  void add_row(int row, double target, double low, double high, btMultiBodyConstraintArray& rows,
+               btMultiBodyJacobianData& data, const btContactSolverInfo& info);
+};
+
+class JointRows : public TreeRows {
  public:
   JointRows(const Body& body, const Forest& forest, int index);
   static bool needed(const Body& body);
@@ -25,18 +43,12 @@ class JointRows : public btMultiBodyConstraint {
   void after_solve();
 
   void finalizeMultiDof() override;
-  int getIslandIdA() const override { return -1; }
-  int getIslandIdB() const override { return -1; }
   void createConstraintRows(btMultiBodyConstraintArray& rows, btMultiBodyJacobianData& data,
                             const btContactSolverInfo& info) override;
-  void debugDraw(btIDebugDraw*) override {}
 
  private:
   enum Row { lower, upper, friction, count };
   bool limit_near(double gap, double closing, double h) const;
-  /// One row: sign * v >= target (limits) or v = 0 (friction) with impulses between the bounds.
-  void add_row(Row row, double target, double low, double high, btMultiBodyConstraintArray& rows,
-               btMultiBodyJacobianData& data, const btContactSolverInfo& info);
 
   const Body& body_;
   double limit_impulse_ = 0;

@@ -22,9 +22,10 @@ inline constexpr double kSolverSlack = 1e-4;
 class ContactSolver {
  public:
   virtual ~ContactSolver() = default;
-  /// Changes the velocities of all multibodies that the manifolds and joint rows act on.
+  /// Changes the velocities of all multibodies that the manifolds and joint rows act on. `geared`: some rows hold
+  /// joints to others, which iterations need long for.
   virtual void solve(std::vector<btPersistentManifold*>& manifolds, std::vector<btMultiBodyConstraint*>& joints,
-                     double h, btDispatcher& dispatcher) = 0;
+                     bool geared, double h, btDispatcher& dispatcher) = 0;
   /// Contact points of the last solve, and the impulse that each gave its manifold's body 0 (world, N s).
   virtual int points() const = 0;
   virtual const btManifoldPoint* point(int i) const = 0;

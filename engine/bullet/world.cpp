@@ -1,6 +1,7 @@
 #include "engine/bullet/world.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace graze::bullet {
 namespace {
@@ -28,6 +29,7 @@ World::World(std::shared_ptr<const Model> model, const State& initial, HullCache
   for (int i = 0; i < static_cast<int>(model_.bodies.size()); ++i) {
     const Body& body = model_.bodies[i];
     if (JointRows::needed(body)) joint_rows_.push_back(std::make_unique<JointRows>(body, forest_, i));
+    if (body.mimics >= 0) mimic_rows_.push_back(std::make_unique<MimicRow>(model_, forest_, i));
   }
   joint_force_.setZero(model_.nv);
 }
@@ -48,14 +50,17 @@ World::Saved World::save() const {
 
 const ContactSolver* World::solve(double h) {
   active_rows_.clear();
+  for (const auto& row : mimic_rows_) active_rows_.push_back(row.get());
   for (const auto& rows : joint_rows_) {
     rows->clear();
     if (rows->active(h)) active_rows_.push_back(rows.get());
   }
   if (contact_set_.manifolds().empty() && active_rows_.empty()) return nullptr;
   for (Tree& tree : forest_.trees()) tree.body->setCompanionId(-1);  // no place in the solver's arrays yet
-  solver_->solve(contact_set_.manifolds(), active_rows_, h, narrow_phase_.dispatcher());
-  for (btMultiBodyConstraint* rows : active_rows_) static_cast<JointRows*>(rows)->after_solve();
+  solver_->solve(contact_set_.manifolds(), active_rows_, !mimic_rows_.empty(), h, narrow_phase_.dispatcher());
+  for (std::size_t i = mimic_rows_.size(); i < active_rows_.size(); ++i) {
+    static_cast<JointRows*>(active_rows_[i])->after_solve();
+  }
   return solver_.get();
 }
 
@@ -79,6 +84,7 @@ void World::step(double h, const Eigen::VectorXd& tau) {
   input.work = h * joint_force_.cwiseProduct(v_before_).cwiseMax(joint_force_.cwiseProduct(forest_.v())).sum();
   for (const Contact& contact : contacts_) input.contact_impulse += contact.normal_impulse();
   for (const auto& rows : joint_rows_) input.limit_impulse += rows->limit_impulse();
+  for (const auto& row : mimic_rows_) input.limit_impulse += std::abs(row->impulse());
   fault_ = energy_.check(forest_, input);
 }
 

@@ -11,6 +11,7 @@
 #include "engine/bullet/contacts.h"
 #include "engine/bullet/energy.h"
 #include "engine/bullet/joint_rows.h"
+#include "engine/bullet/mimic_row.h"
 
 namespace graze::bullet {
 
@@ -51,7 +52,8 @@ class World {
   ContactSet contact_set_;
   std::unique_ptr<ContactSolver> solver_;
   std::vector<std::unique_ptr<JointRows>> joint_rows_;
-  std::vector<btMultiBodyConstraint*> active_rows_;
+  std::vector<std::unique_ptr<MimicRow>> mimic_rows_;
+  std::vector<btMultiBodyConstraint*> active_rows_;  // first those of mimic_rows_
   EnergyWatch energy_;
   std::vector<Contact> contacts_;
   std::optional<std::string> fault_;

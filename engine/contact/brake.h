@@ -11,14 +11,11 @@ inline namespace GRAZE_ISA_NAMESPACE {
 /// The most that the impulses may give, J: each times the velocity of its bodies at the end, as far as its constraint
 /// has set them a speed to part with.
 template <class T>
-GRAZE_OUT_OF_LINE T recovery_work(const TopologyView& t, const ConstraintsT<T>& set, T* dz) {
+GRAZE_OUT_OF_LINE T recovery_work(const ConstraintsT<T>& set, T* dz) {
   T work(0.0);
   for (int i = 0; i < set.joint_count; ++i) {
     const JointRowT<T>& row = set.joints[i];
-    const int count = t.dof_depth[row.dof] + 1;
-    const int* chain = t.chain + t.row[row.dof];
-    T u = row.b;
-    for (int d = 0; d < count; ++d) u = fma(row.y[d], dz[chain[d]], u);
+    const T u = speed_of(row, dz);
     work = fma(row.lower, max(min(u, -row.lower_gap), T(0.0)), work);
     work = fma(row.upper, max(min(-u, -row.upper_gap), T(0.0)), work);
   }
@@ -54,7 +51,7 @@ inline T brake(const TreeT<T>& tree, ConstraintsT<T>& set, const T* z, const T* 
   square *= T(0.5);
   const T work = fnma(T(0.5), ahead, linear + square);
   if (!any(linear + square > T(0.0))) return work;
-  const T room = recovery_work<T>(t, set, dz) - linear;
+  const T room = recovery_work<T>(set, dz) - linear;
   const auto over = (square > room) & mask_from_bits<T>(lanes);
   if (!any(over)) return work;
   const T share = select(over, max(room * recip(select(over, square, T(1.0))), T(0.0)), T(1.0));

@@ -4,8 +4,7 @@
 // D^-1 Y. Y has the sparsity of the path to the base, so the cost of a sweep is linear in the number of contacts. Each
 // contact has its own axes (ContactFrameT); impulses on a, velocities of a relative to b.
 
-#include "engine/contact/path_view.h"
-#include "engine/dynamics/factor.h"
+#include "engine/contact/mimic_row.h"
 #include "engine/dynamics/frames.h"
 
 namespace graze {
@@ -143,6 +142,23 @@ inline void factor_contact(const TreeT<T>& tree, const PathView& path, ContactT<
   sink.finish(c);
 }
 
+/// Makes the contact leave the mimic rows alone; A follows. Returns the part of its velocity that they hold.
+template <class T>
+inline Vec3T<T> leave_mimics_alone(const TreeT<T>& tree, const MimicsT<T>& mimics, const PathView& path,
+                                   ContactT<T>& c) {
+  const Vec3T<T> zero{T(0.0), T(0.0), T(0.0)};
+  const T before = c.ann + c.ass + c.att;
+  const Vec3T<T> held = leave_alone<T>(mimics, path.count, path.dofs, zero, c.y);
+  RowSinkT<T> sink(c, path.count);
+  for (int i = 0; i < path.count; ++i) sink.put(i, c.y[i], tree.inverse_D[path.dofs[i]]);
+  sink.finish(c);
+  const auto moves = c.ann + c.ass + c.att > T(kNothingLeft) * before;
+  for (int i = 0; i < 2 * path.count; ++i) c.y[i] = select(moves, c.y[i], zero);
+  const auto keep = [&](T& a) { a = select(moves, a, T(0.0)); };
+  keep(c.ann), keep(c.ass), keep(c.att), keep(c.ans), keep(c.ant), keep(c.ast);
+  return held;
+}
+
 /// The gap term along n (Eq. 67 and its kin): the solver makes n . u + term >= 0.
 ///   rigid, apart:        N v+ >= -phi/h, contact may close the gap and no more
 ///   rigid, overlapping:  a fraction of phi is taken back, at bounded speed
@@ -195,19 +211,21 @@ inline T guard_of(const ContactT<T>& c) {
 /// such a contact holds back but for a thousandth is pushed out anyhow (our choice).
 inline constexpr double kDeepGuard = 1e-3;
 
-/// Everything about a contact that holds during the step. `dz`: change of L v by all but constraints (nv).
+/// Everything about a contact that holds during the step. `dz`: change of L v by all but contacts and joint rows (nv).
 template <class T>
-inline void set_up_contact(const TreeT<T>& tree, const PathView& path, const ContactLawT<T>& law, const T& h,
-                           const T* dz, ContactT<T>& c, Vec3T<T>* scratch) {
+inline void set_up_contact(const TreeT<T>& tree, const PathView& path, const MimicsT<T>& mimics,
+                           const ContactLawT<T>& law, const T& h, const T* dz, ContactT<T>& c, Vec3T<T>* scratch) {
   factor_contact(tree, path, c, scratch);
   Vec3T<T> u{T(0.0), T(0.0), T(0.0)};
   if (path.body_a >= 0) u = point_velocity(tree, path.body_a, c.p);
   if (path.body_b >= 0) u -= point_velocity(tree, path.body_b, c.p);
   c.b = to_local(c, u);
+  const T before = c.b.x;
+  if (path.mimics) c.b += leave_mimics_alone(tree, mimics, path, c);
   T free = c.b.x;
   for (int i = 0; i < path.count; ++i) free = fma(dz[path.dofs[i]], c.y[i].x, free);
   c.free = free;
-  const T gap = gap_term(law, c, h, c.b.x, free);
+  const T gap = gap_term(law, c, h, before, free);
   c.b.x += gap;
   c.target = max(-gap, T(0.0));
   // Where nothing can move (prescribed joints hold both sides) no impulse helps, and none is sought.

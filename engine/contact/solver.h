@@ -325,8 +325,8 @@ inline constexpr int kPlainSweeps = 4, kAcceleratedSweeps = 40;
 
 /// Sweeps until all lanes of `lanes` are done. `sweeps` and `residual` (m/s) are per lane.
 template <class T>
-inline void solve_constraints(const TopologyView& t, const ContactLawT<T>& law, int most_sweeps, double tolerance,
-                              unsigned lanes, ConstraintsT<T>& set, T* dz, T& sweeps, T& residual) {
+inline void solve_constraints(const ContactLawT<T>& law, int most_sweeps, double tolerance, unsigned lanes,
+                              ConstraintsT<T>& set, T* dz, T& sweeps, T& residual) {
   auto moving = mask_from_bits<T>(lanes);
   const bool some_convex = any(law.convex > T(0.0));
   sweeps = T(0.0);
@@ -342,7 +342,7 @@ inline void solve_constraints(const TopologyView& t, const ContactLawT<T>& law, 
     T worst(0.0);
     for (int i = 0; i < set.joint_count; ++i) {
       if ((set.joints[i].lanes & going_on) == 0) continue;
-      worst = max(worst, relax_joint<T>(t, moving, set.joints[i], change.in_memory()));
+      worst = max(worst, relax_joint<T>(moving, set.joints[i], change.in_memory()));
     }
     for (int i = 0; i < set.contact_count; ++i) {
       ContactT<T>& c = set.contacts[i];

@@ -39,6 +39,11 @@ void for_each_match(const Model& model, const Settings& settings, const Visit& v
       matched = true;
     }
     if (matched) continue;
+    const int body = model.joint(pattern);
+    if (body >= 0 && model.bodies[body].mimics >= 0) {
+      value.fail_key(fmt::format("'{}' follows '{}' (<mimic> of the URDF) and has no drive of its own", pattern,
+                                 model.bodies[model.bodies[body].mimics].joint));
+    }
     value.fail_key("'" + pattern + "' matches no actuated joint" + similar_names(pattern, names, true));
   }
 }

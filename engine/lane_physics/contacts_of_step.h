@@ -139,7 +139,7 @@ template <class T>
 inline void warm_start(const LaneBlock& block, const ConstraintsT<T>& set, T* dz) {
   for (int i = 0; i < set.joint_count; ++i) {
     const JointRowT<T>& row = set.joints[i];
-    apply_row<T>(block.topology, row, row.dry + row.lower - row.upper, dz);
+    apply_row<T>(row, row.dry + row.lower - row.upper, dz);
   }
   ChangeT<T> change(dz);
   for (int i = 0; i < set.contact_count; ++i) {

@@ -157,8 +157,8 @@ inline void move_joints(const LaneBlock& block, const TreeT<T>& tree, const Driv
 
 /// Rows of the drives that are solved in the sweeps.
 template <class T>
-inline int add_servo_rows(const LaneBlock& block, const TreeT<T>& tree, const DriveView& view, double h,
-                          unsigned active, JointRowT<T>* joints) {
+inline int add_servo_rows(const LaneBlock& block, const TreeT<T>& tree, const MimicsT<T>& mimics, const DriveView& view,
+                          double h, unsigned active, JointRowT<T>* joints) {
   const TopologyView& t = tree.topology;
   T* free_rows = rows<T>(block.servo_rows);
   int count = 0;
@@ -169,11 +169,12 @@ inline int add_servo_rows(const LaneBlock& block, const TreeT<T>& tree, const Dr
     const DriveT<T> drive(block, view, k, h);
     JointRowT<T>& row = joints[count++];
     row.body = -1;
-    row.dof = t.v[block.actuated_body[k]];
     row.lanes = lanes;
     row.y = free_rows;
-    free_rows += 2 * (t.dof_depth[row.dof] + 1);
-    set_up_joint<T>(tree, rows<T>(block.v), row);
+    const int dof = t.v[block.actuated_body[k]];
+    const JointPathView& path = block.joint_paths[dof];
+    free_rows += 2 * path.count;
+    set_up_joint<T>(tree, rows<T>(block.v), dof, path, mimics, rows<T>(block.scratch), row);
     // h f = K (target - v+), that is v+ - target + R h f = 0 with R = 1/K.
     const T R = select(drive.prescribed, T(0.0), recip(drive.gain(h)));
     row.dry_gap = select(drive.prescribed, -drive.speed, -(T(h) * R * drive.law(h, T(0.0))));
@@ -182,15 +183,15 @@ inline int add_servo_rows(const LaneBlock& block, const TreeT<T>& tree, const Dr
     row.dry_low = T(h) * drive.lower, row.dry_high = T(h) * drive.upper;
     row.lower_gap = row.upper_gap = T(__builtin_inf());
     row.lower = row.upper = T(0.0);
-    const auto in_force = mask_from_bits<T>(lanes);
+    const auto in_force = mask_from_bits<T>(row.lanes);
     row.dry = select(in_force, min(max(T(h) * servo.warm, row.dry_low), row.dry_high), T(0.0));
   }
   return count;
 }
 
-/// Torque that holds a prescribed joint: its row of M dv = h (torque - bias - D v+) + J^T lambda, M without drives.
+/// What a joint's row of M dv = h (torque - bias - D v+) + J^T lambda lacks, M without drives.
 template <class T>
-inline T holding_torque(const LaneBlock& block, const TreeT<T>& tree, const ConstraintsT<T>& set, int body, double h,
+inline T lacking_torque(const LaneBlock& block, const TreeT<T>& tree, const ConstraintsT<T>& set, int body, double h,
                         const T* dv) {
   const TopologyView& t = tree.topology;
   const int dof = t.v[body], depth = t.dof_depth[dof];
@@ -215,6 +216,19 @@ inline T holding_torque(const LaneBlock& block, const TreeT<T>& tree, const Cons
   }
   const T speed = rows<T>(block.v)[dof] + dv[dof];
   return fma(tree.body[body].damping, speed, fma(T(1.0 / h), impulse, tree.bias[dof]));
+}
+
+/// Torque that holds a prescribed joint, and moves those that follow it: mimic rows do no work, so that what they take
+/// from it is what the others lack.
+template <class T>
+inline T holding_torque(const LaneBlock& block, const TreeT<T>& tree, const ConstraintsT<T>& set, int body, double h,
+                        const T* dv) {
+  T torque = lacking_torque<T>(block, tree, set, body, h, dv);
+  for (int i = 0; i < block.mimic_count; ++i) {
+    if (block.mimics[i].other_body != body) continue;
+    torque = fma(rows<T>(block.mimic)[2 * i], lacking_torque<T>(block, tree, set, block.mimics[i].body, h, dv), torque);
+  }
+  return torque;
 }
 
 /// Torques after the solve, and which drives do not agree with their bounds: those change their mode. Returns the lanes

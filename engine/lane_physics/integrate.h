@@ -122,7 +122,7 @@ inline T expect_energy(const LaneBlock& block, const TreeT<T>& tree, const T* v,
       sum = fma(T(h) * tree.bias[k], v[k] + before[k], sum);
     }
     if (t.kind[i] != kFloating && !driven) sum = fnma(T(h) * tree.body[i].damping, v[first] * v[first], sum);
-    balance[t.top[i]].kinetic2 += sum;
+    balance[block.whole[i]].kinetic2 += sum;
   }
   return T(0.5) * gravity2;
 }
@@ -261,7 +261,7 @@ inline void restore(const LaneBlock& block, const TreeT<T>& tree, const mask_of<
     T half = T(0.5) * row[depth] * v[t.v[i]];
     for (int d = 0; d < depth; ++d) half = fma(row[d], v[t.chain[t.row[t.v[i]] + d]], half);
     if (t.parent[i] < 0) now2[i] = T(0.0);
-    now2[t.top[i]] = fma(v[t.v[i]] + v[t.v[i]], half, now2[t.top[i]]);
+    now2[block.whole[i]] = fma(v[t.v[i]] + v[t.v[i]], half, now2[block.whole[i]]);
   }
   for (int i = 0; i < t.bodies; ++i) {
     if (t.kind[i] == kFloating) {
@@ -270,7 +270,7 @@ inline void restore(const LaneBlock& block, const TreeT<T>& tree, const mask_of<
     }
     if (t.root[i] >= 0) continue;
     T& s = balance[i].momentum.w.x;
-    const BalanceT<T>& top = balance[t.top[i]];
+    const BalanceT<T>& top = balance[block.whole[i]];
     if (t.parent[i] < 0) s = select(held, T(1.0), internal_scale(top.kinetic2, now2[i], now2[i]));
     v[t.v[i]] = select(live, top.momentum.w.x * v[t.v[i]], v[t.v[i]]);
   }

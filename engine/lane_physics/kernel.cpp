@@ -11,6 +11,7 @@ namespace {
 template <class T>
 constexpr LaneKernel make_kernel() {
   static_assert(sizeof(SweepMemoryT<T>) == kSweepMemory * sizeof(T));
+  static_assert(sizeof(MimicRowT<T>) == kMimicRows * sizeof(T));
   constexpr int row = sizeof(T);
   return {kWidth<T>,
           static_cast<int>(sizeof(BodyT<T>)) / row,

@@ -30,6 +30,13 @@ struct PairView {
   int axis;  // place of its axis in `axis`; -1: none is kept
 };
 
+/// A joint that follows another.
+struct MimicView {
+  int body, other_body;
+  int q, other_q;      // place in q
+  int dof, other_dof;  // and in v
+};
+
 /// Parameters of the solver, the same for all particles.
 struct SolverSettings {
   int most_sweeps = 60;
@@ -85,6 +92,8 @@ struct DriveView {
 
 /// Numbers of a drive that are kept: mode, flips, torque, demand, warm; see drive_of_step.h.
 inline constexpr int kServoRows = 5;
+/// Rows of MimicRowT.
+inline constexpr int kMimicRows = 3;
 /// Rows of SweepMemoryT.
 inline constexpr int kSweepMemory = 12;
 
@@ -100,6 +109,12 @@ struct LaneBlock {
   int pair_count;
   const PairView* pairs;
   const PathView* paths;
+  const JointPathView* joint_paths;  // per degree of freedom of a joint
+  int mimic_count;
+  const MimicView* mimics;
+  int mimic_dof_count;
+  const int* mimic_dofs;  // of all mimic rows, with their ancestors, descending
+  const int* whole;       // per body: the first of its tree and of the trees on the world that mimic rows couple it to
   SolverSettings settings;
 
   // Numbers of the particles.
@@ -109,6 +124,7 @@ struct LaneBlock {
   double* collider;  // kColliderRows per collider
   double* pair;      // kPairRows per pair
   double* limit;     // 3 per body: lower, upper, dry friction
+  double* mimic;     // 2 per mimic row: multiplier, offset (rad or m)
 
   // State.
   double *q, *v, *a, *X;
@@ -126,11 +142,12 @@ struct LaneBlock {
   double* pose;           // 12 per collider
   double* speed;          // 1 per collider, bound of the speed of its points, m/s
   double* servo;          // kServoRows per actuated joint
-  double* servo_rows;     // 2 (depth + 1) per actuated joint
+  double* servo_rows;     // 2 per degree of freedom of its path per actuated joint
   double* M_kept;         // M without drives
   unsigned* locked;       // per body: lanes in which prescribed motion holds its joint
   double* joints;         // JointRowT per watched joint and actuated joint
-  double* joint_rows;     // 2 (depth + 1) per watched joint
+  double* joint_rows;     // 2 per degree of freedom of its path per watched joint
+  double* mimic_rows;     // 2 mimic_dof_count and a MimicRowT per mimic row
   double* joint_impulse;  // 3 per body: lower, upper, dry; warm start
   double* slot_impulse;   // kKept kSlots per pair, warm start
   int* slot_used;         // per pair: bit k: slot k's may be other than zero

@@ -124,11 +124,12 @@ void LaneMemory::grow(std::size_t doubles) {
 }
 
 LaneEngine::LaneEngine(const Model& nominal, const LaneKernel& kernel, StateRows state)
-    : kernel_(kernel), topology_(nominal), paths_(topology_.view()) {
+    : kernel_(kernel), topology_(nominal), paths_(topology_.view(), graze::mimic_dofs(nominal, topology_.view())) {
   for (int body : nominal.actuated) actuated_dof_.push_back(nominal.bodies[body].v);
   actuated_body_ = nominal.actuated;
   locked_.resize(nominal.bodies.size());
   number_contacts(nominal);
+  number_mimics(nominal);
   memory_.grow(lay_out(nullptr));
   lay_out(memory_.data());
   block_.topology = topology_.view();
@@ -172,6 +173,26 @@ void LaneEngine::number_contacts(const Model& nominal) {
   soonest_.resize(pairs_.size() + kLanes);  // kernels read rows of it
 }
 
+void LaneEngine::number_mimics(const Model& nominal) {
+  const TopologyView t = topology_.view();
+  mimic_dofs_ = graze::mimic_dofs(nominal, t);
+  for (int dof = 0; dof < t.nv; ++dof) joint_paths_.push_back(paths_.joint(dof));
+  int first = t.bodies;  // of the trees on the world that mimic rows couple: they are one robot's
+  for (std::size_t i = 0; i < nominal.bodies.size(); ++i) {
+    const Body& body = nominal.bodies[i];
+    whole_.push_back(t.top[i]);
+    if (body.mimics < 0) continue;
+    const Body& other = nominal.bodies[body.mimics];
+    mimics_.push_back({static_cast<int>(i), body.mimics, body.q, other.q, body.v, other.v});
+    first = std::min({first, t.top[i], t.top[body.mimics]});
+  }
+  std::vector<bool> coupled(nominal.bodies.size());
+  for (const MimicView& mimic : mimics_) coupled[t.top[mimic.body]] = coupled[t.top[mimic.other_body]] = true;
+  for (int& top : whole_) {
+    if (coupled[top]) top = first;
+  }
+}
+
 std::size_t LaneEngine::lay_out(double* base) {
   const TopologyView t = topology_.view();
   std::size_t used = 0;
@@ -183,11 +204,14 @@ std::size_t LaneEngine::lay_out(double* base) {
   LaneBlock& b = block_;
   const int nb = t.bodies, nc = static_cast<int>(colliders_.size()), np = static_cast<int>(pairs_.size());
   int chains = 0;
-  for (int i = 0; i < nb; ++i) chains += 2 * (t.dof_depth[t.v[i]] + 1);
+  for (int i = 0; i < nb; ++i) chains += 2 * joint_paths_[t.v[i]].count;
   b.body = rows(nb * kernel_.body_rows);
   b.gravity = rows(3);
   b.law = rows(kernel_.law_rows);
   b.limit = rows(3 * nb);
+  const int mimics = static_cast<int>(mimics_.size());
+  b.mimic = rows(2 * mimics);
+  b.mimic_rows = rows(mimics * (2 * static_cast<int>(mimic_dofs_.size()) + kMimicRows));
   b.energy = rows(1);
   b.energy_audit = rows(kAuditRows);
   b.effort = rows(3);
@@ -207,7 +231,7 @@ std::size_t LaneEngine::lay_out(double* base) {
   b.joint_rows = rows(chains);
   const int na = static_cast<int>(actuated_dof_.size());
   int driven = 0;
-  for (const int dof : actuated_dof_) driven += 2 * (t.dof_depth[dof] + 1);
+  for (const int dof : actuated_dof_) driven += 2 * joint_paths_[dof].count;
   b.servo = rows(kServoRows * na);
   b.servo_rows = rows(driven);
   b.M_kept = rows(t.row[t.nv]);
@@ -236,6 +260,12 @@ void LaneEngine::link_tables() {
   b.pair_count = static_cast<int>(pairs_.size());
   b.pairs = pairs_.data();
   b.paths = paths_.views().data();
+  b.joint_paths = joint_paths_.data();
+  b.mimic_count = static_cast<int>(mimics_.size());
+  b.mimics = mimics_.data();
+  b.mimic_dof_count = static_cast<int>(mimic_dofs_.size());
+  b.mimic_dofs = mimic_dofs_.data();
+  b.whole = whole_.data();
   b.slot_used = slot_used_.data();
   b.soonest = soonest_.data();
   b.near = near_.data();
@@ -251,6 +281,10 @@ void LaneEngine::load_bodies(int lane, const Model& model) {
     limit[lane] = body.lower;
     limit[W + lane] = body.upper;
     limit[2 * W + lane] = body.friction;
+  }
+  for (std::size_t i = 0; i < mimics_.size(); ++i) {
+    const Body& body = model.bodies[mimics_[i].body];
+    scatter(std::array<double, 2>{body.multiplier, body.offset}, block_.mimic + 2 * i * W, W, lane);
   }
   const double mass = moving_mass(model);
   for (int i = 0; i < kAuditRows; ++i) block_.energy_audit[i * W + lane] = 0;
@@ -358,6 +392,7 @@ void LaneEngine::each_kept_row(const F& f) const {
   const int nb = t.bodies;
   // Numbers of the particle.
   f(b.body, nb * kernel_.body_rows), f(b.gravity, 3), f(b.law, kernel_.law_rows), f(b.limit, 3 * nb);
+  f(b.mimic, 2 * b.mimic_count);
   f(b.collider, b.collider_count * kColliderRows), f(b.pair, kPairRows * b.pair_count);
   // State, what settle() makes of it, and the audit.
   f(b.q, t.nq), f(b.v, t.nv), f(b.a, t.nv), f(b.X, 12 * nb);

@@ -98,6 +98,7 @@ class LaneEngine {
 
  private:
   void number_contacts(const Model& nominal);
+  void number_mimics(const Model& nominal);
   /// Places all arrays behind `base`; returns how many doubles they take.
   std::size_t lay_out(double* base);
   void link_tables();  // what is the same for all lanes, which the block points to
@@ -121,6 +122,9 @@ class LaneEngine {
   Paths paths_;
   std::vector<int> actuated_dof_, actuated_body_, watched_, near_, slot_used_, report_pair_;
   std::vector<unsigned> near_lanes_, report_lanes_, locked_;
+  std::vector<MimicView> mimics_;
+  std::vector<int> mimic_dofs_, whole_;
+  std::vector<JointPathView> joint_paths_;  // per degree of freedom
   std::vector<double> soonest_;
   std::vector<std::shared_ptr<const HeightGrid>> grids_;  // keeps alive what terrain_ points to
   std::vector<HeightView> terrain_;

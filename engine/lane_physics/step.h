@@ -156,6 +156,7 @@ inline T solve(LaneBlock& block, const TreeT<T>& tree, double h, unsigned active
                ConstraintsT<T>& set) {
   T* dz = rows<T>(block.dz);
   const ContactLawT<T>& law = *reinterpret_cast<const ContactLawT<T>*>(block.law);
+  const MimicsT<T> mimics = follow_mimics<T>(block, tree, h, dz);
   find_contacts<T>(block, h);
   set.contacts = reinterpret_cast<ContactT<T>*>(block.contacts);
   set.contact_count = block.contact_count;
@@ -164,19 +165,20 @@ inline T solve(LaneBlock& block, const TreeT<T>& tree, double h, unsigned active
   Vec3T<T>* scratch = reinterpret_cast<Vec3T<T>*>(block.scratch);
   for (int i = 0; i < set.contact_count; ++i) {
     ContactT<T>& c = set.contacts[i];
-    set_up_contact<T>(tree, set.paths[c.path], law, T(h), dz, c, scratch);
+    set_up_contact<T>(tree, set.paths[c.path], mimics, law, T(h), dz, c, scratch);
   }
   set.joints = reinterpret_cast<JointRowT<T>*>(block.joints);
-  set.joint_count = set_up_joints<T>(block, tree, h, active);
-  set.servo_count = drive.q ? add_servo_rows<T>(block, tree, drive, h, active, set.joints + set.joint_count) : 0;
+  set.joint_count = set_up_joints<T>(block, tree, mimics, h, active);
+  set.servo_count =
+      drive.q ? add_servo_rows<T>(block, tree, mimics, drive, h, active, set.joints + set.joint_count) : 0;
   set.joint_count += set.servo_count;
   T *z = rows<T>(block.z), *free = rows<T>(block.free);
   times_L<T>(tree, rows<T>(block.v), z);
   for (int k = 0; k < tree.topology.nv; ++k) free[k] = dz[k];
   warm_start<T>(block, set, dz);
   T* effort = rows<T>(block.effort);
-  solve_constraints<T>(tree.topology, law, block.settings.most_sweeps, block.settings.tolerance, active, set, dz,
-                       effort[0], effort[1]);
+  solve_constraints<T>(law, block.settings.most_sweeps, block.settings.tolerance, active, set, dz, effort[0],
+                       effort[1]);
   if (block.settings.measure) {
     *reinterpret_cast<ContactResidualsT<T>*>(block.measured) = contact_residuals<T>(law, set, dz);
   }
@@ -185,7 +187,9 @@ inline T solve(LaneBlock& block, const TreeT<T>& tree, double h, unsigned active
   unsigned driven = 0;
   for (int i = 0; i < tree.topology.bodies; ++i) driven |= block.locked[i];
   for (int i = set.joint_count - set.servo_count; i < set.joint_count; ++i) driven |= set.joints[i].lanes;
-  const T impulse_work = select(mask_from_bits<T>(driven), T(1e300), brake<T>(tree, set, z, free, ~driven, dz));
+  T work = brake<T>(tree, set, z, free, ~driven, dz);
+  if (mimics.count > 0) work += work_of<T>(mimics);
+  const T impulse_work = select(mask_from_bits<T>(driven), T(1e300), work);
   for (int k = 0; k < tree.topology.nv; ++k) z[k] += dz[k];
   solve_L<T>(tree, dz);
   return impulse_work;

@@ -89,7 +89,7 @@ std::vector<std::string> channel_names(const Robot& robot) {
   using Of = ChannelFamily::Of;
   std::vector<std::string> joints, links, names;
   for (const Joint& joint : robot.joints) {
-    if (joint.type == JointType::revolute || joint.type == JointType::prismatic) joints.push_back(joint.name);
+    if (joint.driven()) joints.push_back(joint.name);
   }
   for (const Link& link : robot.links) {
     if (!link.collisions.empty()) links.push_back(link.name);

@@ -65,7 +65,7 @@ void check(const Parameter& parameter, double value) {
 std::vector<double> joint_zeros(const World& world) {
   std::vector<double> zeros;
   for (const Joint& joint : world.robot.joints) {
-    if (joint.type != JointType::fixed) zeros.push_back(joint.zero);
+    if (joint.driven()) zeros.push_back(joint.zero);
   }
   return zeros;
 }

@@ -16,6 +16,8 @@ inline constexpr std::size_t kMaxUrdfBytes = 16u << 20;
 inline constexpr std::size_t kMaxLinks = 20'000;
 /// Joints that move: the mass matrix of a serial chain of n has n^2 / 2 entries for each lane.
 inline constexpr std::size_t kMaxJoints = 1'000;
+/// Joints that follow others: every two of them are looked at in each step.
+inline constexpr std::size_t kMaxMimics = 100;
 /// Bytes of one attribute (a name, a file name, three numbers), which messages repeat.
 inline constexpr std::size_t kMaxAttributeBytes = 1'000;
 /// Warnings about one file; the rest is counted.

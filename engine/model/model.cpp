@@ -53,6 +53,7 @@ class Compiler {
     model_.floating_base = world_.robot.floating_base;
     place_root(X_WBase);
     for (const Joint& joint : world_.robot.joints) place_child(joint);
+    for (const Joint& joint : world_.robot.joints) couple(joint);
     for (const Link& link : world_.robot.links) add_link(link);
     for (const Object& object : world_.objects) add_object(object);
     finish_inertia();
@@ -114,8 +115,18 @@ class Compiler {
     body.velocity = joint.velocity;
     body.damping = joint.damping;
     body.friction = joint.friction;
-    model_.actuated.push_back(index);
+    if (joint.mimic.joint.empty()) model_.actuated.push_back(index);
     places_[joint.child] = {index, Pose::Identity()};
+  }
+
+  /// A joint that follows another, which may come later in the tree.
+  void couple(const Joint& joint) {
+    if (joint.mimic.joint.empty()) return;
+    Body& body = model_.bodies[model_.joint(joint.name)];
+    body.mimics = model_.joint(joint.mimic.joint);
+    body.multiplier = joint.mimic.multiplier;
+    body.offset = joint.mimic.offset;
+    assert(body.mimics >= 0 && model_.bodies[body.mimics].mimics < 0 && body.multiplier != 0);
   }
 
   void add_link(const Link& link) {
@@ -282,12 +293,23 @@ void set_floating(const Body& body, const Pose& X_WB, State& state) {
   state.q.segment<7>(body.q) << R.w(), R.x(), R.y(), R.z(), X_WB.translation();
 }
 
-void set_joint(const InitialState& initial, const Body& body, State& state) {
+void set_joint(const World& world, const Body& body, State& state) {
+  const InitialState& initial = world.initial;
   const auto position = initial.joint_position.find(body.joint);
   const auto velocity = initial.joint_velocity.find(body.joint);
   state.q[body.q] =
-      position != initial.joint_position.end() ? position->second : std::clamp(0.0, body.lower, body.upper);
+      position != initial.joint_position.end() ? position->second : world.robot.default_position(body.joint);
   if (velocity != initial.joint_velocity.end()) state.v[body.v] = velocity->second;
+}
+
+/// Joints that follow others begin where these put them.
+void set_mimics(const Model& model, State& state) {
+  for (const Body& body : model.bodies) {
+    if (body.mimics < 0) continue;
+    const Body& other = model.bodies[body.mimics];
+    state.q[body.q] = std::fma(body.multiplier, state.q[other.q], body.offset);
+    state.v[body.v] = body.multiplier * state.v[other.v];
+  }
 }
 
 /// The state with the base's height as it stands in `initial`.
@@ -297,7 +319,7 @@ State state_as_written(const World& world, const Model& model) {
   for (std::size_t i = 0; i < model.bodies.size(); ++i) {
     const Body& body = model.bodies[i];
     if (body.type != JointType::floating) {
-      set_joint(world.initial, body, state);
+      set_joint(world, body, state);
     } else if (i == 0 && model.floating_base) {
       set_floating(body, base_pose(world.initial), state);
       state.v.segment<3>(body.v) = world.initial.angular_velocity;
@@ -307,6 +329,7 @@ State state_as_written(const World& world, const Model& model) {
       set_floating(body, world.objects[object++].X_WO, state);
     }
   }
+  set_mimics(model, state);
   return state;
 }
 

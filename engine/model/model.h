@@ -22,6 +22,8 @@ struct Body {
   Vec3 com = Vec3::Zero();               // in the body frame, m
   Mat3 inertia = Mat3::Zero();           // about com, body axes, kg m^2
   int q = 0, v = 0;                      // first index in q and v
+  int mimics = -1;                       // body whose joint this one's follows, and which follows none; -1: it is free
+  double multiplier = 1, offset = 0;     // then q = multiplier q_other + offset; offset in rad or m
   double lower, upper, effort, velocity, damping, friction;  // as Joint
 };
 
@@ -54,7 +56,8 @@ struct Model {
   std::vector<Collider> colliders;
   std::vector<ColliderPair> pairs;  // lexicographic order
   std::vector<Frame> frames;
-  std::vector<int> actuated;  // bodies with a driven joint, in order; actuator k drives v[bodies[actuated[k]].v]
+  std::vector<int> actuated;  // bodies with a driven joint, in order; actuator k drives v[bodies[actuated[k]].v].
+                              // Joints that follow others have none
   Vec3 gravity = {0, 0, -9.81};
   std::string contact_model;  // one of the back end's models; empty: its first
   int nq = 0;                 // floating: quaternion (w x y z) then position (x y z); other joints one each

@@ -143,9 +143,10 @@ class Lister {
       add(path + name, joint.*field, quantity, bounds,
           [i, field](Draft& d, double x) { d.world.robot.joints[i].*field = x; });
     };
-    member("zero", &Joint::zero, turns ? Quantity::angle : Quantity::length, turns ? kAny : kPlace);
+    if (joint.driven()) member("zero", &Joint::zero, turns ? Quantity::angle : Quantity::length, turns ? kAny : kPlace);
     member("damping", &Joint::damping, turns ? Quantity::rotational_damping : Quantity::damping, kNonNegative);
     member("friction", &Joint::friction, turns ? Quantity::torque : Quantity::force, kNonNegative);
+    if (!joint.driven()) return;
     member("effort", &Joint::effort, turns ? Quantity::torque : Quantity::force, kNonNegative);
     member("velocity", &Joint::velocity, turns ? Quantity::angular_velocity : Quantity::velocity, kNonNegative);
   }
@@ -256,7 +257,7 @@ class Lister {
     }
     if (world_.robot.floating_base) add_initial_velocity();
     for (const Joint& joint : world_.robot.joints) {
-      if (joint.type != JointType::fixed) add_initial_joint(joint);
+      if (joint.driven()) add_initial_joint(joint);
     }
   }
 
@@ -276,7 +277,7 @@ class Lister {
     const std::string path = "initial.joint." + joint.name + ".";
     const auto position = world_.initial.joint_position.find(joint.name);
     const double start =
-        position == world_.initial.joint_position.end() ? std::clamp(0.0, joint.lower, joint.upper) : position->second;
+        position == world_.initial.joint_position.end() ? world_.robot.default_position(joint.name) : position->second;
     add(path + "position", 0, turns ? Quantity::angle : Quantity::length, turns ? kTurn : kPlace,
         [name = joint.name, start](Draft& d, double x) { d.world.initial.joint_position[name] = start + x; });
     add(path + "velocity", 0, turns ? Quantity::angular_velocity : Quantity::velocity, kAny,

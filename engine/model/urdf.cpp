@@ -262,6 +262,7 @@ class Builder {
     joint.parent = entry.parent;
     joint.child = entry.child;
     joint.source = fmt::format("{}:{}", name_, entry.line);
+    joint.mimic = entry.mimic;
     joint.X_PJ = pose(from.parent_to_joint_origin_transform, entry.rpy);
     joint.type = type_of(from);
     if (joint.type == JointType::revolute || joint.type == JointType::prismatic) {

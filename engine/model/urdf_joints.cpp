@@ -59,7 +59,7 @@ class JointReader {
       out_.type = "continuous";  // a stand-in
       guessed_ = true;
     }
-    leave_out_mimic();
+    read_mimic();
     if (out_.type != "revolute" || e_.FirstChildElement("limit")) return;
     problems_.repair(out_.line,
                      where_ +
@@ -70,17 +70,15 @@ class JointReader {
     out_.type = "continuous";
   }
 
-  void leave_out_mimic() {
+  /// What it follows is looked at when all joints are known.
+  void read_mimic() {
     XMLElement* mimic = e_.FirstChildElement("mimic");
-    if (!mimic || out_.type == "fixed") return;
+    if (!mimic || !turns_or_slides()) return;
+    out_.mimic_line = line_of(*mimic);
     const char* leader = mimic->Attribute("joint");
-    problems_.repair(line_of(*mimic),
-                     where_ +
-                         ": mimic joints are not supported; make the joint fixed, or drive it on its own (remove "
-                         "<mimic>)",
-                     fmt::format("removes <mimic>: the joint moves on its own, and nothing ties it to '{}'",
-                                 clipped(leader ? leader : "", 80)));
-    e_.DeleteChild(mimic);
+    out_.mimic.joint = leader ? leader : "";
+    if (mimic->Attribute("multiplier")) out_.mimic.multiplier = values_.unprinted(*mimic, "multiplier", where_, 1);
+    if (mimic->Attribute("offset")) out_.mimic.offset = values_.unprinted(*mimic, "offset", where_, 0);
   }
 
   std::string link_of(const char* role) {
@@ -156,6 +154,7 @@ class JointReader {
       limit.SetAttribute("lower", number_text({lower}).c_str());
       limit.SetAttribute("upper", number_text({upper}).c_str());
     }
+    out_.lower = lower, out_.upper = upper;
     if (out_.type != "prismatic") return;
     // Bounds that leave a slide free may be any numbers, but not those that begin far away.
     values_.check_length(limit, "lower", std::max(lower, 0.0), where_);

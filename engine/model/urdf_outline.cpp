@@ -9,6 +9,7 @@
 #include "engine/model/limits.h"
 #include "engine/model/urdf_bodies.h"
 #include "engine/model/urdf_joints.h"
+#include "engine/model/urdf_mimics.h"
 #include "engine/model/urdf_tree.h"
 #include "engine/model/urdf_values.h"
 #include "engine/settings/settings.h"
@@ -38,6 +39,7 @@ class Reader {
     if (nameless_) problems_.raise();
     out_.xml = printer_.CStr();
     order_as_tree(out_, problems_);
+    settle_mimics(out_, problems_);
     return std::move(out_);
   }
 

@@ -6,11 +6,13 @@
 #include <tinyxml2.h>
 
 #include <array>
+#include <limits>
 #include <set>
 #include <string>
 #include <vector>
 
 #include "engine/model/urdf_problems.h"
+#include "engine/model/world.h"
 
 namespace graze {
 
@@ -38,6 +40,9 @@ struct UrdfOutline {
     int line = 0;
     Angles rpy{};
     tinyxml2::XMLElement* element = nullptr;  // <joint>
+    double lower = -std::numeric_limits<double>::infinity(), upper = std::numeric_limits<double>::infinity();
+    Mimic mimic;         // of the joint that it is written to follow; settle_mimics() leads it to one that follows none
+    int mimic_line = 0;  // 0: no <mimic> that counts
   };
 
   std::string robot;

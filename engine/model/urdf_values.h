@@ -42,6 +42,10 @@ class UrdfValues {
   std::vector<double> numbers(tinyxml2::XMLElement& e, const char* attribute, std::size_t count,
                               const std::string& where, double otherwise = 0);
   double number(tinyxml2::XMLElement& e, const char* attribute, const std::string& where);
+  /// A number that the clean document does not get.
+  double unprinted(tinyxml2::XMLElement& e, const char* attribute, const std::string& where, double otherwise) {
+    return read(e, attribute, 1, where, otherwise)[0];
+  }
   /// A number >= 0.
   double non_negative(tinyxml2::XMLElement& e, const char* attribute, const std::string& where);
   /// An effort or velocity: a number >= 0, or none where the file has none or an infinite one.

@@ -149,4 +149,17 @@ const Link& Robot::link(const std::string& name) const { return named(links, nam
 
 const Joint& Robot::joint(const std::string& name) const { return named(joints, name, "joint"); }
 
+double Robot::default_position(const std::string& name) const {
+  double lower = joint(name).lower, upper = joint(name).upper;
+  for (const Joint& other : joints) {
+    if (other.mimic.joint != name) continue;
+    const Mimic& mimic = other.mimic;
+    const double a = (other.lower - mimic.offset) / mimic.multiplier,
+                 b = (other.upper - mimic.offset) / mimic.multiplier;
+    const double least = std::max(lower, std::min(a, b)), most = std::min(upper, std::max(a, b));
+    if (least <= most) lower = least, upper = most;
+  }
+  return std::clamp(0.0, lower, upper);
+}
+
 }  // namespace graze

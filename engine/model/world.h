@@ -88,6 +88,13 @@ struct Link {
 
 enum class JointType { fixed, revolute, prismatic, floating };
 
+/// A joint that follows another: position = multiplier times the other's + offset.
+struct Mimic {
+  std::string joint;      // the one it follows, which follows none; empty: the joint is free
+  double multiplier = 1;  // not 0
+  double offset = 0;      // rad or m
+};
+
 /// Joint frame = child link frame. Continuous is revolute without limits.
 struct Joint {
   std::string name, parent, child;
@@ -100,7 +107,11 @@ struct Joint {
   double damping = 0;                                         // N m s/rad
   double friction = 0;                                        // N m, dry
   double zero = 0;                                            // rad: encoder tare; the encoder reads q - zero
+  Mimic mimic;
   std::string source;
+
+  /// It moves, and no other joint says how: such joints have drives, encoders and initial positions of their own.
+  bool driven() const { return type != JointType::fixed && type != JointType::floating && mimic.joint.empty(); }
 };
 
 /// A kinematic tree with a fixed or floating base.
@@ -112,6 +123,9 @@ struct Robot {
 
   const Link& link(const std::string& name) const;    // throws std::out_of_range
   const Joint& joint(const std::string& name) const;  // throws std::out_of_range
+  /// Where a driven joint begins if nothing says otherwise, rad or m: at 0, or as near to it as its limits and those of
+  /// the joints that follow it allow. Throws std::out_of_range.
+  double default_position(const std::string& joint) const;
 };
 
 /// The contact model whose contacts have springs and dampers.

@@ -111,12 +111,18 @@ std::string sampling_text(const Scenario& s) {
                      counted(s.particles, "particle"), design_name(s.design), s.seed);
 }
 
+/// " (2 more follow them)", of joints with <mimic>.
+std::string followers(const Model& model) {
+  const auto n = std::count_if(model.bodies.begin(), model.bodies.end(), [](const Body& b) { return b.mimics >= 0; });
+  return n == 0 ? "" : fmt::format(" ({} more follow{} them)", n, n == 1 ? "s" : "");
+}
+
 std::string overview(const Scenario& s, const ChannelReaders& readers) {
   std::string out = fmt::format("{}\n", printable(s.name));
   if (!s.description.empty()) out += fmt::format("  {}\n", s.description);
   out += fmt::format("  robot        {}: {}, {}, {} base, {:.4g} kg\n", s.world->robot.name,
                      counted(s.world->robot.links.size(), "link"),
-                     counted(static_cast<std::size_t>(s.model.na()), "driven joint"),
+                     counted(static_cast<std::size_t>(s.model.na()), "driven joint") + followers(s.model),
                      s.world->robot.floating_base ? "floating" : "fixed", robot_mass(s.model));
   const std::string shapes = shapes_text(s.model);
   out += fmt::format("  environment  {}; {}{}, {} that may touch\n", counted(s.world->objects.size(), "object"),

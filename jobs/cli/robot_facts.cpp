@@ -40,7 +40,8 @@ nlohmann::json robot_as_json(const Scenario& scenario) {
   nlohmann::json out = {{"name", scenario.world->robot.name},     {"mass", robot_mass(model)},
                         {"floating", model.floating_base},        {"links", scenario.world->robot.links.size()},
                         {"size", {size.x(), size.y(), size.z()}}, {"joints", nlohmann::json::array()},
-                        {"shapes", nlohmann::json::object()},     {"pairs", model.pairs.size()}};
+                        {"shapes", nlohmann::json::object()},     {"pairs", model.pairs.size()},
+                        {"mimic", nlohmann::json::array()}};
   for (const int body : model.actuated) {
     const Body& joint = model.bodies[body];
     out["joints"].push_back({{"name", joint.joint},
@@ -51,6 +52,14 @@ nlohmann::json robot_as_json(const Scenario& scenario) {
                              {"velocity", limit(joint.velocity)},
                              {"damping", joint.damping},
                              {"initial", initial.q[joint.q]}});
+  }
+  for (const Body& joint : model.bodies) {
+    if (joint.mimics < 0) continue;
+    out["mimic"].push_back({{"name", joint.joint},
+                            {"follows", model.bodies[joint.mimics].joint},
+                            {"multiplier", joint.multiplier},
+                            {"offset", joint.offset},
+                            {"initial", initial.q[joint.q]}});
   }
   for (const auto& [kind, n] : count_shapes(model)) out["shapes"][kKinds[kind]] = n;
   return out;

@@ -47,6 +47,44 @@ TEST_F(New, OfARobotWithoutJointsFallsAndRests) {
   EXPECT_EQ(misspelt.code, 2);
 }
 
+// A gripper whose right finger follows the left one: one joint to drive and to begin, and whoever names the other is
+// told why not.
+TEST_F(New, OfAGripperDrivesWhatOthersFollow) {
+  const auto finger = [](const std::string& name, const std::string& mimic) {
+    return "<link name=\"" + name +
+           "\"><collision><geometry><box size=\"0.02 0.02 0.06\"/></geometry></collision></link><joint name=\"j_" +
+           name + "\" type=\"prismatic\"><parent link=\"palm\"/><child link=\"" + name +
+           "\"/><axis xyz=\"1 0 0\"/><limit lower=\"-0.1\" upper=\"0.1\" effort=\"10\" velocity=\"1\"/>" + mimic +
+           "</joint>";
+  };
+  testing::write_file(
+      folder / "gripper.urdf",
+      "<robot name=\"gripper\"><link name=\"palm\"><collision><geometry><box size=\"0.1 0.1 0.02\"/></geometry>"
+      "</collision></link>" +
+          finger("left", "") + finger("right", "<mimic joint=\"j_left\" multiplier=\"-1\" offset=\"0.05\"/>") +
+          "</robot>");
+  const testing::Result made = graze("new gripper.yaml gripper.urdf");
+  EXPECT_EQ(made.code, 0) << made.err;
+  EXPECT_THAT(
+      testing::read_file(folder / "gripper.yaml"),
+      AllOf(HasSubstr("1 driven joints"), HasSubstr("zero: {normal: {std: 1 mm}}"),
+            HasSubstr("# 'j_right' follows 'j_left' (<mimic>): -1 times"), Not(HasSubstr("      'j_right': "))));
+  for (const char* physics : {"lanes", "bullet"}) {
+    const testing::Result run =
+        graze(std::string("run gripper.yaml -n 2 --set time.end='0.05 s' --quiet --set physics=") + physics);
+    EXPECT_EQ(run.code, 0) << run.err;
+  }
+  EXPECT_THAT(graze("check gripper.yaml").out, HasSubstr("1 driven joint (1 more follows them)"));
+  EXPECT_THAT(graze("check gripper.yaml --json").out, AllOf(HasSubstr("\"follows\""), HasSubstr("\"j_left\"")));
+  const testing::Result begins = graze("check gripper.yaml --set robot.initial.joints.j_right=0.01");
+  EXPECT_EQ(begins.code, 2);
+  EXPECT_THAT(begins.err, HasSubstr("'j_right' follows 'j_left' (<mimic> of the URDF: -1 times its position + 0.05)"));
+  const testing::Result drives =
+      graze("check gripper.yaml --set \"policies.hold.control={joint_pd: {kp: {j_right: 1}}}\"");
+  EXPECT_EQ(drives.code, 2);
+  EXPECT_THAT(drives.err, HasSubstr("'j_right' follows 'j_left' (<mimic> of the URDF) and has no drive of its own"));
+}
+
 TEST_F(New, SaysWhichLinksBeginInEachOther) {
   const std::string robot = std::string(GRAZE_SOURCE_DIR) + "/tests/scenarios/robots/tangle.urdf";
   EXPECT_EQ(graze("new tangle.yaml " + robot).code, 0);

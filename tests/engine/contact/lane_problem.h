@@ -45,7 +45,7 @@ class LaneProblem {
     ConstraintsT<double> set{contacts_.data(), static_cast<int>(contacts_.size()), nullptr, 0, 0, &path_,
                              memory_.data()};
     LaneSolution out;
-    solve_constraints<double>({}, law, most_sweeps, tolerance, 1, set, dz.data(), out.sweeps, out.residual);
+    solve_constraints<double>(law, most_sweeps, tolerance, 1, set, dz.data(), out.sweeps, out.residual);
     out.measured = contact_residuals<double>(law, set, dz.data());
     out.lambda.resize(3 * static_cast<Eigen::Index>(contacts_.size()));
     for (std::size_t i = 0; i < contacts_.size(); ++i) {

@@ -80,6 +80,18 @@ inline Joint random_joint(Dice& dice, int child, int parent) {
   return out;
 }
 
+/// Some of the joints follow others, whether their limits leave them a position or not.
+inline void add_mimics(Robot& robot, Dice& dice) {
+  for (Joint& one : robot.joints) {
+    if (one.type == JointType::fixed || !dice.once_in(4)) continue;
+    const Joint& other = robot.joints[dice.below(static_cast<int>(robot.joints.size()))];
+    const auto follows_one = [&](const Joint& joint) { return joint.mimic.joint == one.name; };
+    if (!other.driven() || &other == &one) continue;
+    if (std::any_of(robot.joints.begin(), robot.joints.end(), follows_one)) continue;
+    one.mimic = {other.name, dice.decades(0.1, 10) * (dice.once_in(2) ? -1 : 1), dice.within(-0.5, 0.5)};
+  }
+}
+
 /// A tree of up to eight links in a world of things, some of which overlap.
 inline World random_world(Dice& dice) {
   World world;
@@ -89,6 +101,7 @@ inline World random_world(Dice& dice) {
     world.robot.links.push_back(link(name, random_shape(dice), dice.decades(0.01, 10), at(0, 0, 0, dice.turned())));
     if (i > 0) world.robot.joints.push_back(random_joint(dice, i, dice.below(i)));
   }
+  add_mimics(world.robot, dice);
   world.robot.floating_base = links == 1 || !dice.once_in(4);
   const Pose tilted = at(0, 0, 0, dice.once_in(2) ? Mat3(Mat3::Identity()) : turn(0.1, dice.vector(1)));
   if (!dice.once_in(4))
@@ -133,6 +146,11 @@ inline Particle random_particle(World world, std::uint32_t id, const std::vector
   }
   Particle out = particle_of(world);
   out.id = id;
+  for (const Body& body : out.model.bodies) {
+    if (body.mimics < 0 || dice.once_in(2)) continue;  // else it begins off its line
+    out.initial.q[body.q] += dice.within(-0.1, 0.1);
+    out.initial.v[body.v] += dice.within(-1, 1) * dice.decades(0.1, wild);
+  }
   return out;
 }
 

@@ -202,6 +202,7 @@ World flail(const std::string& model) {
     added.friction = 0.01 * i, added.damping = i == 2 ? 0.02 : 0;
     world.initial.joint_velocity[added.name] = i == 3 ? 1 : 6;
     if (i < 3) world.initial.joint_position[added.name] = 0.2;
+    if (i == 4) added.mimic = {"j2", -0.5, 0.05};
   }
   world.objects = {fixed("ground", plane(), at(0, 0, -0.475))};
   world.contact.model = model;

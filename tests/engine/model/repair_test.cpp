@@ -36,6 +36,17 @@ std::string arm(const std::string& inside, const std::string& of_joint = "", con
   return robot_of(link("a") + link("b", inside) + joint_of("j", "a", "b", type, of_joint));
 }
 
+/// Two arms on a link, by joints j1 and j2 (lines 5 and 6) with these parts.
+std::string pair(const std::string& of_first, const std::string& of_second) {
+  return robot_of(link("a") + link("b") + link("c") + joint_of("j1", "a", "b", "continuous", of_first) +
+               joint_of("j2", "a", "c", "continuous", of_second));
+}
+
+std::string limit(double lower, double upper) {
+  return "<limit lower=\"" + std::to_string(lower) + "\" upper=\"" + std::to_string(upper) +
+         "\" effort=\"1\" velocity=\"1\"/>";
+}
+
 std::string inertial(const std::string& mass, const std::string& xx, const std::string& yy, const std::string& zz) {
   return "<inertial><mass value=\"" + mass + "\"/><inertia ixx=\"" + xx + "\" ixy=\"0\" ixz=\"0\" iyy=\"" + yy +
          "\" iyz=\"0\" izz=\"" + zz + "\"/></inertial>";
@@ -152,8 +163,24 @@ const std::vector<Case>& cases() {
        "<limit> needs a non-empty effort", "writes 1000000000, which is no limit"},
       {"no_bound", arm(kSolid, "<limit effort=\"1\" velocity=\"inf\"/>"), 4, "velocity: 'inf' is not a number",
        "writes 1000000000, which is no limit"},
-      {"mimic", arm(kSolid, "<mimic joint=\"k\" multiplier=\"2\"/>"), 4, "mimic joints are not supported",
-       "removes <mimic>: the joint moves on its own, and nothing ties it to 'k'"},
+      {"mimic_of_none", arm(kSolid, "<mimic multiplier=\"2\"/>"), 4, "<mimic> names no joint", "removes <mimic>"},
+      {"mimic_of_unknown", pair("", "<mimic joint=\"k\"/>"), 6, "names the joint 'k', which is not there", "removes"},
+      {"mimic_of_itself", pair("", "<mimic joint=\"j2\"/>"), 6, "a ring of joints that follow each other (j2 > j2)",
+       "removes <mimic>: the joint moves on its own"},
+      {"mimic_ring", pair("<mimic joint=\"j2\"/>", "<mimic joint=\"j1\"/>"), 5, "(j1 > j2 > j1)", "removes <mimic>"},
+      {"mimic_of_fixed",
+       robot_of(link("a") + link("b") + link("c") + joint_of("j1", "a", "b", "fixed") +
+             joint_of("j2", "a", "c", "continuous", "<mimic joint=\"j1\"/>")),
+       6, "names the joint 'j1', which is fixed", "removes <mimic>"},
+      {"mimic_zero", pair("", "<mimic joint=\"j1\" multiplier=\"0\"/>"), 6, "multiplier: 0 lets the joint stand still",
+       "removes <mimic>"},
+      {"mimic_huge", pair("", "<mimic joint=\"j1\" multiplier=\"1e9\"/>"), 6, "its size must be 1e-06 to 1e+06",
+       "removes <mimic>"},
+      {"mimic_far", pair("", "<mimic joint=\"j1\" offset=\"1e9\"/>"), 6, "offset: 1e+09 is out of range", "removes"},
+      {"mimic_no_room",
+       robot_of(link("a") + link("b") + link("c") + joint_of("j1", "a", "b", "revolute", limit(0, 1)) +
+             joint_of("j2", "a", "c", "revolute", limit(1, 2) + "<mimic joint=\"j1\" multiplier=\"-1\"/>")),
+       6, "within its limits, 1 to 2, 'j1' would have to be from -2 to -1, which has 0 to 1", "removes <mimic>"},
       {"planar_base", robot_of(link("world", "") + link("a") + joint_of("j", "world", "a", "planar")), 4,
        "planar joints are not supported", "removes it and link 'world': the base floats"},
       {"floating_base", robot_of(link("map", "") + link("a") + joint_of("j", "map", "a", "floating")), 4,
