@@ -90,6 +90,7 @@ class Builder {
     for (const UrdfOutline::JointEntry& entry : outline.joints) {
       robot_.joints.push_back(build_joint(*model->joints_.at(entry.name), entry));
     }
+    leave_mass_to_fixed_links(robot_, outline, problems_);
     choose_base(outline);
     check_bodies(robot_, outline, options_, problems_);
     problems_.raise();
