@@ -47,6 +47,9 @@ class ObjCount {
       if (continued || element) {
         corners += count_words(line);
         take_face(corners, count_words(line), number);
+        if (const std::string_view large = large_index(line); !large.empty()) {
+          fail(number, fmt::format("no mesh has an index of {}", clipped(large, 20)));
+        }
       } else if (kind == 'v') {
         add(corners_, 1, kMaxMeshCorners, number, "vertices and corners of faces");
       } else if (kind != '#') {
@@ -101,6 +104,17 @@ void check_stl_parts(const std::string& bytes, const std::string& file) {
 }
 
 }  // namespace
+
+std::string_view large_index(std::string_view text) {
+  constexpr std::size_t kDigits = 9;  // ten may be more than 32 bits hold
+  std::size_t begin = 0;
+  for (std::size_t i = 0; i <= text.size(); ++i) {
+    if (i < text.size() && text[i] >= '0' && text[i] <= '9') continue;
+    if (i - begin > kDigits) return text.substr(begin, i - begin);
+    begin = i + 1;
+  }
+  return {};
+}
 
 double largest_coordinate(const Shape& mesh) {
   double most = 0;
