@@ -21,6 +21,7 @@
 #include "engine/model/rotation.h"
 #include "engine/model/urdf_bodies.h"
 #include "engine/model/urdf_outline.h"
+#include "engine/model/xacro.h"
 #include "engine/settings/inputs.h"
 #include "engine/settings/paths.h"
 #include "engine/settings/settings.h"
@@ -381,6 +382,11 @@ void parse_xml(const std::string& xml, const std::string& name, tinyxml2::XMLDoc
                         tinyxml2::XMLDocument::ErrorIDToName(document.ErrorID())));
 }
 
+bool needs_xacro(const std::string& xml) {
+  tinyxml2::XMLDocument document;
+  return document.Parse(xml.data(), xml.size()) == tinyxml2::XML_SUCCESS && xacro_use(document);
+}
+
 /// The document without what stands beside its root: parsers differ in what they let stand there.
 std::string text_of(const tinyxml2::XMLDocument& document) {
   tinyxml2::XMLPrinter printer;
@@ -431,7 +437,9 @@ Robot parse_urdf(const std::string& xml, const std::string& name, const UrdfOpti
 Robot load_urdf(const std::string& file, const UrdfOptions& options) {
   const std::string text = read_input(file, "", kMaxUrdfBytes);
   if (text.empty()) throw InputError(fmt::format("{}: is empty", file));
-  return parse_urdf(text, file, options);
+  if (!needs_xacro(text)) return parse_urdf(text, file, options);
+  const auto expanded = expanded_by_xacro(file, text);
+  return expanded ? parse_urdf(*expanded, expanded_name(file), options) : parse_urdf(text, file, options);
 }
 
 }  // namespace graze

@@ -26,10 +26,11 @@ struct UrdfOptions {
   std::string read_folder;
 };
 
-/// Reads a URDF file. Throws InputError with all problems of the file, each with its line, the link or joint, the rule
-/// and what a repair would do: not XML, unknown joint type (with the standard ones), several roots or a loop, missing
-/// mesh, inertia that is not positive or breaks the triangle inequality, zero inertia on a moving link. A root link
-/// "world" with a fixed joint means a fixed base. Fixed joints are kept here (compile() merges them).
+/// Reads a URDF file; one that needs xacro is expanded by the program of that name, if it is there (xacro.h). Throws
+/// InputError with all problems of the file, each with its line, the link or joint, the rule and what a repair would
+/// do: not XML, unknown joint type (with the standard ones), several roots or a loop, missing mesh, inertia that is not
+/// positive or breaks the triangle inequality, zero inertia on a moving link. A root link "world" with a fixed joint
+/// means a fixed base. Fixed joints are kept here (compile() merges them).
 Robot load_urdf(const std::string& file, const UrdfOptions& options = {});
 
 /// The same from text; `name` stands for the file.
