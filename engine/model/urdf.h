@@ -14,9 +14,10 @@ struct UrdfOptions {
   bool fixed_base = false;
   bool ignore_missing_meshes = false;  // drop collision meshes whose file is not there (with a warning)
   std::vector<std::string>
-      package_path;       // folders in which package://NAME/ is looked up, besides the parents of the file
-  HullSettings hull;      // of collision meshes
-  double density = 1000;  // kg/m^3 for links that have geometry but no <inertial>
+      package_path;                // folders in which package://NAME/ is looked up, besides the parents of the file
+  HullSettings hull;               // of collision meshes
+  std::vector<std::string> split;  // links (globs) whose collision meshes are split into convex parts (mesh_parts.h)
+  double density = 1000;           // kg/m^3 for links that have geometry but no <inertial>
   std::function<void(const std::string&)>
       warn;             // called with one line per thing that was left out, made up or repaired
   bool repair = false;  // mend what can be mended (docs/robots.md), and warn of each repair
@@ -38,5 +39,12 @@ Robot parse_urdf(const std::string& xml, const std::string& name, const UrdfOpti
 
 /// Reads an OBJ, STL or DAE file, or one of another kind that assimp reads. Throws InputError.
 std::shared_ptr<const Mesh> load_mesh(const std::string& file);
+
+/// The same, each object on its own: objects and groups of an OBJ file, solids of an STL file, nodes of others. At
+/// least one; those without triangles are left out.
+std::vector<std::shared_ptr<const Mesh>> load_mesh_objects(const std::string& file);
+
+/// Whether a name ends as a kind of mesh does that can be read.
+bool is_mesh_kind(const std::string& name);
 
 }  // namespace graze
