@@ -155,6 +155,17 @@ class NoFiles : public Assimp::IOSystem {
   void Close(Assimp::IOStream*) override {}
 };
 
+/// Cutting a face without corners into triangles, the library would end the program.
+void refuse_empty_faces(const aiScene& scene, const std::string& file) {
+  for (unsigned i = 0; i < scene.mNumMeshes; ++i) {
+    const aiMesh& part = *scene.mMeshes[i];
+    for (unsigned k = 0; k < part.mNumFaces; ++k) {
+      if (part.mFaces[k].mNumIndices > 0) continue;
+      throw InputError(fmt::format("{}: face {} of the mesh has no corners; a face has at least three", file, k + 1));
+    }
+  }
+}
+
 /// The file as the library reads it, which owns the scene.
 const aiScene& read_scene(const std::string& file, Assimp::Importer& importer) {
   if (!input_exists(file)) throw InputError(fmt::format("{}: no such mesh file{}", file, path_suggestion(file)));
@@ -166,6 +177,8 @@ const aiScene& read_scene(const std::string& file, Assimp::Importer& importer) {
   if (bytes.empty()) throw InputError(fmt::format("{}: is an empty file; a mesh must have triangles", file));
   if (kind == ".dae") {
     check_dae_size(bytes, file);
+  } else if (kind == ".ply") {
+    check_ply_head(bytes, file);
   } else if (bounded_kind(kind)) {
     check_mesh_size(bytes, file);
   }
@@ -173,9 +186,10 @@ const aiScene& read_scene(const std::string& file, Assimp::Importer& importer) {
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);  // which stand in for shapes that are not there
   importer.SetIOHandler(new NoFiles);                                   // the importer's from now on
-  const aiScene* scene =
-      importer.ReadFileFromMemory(bytes.data(), bytes.size(), aiProcess_Triangulate,
-                                  std::filesystem::path(file).extension().string().substr(1).c_str());
+  const aiScene* scene = importer.ReadFileFromMemory(
+      bytes.data(), bytes.size(), 0, std::filesystem::path(file).extension().string().substr(1).c_str());
+  if (scene) refuse_empty_faces(*scene, file);
+  if (scene) scene = importer.ApplyPostProcessing(aiProcess_Triangulate);
   if (scene) return *scene;
   // What the library says of a file without any facet differs from kind to kind, and names none of what is wrong.
   const std::string why = importer.GetErrorString();

@@ -124,6 +124,18 @@ double largest_coordinate(const Shape& mesh) {
   return most;
 }
 
+void check_ply_head(const std::string& bytes, const std::string& file) {
+  constexpr std::string_view kEnd = "end_header";
+  for (std::size_t at = bytes.find(kEnd); at != std::string::npos; at = bytes.find(kEnd, at + 1)) {
+    const std::size_t behind = at + kEnd.size();
+    const bool begins = at > 0 && (bytes[at - 1] == '\n' || bytes[at - 1] == '\r');
+    if (begins && behind < bytes.size() && std::string_view(" \t\r\n").find(bytes[behind]) != std::string_view::npos) {
+      return;
+    }
+  }
+  throw InputError(fmt::format("{}: the head of a PLY file ends with a line 'end_header', and there is none", file));
+}
+
 void check_mesh_size(const std::string& bytes, const std::string& file) {
   const bool obj = !file.empty() && std::tolower(static_cast<unsigned char>(file.back())) == 'j';
   if (obj) {

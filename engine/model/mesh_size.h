@@ -13,6 +13,9 @@ namespace graze {
 /// InputError with file and line.
 void check_mesh_size(const std::string& bytes, const std::string& file);
 
+/// Refuses a PLY file whose head does not end: the library would look for its end for ever. Throws InputError.
+void check_ply_head(const std::string& bytes, const std::string& file);
+
 /// The first whole number in a text that is too large for an index, or nothing. A library that reads 4294967297 in 32
 /// bits finds 1.
 std::string_view large_index(std::string_view text);

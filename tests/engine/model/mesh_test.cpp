@@ -72,6 +72,11 @@ std::string dae(const std::string& numbers = "0 0 0 1 0 0 0 2 0 0 0 3",
 </COLLADA>)";
 }
 
+const char* const kPly =
+    "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 4\n"
+    "property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 2 0\n0 0 3\n3 0 2 1\n3 0 1 3\n3 0 3 2\n"
+    "3 1 2 3\n";
+
 /// What the tests below write and read.
 class MeshFile : public ::testing::Test {
  protected:
@@ -101,6 +106,22 @@ TEST_F(MeshFile, SoundOnesAreRead) {
   EXPECT_EQ(answer("t.stl", ascii_stl(kTetrahedron)), "");
   EXPECT_EQ(answer("b.stl", binary_stl(kTetrahedron, 4)), "");
   EXPECT_EQ(answer("t.dae", dae()), "");
+  EXPECT_EQ(answer("t.ply", kPly), "");
+}
+
+// assimp ended the program for a face without corners.
+TEST_F(MeshFile, FaceWithoutCorners) {
+  const std::string ply = kPly;
+  EXPECT_THAT(answer("none.ply", ply.substr(0, ply.rfind("3 1 2 3")) + "0\n"), HasSubstr("has no corners"));
+}
+
+// assimp looked for the end of such a head for ever.
+TEST_F(MeshFile, PlyHeadWithoutEnd) {
+  const std::string ply = kPly;
+  for (const char* end : {"end_heaer", "", "end_headerx", "comment end_header"}) {
+    std::string odd = ply;
+    EXPECT_THAT(answer("odd.ply", odd.replace(odd.find("end_header"), 10, end)), HasSubstr("a line 'end_header'"));
+  }
 }
 
 // Cut after every byte: a mesh or a message, and a message where the corners of the last triangle are not all there.
@@ -108,7 +129,8 @@ TEST_F(MeshFile, TruncatedAnywhere) {
   const std::pair<const char*, std::string> whole[] = {{"cut.obj", kObj},
                                                        {"cut.stl", ascii_stl(kTetrahedron)},
                                                        {"cutb.stl", binary_stl(kTetrahedron, 4)},
-                                                       {"cut.dae", dae()}};
+                                                       {"cut.dae", dae()},
+                                                       {"cut.ply", kPly}};
   for (const auto& [name, bytes] : whole) {
     for (std::size_t size = 0; size < bytes.size(); ++size) answer(name, bytes.substr(0, size));
   }
