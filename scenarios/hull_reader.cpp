@@ -2,6 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <optional>
+
+#include "scenarios/names.h"
+
 namespace graze {
 
 std::vector<Key> hull_keys() {
@@ -14,6 +19,16 @@ std::vector<Key> hull_keys() {
            Default::words("the smaller of 1 mm and 1 % of the size"),
            "how far the hull may reach out of the simpler one"},
           {"exact", {Form::flag()}, Default::value("false"), "the whole hull, however many vertices it has"}};
+}
+
+std::vector<Key> robot_hull_keys() {
+  std::vector<Key> out = hull_keys();
+  out.push_back({"hulls",
+                 {Form::flag(), Form::texts(-1, "LINK"), Form::text("LINK")},
+                 Default::value("false"),
+                 "concave meshes as several hulls, of all links or of these: of the meshes in a folder `gripper_parts` "
+                 "beside `gripper.stl`, or of the objects or separate pieces in the file"});
+  return out;
 }
 
 HullSettings read_hull(const Settings& map) {
@@ -30,6 +45,43 @@ HullSettings read_hull(const Settings& map) {
     if (out.exact && map.has(bound)) map.at(bound).fail_key("does not go with 'exact: true', which keeps all vertices");
   }
   return out;
+}
+
+namespace {
+
+constexpr const char* kAll = "*";
+
+/// The globs of `hulls`, with where they stand; none for all links.
+std::vector<Settings> globs_of(const Settings& hulls) {
+  if (hulls.is_list()) return hulls.items();
+  const std::string text = hulls.text();
+  return text == "true" || text == "false" ? std::vector<Settings>() : std::vector<Settings>{hulls};
+}
+
+}  // namespace
+
+std::vector<std::string> read_split(const Settings& mesh) {
+  if (mesh.is_scalar()) {
+    mesh.choice({"hulls"});
+    return {kAll};
+  }
+  const auto hulls = mesh.find("hulls");
+  if (!hulls) return {};
+  std::vector<std::string> out;
+  for (const Settings& glob : globs_of(*hulls)) out.push_back(glob.text());
+  if (out.empty() && !hulls->is_list() && hulls->flag()) out.emplace_back(kAll);
+  return out;
+}
+
+void check_split(const Settings& mesh, const Robot& robot) {
+  const auto hulls = mesh.is_scalar() ? std::nullopt : mesh.find("hulls");
+  if (!hulls) return;
+  std::vector<std::string> links;
+  for (const Link& link : robot.links) {
+    const auto is_mesh = [](const Geometry& one) { return one.shape.kind == ShapeKind::mesh; };
+    if (std::any_of(link.collisions.begin(), link.collisions.end(), is_mesh)) links.push_back(link.name);
+  }
+  for (const Settings& glob : globs_of(*hulls)) match_names(glob, glob.text(), links, "link with a collision mesh");
 }
 
 }  // namespace graze

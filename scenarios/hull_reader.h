@@ -11,8 +11,18 @@ namespace graze {
 /// The keys `vertices`, `error` and `exact`.
 std::vector<Key> hull_keys();
 
+/// The same, and `hulls`, which a robot's meshes have.
+std::vector<Key> robot_hull_keys();
+
 /// What a map says by them. Throws InputError: fewer vertices than HullSettings::kFewest, an error that is not
 /// positive, a bound together with `exact: true`.
 HullSettings read_hull(const Settings& map);
+
+/// Which links of the robot (globs) have their meshes split into convex parts, by `robot.mesh`: the word `hulls`, or
+/// its key of that name.
+std::vector<std::string> read_split(const Settings& mesh);
+
+/// Refuses a glob of `hulls` that is of no link with a collision mesh.
+void check_split(const Settings& mesh, const Robot& robot);
 
 }  // namespace graze

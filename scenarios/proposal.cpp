@@ -49,7 +49,7 @@ class Proposal {
     look();
   }
 
-  HoldGains hold_gains() const { return {gain(), rounded(0.05 * gain())}; }
+  HoldGains hold_gains() const { return {gain(), servo_damping()}; }
 
   std::string text() {
     std::vector<std::string> policies = {hold()};
@@ -176,12 +176,20 @@ class Proposal {
     return std::max(0.1, rounded(weight * arm / 0.05 / static_cast<double>(std::max<std::size_t>(1, feet_.size()))));
   }
 
+  /// N m s/rad: the servos' damper, which brings a joint to its target in some twentieths of a second.
+  double servo_damping() const { return rounded(0.05 * gain()); }
+
+  /// N m s/rad, of the joints themselves: a twentieth of the servos'. More of it, and a foot lags behind its spring
+  /// when it swings: as strong as the servos', it takes a tenth of a second, of the fifth that a small robot's swing
+  /// has.
+  double joint_damping() const { return rounded(0.05 * servo_damping()); }
+
   std::string hold() const {
     return fmt::format(
-        "  hold:  # keeps the joints where they begin\n    hold: {{}}\n    control: {{joint_pd: {{kp: {:g}}}}}  # N "
-        "m/rad "
-        "(N/m of sliding joints)\n",
-        gain());
+        "  hold:  # keeps the joints where they begin\n    hold: {{}}\n    control: {{joint_pd: {{kp: {:g}, kd: "
+        "{:g}}}}}  "
+        "# N m/rad, N m s/rad (N/m, N s/m of sliding joints)\n",
+        gain(), servo_damping());
   }
 
   /// kg
@@ -189,6 +197,37 @@ class Proposal {
     double out = robot_mass(model_);
     for (const Foot& foot : feet_) out = std::min(out, model_.bodies[foot.body].mass);
     return out;
+  }
+
+  /// In the frame of the base, as the robot begins, m.
+  Vec3 centre_of_mass() const {
+    const std::vector<Pose> X_WB = place_bodies(model_, initial_.q);
+    Vec3 moment = Vec3::Zero();
+    for (std::size_t i = 0; i < model_.bodies.size(); ++i)
+      moment += model_.bodies[i].mass * (X_WB[i] * model_.bodies[i].com);
+    return X_WB[0].inverse() * (moment / robot_mass(model_));
+  }
+
+  /// Where the feet stand, if not below their hips: below the centre of mass, which a few files have aside, and at
+  /// least half as far apart as the robot is high. A diagonal pair bears on a line, and what stands narrowly or beside
+  /// that line has little time to step.
+  std::string stance() const {
+    constexpr double kWidth = 0.5, kAside = 2e-3;  // of the height; m, of the least that counts
+    Vec3 middle = Vec3::Zero();
+    double width = 0;
+    for (const Foot& foot : feet_) {
+      const Chain chain(model_, foot.frame);
+      const Vec3 hip = chain.skeleton(chain.select(initial_.q)).origin[1];
+      middle += hip / static_cast<double>(feet_.size());
+      width += 2 * std::abs(hip.y()) / static_cast<double>(feet_.size());
+    }
+    const Vec3 offset = middle - centre_of_mass();
+    std::vector<std::string> parts;
+    if (width < kWidth * extent_.z()) parts.push_back(fmt::format("width: {:.2g} cm", 100 * kWidth * extent_.z()));
+    if (offset.head<2>().norm() > kAside) {
+      parts.push_back(fmt::format("offset: [{:.1f} cm, {:.1f} cm]", 100 * offset.x(), 100 * offset.y()));
+    }
+    return parts.empty() ? "" : fmt::format("      stance: {{{}}}\n", fmt::join(parts, ", "));
   }
 
   std::optional<std::string> trot() const {
@@ -202,17 +241,19 @@ class Proposal {
     std::vector<std::string> names;
     for (const Foot& foot : feet) names.push_back(quoted(foot.link));
     const double height = extent_.z();
-    // As stiff as carries the weight on a few centimetres, and as damped as a light foot bears in steps of 1 ms.
-    const double stiffness = 9.81 * robot_mass(model_) / 0.09;
+    // As stiff as carries the robot on two of its feet with legs that give by 7.5 % of its height, more than half of a
+    // step, and as damped as a light foot bears in steps of 1 ms.
+    constexpr double kSag = 0.075;
+    const double stiffness = 9.81 * robot_mass(model_) / (2 * kSag * height);
     const double damping = std::min(0.02 * stiffness, 0.15 * lightest_foot() / 1e-3);
     return fmt::format(
         "  trot:  # a gait of diagonal pairs; speed, stance and gains are guesses from its size and weight\n    gait:\n"
         "      feet: [{}]  # front before hind, left before right\n      velocity: [{:.2g}, 0, 0]\n"
         "      duration: {:.2g} s\n      touchdown: \"[25, 75, 75, 25] %\"\n      duty: 60 %\n      step_height: "
         "{:.2g} cm\n"
-        "      settle: 0.5 s\n    control: {{operational_pd: {{kp: {:.2g}, kd: {:.2g}}}}}  # N/m, N s/m\n",
+        "      settle: 0.5 s\n{}    control: {{operational_pd: {{kp: {:.2g}, kd: {:.2g}}}}}  # N/m, N s/m\n",
         fmt::join(names, ", "), rounded(0.15 * std::sqrt(9.81 * height)), rounded(std::sqrt(height / 9.81) * 2.2),
-        rounded(100 * 0.12 * height), rounded(stiffness), rounded(damping));
+        rounded(100 * 0.12 * height), stance(), rounded(stiffness), rounded(damping));
   }
 
   std::string joints() const {
@@ -264,7 +305,7 @@ class Proposal {
         "uncertain:  # what differs between particles; 'graze help uncertain', 'graze check' list what can\n";
     if (model_.na() > 0) {
       out += fmt::format("  robot.joint.*.damping: {:g}  # N m s/rad, the same for all: what brakes the joints\n",
-                         hold_gains().damping);
+                         joint_damping());
       const bool slides = std::all_of(model_.actuated.begin(), model_.actuated.end(),
                                       [&](int body) { return model_.bodies[body].type == JointType::prismatic; });
       out += fmt::format("  robot.joint.*.zero: {{normal: {{std: {}}}}}\n", slides ? "1 mm" : "0.01 rad");

@@ -18,21 +18,33 @@ UrdfOptions read_urdf_options(const Settings& robot, bool ignore_missing_meshes)
     for (const Settings& folder : folders->items()) out.package_path.push_back(folder.resolve_file(folder.text()));
   }
   if (const auto mesh = robot.find("mesh")) {
-    mesh->allow(keys_of("hull"));
-    out.hull = read_hull(*mesh);
+    if (!mesh->is_scalar()) {
+      mesh->allow(keys_of("hull"));
+      out.hull = read_hull(*mesh);
+    }
+    out.split = read_split(*mesh);
   }
   out.repair = robot.flag_or("repair", false);
   return out;
 }
 
-Robot read_robot_file(const Settings& robot, const UrdfOptions& options) {
-  const Settings file = robot.at("urdf");
+namespace {
+
+Robot load(const Settings& file, const UrdfOptions& options) {
   const std::string path = file.resolve_file(file.text());
   try {
     return load_urdf(path, options);
   } catch (const InputError& e) {
     file.fail(e.what());
   }
+}
+
+}  // namespace
+
+Robot read_robot_file(const Settings& robot, const UrdfOptions& options) {
+  Robot out = load(robot.at("urdf"), options);
+  if (const auto mesh = robot.find("mesh")) check_split(*mesh, out);
+  return out;
 }
 
 std::string robot_document(const Settings& scenario, bool ignore_missing_meshes, const std::string& folder) {

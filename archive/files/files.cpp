@@ -23,28 +23,29 @@ int write_all(int descriptor, std::span<const std::byte> bytes) {
   return 0;
 }
 
-void check_new_file(const std::filesystem::path& file, bool force, const std::vector<std::filesystem::path>& made_of) {
+void check_new_file(const std::filesystem::path& file, bool force, const std::vector<std::filesystem::path>& made_of,
+                    NamedBy named) {
   namespace fs = std::filesystem;
+  const char* const other_name = named == NamedBy::output ? "another --output" : "another name";
   std::error_code error;
   const fs::path full = fs::weakly_canonical(file, error);
   for (const fs::path& source : made_of) {
     const fs::path other = fs::weakly_canonical(source, error);
     if (std::mismatch(other.begin(), other.end(), full.begin(), full.end()).first != other.end()) continue;
-    throw InputError(fmt::format("{}: {} {}, which is only read; choose another --output", file.string(),
-                                 full == other ? "is" : "lies within", source.string()));
+    throw InputError(fmt::format("{}: {} {}, which is only read; choose {}", file.string(),
+                                 full == other ? "is" : "lies within", source.string(), other_name));
   }
   if (!fs::exists(file, error)) {
     if (force || !fs::is_symlink(fs::symlink_status(file, error))) return;
-    throw InputError(
-        fmt::format("{}: is a symbolic link that leads nowhere; choose another --output, or give --force to put the "
-                    "file in its place",
-                    file.string()));
+    throw InputError(fmt::format(
+        "{}: is a symbolic link that leads nowhere; choose {}, or give --force to put the file in its place",
+        file.string(), other_name));
   }
   if (!fs::is_regular_file(file, error)) {
-    throw InputError(fmt::format("{}: is a directory or a device; choose another --output", file.string()));
+    throw InputError(fmt::format("{}: is a directory or a device; choose {}", file.string(), other_name));
   }
   if (!force) {
-    throw InputError(fmt::format("{}: exists already; choose another --output or give --force", file.string()));
+    throw InputError(fmt::format("{}: exists already; choose {} or give --force", file.string(), other_name));
   }
 }
 
@@ -79,12 +80,13 @@ std::string ending_of(const std::filesystem::path& output) {
 }
 
 void check_ending(const std::filesystem::path& output, const std::string& what, const std::vector<std::string>& right,
-                  Endings endings) {
+                  Endings endings, NamedBy by) {
   static const std::vector<std::string> known = {
       ".graze", ".h5",  ".hdf5", ".hdf", ".csv", ".tsv", ".txt",     ".json", ".jsonl",  ".yaml", ".yml", ".xml",
       ".urdf",  ".obj", ".stl",  ".dae", ".ply", ".log", ".npy",     ".npz",  ".mat",    ".nc",   ".zip", ".tar",
       ".gz",    ".pdf", ".png",  ".md",  ".py",  ".sh",  ".parquet", ".xlsx", ".sbatch", ".html", ".htm"};
   const std::string ending = ending_of(output);
+  const std::string name = (by == NamedBy::output ? "--output " : "") + output.string();
   const auto within = [&](const std::vector<std::string>& list) {
     return std::find(list.begin(), list.end(), ending) != list.end();
   };
@@ -96,25 +98,25 @@ void check_ending(const std::filesystem::path& output, const std::string& what, 
     if (!folder && (foreign || (endings != Endings::free && ending.empty() && !slash))) {
       const std::string found = ending.empty() ? "has no ending" : "ends in " + ending;
       // A name's last dot need not begin an ending: "p.1" is "p.1.h5".
-      throw InputError(fmt::format("--output {}: {}, but {}; nearest right answer: {}", output.string(), found, what,
+      throw InputError(fmt::format("{}: {}, but {}; nearest right answer: {}", name, found, what,
                                    with_endings(named.string() + ".", right)));
     }
     if (!slash || folders) return;
     const std::string last = named.filename().string();
-    throw InputError(fmt::format("--output {}: ends in a slash, but {}; nearest right answer: {}", output.string(),
-                                 what, with_endings(last == "." || last == ".." ? named / "campaign" : named, right)));
+    throw InputError(fmt::format("{}: ends in a slash, but {}; nearest right answer: {}", name, what,
+                                 with_endings(last == "." || last == ".." ? named / "campaign" : named, right)));
   }
   if (!named.has_extension()) {
-    throw InputError(fmt::format("--output {}: is an ending without a name; nearest right answer: {}", output.string(),
+    throw InputError(fmt::format("{}: is an ending without a name; nearest right answer: {}", name,
                                  with_endings(named.parent_path() / "campaign", right)));
   }
   if (!within(right)) {
-    throw InputError(fmt::format("--output {}: ends in {}, but {}; nearest right answer: {}", output.string(), ending,
-                                 what, with_endings(named, right)));
+    throw InputError(fmt::format("{}: ends in {}, but {}; nearest right answer: {}", name, ending, what,
+                                 with_endings(named, right)));
   }
   if (slash && ending != ".graze") {
-    throw InputError(fmt::format("--output {}: ends in a slash, but {} is a file's ending; nearest right answer: {}",
-                                 output.string(), ending, named.string()));
+    throw InputError(fmt::format("{}: ends in a slash, but {} is a file's ending; nearest right answer: {}", name,
+                                 ending, named.string()));
   }
 }
 
@@ -161,8 +163,8 @@ void NewFile::publish() {
   const int error = force_ ? folder_.rename(temporary_, name_) : folder_.rename_new(temporary_, name_);
   if (error == EEXIST) {
     throw InputError(
-        fmt::format("{}: has appeared while its content was being made, and stays as it is; choose another "
-                    "--output or give --force",
+        fmt::format("{}: has appeared while its content was being made, and stays as it is; choose another name or "
+                    "give --force",
                     (folder_ / name_).string()));
   }
   if (error != 0) fail_writing(folder_ / name_, error);

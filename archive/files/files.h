@@ -14,9 +14,13 @@ namespace graze {
 /// Writes everything at the descriptor's position. Returns 0 or errno.
 int write_all(int descriptor, std::span<const std::byte> bytes);
 
+/// How a command line says which file is to be written: by --output, or by one of its words.
+enum class NamedBy { output, word };
+
 /// Before a file is made of archives or other files: throws InputError if something of its name is there already that
 /// is no file, or that must stay (unless `force`), or if it is one of those that it is made of, or lies within one.
-void check_new_file(const std::filesystem::path& file, bool force, const std::vector<std::filesystem::path>& made_of);
+void check_new_file(const std::filesystem::path& file, bool force, const std::vector<std::filesystem::path>& made_of,
+                    NamedBy named = NamedBy::output);
 
 /// ".h5" of "out/A.H5", ".h5" and "a.h5/": what kind of file the name of an output means, in small letters; "" if it
 /// has no ending.
@@ -28,7 +32,7 @@ std::string ending_of(const std::filesystem::path& output);
 /// so is a name without any, unless one is needed; `only`: no other ending will do.
 enum class Endings { free, needed, only };
 void check_ending(const std::filesystem::path& output, const std::string& what, const std::vector<std::string>& right,
-                  Endings endings = Endings::free);
+                  Endings endings = Endings::free, NamedBy named = NamedBy::output);
 
 /// Creates a directory, if it is not there; its parent must be. Returns whether it did. Throws MachineError.
 bool make_directory(const std::filesystem::path& path);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "engine/model/limits.h"
+#include "engine/model/mesh_size.h"
 #include "engine/model/urdf_values.h"
 #include "engine/settings/settings.h"
 
@@ -77,6 +78,9 @@ class DaeCount {
       if (odd != std::string_view::npos) {
         fail(e,
              fmt::format("<{}>: '{}' is not an index; indices are whole numbers", tag, clipped(text.substr(odd), 20)));
+      }
+      if (const std::string_view large = large_index(text); !large.empty()) {
+        fail(e, fmt::format("<{}>: no mesh has an index of {}", tag, clipped(large, 20)));
       }
     }
   }

@@ -48,6 +48,8 @@ inline constexpr std::size_t kMaxMeshCorners = 4'000'000;
 inline constexpr std::size_t kMaxPolygon = 1'000;
 /// Objects, groups, materials or solids of a mesh file.
 inline constexpr std::size_t kMaxMeshParts = 10'000;
+/// Convex parts of one collision mesh: each is looked at on its own. V-HACD makes 64 unless it is told otherwise.
+inline constexpr std::size_t kMaxMeshHulls = 64;
 /// Vertices of a mesh whose convex hull is sought: a million on a ball take some ten seconds, most meshes a tenth of
 /// one.
 inline constexpr std::size_t kMaxHullPoints = 1'000'000;

@@ -11,6 +11,7 @@
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
+#include <map>
 #include <unordered_map>
 
 #include "engine/model/dae_size.h"
@@ -52,28 +53,17 @@ class Joiner {
  public:
   explicit Joiner(Mesh& mesh) : mesh_(mesh) {}
 
-  /// Points and lines are left out.
+  /// What are only points and lines is left out.
   void append(const aiMesh& part) {
-    append(part, [](const aiVector3D& p) { return p; });
+    append_moved(part, [](const aiVector3D& p) { return p; });
   }
-
-  /// All shapes of a tree of nodes, each moved as the nodes say.
-  void append(const aiScene& scene, const aiNode& node, const aiMatrix4x4& above) {
-    const aiMatrix4x4 X = above * node.mTransformation;
-    for (unsigned i = 0; i < node.mNumMeshes; ++i) {
-      const aiMesh& part = *scene.mMeshes[node.mMeshes[i]];
-      corners_ += part.mNumVertices;
-      if (corners_ > kMaxMeshCorners) {
-        throw InputError(fmt::format("{}: more than {} vertices; simplify the mesh", mesh_.file, kMaxMeshCorners));
-      }
-      append(part, [&](const aiVector3D& p) { return X * p; });
-    }
-    for (unsigned i = 0; i < node.mNumChildren; ++i) append(scene, *node.mChildren[i], X);
+  void append(const aiMesh& part, const aiMatrix4x4& X) {
+    append_moved(part, [&](const aiVector3D& p) { return X * p; });
   }
 
  private:
   template <typename Move>
-  void append(const aiMesh& part, const Move& move) {
+  void append_moved(const aiMesh& part, const Move& move) {
     std::vector<int> index(part.mNumVertices, -1);
     for (unsigned i = 0; i < part.mNumVertices; ++i) index[i] = vertex(move(part.mVertices[i]));
     for (unsigned i = 0; i < part.mNumFaces; ++i) {
@@ -101,9 +91,42 @@ class Joiner {
   }
 
   Mesh& mesh_;
-  std::size_t corners_ = 0;
   std::unordered_map<std::array<std::uint32_t, 3>, int, Hash> index_;
 };
+
+/// Calls act(shape, where its node moves it, number of the node) for all shapes of a scene.
+template <typename Act>
+class Walk {
+ public:
+  Walk(const std::string& file, Act act) : file_(file), act_(std::move(act)) {}
+  void run(const aiScene& scene) { run(scene, *scene.mRootNode, aiMatrix4x4()); }
+
+ private:
+  void run(const aiScene& scene, const aiNode& node, const aiMatrix4x4& above) {
+    const aiMatrix4x4 X = above * node.mTransformation;
+    const int number = nodes_++;
+    for (unsigned i = 0; i < node.mNumMeshes; ++i) {
+      const aiMesh& part = *scene.mMeshes[node.mMeshes[i]];
+      corners_ += part.mNumVertices;
+      if (corners_ > kMaxMeshCorners) {
+        throw InputError(fmt::format("{}: more than {} vertices; simplify the mesh", file_, kMaxMeshCorners));
+      }
+      act_(part, X, number);
+    }
+    for (unsigned i = 0; i < node.mNumChildren; ++i) run(scene, *node.mChildren[i], X);
+  }
+
+  const std::string& file_;
+  Act act_;
+  std::size_t corners_ = 0;
+  int nodes_ = 0;
+};
+
+void refuse_infinite(const Mesh& mesh) {
+  for (const Vec3& vertex : mesh.vertices) {
+    if (!vertex.allFinite()) throw InputError(fmt::format("{}: a vertex of the mesh is not finite", mesh.file));
+  }
+}
 
 /// Throws InputError if all points lie in one place or on one line: no triangle has an area then.
 void refuse_degenerate(const Mesh& mesh) {
@@ -132,12 +155,21 @@ class NoFiles : public Assimp::IOSystem {
   void Close(Assimp::IOStream*) override {}
 };
 
-}  // namespace
+/// Cutting a face without corners into triangles, the library would end the program.
+void refuse_empty_faces(const aiScene& scene, const std::string& file) {
+  for (unsigned i = 0; i < scene.mNumMeshes; ++i) {
+    const aiMesh& part = *scene.mMeshes[i];
+    for (unsigned k = 0; k < part.mNumFaces; ++k) {
+      if (part.mFaces[k].mNumIndices > 0) continue;
+      throw InputError(fmt::format("{}: face {} of the mesh has no corners; a face has at least three", file, k + 1));
+    }
+  }
+}
 
-std::shared_ptr<const Mesh> load_mesh(const std::string& file) {
+/// The file as the library reads it, which owns the scene.
+const aiScene& read_scene(const std::string& file, Assimp::Importer& importer) {
   if (!input_exists(file)) throw InputError(fmt::format("{}: no such mesh file{}", file, path_suggestion(file)));
   const std::string kind = kind_of(file);
-  Assimp::Importer importer;
   if (kind.empty() || !importer.IsExtensionSupported(kind)) {
     throw InputError(fmt::format("{}: is of no kind of mesh that can be read; convert it to OBJ, STL or DAE", file));
   }
@@ -145,6 +177,8 @@ std::shared_ptr<const Mesh> load_mesh(const std::string& file) {
   if (bytes.empty()) throw InputError(fmt::format("{}: is an empty file; a mesh must have triangles", file));
   if (kind == ".dae") {
     check_dae_size(bytes, file);
+  } else if (kind == ".ply") {
+    check_ply_head(bytes, file);
   } else if (bounded_kind(kind)) {
     check_mesh_size(bytes, file);
   }
@@ -152,30 +186,63 @@ std::shared_ptr<const Mesh> load_mesh(const std::string& file) {
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);  // which stand in for shapes that are not there
   importer.SetIOHandler(new NoFiles);                                   // the importer's from now on
-  const aiScene* scene =
-      importer.ReadFileFromMemory(bytes.data(), bytes.size(), aiProcess_Triangulate,
-                                  std::filesystem::path(file).extension().string().substr(1).c_str());
-  if (!scene) {
-    // What the library says of a file without any facet differs from kind to kind, and names none of what is wrong.
-    const std::string why = importer.GetErrorString();
-    const bool hollow = why.find("No output meshes") != std::string::npos || why.find("no facets") != std::string::npos;
-    throw InputError(hollow ? fmt::format("{}: the mesh has no triangles; it must have some", file)
-                            : fmt::format("{}: cannot be read as a mesh: {}", file, why));
-  }
+  const aiScene* scene = importer.ReadFileFromMemory(
+      bytes.data(), bytes.size(), 0, std::filesystem::path(file).extension().string().substr(1).c_str());
+  if (scene) refuse_empty_faces(*scene, file);
+  if (scene) scene = importer.ApplyPostProcessing(aiProcess_Triangulate);
+  if (scene) return *scene;
+  // What the library says of a file without any facet differs from kind to kind, and names none of what is wrong.
+  const std::string why = importer.GetErrorString();
+  const bool hollow = why.find("No output meshes") != std::string::npos || why.find("no facets") != std::string::npos;
+  throw InputError(hollow ? fmt::format("{}: the mesh has no triangles; it must have some", file)
+                          : fmt::format("{}: cannot be read as a mesh: {}", file, why));
+}
+
+}  // namespace
+
+std::shared_ptr<const Mesh> load_mesh(const std::string& file) {
+  Assimp::Importer importer;
+  const aiScene& scene = read_scene(file, importer);
   auto mesh = std::make_shared<Mesh>();
   mesh->file = file;
   Joiner joiner(*mesh);
+  const std::string kind = kind_of(file);
   if (kind == ".obj" || kind == ".stl") {  // their nodes move nothing
-    for (unsigned i = 0; i < scene->mNumMeshes; ++i) joiner.append(*scene->mMeshes[i]);
+    for (unsigned i = 0; i < scene.mNumMeshes; ++i) joiner.append(*scene.mMeshes[i]);
   } else {
-    joiner.append(*scene, *scene->mRootNode, aiMatrix4x4());
+    Walk(file, [&](const aiMesh& part, const aiMatrix4x4& X, int) { joiner.append(part, X); }).run(scene);
   }
-  for (const Vec3& vertex : mesh->vertices) {
-    if (!vertex.allFinite()) throw InputError(fmt::format("{}: a vertex of the mesh is not finite", file));
-  }
+  refuse_infinite(*mesh);
   if (mesh->triangles.empty()) throw InputError(fmt::format("{}: the mesh has no triangles; it must have some", file));
   refuse_degenerate(*mesh);
   return mesh;
+}
+
+std::vector<std::shared_ptr<const Mesh>> load_mesh_objects(const std::string& file) {
+  Assimp::Importer importer;
+  const aiScene& scene = read_scene(file, importer);
+  struct Object {
+    std::shared_ptr<Mesh> mesh = std::make_shared<Mesh>();
+    Joiner joiner{*mesh};
+  };
+  std::map<int, Object> objects;  // by node
+  Walk(file, [&](const aiMesh& part, const aiMatrix4x4& X, int node) {
+    Object& object = objects[node];
+    object.mesh->file = file;
+    object.joiner.append(part, X);
+  }).run(scene);
+  std::vector<std::shared_ptr<const Mesh>> out;
+  for (const auto& [node, object] : objects) {
+    refuse_infinite(*object.mesh);
+    if (!object.mesh->triangles.empty()) out.push_back(object.mesh);
+  }
+  if (out.empty()) throw InputError(fmt::format("{}: the mesh has no triangles; it must have some", file));
+  return out;
+}
+
+bool is_mesh_kind(const std::string& name) {
+  const std::string kind = kind_of(name);
+  return !kind.empty() && Assimp::Importer().IsExtensionSupported(kind);
 }
 
 }  // namespace graze

@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "engine/model/convex_hull.h"
+#include "engine/model/mesh_parts.h"
 #include "engine/model/urdf.h"
 #include "engine/settings/inputs.h"
 #include "engine/settings/settings.h"
@@ -83,6 +84,12 @@ std::shared_ptr<const Mesh> MeshFiles::hull(const fs::path& file) {
   auto& mesh = hulls_[file];
   if (!mesh) mesh = collision_hull(*triangles(file));
   return mesh;
+}
+
+const std::vector<std::shared_ptr<const Mesh>>& MeshFiles::parts(const fs::path& file) {
+  auto& parts = parts_[file];
+  if (parts.empty()) parts = convex_parts(file.string());
+  return parts;
 }
 
 }  // namespace graze

@@ -27,11 +27,14 @@ class MeshFiles {
   std::shared_ptr<const Mesh> triangles(const std::filesystem::path& file);
   /// Its convex hull. Throws InputError when it has no volume.
   std::shared_ptr<const Mesh> hull(const std::filesystem::path& file);
+  /// The hulls of its convex parts (mesh_parts.h).
+  const std::vector<std::shared_ptr<const Mesh>>& parts(const std::filesystem::path& file);
 
  private:
   std::filesystem::path folder_;
   std::vector<std::string> package_path_;
   std::map<std::filesystem::path, std::shared_ptr<const Mesh>> triangles_, hulls_;
+  std::map<std::filesystem::path, std::vector<std::shared_ptr<const Mesh>>> parts_;
 };
 
 }  // namespace graze

@@ -47,6 +47,9 @@ class ObjCount {
       if (continued || element) {
         corners += count_words(line);
         take_face(corners, count_words(line), number);
+        if (const std::string_view large = large_index(line); !large.empty()) {
+          fail(number, fmt::format("no mesh has an index of {}", clipped(large, 20)));
+        }
       } else if (kind == 'v') {
         add(corners_, 1, kMaxMeshCorners, number, "vertices and corners of faces");
       } else if (kind != '#') {
@@ -102,12 +105,35 @@ void check_stl_parts(const std::string& bytes, const std::string& file) {
 
 }  // namespace
 
+std::string_view large_index(std::string_view text) {
+  constexpr std::size_t kDigits = 9;  // ten may be more than 32 bits hold
+  std::size_t begin = 0;
+  for (std::size_t i = 0; i <= text.size(); ++i) {
+    if (i < text.size() && text[i] >= '0' && text[i] <= '9') continue;
+    if (i - begin > kDigits) return text.substr(begin, i - begin);
+    begin = i + 1;
+  }
+  return {};
+}
+
 double largest_coordinate(const Shape& mesh) {
   double most = 0;
   for (const Vec3& vertex : mesh.mesh->vertices) {
     most = std::max(most, vertex.cwiseProduct(mesh.size).cwiseAbs().maxCoeff());
   }
   return most;
+}
+
+void check_ply_head(const std::string& bytes, const std::string& file) {
+  constexpr std::string_view kEnd = "end_header";
+  for (std::size_t at = bytes.find(kEnd); at != std::string::npos; at = bytes.find(kEnd, at + 1)) {
+    const std::size_t behind = at + kEnd.size();
+    const bool begins = at > 0 && (bytes[at - 1] == '\n' || bytes[at - 1] == '\r');
+    if (begins && behind < bytes.size() && std::string_view(" \t\r\n").find(bytes[behind]) != std::string_view::npos) {
+      return;
+    }
+  }
+  throw InputError(fmt::format("{}: the head of a PLY file ends with a line 'end_header', and there is none", file));
 }
 
 void check_mesh_size(const std::string& bytes, const std::string& file) {

@@ -21,6 +21,7 @@
 #include "engine/model/rotation.h"
 #include "engine/model/urdf_bodies.h"
 #include "engine/model/urdf_outline.h"
+#include "engine/model/xacro.h"
 #include "engine/settings/inputs.h"
 #include "engine/settings/paths.h"
 #include "engine/settings/settings.h"
@@ -90,6 +91,7 @@ class Builder {
     for (const UrdfOutline::JointEntry& entry : outline.joints) {
       robot_.joints.push_back(build_joint(*model->joints_.at(entry.name), entry));
     }
+    leave_mass_to_fixed_links(robot_, outline, problems_);
     choose_base(outline);
     check_bodies(robot_, outline, options_, problems_);
     problems_.raise();
@@ -120,15 +122,18 @@ class Builder {
 
   void add_geometry(const urdf::Geometry& from, const Pose& X_LG, const UrdfOutline::ShapeEntry& entry,
                     const Link& link, std::vector<Geometry>& out, bool collision) {
-    Geometry geometry;
-    geometry.name = out.empty() ? link.name : fmt::format("{}.{}", link.name, out.size());
-    geometry.X_LG = X_LG;
-    if (from.type == urdf::Geometry::MESH) {
-      if (!mesh_shape(static_cast<const urdf::Mesh&>(from), entry, link, collision, geometry.shape)) return;
-    } else {
-      geometry.shape = primitive(from, entry.capsule);
+    const std::vector<Shape> shapes = from.type == urdf::Geometry::MESH
+                                          ? mesh_shapes(static_cast<const urdf::Mesh&>(from), entry, link, collision)
+                                          : std::vector<Shape>{primitive(from, entry.capsule)};
+    for (const Shape& shape : shapes) {
+      out.push_back({out.empty() ? link.name : fmt::format("{}.{}", link.name, out.size()), shape, X_LG});
+      if (collision && ++collisions_ > kMaxShapes) {
+        problems_.stop(entry.line,
+                       fmt::format("more than {0} collision shapes, with the parts of meshes; a robot has at "
+                                   "most {0}",
+                                   kMaxShapes));
+      }
     }
-    out.push_back(std::move(geometry));
   }
 
   static Shape primitive(const urdf::Geometry& from, bool capsule) {
@@ -143,33 +148,41 @@ class Builder {
             nullptr};
   }
 
-  /// False when the mesh is to be left out: pictures without their file silently, collision shapes on request.
-  bool mesh_shape(const urdf::Mesh& from, const UrdfOutline::ShapeEntry& entry, const Link& link, bool collision,
-                  Shape& shape) {
+  /// None when the mesh is to be left out: pictures without their file silently, collision shapes on request. More
+  /// than one where it is split.
+  std::vector<Shape> mesh_shapes(const urdf::Mesh& from, const UrdfOutline::ShapeEntry& entry, const Link& link,
+                                 bool collision) {
     const std::filesystem::path file = meshes_.find(from.filename);
     if (file.empty()) {
       if (collision && !from.filename.empty()) missing_mesh(from.filename, entry, link);
-      return false;
+      return {};
     }
-    shape.kind = ShapeKind::mesh;
-    shape.size = vector(from.scale);
+    const Vec3 scale = vector(from.scale);
     if (!collision) {
       try {
-        shape.mesh = meshes_.triangles(file);
+        return {Shape{ShapeKind::mesh, scale, meshes_.triangles(file), nullptr}};
       } catch (const InputError&) {
-        return false;  // a picture in a format that cannot be read is as good as none
+        return {};  // a picture in a format that cannot be read is as good as none
       }
-      return true;
     }
+    std::vector<Shape> out;
     try {
-      shape.mesh = meshes_.hull(file);
-      shape.hull = simplified_hull(*shape.mesh, shape.size, options_.hull);
+      for (const std::shared_ptr<const Mesh>& hull : hulls_of(file, link)) {
+        out.push_back({ShapeKind::mesh, scale, hull, nullptr, simplified_hull(*hull, scale, options_.hull)});
+      }
     } catch (const InputError& error) {
       problems_.refuse(entry.line, fmt::format("link '{}': collision mesh: {}", link.name, error.what()));
-      return false;
+      return {};
     }
-    check_extent(shape, entry, link);
-    return true;
+    for (const Shape& shape : out) check_extent(shape, entry, link);
+    return out;
+  }
+
+  std::vector<std::shared_ptr<const Mesh>> hulls_of(const std::filesystem::path& file, const Link& link) {
+    const bool split = std::any_of(options_.split.begin(), options_.split.end(),
+                                   [&](const std::string& pattern) { return matches(pattern, link.name); });
+    if (!split) return {meshes_.hull(file)};
+    return meshes_.parts(file);
   }
 
   void check_extent(const Shape& shape, const UrdfOutline::ShapeEntry& entry, const Link& link) {
@@ -352,6 +365,7 @@ class Builder {
   const UrdfOptions& options_;
   MeshFiles& meshes_;
   UrdfProblems& problems_;
+  std::size_t collisions_ = 0;  // shapes
   Robot robot_;
 };
 
@@ -379,6 +393,11 @@ void parse_xml(const std::string& xml, const std::string& name, tinyxml2::XMLDoc
       .stop(document.ErrorLineNum(),
             fmt::format("not XML ({}); a URDF file is an XML document <robot name=\"…\">…</robot>",
                         tinyxml2::XMLDocument::ErrorIDToName(document.ErrorID())));
+}
+
+bool needs_xacro(const std::string& xml) {
+  tinyxml2::XMLDocument document;
+  return document.Parse(xml.data(), xml.size()) == tinyxml2::XML_SUCCESS && xacro_use(document);
 }
 
 /// The document without what stands beside its root: parsers differ in what they let stand there.
@@ -431,7 +450,9 @@ Robot parse_urdf(const std::string& xml, const std::string& name, const UrdfOpti
 Robot load_urdf(const std::string& file, const UrdfOptions& options) {
   const std::string text = read_input(file, "", kMaxUrdfBytes);
   if (text.empty()) throw InputError(fmt::format("{}: is empty", file));
-  return parse_urdf(text, file, options);
+  if (!needs_xacro(text)) return parse_urdf(text, file, options);
+  const auto expanded = expanded_by_xacro(file, text);
+  return expanded ? parse_urdf(*expanded, expanded_name(file), options) : parse_urdf(text, file, options);
 }
 
 }  // namespace graze

@@ -265,6 +265,27 @@ void write_inertia(tinyxml2::XMLElement& element, const Mat3& inertia) {
   }
 }
 
+void leave_mass_to_fixed_links(Robot& robot, const UrdfOutline& outline, UrdfProblems& problems) {
+  constexpr double kShare = 1e-2;  // of what its shapes would weigh: no body is so hollow, a camera may be so light
+  std::map<std::string, std::size_t> index;
+  for (std::size_t i = 0; i < robot.links.size(); ++i) index[robot.links[i].name] = i;
+  std::vector<double> carried(robot.links.size(), 0);   // kg, written for the links that are fixed to each
+  for (std::size_t i = robot.links.size(); i-- > 0;) {  // children stand behind their parents
+    MassMoments& inertia = robot.links[i].inertia;
+    const UrdfOutline::LinkEntry& entry = outline.links[i];
+    const bool written = entry.inertial_line != 0;
+    if (!written && inertia.mass > 0 && carried[i] >= kShare * inertia.mass) {
+      problems.warn(
+          fmt::format("{}:{}: link '{}' has no <inertial>, and links that are fixed to it weigh {:.3g} kg: "
+                      "no mass is made up for it ({:.3g} kg by its shapes)",
+                      problems.name(), entry.line, entry.name, carried[i], inertia.mass));
+      inertia = {};
+    }
+    if (i == 0 || robot.joints[i - 1].type != JointType::fixed) continue;
+    carried[index.at(robot.joints[i - 1].parent)] += carried[i] + (written ? inertia.mass : 0);
+  }
+}
+
 void check_bodies(const Robot& robot, const UrdfOutline& outline, const UrdfOptions& options, UrdfProblems& problems) {
   Bodies(robot, outline, options, problems).check();
 }

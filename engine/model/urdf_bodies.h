@@ -13,6 +13,12 @@ void write_inertial(tinyxml2::XMLElement& link, double mass, const Vec3& com, co
 /// Writes the six entries of an <inertia>.
 void write_inertia(tinyxml2::XMLElement& element, const Mat3& inertia);
 
+/// A link without <inertial> weighs nothing if links that are fixed to it do by their own: many files give the mass of
+/// the base to a link behind a fixed joint, since KDL takes no root with an inertia. What its shapes would weigh is
+/// taken from it, with a warning, unless these links weigh less than a hundredth of that, such as a camera. `robot`
+/// has the links and joints of the outline, in its order.
+void leave_mass_to_fixed_links(Robot& robot, const UrdfOutline& outline, UrdfProblems& problems);
+
 /// Tells the bodies of `robot` that move without mass or inertia, and repairs them in the document:
 ///   no mass: that of the collision shapes of its links at options.density, or else of the boxes about their visual
 ///     shapes; of too little or none, a ball of a thousandth of the robot's mass, at least of 1 g;

@@ -12,6 +12,7 @@
 #include "engine/model/urdf_mimics.h"
 #include "engine/model/urdf_tree.h"
 #include "engine/model/urdf_values.h"
+#include "engine/model/xacro.h"
 #include "engine/settings/settings.h"
 
 namespace graze {
@@ -26,6 +27,10 @@ class Reader {
 
   UrdfOutline run(tinyxml2::XMLDocument& document) {
     XMLElement& robot = root_of(document);
+    if (const auto use = xacro_use(document); use && use->element) {
+      fail(use->line,
+           fmt::format("{}: this is a xacro file; expand it first: {}", use->what, xacro_command(problems_.name())));
+    }
     out_.robot = values_.required(robot, "name", "robot");
     printer_.OpenElement("robot");
     printer_.PushAttribute("name", out_.robot.c_str());
@@ -76,10 +81,6 @@ class Reader {
 
   void read_part(XMLElement& e) {
     const std::string_view tag = e.Name();
-    if (tag.substr(0, 6) == "xacro:") {
-      fail(line_of(e), fmt::format("<{}>: this is a xacro file; expand it first: {}", clipped(tag, 40),
-                                   xacro_command(problems_.name())));
-    }
     if (tag == "link") {
       read_link(e);
     } else if (tag == "joint") {

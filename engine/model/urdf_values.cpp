@@ -6,9 +6,9 @@
 #include <charconv>
 #include <cmath>
 #include <cstring>
-#include <filesystem>
 
 #include "engine/model/limits.h"
+#include "engine/model/xacro.h"
 #include "engine/settings/settings.h"
 
 namespace graze {
@@ -51,13 +51,6 @@ std::vector<std::string_view> words_of(std::string_view text) {
     begin = text.find_first_not_of(kSpace, end);
   }
   return out;
-}
-
-std::string xacro_command(const std::string& file) {
-  std::filesystem::path urdf = file;
-  if (urdf.extension() == ".xacro") urdf.replace_extension();  // "r.urdf.xacro" -> "r.urdf"
-  urdf.replace_extension(urdf == file ? ".expanded.urdf" : ".urdf");
-  return fmt::format("xacro {} > {}", file, urdf.string());
 }
 
 std::string number_text(const std::vector<double>& numbers) { return fmt::format("{}", fmt::join(numbers, " ")); }

@@ -29,9 +29,6 @@ std::vector<std::string_view> words_of(std::string_view text);
 /// "0.1 0.2 0.3": digits from which the same numbers are read again.
 std::string number_text(const std::vector<double>& numbers);
 
-/// The command that makes a URDF of a xacro file: "xacro r.urdf.xacro > r.urdf".
-std::string xacro_command(const std::string& file);
-
 class UrdfValues {
  public:
   explicit UrdfValues(UrdfProblems& problems) : problems_(problems), printer_(nullptr, true) {}

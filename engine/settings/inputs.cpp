@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cassert>
 #include <cerrno>
@@ -162,6 +163,40 @@ std::string input_variable(const std::string& name) {
   const char* const value = std::getenv(name.c_str());
   if (value && recording) recording->keep(key, value, "");
   return value ? value : "";
+}
+
+std::optional<std::string> derived_input(const std::string& name,
+                                         const std::function<std::optional<std::string>()>& make) {
+  if (replaying) {
+    const auto found = replaying->files_.find(input_path(name));
+    return found == replaying->files_.end() ? std::nullopt : std::optional(found->second);
+  }
+  auto made = make();
+  if (made && recording) recording->keep(name, *made, "");
+  return made;
+}
+
+std::vector<std::string> input_files_in(const std::string& folder,
+                                        const std::function<bool(const std::string&)>& wanted, std::size_t most) {
+  std::vector<std::string> out;
+  const auto take = [&](const fs::path& file) {
+    const std::string name = file.filename().string();
+    if (!name.starts_with('.') && wanted(name)) out.push_back(name);
+  };
+  if (replaying) {
+    for (const auto& [path, bytes] : replaying->files_) {
+      if (fs::path(path).parent_path() == input_path(folder)) take(path);
+    }
+  } else if (!has_nul(folder)) {
+    std::error_code error;
+    for (fs::directory_iterator at(folder, error), end; !error && at != end && out.size() <= most;
+         at.increment(error)) {
+      std::error_code unknown;
+      if (at->is_regular_file(unknown)) take(at->path());
+    }
+  }
+  std::sort(out.begin(), out.end());
+  return out;
 }
 
 InputRecord::InputRecord() {

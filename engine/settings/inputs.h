@@ -2,8 +2,11 @@
 // The files that a scenario is made of. Everything that reads one reads it here, so that a campaign can keep all of
 // them (InputRecord) and be read again from what it kept, on any machine (InputReplay).
 
+#include <functional>
 #include <map>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "engine/settings/limits.h"
 
@@ -29,6 +32,16 @@ std::string read_input(const std::string& path, const std::string& where = "", s
 /// A variable of the environment, or "": kept and replayed as a file under the name "$NAME".
 std::string input_variable(const std::string& name);
 
+/// What this machine makes of a file by `make`, kept and replayed as a file under the name `name`; nothing where `make`
+/// gives nothing. A replay never calls it.
+std::optional<std::string> derived_input(const std::string& name,
+                                         const std::function<std::optional<std::string>()>& make);
+
+/// The names of the regular files in a folder that are `wanted`, in order; none if there is no such folder. Hidden ones
+/// are left out. Of more than `most` the rest may be missing. A replay knows of those that were read.
+std::vector<std::string> input_files_in(const std::string& folder,
+                                        const std::function<bool(const std::string&)>& wanted, std::size_t most);
+
 /// The file name that stands for standard input.
 inline constexpr const char* kStandardInput = "-";
 /// All of standard input, kept and replayed under that name as a file. Throws InputError: too large.
@@ -49,6 +62,8 @@ class InputRecord {
   void keep(const std::string& path, const std::string& bytes, const std::string& where);
   friend std::string read_standard_input();
   friend std::string input_variable(const std::string& name);
+  friend std::optional<std::string> derived_input(const std::string& name,
+                                                  const std::function<std::optional<std::string>()>& make);
   InputFiles files_;
   std::size_t bytes_ = 0;
 };
@@ -68,6 +83,11 @@ class InputReplay {
   friend std::string input_identity(const std::string& path);
   friend std::string read_input(const std::string& path, const std::string& where, std::size_t most);
   friend std::string input_variable(const std::string& name);
+  friend std::optional<std::string> derived_input(const std::string& name,
+                                                  const std::function<std::optional<std::string>()>& make);
+  friend std::vector<std::string> input_files_in(const std::string& folder,
+                                                 const std::function<bool(const std::string&)>& wanted,
+                                                 std::size_t most);
   InputFiles files_;
   std::string folder_;
 };

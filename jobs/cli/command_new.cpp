@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <initializer_list>
 #include <iostream>
 #include <memory>
 #include <span>
@@ -10,6 +11,7 @@
 #include "archive/files/files.h"
 #include "archive/files/parent_folders.h"
 #include "archive/files/shell_word.h"
+#include "engine/model/urdf.h"
 #include "jobs/cli/commands.h"
 #include "scenarios/proposal.h"
 
@@ -32,13 +34,33 @@ std::string named_from(const fs::path& file, const fs::path& urdf) {
   return (over_root ? robot : relative).string();
 }
 
-int make_scenario(const NewArguments& arguments) {
-  if (ending_of(arguments.file) == ".urdf" || ending_of(arguments.urdf) == ".yaml") {
+bool is_one_of(const std::string& ending, std::initializer_list<const char*> list) {
+  return std::find(list.begin(), list.end(), ending) != list.end();
+}
+
+/// Refuses what cannot be meant, before the robot's meshes are read.
+void check_arguments(const NewArguments& arguments) {
+  if (is_one_of(ending_of(arguments.file), {".urdf", ".xacro"}) ||
+      is_one_of(ending_of(arguments.urdf), {".yaml", ".yml"})) {
     throw InputError(fmt::format("new: the scenario that is to be written goes first, then the robot: graze new {} {}",
                                  shell_path(arguments.urdf), shell_path(arguments.file)));
   }
-  check_ending(arguments.file, "a scenario is written as YAML", {".yaml", ".yml"}, Endings::needed);
-  check_new_file(arguments.file, arguments.force, {fs::path(arguments.urdf)});
+  check_ending(arguments.file, "a scenario is written as YAML", {".yaml", ".yml"}, Endings::needed, NamedBy::word);
+  check_new_file(arguments.file, arguments.force, {fs::path(arguments.urdf)}, NamedBy::word);
+  if (const std::string problem = cannot_make(arguments.file); !problem.empty()) {
+    throw InputError(
+        fmt::format("{}: cannot be written: {}; name a place where you may write", arguments.file, problem));
+  }
+}
+
+int make_scenario(const NewArguments& arguments) {
+  check_arguments(arguments);
+  // Read on its own, so that what is wrong with it is not told of a scenario that is not there yet. It stays, since
+  // the hulls of its meshes are kept as long as somebody has them.
+  UrdfOptions options;
+  options.repair = arguments.repair;
+  options.ignore_missing_meshes = arguments.ignore_missing_meshes;
+  const Robot robot = load_urdf(arguments.urdf, options);
   const std::string text = propose_scenario(
       {named_from(arguments.file, arguments.urdf), arguments.file, arguments.repair, arguments.ignore_missing_meshes});
   const ParentFolders folders(arguments.file);

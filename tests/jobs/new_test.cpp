@@ -1,6 +1,9 @@
 // Claim: `graze new` writes a scenario of any robot that runs as it is, and says in it what it found.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include <tuple>
 
 #include "tests/jobs/ball_campaign.h"
 
@@ -29,6 +32,56 @@ TEST_F(New, OfAQuadrupedWalksToo) {
   const testing::Result run = run_new("sub/links.yaml");
   EXPECT_EQ(run.code, 0) << run.err;
   EXPECT_THAT(run.out, AllOf(HasSubstr("hold"), HasSubstr("trot")));
+}
+
+/// A quadruped of 8.9 kg with the masses of a published one, whose hips weigh to the left.
+std::string skew_quadruped() {
+  const auto inertia = [](double x, double y, double z) {
+    return fmt::format("<inertia ixx='{}' ixy='0' ixz='0' iyy='{}' iyz='0' izz='{}'/>", x, y, z);
+  };
+  std::string out = "<robot name='skew'><link name='body'><inertial><mass value='3.3'/>" +
+                    inertia(0.011, 0.036, 0.043) +
+                    "</inertial><collision><geometry><box size='0.3 0.15 0.08'/></geometry></collision></link>\n";
+  const auto link = [&](const std::string& name, double mass, const char* com, const std::string& rest) {
+    out +=
+        fmt::format("<link name='{}'><inertial><origin xyz='{}'/><mass value='{}'/>{}</link>\n", name, com, mass, rest);
+  };
+  const auto joint = [&](const std::string& parent, const std::string& child, const std::string& place,
+                         const char* axis) {
+    out += fmt::format(
+        "<joint name='to_{1}' type='{4}'><parent link='{0}'/><child link='{1}'/><origin xyz='{2}'/><axis xyz='{3}'/>"
+        "</joint>\n",
+        parent, child, place, axis, *axis ? "continuous" : "fixed");
+  };
+  using Leg = std::tuple<const char*, int, int>;
+  for (const auto& [leg, x, y] : {Leg("fl", 1, 1), Leg("fr", 1, -1), Leg("hl", -1, 1), Leg("hr", -1, -1)}) {
+    const std::string hip = std::string("hip_") + leg, thigh = std::string("thigh_") + leg;
+    const std::string shin = std::string("shin_") + leg, toe = std::string("toe_") + leg;
+    link(hip, 0.54, "0 0.036 0", inertia(0.0004, 0.0005, 0.0004) + "</inertial>");
+    joint("body", hip, fmt::format("{} {} 0", 0.19 * x, 0.049 * y), "1 0 0");
+    link(thigh, 0.634, "0 0.016 -0.02", inertia(0.002, 0.0021, 0.0004) + "</inertial>");
+    joint(hip, thigh, fmt::format("0 {} 0", 0.062 * y), "0 -1 0");
+    link(
+        shin, 0.214, "0 0 -0.18",
+        inertia(0.0003, 0.0003, 0.00003) +
+            "</inertial><collision><origin xyz='0 0 -0.18'/><geometry><sphere radius='0.015'/></geometry></collision>");
+    joint(thigh, shin, "0 0 -0.209", "0 -1 0");
+    out += "<link name='" + toe + "'/>";
+    joint(shin, toe, "0 0 -0.18", "");
+  }
+  return out + "</robot>";
+}
+
+// The gait that is proposed is one that the robot can walk: it stands with its feet below its centre of mass, is stiff
+// enough for its weight, and no joint is braked so much that a foot comes late.
+TEST_F(New, ProposesATrotThatWorks) {
+  testing::write_file(folder / "skew.urdf", skew_quadruped());
+  EXPECT_EQ(graze("new skew.yaml skew.urdf").code, 0);
+  EXPECT_THAT(testing::read_file(folder / "skew.yaml"), HasSubstr(", -1.3 cm]}"));
+  const testing::Result run = graze("run skew.yaml -n 8 -o skew.graze --quiet");
+  EXPECT_EQ(run.code, 0) << run.err;
+  const testing::Result gate = graze("score skew.graze --policy trot --policy hold --require 'p >= 0.6'");
+  EXPECT_EQ(gate.code, 0) << gate.out;
 }
 
 TEST_F(New, OfARobotWithoutJointsFallsAndRests) {
@@ -102,10 +155,56 @@ TEST_F(New, KeepsWhatIsThere) {
   EXPECT_EQ(testing::read_file(folder / "mine.yaml"), "mine");
   EXPECT_EQ(graze("new mine.yaml ball.urdf --force").code, 0);
   EXPECT_THAT(testing::read_file(folder / "mine.yaml"), HasSubstr("graze: 1"));
-  EXPECT_THAT(graze("new ball.urdf new.yaml").err, HasSubstr("graze new new.yaml ball.urdf"));
-  EXPECT_THAT(graze("new new.txt ball.urdf").err, HasSubstr(".yaml"));
-  EXPECT_THAT(graze("new new.yaml bal.urdf").err, HasSubstr("did you mean"));
+}
+
+// What cannot be meant is refused in words of this command, and nothing is written.
+TEST_F(New, RefusesWhatCannotBeMeant) {
+  testing::fs::create_directory(folder / "folder.yaml");
+  testing::fs::create_symlink("nowhere", folder / "link.yaml");
+  testing::write_file(folder / "old.yaml", "mine");
+  testing::write_file(folder / "bad.urdf", "<robot name='bad'>\n<link/></robot>");
+  const std::vector<std::pair<std::string, std::vector<std::string>>> cases = {
+      {"ball.urdf new.yaml", {"the scenario that is to be written goes first", "graze new new.yaml ball.urdf"}},
+      {"new.yml old.yml", {"graze new old.yml new.yml"}},
+      {"robot.urdf.xacro new.yaml", {"graze new new.yaml robot.urdf.xacro"}},
+      {"new.txt ball.urdf", {"graze: new.txt: ends in .txt", "nearest right answer: new.yaml or new.yml"}},
+      {"new ball.urdf", {"graze: new: has no ending", "new.yaml or new.yml"}},
+      {"new.yaml/ ball.urdf", {"graze: new.yaml/: ends in a slash", "nearest right answer: new.yaml"}},
+      {"new.yaml bal.urdf", {"graze: bal.urdf: there is no such file; did you mean 'ball.urdf'?"}},
+      {"new.yaml folder.yaml/ball.urdf", {"graze: folder.yaml/ball.urdf: there is no such file"}},
+      {"new.yaml bad.urdf", {"graze: bad.urdf:2: link: <link> needs a non-empty name"}},
+      {"new.yaml .", {"not a file, but a folder"}},
+      {"folder.yaml ball.urdf", {"folder.yaml: is a directory or a device; choose another name"}},
+      {"link.yaml ball.urdf", {"symbolic link that leads nowhere; choose another name"}},
+      {"old.yaml ball.urdf", {"old.yaml: exists already; choose another name or give --force"}},
+      {"ball.urdf/new.yaml ball.urdf", {"new.yaml: cannot be written: ", "ball.urdf is no folder"}},
+      {"/proc/new.yaml ball.urdf", {"/proc/new.yaml: cannot be written: "}},
+      {"new.yaml", {"URDF"}},
+  };
+  for (const auto& [arguments, words] : cases) {
+    SCOPED_TRACE(arguments);
+    const testing::Result refused = graze("new " + arguments);
+    EXPECT_NE(refused.code, 0);
+    EXPECT_THAT(refused.err, Not(HasSubstr("--output")));
+    for (const std::string& word : words) EXPECT_THAT(refused.err, HasSubstr(word));
+  }
   EXPECT_FALSE(testing::fs::exists(folder / "new.yaml"));
+  EXPECT_EQ(testing::read_file(folder / "old.yaml"), "mine");
+}
+
+// A robot that stands on no legs, or on two, is held and not walked.
+TEST_F(New, WithoutFourLegsNothingWalks) {
+  const std::string arm =
+      "<robot name='arm'><link name='world'/><link name='arm'><inertial><origin xyz='0.2 0 0'/><mass value='1'/>"
+      "<inertia ixx='0.01' iyy='0.01' izz='0.01' ixy='0' ixz='0' iyz='0'/></inertial></link>"
+      "<joint name='hinge' type='revolute'><parent link='world'/><child link='arm'/><origin xyz='0 0 1'/>"
+      "<axis xyz='0 1 0'/><limit lower='-1' upper='1' effort='10' velocity='5'/></joint></robot>";
+  testing::write_file(folder / "arm.urdf", arm);
+  EXPECT_EQ(graze("new arm.yaml arm.urdf").code, 0);
+  EXPECT_THAT(testing::read_file(folder / "arm.yaml"),
+              AllOf(HasSubstr("  hold:"), Not(HasSubstr("trot")), HasSubstr("rests:"), HasSubstr("'hinge': 0  #")));
+  const testing::Result run = run_new("arm.yaml");
+  EXPECT_EQ(run.code, 0) << run.err;
 }
 
 }  // namespace

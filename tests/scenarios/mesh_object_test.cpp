@@ -95,6 +95,38 @@ TEST_F(MeshObject, IsSimplifiedAsTheScenarioSays) {
   EXPECT_EQ(of_robot("{vertices: 40}"), 40u);
 }
 
+// `mesh: hulls` splits the meshes of all links, its key `hulls` those of some; an object has one hull.
+TEST_F(MeshObject, OfARobotIsSplitWhereItShallBe) {
+  std::ofstream two(folder_ / "two.obj");
+  for (int k = 0; k < 2; ++k) {
+    two << "v " << k << " 0 0\nv " << k + 0.5 << " 0 0\nv " << k << " 1 0\nv " << k << " 0 1\n";
+    for (const char* face : {"-4 -2 -3", "-4 -3 -1", "-4 -1 -2", "-3 -2 -1"}) two << "f " << face << "\n";
+  }
+  two.close();
+  std::ofstream(folder_ / "ball.urdf") << "<robot name='ball'><link name='ball'><collision><geometry><mesh "
+                                          "filename='two.obj'/></geometry></collision></link></robot>";
+  load("{box: [1, 1, 1], position: [9, 9, 9]}");
+  ScenarioOptions options;
+  const auto parts = [&](const std::string& mesh) -> std::string {
+    options.overrides = {{"robot.mesh", mesh}};
+    try {
+      const Scenario scenario = load_scenario((folder_ / "s.yaml").string(), options);
+      const auto is_part = [](const Collider& one) { return one.link == "ball"; };
+      return std::to_string(std::count_if(scenario.model.colliders.begin(), scenario.model.colliders.end(), is_part));
+    } catch (const InputError& error) {
+      return error.what();
+    }
+  };
+  EXPECT_EQ(parts("hulls"), "2");
+  EXPECT_EQ(parts("{hulls: true, vertices: 20}"), "2");
+  EXPECT_EQ(parts("{hulls: [b*]}"), "2");
+  EXPECT_EQ(parts("{hulls: ball}"), "2");
+  EXPECT_EQ(parts("{hulls: false}"), "1");
+  EXPECT_EQ(parts("{vertices: 20}"), "1");
+  EXPECT_THAT(parts("{hulls: [bell]}"), ::testing::AllOf(::testing::HasSubstr("bell"), ::testing::HasSubstr("ball")));
+  EXPECT_THAT(parts("hull"), ::testing::HasSubstr("hulls"));
+}
+
 TEST_F(MeshObject, IsRefusedByItsKeys) {
   const auto refusal = [&](const std::string& keys) -> std::string {
     try {

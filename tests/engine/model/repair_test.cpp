@@ -296,6 +296,30 @@ TEST(UrdfProblems, MadeUpMassIsTold) {
   EXPECT_THAT(told, IsEmpty());
 }
 
+// A base that leaves its mass to a link behind a fixed joint, as KDL wants it, gets none from its shapes, and that is
+// told; a camera of a few grams is no such link, and neither is what hangs on a joint that moves.
+TEST(UrdfProblems, MassOfFixedLinksStandsForABaseWithout) {
+  const auto base_with = [](const std::string& type, const std::string& mass) {
+    const std::string between = link("frame", "") + joint("f", "base", "frame", "fixed");
+    std::vector<std::string> told;
+    UrdfOptions options;
+    options.warn = [&](const std::string& text) { told.push_back(text); };
+    const Robot read = parse_urdf(robot(link("base", kBall) + between + link("mass", inertial(mass, "1", "1", "1")) +
+                                        joint("j", "frame", "mass", type)),
+                                  "r.urdf", options);
+    return std::pair(read.link("base").inertia.mass, told);
+  };
+  const double made_up = 1000 * 4.0 / 3.0 * M_PI * 0.001;
+  EXPECT_EQ(base_with("fixed", "1").first, 0);
+  EXPECT_THAT(base_with("fixed", "1").second,
+              testing::ElementsAre("r.urdf:2: link 'base' has no <inertial>, and links that are fixed to it weigh 1 "
+                                   "kg: no mass is made up for it (4.19 kg by its shapes)"));
+  const auto [beside_camera, of_camera] = base_with("fixed", "0.04");
+  EXPECT_NEAR(beside_camera, made_up, 1e-9);
+  EXPECT_THAT(of_camera, testing::ElementsAre(HasSubstr("base 4.19 kg (beside 0.04 kg of links fixed to it)")));
+  EXPECT_NEAR(base_with("continuous", "1").first, made_up, 1e-9);
+}
+
 // A gear's reduction and a second axis change nothing, and are told; safety controllers and calibrations are passed
 // over.
 TEST(UrdfProblems, WhatIsNotUsedIsTold) {

@@ -1,0 +1,129 @@
+#include "engine/model/mesh_parts.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <filesystem>
+#include <numeric>
+
+#include "engine/model/convex_hull.h"
+#include "engine/model/limits.h"
+#include "engine/model/urdf.h"
+#include "engine/settings/inputs.h"
+#include "engine/settings/settings.h"
+
+namespace graze {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+using Meshes = std::vector<std::shared_ptr<const Mesh>>;
+
+std::string folder_of_parts(const std::string& file) {
+  return (fs::path(file).parent_path() / (fs::path(file).stem().string() + "_parts")).string();
+}
+
+[[noreturn]] void fail_many(const std::string& file, const std::string& what) {
+  throw InputError(fmt::format("{}: {}; a mesh is split into at most {}; put fewer convex parts of it into a folder {}",
+                               file, what, kMaxMeshHulls, folder_of_parts(file)));
+}
+
+/// Sets of vertices that triangles join.
+class Pieces {
+ public:
+  explicit Pieces(const Mesh& mesh) : parent_(mesh.vertices.size()) {
+    std::iota(parent_.begin(), parent_.end(), 0);
+    for (const Eigen::Vector3i& t : mesh.triangles) {
+      for (int k = 1; k < 3; ++k) parent_[root(t[k])] = root(t[0]);
+    }
+  }
+  int root(int i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+
+ private:
+  std::vector<int> parent_;
+};
+
+/// The pieces of a mesh that do not hang together, in the order of their first triangles.
+Meshes pieces_of(const std::shared_ptr<const Mesh>& mesh) {
+  Pieces pieces(*mesh);
+  std::vector<std::shared_ptr<Mesh>> out;
+  std::vector<int> piece_of_root(mesh->vertices.size(), -1), index(mesh->vertices.size(), -1);
+  for (const Eigen::Vector3i& t : mesh->triangles) {
+    int& piece = piece_of_root[pieces.root(t[0])];
+    if (piece < 0) {
+      piece = static_cast<int>(out.size());
+      out.push_back(std::make_shared<Mesh>());
+      out.back()->file = mesh->file;
+      if (out.size() > kMaxMeshHulls) fail_many(mesh->file, fmt::format("more than {} separate pieces", kMaxMeshHulls));
+    }
+    Mesh& to = *out[piece];
+    Eigen::Vector3i corners;
+    for (int k = 0; k < 3; ++k) {
+      if (index[t[k]] < 0) {
+        index[t[k]] = static_cast<int>(to.vertices.size());
+        to.vertices.push_back(mesh->vertices[t[k]]);
+      }
+      corners[k] = index[t[k]];
+    }
+    to.triangles.push_back(corners);
+  }
+  return {out.begin(), out.end()};
+}
+
+/// m^3 inside of a closed surface; with sign, by which way its triangles face.
+double enclosed_volume(const Mesh& mesh) {
+  const Vec3& origin = mesh.vertices.front();
+  double six = 0;
+  for (const Eigen::Vector3i& t : mesh.triangles) {
+    const Vec3 a = mesh.vertices[t[0]] - origin, b = mesh.vertices[t[1]] - origin, c = mesh.vertices[t[2]] - origin;
+    six += a.cross(b).dot(c);
+  }
+  return six / 6;
+}
+
+/// Whether the mesh fills its hull.
+bool is_convex(const Mesh& mesh, const Mesh& hull) {
+  constexpr double kShare = 0.95;  // rounded edges and shallow grooves leave as much
+  return std::abs(enclosed_volume(mesh)) >= kShare * enclosed_volume(hull);
+}
+
+Meshes of_folder(const std::string& file, const std::string& folder, const std::vector<std::string>& names) {
+  if (names.size() > kMaxMeshHulls) {
+    fail_many(file, fmt::format("{} has more than {} mesh files", folder, kMaxMeshHulls));
+  }
+  read_input(file, "", kMaxMeshBytes);  // kept with a campaign: a replay looks for it, too
+  Meshes out;
+  for (const std::string& name : names) out.push_back(collision_hull(*load_mesh((fs::path(folder) / name).string())));
+  return out;
+}
+
+}  // namespace
+
+std::vector<std::shared_ptr<const Mesh>> convex_parts(const std::string& file) {
+  const std::string folder = folder_of_parts(file);
+  const std::vector<std::string> names = input_files_in(folder, is_mesh_kind, kMaxMeshHulls);
+  if (!names.empty()) return of_folder(file, folder, names);
+  Meshes parts = load_mesh_objects(file);
+  if (parts.size() > kMaxMeshHulls) fail_many(file, fmt::format("{} objects", parts.size()));
+  if (parts.size() == 1) parts = pieces_of(parts.front());
+  Meshes hulls;
+  std::shared_ptr<const Mesh> solid;
+  for (const std::shared_ptr<const Mesh>& part : parts) {
+    auto hull = convex_hull(*part);
+    if (!hull) continue;
+    hulls.push_back(hull);
+    solid = part;
+  }
+  if (hulls.empty()) return {collision_hull(*load_mesh(file))};
+  if (hulls.size() > 1 || is_convex(*solid, *hulls.front())) return hulls;
+  throw InputError(fmt::format(
+      "{}: a concave mesh of one piece: 'hulls' takes the convex parts of it from a folder {}, and there are "
+      "no meshes; split it by V-HACD or CoACD, or leave this link out of 'hulls'",
+      file, folder));
+}
+
+}  // namespace graze
