@@ -49,7 +49,7 @@ HullSettings read_hull(const Settings& map) {
 
 namespace {
 
-constexpr const char* kAll = "*";
+constexpr const char* kEveryLink = "*";
 
 /// The globs of `hulls`, with where they stand; none for all links.
 std::vector<Settings> globs_of(const Settings& hulls) {
@@ -63,13 +63,13 @@ std::vector<Settings> globs_of(const Settings& hulls) {
 std::vector<std::string> read_split(const Settings& mesh) {
   if (mesh.is_scalar()) {
     mesh.choice({"hulls"});
-    return {kAll};
+    return {kEveryLink};
   }
   const auto hulls = mesh.find("hulls");
   if (!hulls) return {};
   std::vector<std::string> out;
   for (const Settings& glob : globs_of(*hulls)) out.push_back(glob.text());
-  if (out.empty() && !hulls->is_list() && hulls->flag()) out.emplace_back(kAll);
+  if (out.empty() && !hulls->is_list() && hulls->flag()) out.emplace_back(kEveryLink);
   return out;
 }
 

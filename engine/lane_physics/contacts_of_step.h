@@ -136,7 +136,7 @@ inline void find_contacts(LaneBlock& block, double h) {
 
 /// Adds the impulses kept from the last step to dz.
 template <class T>
-inline void warm_start(const LaneBlock& block, const ConstraintsT<T>& set, T* dz) {
+inline void warm_start(const ConstraintsT<T>& set, T* dz) {
   for (int i = 0; i < set.joint_count; ++i) {
     const JointRowT<T>& row = set.joints[i];
     apply_row<T>(row, row.dry + row.lower - row.upper, dz);

@@ -74,10 +74,8 @@ inline PushT<T> push_of(const PathView& path, const ContactLawT<T>& law, const C
 
 /// Limits of a joint: how far v* leaves room, as gap terms of w, rad/s.
 template <class T>
-inline void leave_room(const TopologyView& t, JointRowT<T>& row, const T* change) {
-  const int* chain = t.chain + t.row[row.dof];
-  T u = row.b;
-  for (int d = 0; d <= t.dof_depth[row.dof]; ++d) u = fma(row.y[d], change[chain[d]], u);
+inline void leave_room(JointRowT<T>& row, const T* change) {
+  const T u = speed_of(row, change);
   row.lower_gap = max(u + row.lower_gap, T(0.0));
   row.upper_gap = max(row.upper_gap - u, T(0.0));
   row.b = row.lower = row.upper = row.dry = T(0.0);
@@ -86,8 +84,7 @@ inline void leave_room(const TopologyView& t, JointRowT<T>& row, const T* change
 
 /// Sweeps over all that w must not break. dw becomes L w.
 template <class T>
-inline void sweep_pushes(const TopologyView& t, ConstraintsT<T>& set, PushT<T>* pushes, const mask_of<T>& pushing,
-                         T* dw) {
+inline void sweep_pushes(ConstraintsT<T>& set, PushT<T>* pushes, const mask_of<T>& pushing, T* dw) {
   ChangeT<T> change(dw);
   for (int sweep = 0; sweep < kPushSweeps; ++sweep) {
     for (int i = 0; i < set.contact_count; ++i) {
@@ -103,7 +100,7 @@ inline void sweep_pushes(const TopologyView& t, ConstraintsT<T>& set, PushT<T>* 
     }
     // Last, because a limit is held to rounding.
     for (int i = 0; i < set.joint_count - set.servo_count; ++i) {
-      relax_joint<T>(t, pushing, set.joints[i], change.in_memory());
+      relax_joint<T>(pushing, set.joints[i], change.in_memory());
     }
   }
   change.in_memory();
@@ -150,9 +147,9 @@ inline void push_out(LaneBlock& block, const TreeT<T>& tree, ConstraintsT<T>& se
     }
     of_step.in_memory();
   }
-  for (int i = 0; i < set.joint_count - set.servo_count; ++i) leave_room<T>(t, set.joints[i], change);
+  for (int i = 0; i < set.joint_count - set.servo_count; ++i) leave_room<T>(set.joints[i], change);
   for (int k = 0; k < t.nv; ++k) w[k] = T(0.0);
-  sweep_pushes<T>(t, set, pushes, pushing, w);
+  sweep_pushes<T>(set, pushes, pushing, w);
   solve_L<T>(tree, w);
   const T share = push_share<T>(t, law.recovery, w);
   for (int k = 0; k < t.nv; ++k) w[k] = fma(share, w[k], T(0.0));

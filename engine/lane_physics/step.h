@@ -175,7 +175,7 @@ inline T solve(LaneBlock& block, const TreeT<T>& tree, double h, unsigned active
   T *z = rows<T>(block.z), *free = rows<T>(block.free);
   times_L<T>(tree, rows<T>(block.v), z);
   for (int k = 0; k < tree.topology.nv; ++k) free[k] = dz[k];
-  warm_start<T>(block, set, dz);
+  warm_start<T>(set, dz);
   T* effort = rows<T>(block.effort);
   solve_constraints<T>(law, block.settings.most_sweeps, block.settings.tolerance, active, set, dz, effort[0],
                        effort[1]);

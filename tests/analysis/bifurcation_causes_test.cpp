@@ -32,7 +32,7 @@ CampaignInfo two_bifurcations() {
   return info;
 }
 
-ContactPhase phase(int a, int b, double begin) {
+ContactPhase touch(int a, int b, double begin) {
   ContactPhase out;
   out.a = a;
   out.b = b;
@@ -70,8 +70,8 @@ struct Campaign {
     StoryTeller teller({"walk"}, {.detail = Detail::features}, 1e-3);
     for (const std::uint32_t i : values.particles) {
       const Way way = go(i);
-      std::vector<ContactPhase> phases = {phase(kLeft, way.first, 0.5)};
-      if (way.second >= 0) phases.push_back(phase(kRight, way.second, 1.5));
+      std::vector<ContactPhase> phases = {touch(kLeft, way.first, 0.5)};
+      if (way.second >= 0) phases.push_back(touch(kRight, way.second, 1.5));
       teller.add(0, i, way.success ? Outcome::success : Outcome::known_failure, way.success ? -1 : 0, way.end, phases);
     }
     const Stories stories = std::move(teller.take().front());
@@ -146,8 +146,8 @@ TEST(BifurcationCauses, LeaveOutWhatWasCutOffAndWhatHasNoValues) {
   StoryTeller teller({"walk"}, {.detail = Detail::features}, 1e-3);
   for (std::uint32_t i = 0; i < 300; ++i) {
     const Way way = i < 200 ? go(i) : Way{};
-    std::vector<ContactPhase> phases = {phase(kLeft, way.first, 0.5)};
-    if (way.second >= 0) phases.push_back(phase(kRight, way.second, 1.5));
+    std::vector<ContactPhase> phases = {touch(kLeft, way.first, 0.5)};
+    if (way.second >= 0) phases.push_back(touch(kRight, way.second, 1.5));
     teller.add(0, i, way.success ? Outcome::success : Outcome::known_failure, way.success ? -1 : 0, way.end, phases);
   }
   const Stories stories = std::move(teller.take().front());
@@ -205,7 +205,7 @@ void write_campaign(const std::filesystem::path& path, bool store_values, bool n
     const bool strikes = (noise ? chance(i, 1, 0) : row[0]) > 0.5;
     TraceRecord record = synthetic::trace(info, 0, i);
     record.events.clear();
-    record.phases = {phase(kLeft, kGround, 0.5), phase(kRight, strikes ? kCurb : kGround, 1.5)};
+    record.phases = {touch(kLeft, kGround, 0.5), touch(kRight, strikes ? kCurb : kGround, 1.5)};
     record.outcome = chance(i, 2, 0) < (strikes ? 0.1 : 0.9) ? Outcome::success : Outcome::unknown_failure;
     record.violated = -1;
     record.invalid_reason.clear();

@@ -48,7 +48,7 @@ void take_up(const fs::path& path) {
 }
 
 /// What `run --force` does.
-void replace(const fs::path& path) {
+void write_over(const fs::path& path) {
   CampaignWriter writer(path, small(), true);
   add(writer);
   writer.finish();
@@ -92,7 +92,7 @@ struct Prepared {
         [&] { table_of(Archive(path), "step/1cm"); },
         [&] { pack(path, folder / "o.h5", true); },
         [&] { take_up(path); },
-        [&] { replace(path); },
+        [&] { write_over(path); },
     };
     for (const auto& verb : verbs) {
       try {
@@ -257,7 +257,7 @@ TEST(Replacing, WhatCannotBeSetAsideIsLeft) {
     EXPECT_FALSE(fs::exists(folder / "a.graze" / kReplacingFolder));
     EXPECT_FALSE(fs::exists(folder / "a.graze" / kReplacedFolder));
     EXPECT_EQ(table_of(Archive(folder / "a.graze"), "step/1cm").digest, wanted);
-    EXPECT_NO_THROW(replace(folder / "a.graze"));
+    EXPECT_NO_THROW(write_over(folder / "a.graze"));
   }
 }
 

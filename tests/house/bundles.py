@@ -29,6 +29,7 @@ LIBRARIES = {
     "jobs": ["jobs/campaign", "jobs/slurm", "jobs/cli"],
 }
 
+RAW_TEXT = re.compile(r'R"(\w*)\(.*?\)\1"', re.S)
 ANONYMOUS = re.compile(r"^namespace \{\n(.*?)^\}  // namespace\n", re.M | re.S)
 DEFINITION = re.compile(
     r"^(?:template <[^\n]*>\n)?(?:\[\[\w+\]\] )?(?:(?:static|inline|constexpr|const|extern) )*"
@@ -51,7 +52,7 @@ def parameters(text):
 def defined(text):
     """What a source defines for itself: (name, what must differ where the name is the same, or None: nothing may)."""
     out = set()
-    for region in ANONYMOUS.finditer(text):
+    for region in ANONYMOUS.finditer(RAW_TEXT.sub('""', text)):
         inside = region.group(1)
         for found in DEFINITION.finditer(inside):
             if found["alias"]:

@@ -23,7 +23,7 @@ using testing::Random;
 using testing::touch_plane;
 using enum ShapeKind;
 
-std::vector<Vec3> random_hull(Random& random) {
+std::vector<Vec3> random_corners(Random& random) {
   std::vector<Vec3> out;
   for (int i = 0; i < 20; ++i) out.push_back(eigen(random.direction()) * random.uniform(0.05, 0.1));
   return out;
@@ -36,7 +36,7 @@ std::pair<Convex, Convex> random_convex(Random& random, ShapeKind a, ShapeKind b
     const ShapeKind kind = i == 0 ? a : b;
     out[i].kind = kind;
     if (kind == mesh) {
-      corners[i].assign(random_hull(random));
+      corners[i].assign(random_corners(random));
       out[i].corners = &corners[i];
     } else {
       out[i].size = eigen(random.shape(kind).size);

@@ -25,7 +25,7 @@ using enum ShapeKind;
 constexpr ShapeKind kOthers[] = {sphere, capsule, cylinder, box, mesh};
 
 /// Corners on a ball, or a slab, whose faces lie flat.
-Hull random_hull(Random& random) {
+Hull slab_or_ball(Random& random) {
   Hull out;
   const bool slab = random.below(2) == 0;
   const int count = 6 + random.below(40);
@@ -82,7 +82,7 @@ TEST(HullPair, gap_is_exact) {
     int apart = 0, overlapping = 0, worse = 0;
     const double tolerance = kind == cylinder ? 1e-6 : 1e-9;
     for (int trial = 0; trial < trials; ++trial) {
-      const HullArrays arrays(random_hull(random)), others(random_hull(random));
+      const HullArrays arrays(slab_or_ball(random)), others(slab_or_ball(random));
       const HullView hull = arrays.view(), other = others.view();
       const Pair pair = random_pair(random, kind, hull, other, 0.02);
       const CoreGapT<double> gap = gap_of_cores(core_of(pair.a.body), core_of(pair.b.body), 1.0);
@@ -135,7 +135,7 @@ TEST(HullPair, gives_each_lane_its_own_bits) {
   Random random(42);
   for (int trial = 0; trial < test::trials(1000); ++trial) {
     const ShapeKind kind = kOthers[trial % 5];
-    const HullArrays arrays(random_hull(random)), others(random_hull(random));
+    const HullArrays arrays(slab_or_ball(random)), others(slab_or_ball(random));
     const HullView hull = arrays.view(), other = others.view();
     std::vector<Pair> pairs;
     for (int lane = 0; lane < 8; ++lane) pairs.push_back(random_pair(random, kind, hull, other, 0.005));
@@ -167,7 +167,7 @@ TEST(HullPair, points_have_the_gap_and_lie_between) {
   for (const ShapeKind kind : kOthers) {
     int touching = 0, points = 0;
     for (int trial = 0; trial < test::trials(2000); ++trial) {
-      const HullArrays arrays(random_hull(random)), others(random_hull(random));
+      const HullArrays arrays(slab_or_ball(random)), others(slab_or_ball(random));
       const HullView hull = arrays.view(), other = others.view();
       const Pair pair = random_pair(random, kind, hull, other, 0.002);
       const double margin = random.uniform(0, 0.01);

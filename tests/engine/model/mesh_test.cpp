@@ -22,8 +22,6 @@ using ::testing::AnyOf;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-const char* const kObj = "v 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 3\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
-
 /// A triangle with the normal (0, 0, 1).
 using Triangle = std::array<float, 9>;
 
@@ -53,8 +51,8 @@ std::string binary_stl(const std::vector<Triangle>& triangles, std::uint32_t sai
   return out;
 }
 
-std::string dae(const std::string& numbers = "0 0 0 1 0 0 0 2 0 0 0 3",
-                const std::string& indices = "0 2 1 0 1 3 0 3 2 1 2 3") {
+std::string dae_mesh(const std::string& numbers = "0 0 0 1 0 0 0 2 0 0 0 3",
+                     const std::string& indices = "0 2 1 0 1 3 0 3 2 1 2 3") {
   return R"(<?xml version="1.0"?>
 <COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
   <asset><unit name="meter" meter="1"/><up_axis>Z_UP</up_axis></asset>
@@ -102,10 +100,10 @@ class MeshFile : public ::testing::Test {
 
 // What the cases below are changed from.
 TEST_F(MeshFile, SoundOnesAreRead) {
-  EXPECT_EQ(answer("t.obj", kObj), "");
+  EXPECT_EQ(answer("t.obj", kTetrahedronObj), "");
   EXPECT_EQ(answer("t.stl", ascii_stl(kTetrahedron)), "");
   EXPECT_EQ(answer("b.stl", binary_stl(kTetrahedron, 4)), "");
-  EXPECT_EQ(answer("t.dae", dae()), "");
+  EXPECT_EQ(answer("t.dae", dae_mesh()), "");
   EXPECT_EQ(answer("t.ply", kPly), "");
 }
 
@@ -126,10 +124,10 @@ TEST_F(MeshFile, PlyHeadWithoutEnd) {
 
 // Cut after every byte: a mesh or a message, and a message where the corners of the last triangle are not all there.
 TEST_F(MeshFile, TruncatedAnywhere) {
-  const std::pair<const char*, std::string> whole[] = {{"cut.obj", kObj},
+  const std::pair<const char*, std::string> whole[] = {{"cut.obj", kTetrahedronObj},
                                                        {"cut.stl", ascii_stl(kTetrahedron)},
                                                        {"cutb.stl", binary_stl(kTetrahedron, 4)},
-                                                       {"cut.dae", dae()},
+                                                       {"cut.dae", dae_mesh()},
                                                        {"cut.ply", kPly}};
   for (const auto& [name, bytes] : whole) {
     for (std::size_t size = 0; size < bytes.size(); ++size) answer(name, bytes.substr(0, size));
@@ -138,7 +136,7 @@ TEST_F(MeshFile, TruncatedAnywhere) {
   for (const std::size_t size : {0, 1, 79, 80, 83, 84, 85, 133, 134, 184, 283}) {
     EXPECT_NE(answer("cutb.stl", binary.substr(0, size)), "") << size;
   }
-  const std::string text = dae();
+  const std::string text = dae_mesh();
   for (std::size_t size = 0; size + 10 < text.size(); ++size) EXPECT_NE(answer("cut.dae", text.substr(0, size)), "");
 }
 
@@ -152,12 +150,12 @@ TEST_F(MeshFile, CoordinatesThatAreNone) {
   }
   for (const char* odd : {"nan", "inf", "-inf", "1e999", "x", "", "0x"}) {
     SCOPED_TRACE(odd);
-    std::string text = ascii_stl(kTetrahedron), obj = kObj;
+    std::string text = ascii_stl(kTetrahedron), obj = kTetrahedronObj;
     text.replace(text.find("vertex 0 2 0"), 12, fmt::format("vertex 0 {} 0", odd));
     obj.replace(obj.find("0 2 0"), 5, fmt::format("0 {} 0", odd));
     answer("odd.stl", text);
     answer("odd.obj", obj);
-    answer("odd.dae", dae(fmt::format("0 0 0 1 {} 0 0 2 0 0 0 3", odd)));
+    answer("odd.dae", dae_mesh(fmt::format("0 0 0 1 {} 0 0 2 0 0 0 3", odd)));
   }
   EXPECT_THAT(answer("nan.obj", "v nan 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 3\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"),
               HasSubstr("not finite"));
@@ -174,8 +172,8 @@ TEST_F(MeshFile, WithoutVolume) {
   EXPECT_THAT(answer("point.obj", "v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n"), HasSubstr("lie in one place"));
   EXPECT_THAT(answer("line.obj", "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n"), HasSubstr("lie on one line"));
   EXPECT_THAT(answer("flat.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 2 4 3\n"), HasSubstr("is flat"));
-  EXPECT_THAT(answer("flat.dae", dae("0 0 0 1 0 0 0 2 0 3 3 0")), HasSubstr("is flat"));
-  EXPECT_THAT(answer("point.dae", dae("1 1 1 1 1 1 1 1 1 1 1 1")), HasSubstr("lie in one place"));
+  EXPECT_THAT(answer("flat.dae", dae_mesh("0 0 0 1 0 0 0 2 0 3 3 0")), HasSubstr("is flat"));
+  EXPECT_THAT(answer("point.dae", dae_mesh("1 1 1 1 1 1 1 1 1 1 1 1")), HasSubstr("lie in one place"));
   // Triangles without area among others do not hurt.
   std::vector<Triangle> more = kTetrahedron;
   more.push_back({0, 0, 0, 0, 0, 0, 1, 0, 0});
@@ -195,7 +193,7 @@ TEST_F(MeshFile, IndicesOutOfRange) {
   for (const char* index : {"0", "1/9", "1//9", "1/9/9", "/", "1e3", "x"}) with(index);
   for (const char* index : {"4", "12", "99999999", "2147483647", "4294967296", "18446744073709551617", "-1", "0.5"}) {
     SCOPED_TRACE(index);
-    EXPECT_NE(answer("i.dae", dae("0 0 0 1 0 0 0 2 0 0 0 3", fmt::format("0 2 1 0 1 3 0 3 2 1 2 {}", index))), "");
+    EXPECT_NE(answer("i.dae", dae_mesh("0 0 0 1 0 0 0 2 0 0 0 3", fmt::format("0 2 1 0 1 3 0 3 2 1 2 {}", index))), "");
   }
 }
 
@@ -214,7 +212,7 @@ TEST_F(MeshFile, MoreIsAnnouncedThanThere) {
     EXPECT_NE(answer("bomb.stl", binary_stl({}, said)), "") << said;
   }
   for (const char* count : {"10000000", "4294967295", "18446744073709551615", "-1"}) {
-    std::string text = dae();
+    std::string text = dae_mesh();
     text.replace(text.find("triangles count=\"4\""), 19, fmt::format("triangles count=\"{}\"", count));
     EXPECT_NE(answer("bomb.dae", text), "") << count;
   }
@@ -265,7 +263,7 @@ TEST_F(MeshFile, DeepDae) {
       nodes += "<node>";
       ends += "</node>";
     }
-    std::string text = dae();
+    std::string text = dae_mesh();
     text.replace(text.find("<node>"), 6, nodes).replace(text.find("</node>"), 7, ends);
     const std::string found = answer("deep.dae", text);
     if (depth < 100) {
@@ -278,7 +276,7 @@ TEST_F(MeshFile, DeepDae) {
       extra += "<extra>";
       extra_ends += "</extra>";
     }
-    std::string other = dae();
+    std::string other = dae_mesh();
     other.replace(other.find("<asset>"), 7, extra + extra_ends + "<asset>");
     answer("extra.dae", other);
   }
@@ -292,7 +290,7 @@ TEST_F(MeshFile, DeepDae) {
 TEST_F(MeshFile, OfAnotherKind) {
   for (const char* name : {"x.obj", "x.stl", "x.dae", "x.ply", "x.glb", "x.gltf", "x.off", "x.3ds"}) {
     for (const std::string& bytes :
-         {std::string(kObj), ascii_stl(kTetrahedron), binary_stl(kTetrahedron, 4), dae(),
+         {std::string(kTetrahedronObj), ascii_stl(kTetrahedron), binary_stl(kTetrahedron, 4), dae_mesh(),
           std::string("\x89PNG\r\n\x1a\n"), std::string(1000, '\0'), std::string(1000, '\xff')}) {
       answer(name, bytes);
     }

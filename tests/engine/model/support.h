@@ -35,6 +35,9 @@ inline std::string third_party_robot(const std::string& file) {
   const std::string variable = third_party_robot(file); \
   if (variable.empty()) GTEST_SKIP() << "no third-party robots here; set GRAZE_TEST_ROBOTS"
 
+/// A tetrahedron with legs of 1, 2 and 3 m.
+inline const char* const kTetrahedronObj = "v 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 3\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+
 /// The message of the InputError that `action` throws; a failed test if it throws none.
 template <typename Action>
 std::string input_error(Action action) {

@@ -31,8 +31,6 @@ std::string refusal(const std::string& body) {
   return input_error([&] { parse(body); });
 }
 
-/// A tetrahedron with legs of 1, 2 and 3 m: volume 1 m^3, whose own inside is at positive coordinates.
-const char* const kObj = "v 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 3\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
 const char* const kStl =
     "solid t\n"
     "facet normal 0 0 -1\nouter loop\nvertex 0 0 0\nvertex 0 2 0\nvertex 1 0 0\nendloop\nendfacet\n"
@@ -281,7 +279,7 @@ TEST(Urdf, WarnsOfMisspeltElements) {
 // OBJ and STL give the same solid, scaled, as its convex hull.
 TEST(Meshes, ObjAndStl) {
   const TemporaryFolder folder;
-  folder.write("t.obj", kObj);
+  folder.write("t.obj", kTetrahedronObj);
   folder.write("t.stl", kStl);
   for (const std::string mesh : {"t.obj", "t.stl"}) {
     const Robot r = load_urdf(folder.write("r.urdf", with_mesh(mesh)));
@@ -295,12 +293,12 @@ TEST(Meshes, ObjAndStl) {
 // package://NAME/ is found in a parent folder called NAME, beside a parent, and in the folders of the package path.
 TEST(Meshes, PackagePaths) {
   const TemporaryFolder folder, elsewhere;
-  folder.write("my_robot/meshes/t.obj", kObj);
+  folder.write("my_robot/meshes/t.obj", kTetrahedronObj);
   const std::string inside = folder.write("my_robot/urdf/r.urdf", with_mesh("package://my_robot/meshes/t.obj"));
   EXPECT_EQ(load_urdf(inside).link("a").collisions.size(), 1u);
   const std::string beside = folder.write("other/urdf/r.urdf", with_mesh("package://my_robot/meshes/t.obj"));
   EXPECT_EQ(load_urdf(beside).link("a").collisions.size(), 1u);
-  folder.write("src/far/meshes/t.obj", kObj);
+  folder.write("src/far/meshes/t.obj", kTetrahedronObj);
   const std::string far = folder.write("urdf/r.urdf", with_mesh("package://far/meshes/t.obj"));
   EXPECT_THAT(input_error([&] { load_urdf(far); }), HasSubstr("package://far/meshes/t.obj"));
   UrdfOptions options;
