@@ -39,7 +39,7 @@ std::string arm(const std::string& inside, const std::string& of_joint = "", con
 /// Two arms on a link, by joints j1 and j2 (lines 5 and 6) with these parts.
 std::string pair(const std::string& of_first, const std::string& of_second) {
   return robot_of(link("a") + link("b") + link("c") + joint_of("j1", "a", "b", "continuous", of_first) +
-               joint_of("j2", "a", "c", "continuous", of_second));
+                  joint_of("j2", "a", "c", "continuous", of_second));
 }
 
 std::string limit(double lower, double upper) {
@@ -170,7 +170,7 @@ const std::vector<Case>& cases() {
       {"mimic_ring", pair("<mimic joint=\"j2\"/>", "<mimic joint=\"j1\"/>"), 5, "(j1 > j2 > j1)", "removes <mimic>"},
       {"mimic_of_fixed",
        robot_of(link("a") + link("b") + link("c") + joint_of("j1", "a", "b", "fixed") +
-             joint_of("j2", "a", "c", "continuous", "<mimic joint=\"j1\"/>")),
+                joint_of("j2", "a", "c", "continuous", "<mimic joint=\"j1\"/>")),
        6, "names the joint 'j1', which is fixed", "removes <mimic>"},
       {"mimic_zero", pair("", "<mimic joint=\"j1\" multiplier=\"0\"/>"), 6, "multiplier: 0 lets the joint stand still",
        "removes <mimic>"},
@@ -179,7 +179,7 @@ const std::vector<Case>& cases() {
       {"mimic_far", pair("", "<mimic joint=\"j1\" offset=\"1e9\"/>"), 6, "offset: 1e+09 is out of range", "removes"},
       {"mimic_no_room",
        robot_of(link("a") + link("b") + link("c") + joint_of("j1", "a", "b", "revolute", limit(0, 1)) +
-             joint_of("j2", "a", "c", "revolute", limit(1, 2) + "<mimic joint=\"j1\" multiplier=\"-1\"/>")),
+                joint_of("j2", "a", "c", "revolute", limit(1, 2) + "<mimic joint=\"j1\" multiplier=\"-1\"/>")),
        6, "within its limits, 1 to 2, 'j1' would have to be from -2 to -1, which has 0 to 1", "removes <mimic>"},
       {"planar_base", robot_of(link("world", "") + link("a") + joint_of("j", "world", "a", "planar")), 4,
        "planar joints are not supported", "removes it and link 'world': the base floats"},
@@ -300,12 +300,12 @@ TEST(UrdfProblems, MadeUpMassIsTold) {
 // told; a camera of a few grams is no such link, and neither is what hangs on a joint that moves.
 TEST(UrdfProblems, MassOfFixedLinksStandsForABaseWithout) {
   const auto base_with = [](const std::string& type, const std::string& mass) {
-    const std::string between = link("frame", "") + joint("f", "base", "frame", "fixed");
+    const std::string between = link("frame", "") + joint_of("f", "base", "frame", "fixed");
     std::vector<std::string> told;
     UrdfOptions options;
     options.warn = [&](const std::string& text) { told.push_back(text); };
-    const Robot read = parse_urdf(robot(link("base", kBall) + between + link("mass", inertial(mass, "1", "1", "1")) +
-                                        joint("j", "frame", "mass", type)),
+    const Robot read = parse_urdf(robot_of(link("base", kBall) + between + link("mass", inertial(mass, "1", "1", "1")) +
+                                           joint_of("j", "frame", "mass", type)),
                                   "r.urdf", options);
     return std::pair(read.link("base").inertia.mass, told);
   };

@@ -41,7 +41,7 @@ std::string with(std::string text, const std::string& before, const std::string&
   return text.replace(text.find(before), before.size(), after);
 }
 
-std::string with_mesh(const std::string& file) {
+std::string of_mesh(const std::string& file) {
   return "<robot name=\"r\"><link name=\"a\"><inertial><mass value=\"1\"/><inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" "
          "iyy=\"1\" "
          "iyz=\"0\" izz=\"1\"/></inertial><collision><geometry><mesh filename=\"" +
@@ -52,7 +52,7 @@ std::string with_mesh(const std::string& file) {
 TEST(MeshKinds, Dae) {
   const TemporaryFolder folder;
   folder.write("t.dae", dae());
-  const Robot r = load_urdf(folder.write("r.urdf", with_mesh("t.dae")));
+  const Robot r = load_urdf(folder.write("r.urdf", of_mesh("t.dae")));
   const Shape& shape = r.link("a").collisions.at(0).shape;
   EXPECT_NEAR(shape.volume(), 1, 1e-6);
   Eigen::AlignedBox3d box;
@@ -68,7 +68,7 @@ TEST(MeshKinds, Ply) {
                "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
                "element face 4\nproperty list uchar int vertex_indices\nend_header\n"
                "0 0 0\n1 0 0\n0 2 0\n0 0 3\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n");
-  const Robot r = load_urdf(folder.write("r.urdf", with_mesh("t.ply")));
+  const Robot r = load_urdf(folder.write("r.urdf", of_mesh("t.ply")));
   EXPECT_NEAR(r.link("a").collisions.at(0).shape.volume(), 1, 1e-6);
 }
 
@@ -101,7 +101,7 @@ TEST(MeshKinds, BadDaeIsRefused) {
   };
   for (const auto& [name, text, rule] : cases) {
     folder.write(name, text);
-    const std::string file = folder.write("r.urdf", with_mesh(name));
+    const std::string file = folder.write("r.urdf", of_mesh(name));
     EXPECT_THAT(input_error([&] { load_urdf(file); }),
                 testing::AllOf(HasSubstr("link 'a'"), HasSubstr(name), HasSubstr(rule)));
   }
@@ -124,7 +124,7 @@ TEST(RobotFiles, RosPackagePath) {
   const TemporaryFolder folder;
   const std::string corners = "v 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 3\n", faces = "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
   folder.write("ws/far/m.obj", corners + faces);
-  const std::string file = folder.write("robots/r.urdf", with_mesh("package://far/m.obj"));
+  const std::string file = folder.write("robots/r.urdf", of_mesh("package://far/m.obj"));
   EXPECT_THAT(input_error([&] { load_urdf(file); }), HasSubstr("is not there"));
   InputFiles kept;
   {
