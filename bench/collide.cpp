@@ -9,6 +9,7 @@
 
 #include "bench/collide/kernel.h"
 #include "engine/lanes/isa.h"
+#include "engine/model/model.h"
 
 namespace graze {
 namespace {

@@ -46,7 +46,7 @@ double solve_damped(const Chain& chain, const Vec3& x, Chain::Values& q) {
   return solve_damped(chain.view(), lane_of(x), q.data());
 }
 
-class LinksLegs : public testing::Test {
+class LinksLegs : public ::testing::Test {
  protected:
   Scene scene{links_world()};
   std::vector<Chain> legs() const {

@@ -56,8 +56,8 @@ std::int64_t ordered(double x) {
 /// How many doubles lie between.
 double ulps(double a, double b) { return std::fabs(static_cast<double>(ordered(a) - ordered(b))); }
 
-class NoiseOnLanes : public testing::TestWithParam<Isa> {};
-INSTANTIATE_TEST_SUITE_P(Isas, NoiseOnLanes, testing::ValuesIn(available_isas()),
+class NoiseOnLanes : public ::testing::TestWithParam<Isa> {};
+INSTANTIATE_TEST_SUITE_P(Isas, NoiseOnLanes, ::testing::ValuesIn(available_isas()),
                          [](const auto& info) { return isa_name(info.param); });
 
 TEST_P(NoiseOnLanes, UniformsAreTheStreams) {

@@ -42,7 +42,7 @@ struct Throw {
   bool operator==(const Throw&) const = default;
 };
 
-class PolicyDrawsTest : public testing::Test {
+class PolicyDrawsTest : public ::testing::Test {
  protected:
   Scene scene{links_world()};
 

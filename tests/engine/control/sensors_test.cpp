@@ -11,7 +11,7 @@
 namespace graze {
 namespace {
 
-class SensorsAndActuators : public testing::Test {
+class SensorsAndActuators : public ::testing::Test {
  protected:
   SensorsAndActuators() {
     noise.jitter.resize(names.size());

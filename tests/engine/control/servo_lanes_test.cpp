@@ -61,8 +61,8 @@ Particle particle_of(const Scene& scene, int lane) {
 }
 
 /// One walk of actuators under random commands; every second lane stands still from time to time.
-struct Walk {
-  Walk(const Scene& scene, bool torque_speed, Isa isa)
+struct ServoWalk {
+  ServoWalk(const Scene& scene, bool torque_speed, Isa isa)
       : physics(scene.model),
         actuators(scene.model, torque_speed, false, isa),
         servo_torque(scene.model, torque_speed) {
@@ -118,9 +118,9 @@ void expect_equal(const BlockArray& a, const BlockArray& b, const std::string& i
 TEST(ServoLanes, FollowTheFormulaWithTheSameBitsForEveryInstructionSet) {
   const Scene scene{links_world()};
   for (const bool torque_speed : {false, true}) {
-    const Walk want(scene, torque_speed, Isa::portable);
+    const ServoWalk want(scene, torque_speed, Isa::portable);
     for (const Isa isa : available_isas()) {
-      const Walk got(scene, torque_speed, isa);
+      const ServoWalk got(scene, torque_speed, isa);
       expect_equal(got.tau, want.tau, isa_name(isa));
       expect_equal(got.actuators.headroom(), want.actuators.headroom(), isa_name(isa));
       expect_equal(got.physics.last.upper, want.physics.last.upper, isa_name(isa));

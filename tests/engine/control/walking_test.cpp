@@ -34,7 +34,7 @@ struct Case {
 
 void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
 
-class Walking : public testing::TestWithParam<Case> {};
+class Walking : public ::testing::TestWithParam<Case> {};
 
 // The unperturbed robot goes where it is told: forward speed and yaw rate within 30 % of the command (the feet sweep
 // back faster than they stand just before touchdown, and carry by then, which the original shows as well: 12 to 25 %),
@@ -65,7 +65,7 @@ TEST_P(Walking, GoesWhereItIsTold) {
 
 INSTANTIATE_TEST_SUITE_P(
     Links, Walking,
-    testing::Values(
+    ::testing::Values(
         Case{"walk", "links.urdf", walk_gait("[0.2, 0, 0]"), kOperational, 0.2, 0},
         Case{"walk_turning", "links.urdf", walk_gait("[0.2, 0, -0.5]"), kOperational, 0.2, -0.5},
         Case{"circle", "links.urdf", walk_gait("[0.1, 0, -0.5]"), kOperational, 0.1, -0.5},
