@@ -148,7 +148,7 @@ void parts(benchmark::State& state) {
     if (!set.manifolds().empty()) {
       const Clock part(spent[2]);
       for (bullet::Tree& tree : forest.trees()) tree.body->setCompanionId(-1);
-      solver->solve(set.manifolds(), rows, kStep, narrow.dispatcher());
+      solver->solve(set.manifolds(), rows, false, kStep, narrow.dispatcher());
     }
     forest.apply_impulses();
     forest.refresh_twists();
