@@ -45,7 +45,7 @@ Scenario scenario_of(const Request& request, const fs::path& urdf, const Overrid
   options.overrides = {{"robot.urdf", urdf.string()},
                        {"robot.repair", "true"},
                        {"policies.hold.control.joint_pd.kp", fmt::format("{:g}", gains.stiffness)},
-                       {"uncertain.robot.joint.*.damping", fmt::format("{:g}", gains.damping)}};
+                       {"policies.hold.control.joint_pd.kd", fmt::format("{:g}", gains.damping)}};
   for (const Overrides& some : {request.more, way}) {
     options.overrides.insert(options.overrides.end(), some.begin(), some.end());
   }

@@ -20,7 +20,7 @@ std::string propose_scenario(const ProposalRequest& request);
 /// How the joints of such a scenario are held: stiff enough for the robot's own weight and size.
 struct HoldGains {
   double stiffness;  // N m/rad (N/m of sliding joints)
-  double damping;    // N m s/rad, of the joints themselves
+  double damping;    // N m s/rad (N s/m), of the servos
 };
 HoldGains propose_hold(const ProposalRequest& request);
 
