@@ -204,7 +204,7 @@ World flail(const std::string& model) {
     if (i < 3) world.initial.joint_position[added.name] = 0.2;
     if (i == 4) added.mimic = {"j2", -0.5, 0.05};
   }
-  world.objects = {fixed("ground", plane(), at(0, 0, -0.475))};
+  world.objects = {fixed("ground", plane(), at(0, 0, -0.48))};
   world.contact.model = model;
   return world;
 }
