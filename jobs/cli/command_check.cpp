@@ -183,6 +183,7 @@ nlohmann::json as_json(const SizeEstimate& e, std::optional<double> free) {
           {"traces", e.traces},
           {"events", e.events},
           {"telemetry", e.telemetry},
+          {"inputs", e.inputs},
           {"probed_traces", e.probed},
           {"processor_seconds", e.probed > 0 ? nlohmann::json(e.seconds) : nlohmann::json()},
           {"seconds_per_step", e.probed > 0 ? nlohmann::json(e.step_seconds) : nlohmann::json()},
@@ -249,7 +250,7 @@ void look_at(const std::filesystem::path& output) {
 void check_urdf_output(const CheckArguments& arguments, const Scenario& scenario) {
   std::vector<std::filesystem::path> made_of = {scenario.file};
   for (const auto& [name, content] : scenario.source.inputs) made_of.emplace_back(name);
-  check_new_file(arguments.urdf, arguments.force, made_of);
+  check_new_file(arguments.urdf, arguments.force, made_of, NamedBy::word);
 }
 
 void write_urdf(const CheckArguments& arguments, const ScenarioArguments& source, const Scenario& scenario) {
@@ -269,7 +270,11 @@ void write_urdf(const CheckArguments& arguments, const ScenarioArguments& source
 
 int check(const CheckArguments& arguments) {
   if (!arguments.output.empty()) check_campaign_output(arguments.output);
-  if (!arguments.urdf.empty()) check_ending(arguments.urdf, "a robot is written as URDF", {".urdf", ".xml"});
+  if (!arguments.urdf.empty()) {
+    check_ending(arguments.urdf, "a robot is written as URDF", {".urdf", ".xml"}, Endings::free, NamedBy::word);
+  } else if (arguments.force) {
+    throw InputError("--force lets --write-urdf replace a file, and there is no --write-urdf");
+  }
   ScenarioArguments source = arguments.scenario;
   arguments.record.apply_to(source);
   Scenario scenario = source.load();

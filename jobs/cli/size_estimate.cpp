@@ -52,6 +52,8 @@ SizeEstimate base(const Scenario& s, const ParticleRange& part) {
   if (s.space.size() > 0)
     out.values = static_cast<double>(out.particles) * (4 + 8 * static_cast<double>(s.space.size()));
   out.traces = static_cast<double>(out.particles * out.policies) * row_bytes(s);
+  constexpr double kDescriptions = 2;  // campaign.h5 and its copy, which compress what they hold
+  for (const auto& [name, content] : s.source.inputs) out.inputs += kDescriptions * static_cast<double>(content.size());
   return out;
 }
 
@@ -119,10 +121,11 @@ std::string bytes_text(double bytes) {
 }
 
 std::string size_text(const SizeEstimate& e, std::optional<double> free) {
-  std::string out = fmt::format("{}{} for {} particles x {} {}: values {}, traces {}, events {}, telemetry {}",
+  std::string out = fmt::format("{}{} for {} particles x {} {}: values {}, traces {}, events {}, telemetry {}, "
+                                "scenario and robot {} at most",
                                 e.probed > 0 ? "" : "about ", bytes_text(e.total()), e.particles, e.policies,
                                 e.policies == 1 ? "policy" : "policies", bytes_text(e.values), bytes_text(e.traces),
-                                bytes_text(e.events), bytes_text(e.telemetry));
+                                bytes_text(e.events), bytes_text(e.telemetry), bytes_text(e.inputs));
   out +=
       e.probed > 0 ? fmt::format(" (as in {} probed traces)", e.probed) : " (events and lengths of traces are guessed)";
   if (free) out += fmt::format("; {} are free", bytes_text(*free));

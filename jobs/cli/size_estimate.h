@@ -11,14 +11,15 @@
 
 namespace graze {
 
-/// Bytes of the shards of a campaign, or of a part of one. Packed, events and telemetry take less.
+/// Bytes of a campaign, or of a part of one. Packed, events and telemetry take less.
 struct SizeEstimate {
   std::uint64_t particles = 0, policies = 0;
   double values = 0, traces = 0, events = 0, telemetry = 0;  // B
+  double inputs = 0;                                         // B, of the robot and all that was read, at most
   std::uint64_t probed = 0;                                  // traces that were simulated to find out; 0: none
   double seconds = 0;                                        // of one processor, for the whole campaign; 0: not known
   double step_seconds = 0;                                   // likewise, for one step of one particle
-  double total() const { return values + traces + events + telemetry; }
+  double total() const { return values + traces + events + telemetry + inputs; }
 };
 
 /// From the scenario alone: values and rows of traces exactly; events at 200 per simulated second where anything can
