@@ -163,7 +163,8 @@ class WorldReader {
         if (quantity == Quantity::angle) checked_angle(value, number);
         out[names[i]] = number;
         if (&out != &world().initial.joint_position) continue;
-        const JointRoom room{names[i], moving[i]->lower, moving[i]->upper, quantity == Quantity::angle};
+        const auto [lower, upper] = world().robot.room(names[i]);
+        const JointRoom room{names[i], lower, upper, quantity == Quantity::angle};
         doubt_position(value, room, out[names[i]]);
       }
     }

@@ -6,6 +6,7 @@
 #include <cctype>
 #include <cstdint>
 #include <cstring>
+#include <sstream>
 #include <string_view>
 
 #include "engine/model/limits.h"
@@ -124,16 +125,42 @@ double largest_coordinate(const Shape& mesh) {
   return most;
 }
 
-void check_ply_head(const std::string& bytes, const std::string& file) {
+namespace {
+
+/// Where the line that ends the head of a PLY file begins.
+std::size_t end_of_ply_head(const std::string& bytes) {
   constexpr std::string_view kEnd = "end_header";
   for (std::size_t at = bytes.find(kEnd); at != std::string::npos; at = bytes.find(kEnd, at + 1)) {
     const std::size_t behind = at + kEnd.size();
     const bool begins = at > 0 && (bytes[at - 1] == '\n' || bytes[at - 1] == '\r');
     if (begins && behind < bytes.size() && std::string_view(" \t\r\n").find(bytes[behind]) != std::string_view::npos) {
-      return;
+      return at;
     }
   }
-  throw InputError(fmt::format("{}: the head of a PLY file ends with a line 'end_header', and there is none", file));
+  return std::string::npos;
+}
+
+}  // namespace
+
+void check_ply_head(const std::string& bytes, const std::string& file) {
+  const std::size_t end = end_of_ply_head(bytes);
+  if (end == std::string::npos) {
+    throw InputError(fmt::format("{}: the head of a PLY file ends with a line 'end_header', and there is none", file));
+  }
+  // The library makes room for as many elements as the head claims, before it looks whether they are there.
+  std::istringstream head(bytes.substr(0, end));
+  int number = 0;
+  for (std::string line; std::getline(head, line);) {
+    ++number;
+    std::istringstream words(line);
+    std::string word, kind;
+    double count = 0;
+    if (!(words >> word >> kind >> count) || word != "element") continue;
+    // A byte each at least, or a digit and a space.
+    if (count <= std::min(static_cast<double>(kMaxMeshCorners), static_cast<double>(bytes.size()))) continue;
+    throw InputError(fmt::format("{}:{}: element {}: {:.0f} of them; a mesh has at most {}, and the file has {} bytes",
+                                 file, number, clipped(kind, 20), count, kMaxMeshCorners, bytes.size()));
+  }
 }
 
 void check_mesh_size(const std::string& bytes, const std::string& file) {

@@ -42,7 +42,7 @@ class Mimics {
     }
     for (auto& [joint, mimic] : led) joint->mimic = mimic;
     for (auto& [joint, mimic] : led) {
-      if (check_multiplier(*joint)) check_limits(*joint);
+      if (check_size(*joint)) check_limits(*joint);
     }
     if (led.size() > kMaxMimics) {
       problems_.stop(led[kMaxMimics].first->mimic_line,
@@ -61,7 +61,7 @@ class Mimics {
   void leave_out(JointEntry& joint, const std::string& what) {
     problems_.repair(joint.mimic_line, fmt::format("joint '{}': <mimic> {}", joint.name, what),
                      "removes <mimic>: the joint moves on its own");
-    joint.element->DeleteChild(joint.element->FirstChildElement("mimic"));
+    while (auto* const mimic = joint.element->FirstChildElement("mimic")) joint.element->DeleteChild(mimic);
     joint.mimic = {};
     joint.mimic_line = 0;
   }
@@ -81,9 +81,15 @@ class Mimics {
       return leave_out(joint, fmt::format("names the joint '{}', which is {}; it must be one that turns or slides",
                                           leader->name, leader->type));
     }
-    if (check_multiplier(joint) && !(std::abs(joint.mimic.offset) <= kMaxLength)) {
-      leave_out(joint, fmt::format("offset: {:g} is out of range; at most {:g}", joint.mimic.offset, kMaxLength));
-    }
+    check_size(joint);
+  }
+
+  /// Of what is written, and then of what comes of a chain of followers.
+  bool check_size(JointEntry& joint) {
+    if (!check_multiplier(joint)) return false;
+    if (std::abs(joint.mimic.offset) <= kMaxLength) return true;
+    leave_out(joint, fmt::format("offset: {:g} is out of range; at most {:g}", joint.mimic.offset, kMaxLength));
+    return false;
   }
 
   bool check_multiplier(JointEntry& joint) {
@@ -103,7 +109,7 @@ class Mimics {
       at = other(*at);
       way += " > " + at->name;
       if (at == &joint)
-        return leave_out(joint, fmt::format("closes a ring of joints that follow each other ({})", way));
+        return leave_out(joint, fmt::format("closes a ring of joints that follow each other ({})", clipped(way, 200)));
     }
   }
 

@@ -149,7 +149,7 @@ const Link& Robot::link(const std::string& name) const { return named(links, nam
 
 const Joint& Robot::joint(const std::string& name) const { return named(joints, name, "joint"); }
 
-double Robot::default_position(const std::string& name) const {
+std::pair<double, double> Robot::room(const std::string& name) const {
   double lower = joint(name).lower, upper = joint(name).upper;
   for (const Joint& other : joints) {
     if (other.mimic.joint != name) continue;
@@ -159,6 +159,11 @@ double Robot::default_position(const std::string& name) const {
     const double least = std::max(lower, std::min(a, b)), most = std::min(upper, std::max(a, b));
     if (least <= most) lower = least, upper = most;
   }
+  return {lower, upper};
+}
+
+double Robot::default_position(const std::string& name) const {
+  const auto [lower, upper] = room(name);
   return std::clamp(0.0, lower, upper);
 }
 

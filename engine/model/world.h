@@ -123,6 +123,8 @@ struct Robot {
 
   const Link& link(const std::string& name) const;    // throws std::out_of_range
   const Joint& joint(const std::string& name) const;  // throws std::out_of_range
+  /// Limits of a joint, its own and those of the joints that follow it, rad or m.
+  std::pair<double, double> room(const std::string& joint) const;
   /// Where a driven joint begins if nothing says otherwise, rad or m: at 0, or as near to it as its limits and those of
   /// the joints that follow it allow. Throws std::out_of_range.
   double default_position(const std::string& joint) const;

@@ -192,7 +192,10 @@ std::vector<std::string> input_files_in(const std::string& folder,
     for (fs::directory_iterator at(folder, error), end; !error && at != end && out.size() <= most;
          at.increment(error)) {
       std::error_code unknown;
-      if (at->is_regular_file(unknown)) take(at->path());
+      if (!at->is_directory(unknown)) take(at->path());  // whoever reads what is no file tells so
+    }
+    if (error && error != std::errc::no_such_file_or_directory && error != std::errc::not_a_directory) {
+      throw InputError(fmt::format("{}: cannot be looked into: {}", folder, error.message()));
     }
   }
   std::sort(out.begin(), out.end());

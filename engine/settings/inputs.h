@@ -37,8 +37,9 @@ std::string input_variable(const std::string& name);
 std::optional<std::string> derived_input(const std::string& name,
                                          const std::function<std::optional<std::string>()>& make);
 
-/// The names of the regular files in a folder that are `wanted`, in order; none if there is no such folder. Hidden ones
-/// are left out. Of more than `most` the rest may be missing. A replay knows of those that were read.
+/// The names in a folder, but those of folders, that are `wanted`, in order; none if there is no such folder. Hidden
+/// ones are left out. Of more than `most` the rest may be missing. A replay knows of those that were read. Throws
+/// InputError if the folder cannot be looked into.
 std::vector<std::string> input_files_in(const std::string& folder,
                                         const std::function<bool(const std::string&)>& wanted, std::size_t most);
 

@@ -15,7 +15,7 @@
 #include <cstring>
 
 #include "engine/settings/inputs.h"
-#include "engine/settings/regular_file.h"
+#include "engine/settings/pipe.h"
 #include "engine/settings/settings.h"
 
 namespace graze {
@@ -25,17 +25,6 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kMostErrors = 64u << 10;  // bytes; no message repeats as many
-
-/// Both ends of a pipe; programs that are started by others do not get them.
-struct Pipe {
-  Pipe() {
-    std::array<int, 2> ends{};
-    if (pipe2(ends.data(), O_CLOEXEC) != 0) throw MachineError(fmt::format("no pipe left: {}", std::strerror(errno)));
-    read = Descriptor(ends[0]);
-    write = Descriptor(ends[1]);
-  }
-  Descriptor read, write;
-};
 
 /// posix_spawn()'s settings: silent input, both outputs into pipes, a process group of its own, usual signals.
 class SpawnSettings {
@@ -141,6 +130,7 @@ class Program {
       if (left() == 0) return took_too_long();
       usleep(kPause);
     }
+    kill(-id_, SIGKILL);  // what it has left behind in its group
     id_ = 0;
     if (WIFSIGNALED(status)) run_.problem = fmt::format("was ended by a signal: {}", strsignal(WTERMSIG(status)));
     if (WIFEXITED(status) && WEXITSTATUS(status) != 0) {

@@ -82,6 +82,9 @@ TEST_F(MeshParts, OfAFolder) {
     const InputReplay replay(kept, input_folder());
     EXPECT_THAT(left_ends(file), ElementsAre(7, 2));
   }
+  std::filesystem::create_symlink("nowhere", folder_.path() / "grip_parts/e.stl");
+  EXPECT_THAT(refusal(file), HasSubstr("grip_parts/e.stl: no such mesh file"));
+  std::filesystem::remove(folder_.path() / "grip_parts/e.stl");
   folder_.write("grip_parts/d.stl", "no mesh");
   EXPECT_THAT(refusal(file), HasSubstr("grip_parts/d.stl: "));
 }

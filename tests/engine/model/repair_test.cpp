@@ -177,6 +177,11 @@ const std::vector<Case>& cases() {
       {"mimic_huge", pair("", "<mimic joint=\"j1\" multiplier=\"1e9\"/>"), 6, "its size must be 1e-06 to 1e+06",
        "removes <mimic>"},
       {"mimic_far", pair("", "<mimic joint=\"j1\" offset=\"1e9\"/>"), 6, "offset: 1e+09 is out of range", "removes"},
+      {"mimic_of_mimic_far",
+       robot_of(link("a") + link("b") + link("c") + link("d") + joint_of("j1", "a", "b", "continuous") +
+                joint_of("j2", "a", "c", "continuous", "<mimic joint=\"j1\" offset=\"1e6\"/>") +
+                joint_of("j3", "a", "d", "continuous", "<mimic joint=\"j2\" multiplier=\"1e3\"/>")),
+       8, "offset: 1e+09 is out of range", "removes <mimic>"},
       {"mimic_no_room",
        robot_of(link("a") + link("b") + link("c") + joint_of("j1", "a", "b", "revolute", limit(0, 1)) +
                 joint_of("j2", "a", "c", "revolute", limit(1, 2) + "<mimic joint=\"j1\" multiplier=\"-1\"/>")),
