@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
 #include <limits>
 #include <numbers>
 #include <optional>
@@ -16,6 +17,7 @@
 #include "engine/model/measures.h"
 #include "engine/model/placement.h"
 #include "scenarios/overlaps.h"
+#include "scenarios/proposal_ground.h"
 #include "scenarios/scenario.h"
 
 namespace graze {
@@ -31,7 +33,15 @@ std::string quoted(const std::string& text) {
 /// Two digits, as a person would write a gain.
 double rounded(double x) { return std::stod(fmt::format("{:.1e}", x)); }
 
-/// What a limb stands on that reaches down to the lowest quarter of the robot as it begins.
+/// The first line of a message, without the place if that is in `file`, which is not there yet.
+std::string without_place(const std::string& file, const std::string& message) {
+  std::string out = message.substr(0, message.find('\n'));
+  if (!out.starts_with(file + ":")) return out;
+  const std::size_t end = out.find(": ", file.size());
+  return end == std::string::npos ? out : out.substr(end + 2);
+}
+
+/// The end of a limb; a foot, if it reaches down to the lowest quarter of the robot as it begins.
 struct Foot {
   std::string link;
   Vec3 place;      // world, m
@@ -42,7 +52,7 @@ struct Foot {
 class Proposal {
  public:
   explicit Proposal(const ProposalRequest& request)
-      : request_(request), read_(read(head() + body({}))), world_(*read_.world), model_(read_.model) {
+      : request_(request), read_(first_reading()), world_(*read_.world), model_(read_.model) {
     look();
     if (!four_legs()) return;
     for (const Foot& foot : feet_) bend(foot);
@@ -53,16 +63,17 @@ class Proposal {
 
   std::string text() {
     std::vector<std::string> policies = {hold()};
-    std::string walks = "";
+    std::string why_not = why_no_feet();
     if (const auto trot = this->trot()) {
       policies.push_back(*trot);
       if (const std::string problem = problem_of(whole(policies, "")); !problem.empty()) {
         policies.pop_back();
-        walks = fmt::format("  # It has four legs, but a trot of them was refused: {}\n", problem);
+        why_not = "a trot of its four legs was refused: " + problem;
       }
     }
-    const std::string out = whole(policies, walks);
-    read(out);
+    if (!why_not.empty() && request_.warn) request_.warn(request_.file + ": no trot: " + why_not);
+    const std::string out = whole(policies, why_not.empty() ? "" : fmt::format("  # No trot: {}\n", why_not));
+    read_own(out);
     return out;
   }
 
@@ -72,12 +83,19 @@ class Proposal {
     options.ignore_missing_meshes = request_.ignore_missing_meshes;
     return parse_scenario(text, request_.file, options);
   }
+  /// What is refused in it is no mistake of the user's, whose robot has been read.
+  Scenario read_own(const std::string& text) const {
+    try {
+      return read(text);
+    } catch (const InputError& e) {
+      throw InputError(refused_proposal(request_, e.what()));
+    }
+  }
   std::string problem_of(const std::string& text) const {
     try {
       read(text);
     } catch (const InputError& e) {
-      std::string out = e.what();
-      return out.substr(0, out.find('\n'));
+      return without_place(request_.file, e.what());
     }
     return "";
   }
@@ -86,9 +104,15 @@ class Proposal {
     return fmt::format("graze: 1\nrobot:\n  urdf: {}\n{}", quoted(request_.urdf),
                        request_.repair ? "  repair: true\n" : "");
   }
+  /// On the ground, or, fixed to the world, where the proposal has it.
+  Scenario first_reading() const {
+    Scenario out = read_own(head() + body("  initial: {height: on_ground, clearance: 2 cm}\n"));
+    if (!out.model.floating_base) out = read_own(head() + body(""));
+    return out;
+  }
   /// Enough to be read.
-  static std::string body(const std::string& more) {
-    return more + "  initial: {height: on_ground, clearance: 2 cm}\nenvironment: {ground: {plane: z}}\n" +
+  static std::string body(const std::string& initial) {
+    return initial + "environment: {ground: {plane: z}}\n" +
            "policies: {hold: {hold: {}, control: {joint_pd: {kp: 1}}}}\n";
   }
 
@@ -137,6 +161,7 @@ class Proposal {
 
   void find_feet() {
     feet_.clear();
+    limbs_.clear();
     const std::vector<Pose> X_WB = place_bodies(model_, initial_.q);
     const double lowest = lowest_point(model_, X_WB);
     for (const int body : model_.actuated) {
@@ -150,8 +175,9 @@ class Proposal {
       }
       if (tip < 0) continue;
       const Vec3 place = frame_pose(model_, X_WB, tip).translation();
+      limbs_.push_back({model_.frames[tip].name, place, joints_of(tip), body, tip});
       if (!model_.floating_base || place.z() > lowest + 0.25 * extent_.z()) continue;
-      feet_.push_back({model_.frames[tip].name, place, joints_of(tip), body, tip});
+      feet_.push_back(limbs_.back());
     }
   }
 
@@ -169,6 +195,68 @@ class Proposal {
            std::all_of(feet_.begin(), feet_.end(), [](const Foot& foot) { return foot.joints >= 3; });
   }
 
+  /// Why a robot of four limbs or more has no four legs to trot on; empty if it has, or has fewer limbs.
+  std::string why_no_feet() const {
+    if (!model_.floating_base || limbs_.size() < 4 || four_legs()) return "";
+    if (feet_.size() > 4) return fmt::format("it stands on {} limbs, and a trot is for four", feet_.size());
+    if (feet_.size() == 4) {
+      const auto fewer = [](const Foot& a, const Foot& b) { return a.joints < b.joints; };
+      const Foot& least = *std::min_element(feet_.begin(), feet_.end(), fewer);
+      return fmt::format("between the base and {} are {} joints that a gait can move, and a trot needs 3 in each leg",
+                         quoted(least.link), least.joints);
+    }
+    std::vector<std::string> high;
+    for (const Foot& limb : limbs_) {
+      const auto same = [&](const Foot& foot) { return foot.frame == limb.frame; };
+      if (std::none_of(feet_.begin(), feet_.end(), same) && high.size() < 4) high.push_back(quoted(limb.link));
+    }
+    return fmt::format(
+        "{} of its {} limbs end in the lowest quarter of the robot as it begins, and a trot is for four (too high: "
+        "{}); if they are legs, let the robot begin on them: robot.initial.joints, rpy",
+        feet_.size(), limbs_.size(), fmt::join(high, ", "));
+  }
+
+  bool slides(int body) const { return model_.bodies[body].type == JointType::prismatic; }
+  std::vector<int> sliding() const {
+    std::vector<int> out;
+    std::copy_if(model_.actuated.begin(), model_.actuated.end(), std::back_inserter(out),
+                 [&](int body) { return slides(body); });
+    return out;
+  }
+  bool all_slide() const { return model_.na() > 0 && static_cast<int>(sliding().size()) == model_.na(); }
+
+  /// Whether a joint moves `body`, itself or by what hangs on it.
+  bool moves(int joint, int body) const {
+    while (body >= 0 && body != joint) body = model_.bodies[body].parent;
+    return body == joint;
+  }
+
+  /// kg: what moves with a joint, and with those that follow it.
+  double moved_mass(int joint) const {
+    double out = 0;
+    for (int i = 0; i < static_cast<int>(model_.bodies.size()); ++i) {
+      const Body& one = model_.bodies[i];
+      if (moves(joint, i)) out += one.mass;
+      if (one.mimics == joint && !moves(joint, i)) out += std::abs(one.multiplier) * moved_mass(i);
+    }
+    return out;
+  }
+
+  /// N/m, of a joint that slides: carries what it moves with an error of 1 cm, and the robot if it is in a leg.
+  double sliding_gain(int joint) const {
+    constexpr double kSink = 0.01;  // m
+    const auto on_it = [&](const Foot& foot) { return moves(joint, foot.body); };
+    const bool leg = std::any_of(feet_.begin(), feet_.end(), on_it);
+    const double mass = leg ? robot_mass(model_) : moved_mass(joint);
+    return std::max(0.1, rounded(9.81 * mass / kSink));
+  }
+
+  /// N s/m: 0.7 of the critical one of what it carries, and no more than what it moves bears in steps of 1 ms.
+  double sliding_damping(int joint) const {
+    const double stiffness = sliding_gain(joint), carried = stiffness * 0.01 / 9.81;
+    return rounded(std::min(1.4 * std::sqrt(stiffness * carried), 0.5 * moved_mass(joint) / 1e-3));
+  }
+
   /// N m/rad: carries the robot's weight at half its size with an error of 0.05 rad, shared by its feet.
   double gain() const {
     const double arm = 0.5 * (model_.floating_base ? extent_.z() : extent_.maxCoeff());
@@ -184,12 +272,29 @@ class Proposal {
   /// has.
   double joint_damping() const { return rounded(0.05 * servo_damping()); }
 
+  /// "{'*': 18, 'lift': 1200}": of the joints that turn, and of each that slides.
+  template <typename Of>
+  std::string by_joint(double turning, const Of& of) const {
+    std::vector<std::string> parts;
+    if (!all_slide()) parts.push_back(fmt::format("'*': {:g}", turning));
+    for (const int joint : sliding()) {
+      parts.push_back(fmt::format("{}: {:g}", quoted(model_.bodies[joint].joint), of(joint)));
+    }
+    return fmt::format("{{{}}}", fmt::join(parts, ", "));
+  }
+
   std::string hold() const {
-    return fmt::format(
-        "  hold:  # keeps the joints where they begin\n    hold: {{}}\n    control: {{joint_pd: {{kp: {:g}, kd: "
-        "{:g}}}}}  "
-        "# N m/rad, N m s/rad (N/m, N s/m of sliding joints)\n",
-        gain(), servo_damping());
+    const std::string what = "  hold:  # keeps the joints where they begin\n    hold: {}\n    control:";
+    if (sliding().empty()) {
+      return what +
+             fmt::format(" {{joint_pd: {{kp: {:g}, kd: {:g}}}}}  # N m/rad, N m s/rad\n", gain(), servo_damping());
+    }
+    const bool all = all_slide();
+    return what + fmt::format("\n      joint_pd:\n        kp: {}  # {}\n        kd: {}  # {}\n",
+                              by_joint(gain(), [&](int joint) { return sliding_gain(joint); }),
+                              all ? "N/m" : "N m/rad; N/m of those that slide",
+                              by_joint(servo_damping(), [&](int joint) { return sliding_damping(joint); }),
+                              all ? "N s/m" : "N m s/rad; N s/m of those that slide");
   }
 
   /// kg
@@ -300,17 +405,45 @@ class Proposal {
         base, base, 0.5 * z);
   }
 
+  std::string uncertain_joints() const {
+    if (model_.na() == 0) return "";
+    std::string out;
+    const auto zero = [&](const std::string& path, bool slide) {
+      out += fmt::format("  {}: {{normal: {{std: {}}}}}\n", path, slide ? "1 mm" : "0.01 rad");
+    };
+    const auto path = [&](int joint, const char* what) {
+      return quoted(fmt::format("robot.joint.{}.{}", model_.bodies[joint].joint, what));
+    };
+    if (!all_slide()) {
+      out += fmt::format("  robot.joint.*.damping: {:g}  # N m s/rad, the same for all: what brakes the joints\n",
+                         joint_damping());
+    }
+    for (int i = 0; i < static_cast<int>(model_.bodies.size()); ++i) {  // also of those that follow others
+      if (slides(i))
+        out += fmt::format("  {}: {:g}  # N s/m\n", path(i, "damping"), rounded(0.05 * sliding_damping(i)));
+    }
+    if (sliding().empty() || all_slide()) {
+      zero("robot.joint.*.zero", all_slide());
+      return out;
+    }
+    for (const int joint : model_.actuated) zero(path(joint, "zero"), slides(joint));
+    return out;
+  }
+
+  /// Whether anything of the robot can touch anything.
+  bool touches() const {
+    const auto own = [&](const ColliderPair& pair) {
+      return !model_.colliders[pair.a].is_object && !model_.colliders[pair.b].is_object;
+    };
+    return stands_clear(model_, initial_) || std::any_of(model_.pairs.begin(), model_.pairs.end(), own);
+  }
+
   std::string uncertain() const {
     std::string out =
         "uncertain:  # what differs between particles; 'graze help uncertain', 'graze check' list what can\n";
-    if (model_.na() > 0) {
-      out += fmt::format("  robot.joint.*.damping: {:g}  # N m s/rad, the same for all: what brakes the joints\n",
-                         joint_damping());
-      const bool slides = std::all_of(model_.actuated.begin(), model_.actuated.end(),
-                                      [&](int body) { return model_.bodies[body].type == JointType::prismatic; });
-      out += fmt::format("  robot.joint.*.zero: {{normal: {{std: {}}}}}\n", slides ? "1 mm" : "0.01 rad");
-    }
-    out += "  robot.link.*.mass: {normal: {std: 5 %}}\n  contact.friction: {uniform: [0.5, 1.2]}\n";
+    out += uncertain_joints();
+    out += "  robot.link.*.mass: {normal: {std: 5 %}}\n";
+    if (touches()) out += "  contact.friction: {uniform: [0.5, 1.2]}\n";
     if (model_.floating_base) out += "  \"initial.base.{roll,pitch}\": {normal: {std: 2 deg}}\n";
     return out;
   }
@@ -319,15 +452,16 @@ class Proposal {
     const std::string name = read_.world->robot.name.empty() ? "robot" : read_.world->robot.name;
     std::string out = fmt::format("# {}: {:.3g} kg, {} links, {} driven joints, {:.3g} m high as it begins.\n", name,
                                   robot_mass(model_), read_.world->robot.links.size(), model_.na(), extent_.z());
-    out += fmt::format("#\n#   graze run {0}        then: graze report …, graze view …\n#   graze check {0}\n",
-                       std::filesystem::path(request_.file).filename().string());
+    out += fmt::format("#\n#   graze run {0}{1}        then: graze report …, graze view …\n#   graze check {0}{1}\n",
+                       std::filesystem::path(request_.file).filename().string(),
+                       request_.ignore_missing_meshes ? " --ignore-missing-meshes" : "");
     out += fmt::format("graze: 1\nname: {}\n\nrobot:\n  urdf: {}\n{}", quoted(name), quoted(request_.urdf),
                        request_.repair ? "  repair: true  # what is mended: graze check\n" : "");
     out += model_.floating_base ? "  initial:\n    height: on_ground\n    clearance: 2 cm  # it is dropped from there\n"
            : joints().empty()   ? ""
                                 : "  initial:\n    position: [0, 0, 0]\n";
     out += joints();
-    out += "\nenvironment:\n  ground: {plane: z}\n\ncontact:\n  friction: 1.0\n" + overlaps();
+    out += "\n" + proposed_ground(model_, initial_) + "\ncontact:\n  friction: 1.0\n" + overlaps();
     out += "\ntime: {end: 4 s, step: 1 ms, control: 1 ms}\n\n" + uncertain();
     out += "\nsampling: {particles: 16}\n\npolicies:\n";
     for (const std::string& policy : policies) out += policy;
@@ -340,12 +474,20 @@ class Proposal {
   const Model& model_;
   State initial_;
   Vec3 extent_ = Vec3::Zero();
-  std::vector<Foot> feet_;
+  std::vector<Foot> limbs_, feet_;
 };
 
 }  // namespace
 
 std::string propose_scenario(const ProposalRequest& request) { return Proposal(request).text(); }
+
+std::string refused_proposal(const ProposalRequest& request, const std::string& refusal) {
+  if (!refusal.starts_with(request.file + ":")) return refusal;
+  return fmt::format(
+      "{}: a scenario of {} was made and is refused by its own reading, so nothing is written: {}; this is a defect of "
+      "graze new; please report it, with the robot",
+      request.file, request.urdf, without_place(request.file, refusal));
+}
 
 HoldGains propose_hold(const ProposalRequest& request) { return Proposal(request).hold_gains(); }
 

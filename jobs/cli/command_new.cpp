@@ -3,16 +3,18 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <initializer_list>
 #include <iostream>
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "archive/files/files.h"
 #include "archive/files/parent_folders.h"
 #include "archive/files/shell_word.h"
 #include "engine/model/urdf.h"
+#include "jobs/campaign/exit_code.h"
 #include "jobs/cli/commands.h"
+#include "jobs/cli/shipped.h"
 #include "scenarios/proposal.h"
 
 namespace graze {
@@ -34,16 +36,27 @@ std::string named_from(const fs::path& file, const fs::path& urdf) {
   return (over_root ? robot : relative).string();
 }
 
-bool is_one_of(const std::string& ending, std::initializer_list<const char*> list) {
-  return std::find(list.begin(), list.end(), ending) != list.end();
-}
-
 /// Refuses what cannot be meant, before the robot's meshes are read.
 void check_arguments(const NewArguments& arguments) {
-  if (is_one_of(ending_of(arguments.file), {".urdf", ".xacro"}) ||
-      is_one_of(ending_of(arguments.urdf), {".yaml", ".yml"})) {
-    throw InputError(fmt::format("new: the scenario that is to be written goes first, then the robot: graze new {} {}",
-                                 shell_path(arguments.urdf), shell_path(arguments.file)));
+  const std::string robot_ending = ending_of(arguments.urdf);
+  const bool robot_first = is_robot_file(arguments.file),
+             scenario_last = robot_ending == ".yaml" || robot_ending == ".yml";
+  const std::string file = shell_path(arguments.file), urdf = shell_path(arguments.urdf);
+  if (robot_first && scenario_last) {
+    throw InputError(
+        fmt::format("new: the scenario that is to be written goes first, then the robot: graze new {} {}", urdf, file));
+  }
+  if (scenario_last) {
+    throw InputError(
+        fmt::format("{}: is a scenario by its name, where the robot belongs; name its URDF: graze new {} ROBOT.urdf",
+                    arguments.urdf, file));
+  }
+  if (robot_first || arguments.file == "-") {
+    throw InputError(fmt::format("{}: {}; nearest right answer: graze new {} {}", arguments.file,
+                                 robot_first
+                                     ? "is a robot by its name, where the scenario belongs that is to be written"
+                                     : "a scenario is written to a file, not to standard output",
+                                 shell_path(scenario_of_robot(arguments.urdf)), urdf));
   }
   check_ending(arguments.file, "a scenario is written as YAML", {".yaml", ".yml"}, Endings::needed, NamedBy::word);
   check_new_file(arguments.file, arguments.force, {fs::path(arguments.urdf)}, NamedBy::word);
@@ -60,9 +73,13 @@ int make_scenario(const NewArguments& arguments) {
   UrdfOptions options;
   options.repair = arguments.repair;
   options.ignore_missing_meshes = arguments.ignore_missing_meshes;
+  std::vector<std::string> warnings;
+  const auto keep = [&](const std::string& warning) { warnings.push_back(warning); };
+  options.warn = keep;
   const Robot robot = load_urdf(arguments.urdf, options);
-  const std::string text = propose_scenario(
-      {named_from(arguments.file, arguments.urdf), arguments.file, arguments.repair, arguments.ignore_missing_meshes});
+  const std::string text = propose_scenario({named_from(arguments.file, arguments.urdf), arguments.file,
+                                             arguments.repair, arguments.ignore_missing_meshes, keep});
+  warn(warnings);
   const ParentFolders folders(arguments.file);
   NewFile file(arguments.file, arguments.force);
   if (const int error = write_all(file.descriptor(), std::as_bytes(std::span(text)))) {

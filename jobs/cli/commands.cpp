@@ -49,6 +49,7 @@ Scenario ScenarioArguments::load() const {
   ScenarioOptions options;
   options.ignore_missing_meshes = ignore_missing_meshes;
   options.overrides = overrides();
+  refuse_robot_file(file);
   Scenario scenario = load_scenario(scenario_file(file), options);
   warn(scenario.warnings);
   return scenario;

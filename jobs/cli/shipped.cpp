@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "archive/files/files.h"
+#include "archive/files/shell_word.h"
 #include "engine/settings/paths.h"
 #include "engine/settings/settings.h"
 
@@ -57,6 +59,25 @@ std::string scenario_file(const std::string& given) {
     throw InputError(fmt::format("{}: there is no such file; did you mean the shipped scenario '{}'?", given, near));
   }
   return given;
+}
+
+bool is_robot_file(const std::string& name) {
+  const std::string ending = ending_of(name);
+  return ending == ".urdf" || ending == ".xacro";
+}
+
+std::string scenario_of_robot(const std::string& robot) {
+  fs::path name = fs::path(robot).filename();
+  while (is_robot_file(name.string())) name = name.stem();
+  return name.string() + ".yaml";
+}
+
+void refuse_robot_file(const std::string& given) {
+  std::error_code error;
+  if (!is_robot_file(given) || !fs::is_regular_file(given, error)) return;
+  throw InputError(
+      fmt::format("{}: is a robot by its name, and a scenario is meant; 'graze new {} {}' writes a first one", given,
+                  shell_path(scenario_of_robot(given)), shell_path(given)));
 }
 
 }  // namespace graze

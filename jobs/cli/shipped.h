@@ -19,4 +19,11 @@ std::vector<std::string> shipped_scenarios();
 /// Throws InputError with the nearest shipped scenario if no file here is near the name.
 std::string scenario_file(const std::string& given);
 
+/// Whether a name ends as a robot's does: .urdf or .xacro.
+bool is_robot_file(const std::string& name);
+/// "box.yaml" of "robots/box.urdf": what a first scenario of a robot may be called.
+std::string scenario_of_robot(const std::string& robot);
+/// Throws InputError if a robot is there where a scenario is meant, with the command that writes one.
+void refuse_robot_file(const std::string& given);
+
 }  // namespace graze

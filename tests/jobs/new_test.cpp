@@ -123,8 +123,8 @@ TEST_F(New, OfAGripperDrivesWhatOthersFollow) {
       AllOf(HasSubstr("1 driven joints"), HasSubstr("zero: {normal: {std: 1 mm}}"),
             HasSubstr("# 'j_right' follows 'j_left' (<mimic>): -1 times"), Not(HasSubstr("      'j_right': "))));
   for (const char* physics : {"lanes", "bullet"}) {
-    const testing::Result run =
-        graze(std::string("run gripper.yaml -n 2 --set time.end='0.05 s' --quiet --set physics=") + physics);
+    const testing::Result run = graze(std::string("run gripper.yaml -n 2 -o ") + physics +
+                                      ".graze --set time.end='0.05 s' --quiet --set physics=" + physics);
     EXPECT_EQ(run.code, 0) << run.err;
   }
   EXPECT_THAT(graze("check gripper.yaml").out, HasSubstr("1 driven joint (1 more follows them)"));
@@ -165,21 +165,24 @@ TEST_F(New, RefusesWhatCannotBeMeant) {
   testing::write_file(folder / "bad.urdf", "<robot name='bad'>\n<link/></robot>");
   const std::vector<std::pair<std::string, std::vector<std::string>>> cases = {
       {"ball.urdf new.yaml", {"the scenario that is to be written goes first", "graze new new.yaml ball.urdf"}},
-      {"new.yml old.yml", {"graze new old.yml new.yml"}},
+      {"ball.urdf old.yaml", {"graze new old.yaml ball.urdf"}},
+      {"new.yml old.yml", {"old.yml: is a scenario by its name", "graze new new.yml ROBOT.urdf"}},
+      {"ball.urdf ball.urdf", {"ball.urdf: is a robot by its name", "graze new ball.yaml ball.urdf"}},
+      {"- sub/ball.urdf", {"-: a scenario is written to a file, not to", "graze new ball.yaml sub/ball.urdf"}},
       {"robot.urdf.xacro new.yaml", {"graze new new.yaml robot.urdf.xacro"}},
       {"new.txt ball.urdf", {"graze: new.txt: ends in .txt", "nearest right answer: new.yaml or new.yml"}},
       {"new ball.urdf", {"graze: new: has no ending", "new.yaml or new.yml"}},
       {"new.yaml/ ball.urdf", {"graze: new.yaml/: ends in a slash", "nearest right answer: new.yaml"}},
-      {"new.yaml bal.urdf", {"graze: bal.urdf: there is no such file; did you mean 'ball.urdf'?"}},
+      {"new.yaml bal.urdf", {"graze: bal.urdf: there is no such file; did you mean 'bad.urdf'?"}},
       {"new.yaml folder.yaml/ball.urdf", {"graze: folder.yaml/ball.urdf: there is no such file"}},
       {"new.yaml bad.urdf", {"graze: bad.urdf:2: link: <link> needs a non-empty name"}},
       {"new.yaml .", {"not a file, but a folder"}},
       {"folder.yaml ball.urdf", {"folder.yaml: is a directory or a device; choose another name"}},
       {"link.yaml ball.urdf", {"symbolic link that leads nowhere; choose another name"}},
       {"old.yaml ball.urdf", {"old.yaml: exists already; choose another name or give --force"}},
-      {"ball.urdf/new.yaml ball.urdf", {"new.yaml: cannot be written: ", "ball.urdf is no folder"}},
+      {"ball.urdf/new.yaml ball.urdf", {"new.yaml: lies within ball.urdf"}},
       {"/proc/new.yaml ball.urdf", {"/proc/new.yaml: cannot be written: "}},
-      {"new.yaml", {"URDF"}},
+      {"new.yaml", {"robot is required"}},
   };
   for (const auto& [arguments, words] : cases) {
     SCOPED_TRACE(arguments);
@@ -205,6 +208,103 @@ TEST_F(New, WithoutFourLegsNothingWalks) {
               AllOf(HasSubstr("  hold:"), Not(HasSubstr("trot")), HasSubstr("rests:"), HasSubstr("'hinge': 0  #")));
   const testing::Result run = run_new("arm.yaml");
   EXPECT_EQ(run.code, 0) << run.err;
+}
+
+/// One link of a robot with `mass` in a box of 4 cm, and the joint that it hangs on.
+std::string jointed(const std::string& parent, const std::string& name, const std::string& type, double mass,
+                    const char* axis, const char* place, const char* limit) {
+  return fmt::format(
+      "<link name='{1}'><inertial><mass value='{3}'/><inertia ixx='1e-3' iyy='1e-3' izz='1e-3' ixy='0' ixz='0' "
+      "iyz='0'/></inertial><collision><geometry><box size='0.04 0.04 0.04'/></geometry></collision></link>"
+      "<joint name='to {1}' type='{2}'><parent link='{0}'/><child link='{1}'/><origin xyz='{5}'/><axis xyz='{4}'/>"
+      "<limit {6} effort='100' velocity='5'/></joint>",
+      parent, name, type, mass, axis, place, limit);
+}
+
+// A robot with joints of both types has errors and gains in the units of each: a lift that carries 1.2 kg on 981 N/m
+// sinks by 1.2 cm, so it has more, and stays near where it begins.
+TEST_F(New, OfTurningAndSlidingJointsHoldsBoth) {
+  testing::write_file(folder / "lift.urdf",
+                      "<robot name='lift'><link name='world'/>" +
+                          jointed("world", "carriage", "prismatic", 1, "0 0 1", "0 0 0.5", "lower='-0.3' upper='0.3'") +
+                          jointed("carriage", "hand", "revolute", 0.2, "0 0 1", "0.1 0 0", "lower='-1' upper='1'") +
+                          "</robot>");
+  const testing::Result made = graze("new lift.yaml lift.urdf");
+  EXPECT_EQ(made.code, 0) << made.err;
+  EXPECT_THAT(testing::read_file(folder / "lift.yaml"),
+              AllOf(HasSubstr("'robot.joint.to carriage.zero': {normal: {std: 1 mm}}"),
+                    HasSubstr("'robot.joint.to hand.zero': {normal: {std: 0.01 rad}}"),
+                    HasSubstr(", 'to carriage': 1200}  # N m/rad; N/m of those that slide")));
+  const testing::Result run = graze(
+      "run lift.yaml -n 8 -o lift.graze --quiet --set \"task={objective: {holds: {position: {link: carriage, z: "
+      "{above: "
+      "0.48}}}}}\"");
+  EXPECT_EQ(run.code, 0) << run.err;
+  const testing::Result gate = graze("score lift.graze --require 'p >= 0.6'");
+  EXPECT_EQ(gate.code, 0) << gate.out;
+}
+
+// What hangs below z = 0 from a base that is fixed gets no ground to stand in.
+TEST_F(New, OfWhatHangsBelowTheGroundHasNone) {
+  const auto robot = [](const char* place) {
+    return "<robot name='swing'><link name='world'/>" +
+           jointed("world", "bob", "continuous", 1, "0 1 0", place, "lower='0' upper='0'") +
+           jointed("bob", "tip", "continuous", 1, "0 1 0", "0 0 -1", "lower='0' upper='0'") + "</robot>";
+  };
+  testing::write_file(folder / "deep.urdf", robot("0 0 -2"));
+  testing::write_file(folder / "high.urdf", robot("0 0 2"));
+  EXPECT_EQ(graze("new deep.yaml deep.urdf").code, 0);
+  EXPECT_EQ(graze("new high.yaml high.urdf").code, 0);
+  const std::string deep = testing::read_file(folder / "deep.yaml");
+  EXPECT_THAT(deep, AllOf(HasSubstr("# No ground: "), HasSubstr("parts 3 m below z = 0"), Not(HasSubstr("\n  ground:")),
+                          Not(HasSubstr("contact.friction"))));
+  EXPECT_THAT(testing::read_file(folder / "high.yaml"), HasSubstr("\n  ground: {plane: z}\n"));
+  const testing::Result run = run_new("deep.yaml");
+  EXPECT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.err, Not(HasSubstr("ground")));
+}
+
+/// Four legs of `joints` joints that reach outwards, or down.
+std::string four_limbs(int joints, const char* way) {
+  std::string out =
+      "<robot name='table'><link name='body'><collision><geometry><box size='0.4 0.4 0.3'/></geometry>"
+      "</collision></link>";
+  for (const char* corner : {"0.2 0.2 0", "0.2 -0.2 0", "-0.2 0.2 0", "-0.2 -0.2 0"}) {
+    std::string parent = "body", place = corner;
+    for (int k = 0; k < joints; ++k) {
+      const std::string name = fmt::format("link{}{}", k, corner);
+      out += jointed(parent, name, "revolute", 0.2, "0 1 0", place.c_str(), "lower='-1' upper='1'");
+      parent = name, place = way;
+    }
+  }
+  return out + "</robot>";
+}
+
+// What the reader made up, and why four legs do not trot, is said where the user looks, and so is what the robot
+// needs in every command.
+TEST_F(New, SaysWhatItMadeUpAndWhyNothingTrots) {
+  testing::write_file(folder / "flat.urdf", four_limbs(3, "0.1 0 0"));
+  testing::write_file(folder / "short.urdf", four_limbs(2, "0 0 -0.3"));
+  const testing::Result flat = graze("new flat.yaml flat.urdf --ignore-missing-meshes");
+  EXPECT_EQ(flat.code, 0) << flat.err;
+  EXPECT_THAT(flat.err,
+              AllOf(HasSubstr("mass made up from collision shapes"), HasSubstr("flat.yaml: no trot: 0 of its")));
+  EXPECT_THAT(testing::read_file(folder / "flat.yaml"), AllOf(HasSubstr("graze run flat.yaml --ignore-missing-meshes "),
+                                                              HasSubstr("  # No trot: 0 of its 4 limbs")));
+  const testing::Result few = graze("new short.yaml short.urdf");
+  EXPECT_THAT(few.err, HasSubstr("are 2 joints that a gait can move, and a trot needs 3 in each leg"));
+  EXPECT_THAT(testing::read_file(folder / "short.yaml"), Not(HasSubstr("--ignore-missing-meshes")));
+}
+
+// Who gives a robot where a scenario belongs is told of the command that makes one.
+TEST_F(New, IsNamedWhereARobotStandsForAScenario) {
+  for (const char* verb : {"run", "check"}) {
+    const testing::Result refused = graze(std::string(verb) + " ball.urdf");
+    EXPECT_EQ(refused.code, 2);
+    EXPECT_THAT(refused.err,
+                HasSubstr("ball.urdf: is a robot by its name, and a scenario is meant; 'graze new ball.yaml "
+                          "ball.urdf' writes a first one"));
+  }
 }
 
 }  // namespace

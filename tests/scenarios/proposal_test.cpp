@@ -27,5 +27,17 @@ TEST(Proposal, HoldsARobotByItsWeight) {
               ::testing::HasSubstr(fmt::format("joint_pd: {{kp: {:g}, kd: {:g}}}", light.stiffness, light.damping)));
 }
 
+// A proposal that its own reading refuses is our mistake: it is said so, without a line of a file that is not there.
+TEST(Proposal, CallsItsOwnMistakesDefects) {
+  const ProposalRequest request{"box.urdf", "box.yaml"};
+  EXPECT_EQ(
+      refused_proposal(request, "box.yaml:12:3: uncertain.x: 1 rad: the unit 'rad' does not fit\nand more"),
+      "box.yaml: a scenario of box.urdf was made and is refused by its own reading, so nothing is written: "
+      "uncertain.x: 1 rad: the unit 'rad' does not fit; this is a defect of graze new; please report it, with the "
+      "robot");
+  const std::string robots_own = "box.urdf:3: link: <link> needs a non-empty name";
+  EXPECT_EQ(refused_proposal(request, robots_own), robots_own);
+}
+
 }  // namespace
 }  // namespace graze
