@@ -125,6 +125,7 @@ class Builder {
     const std::vector<Shape> shapes = from.type == urdf::Geometry::MESH
                                           ? mesh_shapes(static_cast<const urdf::Mesh&>(from), entry, link, collision)
                                           : std::vector<Shape>{primitive(from, entry.capsule)};
+    if (collision) doubt_extent(shapes, entry, link);
     for (const Shape& shape : shapes) {
       out.push_back({out.empty() ? link.name : fmt::format("{}.{}", link.name, out.size()), shape, X_LG});
       if (collision && ++collisions_ > kMaxShapes) {
@@ -134,6 +135,20 @@ class Builder {
                                    kMaxShapes));
       }
     }
+  }
+
+  void doubt_extent(const std::vector<Shape>& shapes, const UrdfOutline::ShapeEntry& entry, const Link& link) {
+    constexpr double kLarge = 100;  // m, along an edge, or of a mesh's vertices from its origin
+    double most = 0;
+    for (const Shape& shape : shapes) {
+      most = std::max(most, shape.kind == ShapeKind::mesh ? largest_coordinate(shape) : shape.size.maxCoeff());
+    }
+    if (most < kLarge) return;
+    problems_.doubt(
+        entry.line,
+        fmt::format("link '{}': <collision> is as large as {:.4g} m; URDF has metres: is it "
+                    "meant in mm{}?",
+                    link.name, most, shapes.front().kind == ShapeKind::mesh ? " (scale=\"0.001 0.001 0.001\")" : ""));
   }
 
   static Shape primitive(const urdf::Geometry& from, bool capsule) {

@@ -61,7 +61,7 @@ class Mimics {
   void leave_out(JointEntry& joint, const std::string& what) {
     problems_.repair(joint.mimic_line, fmt::format("joint '{}': <mimic> {}", joint.name, what),
                      "removes <mimic>: the joint moves on its own");
-    joint.element->DeleteChild(joint.element->FirstChildElement("mimic"));
+    while (auto* mimic = joint.element->FirstChildElement("mimic")) joint.element->DeleteChild(mimic);
     joint.mimic = {};
     joint.mimic_line = 0;
   }
