@@ -23,7 +23,6 @@
 #include "engine/model/urdf_outline.h"
 #include "engine/model/xacro.h"
 #include "engine/settings/inputs.h"
-#include "engine/settings/paths.h"
 #include "engine/settings/settings.h"
 
 namespace graze {
@@ -209,10 +208,8 @@ class Builder {
   }
 
   void missing_mesh(const std::string& filename, const UrdfOutline::ShapeEntry& entry, const Link& link) {
-    const std::vector<std::filesystem::path> places = meshes_.candidates(filename);
-    const std::string text = fmt::format("link '{}': collision mesh '{}' is not there (looked at {}{}){}", link.name,
-                                         filename, places.front().string(), places.size() > 1 ? " and above" : "",
-                                         path_suggestion(places.front().string()));
+    const std::string text =
+        fmt::format("link '{}': collision mesh '{}' is not there{}", link.name, filename, meshes_.not_found(filename));
     if (options_.ignore_missing_meshes) {
       return problems_.warn(fmt::format("{}:{}: {}: left out", name_, entry.line, text));
     }
@@ -441,7 +438,7 @@ Robot read_document(tinyxml2::XMLDocument& document, const std::string& name, co
       if (options.warn) options.warn(text);
     }
     if (!options.read) return robot;
-    name_meshes(*document.RootElement(), meshes, MeshFiles(options.read_folder, {}));
+    name_meshes(*document.RootElement(), meshes, MeshFiles(options.read_folder, {}, false));
     options.read(text_of(document));
     return robot;
   }

@@ -141,6 +141,35 @@ TEST(RobotFiles, RosPackagePath) {
   EXPECT_EQ(load_urdf(file).link("a").collisions.size(), 1u);
 }
 
+// A mesh that is in none of the folders is told with all of them, and with the file there that is nearest.
+TEST(RobotFiles, RosPackagePathIsNamed) {
+  const TemporaryFolder folder;
+  const std::string near = folder.write("ws/src/foo/meshes/a.STL", "");
+  const std::string file = folder.write("robots/r.urdf", of_mesh("package://foo/meshes/a.stl"));
+  const std::string src = (folder.path() / "ws/src").string(), here = (folder.path() / "robots").string();
+  UrdfOptions options;
+  options.package_path = {(folder.path() / "mine").string()};
+  const Variable path("ROS_PACKAGE_PATH", "/nowhere:" + src);
+  EXPECT_THAT(input_error([&] { load_urdf(file, options); }),
+              HasSubstr(" is not there (looked for its package in " + options.package_path[0] + " (package_path), " +
+                        here + " and above, /nowhere, " + src + " (ROS_PACKAGE_PATH); did you mean '" + near + "'?)"));
+}
+
+// A robot that is written elsewhere needs no variable to be read again.
+TEST(RobotFiles, RosPackagePathIsNotNeededByWhatIsWritten) {
+  const TemporaryFolder folder;
+  const std::string mesh =
+      folder.write("ws/far/m.obj", "v 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 3\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  const std::string file = folder.write("robots/r.urdf", of_mesh("package://far/m.obj"));
+  std::string written;
+  UrdfOptions options;
+  options.read = [&](const std::string& text) { written = text; };
+  options.read_folder = (folder.path() / "out").string();
+  const Variable path("ROS_PACKAGE_PATH", (folder.path() / "ws").string());
+  load_urdf(file, options);
+  EXPECT_THAT(written, HasSubstr("filename=\"" + mesh + "\""));
+}
+
 // Pairs that an SRDF disables, without those that have no shapes, and each once; links that are not there are told.
 TEST(RobotFiles, Srdf) {
   const TemporaryFolder folder;
