@@ -16,6 +16,7 @@
 #include "engine/model/inertia_rules.h"
 #include "engine/model/limits.h"
 #include "engine/model/mesh_files.h"
+#include "engine/model/mesh_parts.h"
 #include "engine/model/mesh_size.h"
 #include "engine/model/model.h"
 #include "engine/model/rotation.h"
@@ -90,6 +91,7 @@ class Builder {
     for (const UrdfOutline::JointEntry& entry : outline.joints) {
       robot_.joints.push_back(build_joint(*model->joints_.at(entry.name), entry));
     }
+    tell_whole();
     leave_mass_to_fixed_links(robot_, outline, problems_);
     choose_base(outline);
     check_bodies(robot_, outline, options_, problems_);
@@ -195,8 +197,22 @@ class Builder {
   std::vector<std::shared_ptr<const Mesh>> hulls_of(const std::filesystem::path& file, const Link& link) {
     const bool split = std::any_of(options_.split.begin(), options_.split.end(),
                                    [&](const std::string& pattern) { return matches(pattern, link.name); });
-    if (!split) return {meshes_.hull(file)};
-    return meshes_.parts(file);
+    if (!split && !options_.split_all) return {meshes_.hull(file)};
+    try {
+      return meshes_.parts(file);
+    } catch (const ConcavePiece& piece) {
+      if (!options_.split_all) throw;
+      whole_.insert(fmt::format("{} ({})", file.string(), piece.lacks()));
+      return {meshes_.hull(file)};
+    }
+  }
+
+  void tell_whole() {
+    if (whole_.empty()) return;
+    problems_.warn(
+        fmt::format("{}: concave meshes of one piece that stay one hull each, since 'hulls' finds no convex "
+                    "parts of them: {}",
+                    name_, fmt::join(whole_, ", ")));
   }
 
   void check_extent(const Shape& shape, const UrdfOutline::ShapeEntry& entry, const Link& link) {
@@ -377,7 +393,8 @@ class Builder {
   const UrdfOptions& options_;
   MeshFiles& meshes_;
   UrdfProblems& problems_;
-  std::size_t collisions_ = 0;  // shapes
+  std::size_t collisions_ = 0;   // shapes
+  std::set<std::string> whole_;  // meshes that were to be split and cannot, with the reason
   Robot robot_;
 };
 
@@ -402,7 +419,7 @@ void parse_xml(const std::string& xml, const std::string& name, tinyxml2::XMLDoc
   }
   if (document.Parse(xml.data(), xml.size()) == tinyxml2::XML_SUCCESS) return;
   UrdfProblems(name, false)
-      .stop(document.ErrorLineNum(),
+      .stop(std::max(document.ErrorLineNum(), 1),  // 0: there is nothing in it
             fmt::format("not XML ({}); a URDF file is an XML document <robot name=\"…\">…</robot>",
                         tinyxml2::XMLDocument::ErrorIDToName(document.ErrorID())));
 }
