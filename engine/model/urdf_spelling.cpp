@@ -54,6 +54,7 @@ const std::vector<UrdfWord>& urdf_words() {
       {"limit", {"lower", "upper", "effort", "velocity"}, {}},
       {"dynamics", {"damping", "friction"}, {}},
       {"mimic", {"joint", "multiplier", "offset"}, {}},
+      {"disable_collisions", {"link1", "link2", "reason"}, {}},  // of SRDF
   };
   return words;
 }
