@@ -29,8 +29,7 @@ class Reader {
   UrdfOutline run(tinyxml2::XMLDocument& document) {
     XMLElement& robot = root_of(document);
     if (const auto use = xacro_use(document); use && use->element) {
-      fail(use->line,
-           fmt::format("{}: this is a xacro file; expand it first: {}", use->what, xacro_command(problems_.name())));
+      fail(use->line, fmt::format("{}: this is a xacro file; {}", use->what, xacro_advice(problems_.name())));
     }
     check_spelling(robot, problems_);
     out_.robot = values_.required(robot, "name", "robot");

@@ -69,9 +69,8 @@ std::string UrdfValues::required(const XMLElement& e, const char* attribute, con
                                            clipped(text, 40), size, kMaxAttributeBytes));
   }
   if (std::strstr(text, "$(") || std::strstr(text, "${")) {
-    problems_.stop(line_of(e),
-                   fmt::format("{}: <{}> {}: '{}' is an expression of xacro; expand the file first: {}", where,
-                               e.Name(), attribute, clipped(text, 80), xacro_command(problems_.name())));
+    problems_.stop(line_of(e), fmt::format("{}: <{}> {}: '{}' is an expression of xacro; {}", where, e.Name(),
+                                           attribute, clipped(text, 80), xacro_advice(problems_.name())));
   }
   return text;
 }
