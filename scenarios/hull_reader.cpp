@@ -49,8 +49,6 @@ HullSettings read_hull(const Settings& map) {
 
 namespace {
 
-constexpr const char* kEveryLink = "*";
-
 /// The globs of `hulls`, with where they stand; none for all links.
 std::vector<Settings> globs_of(const Settings& hulls) {
   if (hulls.is_list()) return hulls.items();
@@ -63,14 +61,22 @@ std::vector<Settings> globs_of(const Settings& hulls) {
 std::vector<std::string> read_split(const Settings& mesh) {
   if (mesh.is_scalar()) {
     mesh.choice({"hulls"});
-    return {kEveryLink};
+    return {};
   }
   const auto hulls = mesh.find("hulls");
   if (!hulls) return {};
+  if (hulls->is_list() && hulls->items().empty()) {
+    hulls->fail("names no link; it must name at least one, or be 'false' for none and 'true' for all");
+  }
   std::vector<std::string> out;
   for (const Settings& glob : globs_of(*hulls)) out.push_back(glob.text());
-  if (out.empty() && !hulls->is_list() && hulls->flag()) out.emplace_back(kEveryLink);
   return out;
+}
+
+bool splits_all(const Settings& mesh) {
+  if (mesh.is_scalar()) return true;
+  const auto hulls = mesh.find("hulls");
+  return hulls && globs_of(*hulls).empty() && !hulls->is_list() && hulls->flag();
 }
 
 void check_split(const Settings& mesh, const Robot& robot) {

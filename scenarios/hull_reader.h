@@ -19,8 +19,11 @@ std::vector<Key> robot_hull_keys();
 HullSettings read_hull(const Settings& map);
 
 /// Which links of the robot (globs) have their meshes split into convex parts, by `robot.mesh`: the word `hulls`, or
-/// its key of that name.
+/// its key of that name; none where it means all links. Throws InputError for an empty list.
 std::vector<std::string> read_split(const Settings& mesh);
+
+/// Whether it means all links.
+bool splits_all(const Settings& mesh);
 
 /// Refuses a glob of `hulls` that is of no link with a collision mesh.
 void check_split(const Settings& mesh, const Robot& robot);

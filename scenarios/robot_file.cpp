@@ -23,6 +23,7 @@ UrdfOptions read_urdf_options(const Settings& robot, bool ignore_missing_meshes)
       out.hull = read_hull(*mesh);
     }
     out.split = read_split(*mesh);
+    out.split_all = splits_all(*mesh);
   }
   out.repair = robot.flag_or("repair", false);
   return out;

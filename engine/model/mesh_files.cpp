@@ -8,6 +8,7 @@
 #include "engine/model/mesh_parts.h"
 #include "engine/model/urdf.h"
 #include "engine/settings/inputs.h"
+#include "engine/settings/paths.h"
 #include "engine/settings/settings.h"
 
 namespace graze {
@@ -44,12 +45,17 @@ std::vector<fs::path> ros_folders() {
   return out;
 }
 
+/// "foo/m.stl" of "package://foo/m.stl", or nothing.
+std::optional<std::string> in_a_package(const std::string& name) {
+  const std::optional<std::string> rest = after(name, "package://");
+  return rest ? rest : after(name, "model://");
+}
+
 }  // namespace
 
 std::vector<fs::path> MeshFiles::candidates(const std::string& name) const {
   if (const auto rest = after(name, "file://")) return {fs::path(*rest)};
-  std::optional<std::string> in_package = after(name, "package://");
-  if (!in_package) in_package = after(name, "model://");
+  const std::optional<std::string> in_package = in_a_package(name);
   if (!in_package) return {fs::path(name).is_absolute() ? fs::path(name) : folder_ / name};
 
   const std::size_t slash = in_package->find('/');
@@ -58,7 +64,9 @@ std::vector<fs::path> MeshFiles::candidates(const std::string& name) const {
   std::vector<fs::path> roots(package_path_.begin(), package_path_.end());
   const std::vector<fs::path> parents = parents_of(folder_);
   roots.insert(roots.end(), parents.begin(), parents.end());
-  for (const fs::path& folder : ros_folders()) roots.push_back(folder);
+  if (variable_) {
+    for (const fs::path& folder : ros_folders()) roots.push_back(folder);
+  }
   std::vector<fs::path> out;
   for (const fs::path& root : roots) {
     if (root.filename() == package) out.push_back(root / rest);
@@ -72,6 +80,27 @@ fs::path MeshFiles::find(const std::string& name) const {
     if (input_exists(file.string())) return file;
   }
   return {};
+}
+
+std::string MeshFiles::not_found(const std::string& name) const {
+  const std::vector<fs::path> places = candidates(name);
+  if (!in_a_package(name)) {
+    return fmt::format(" (looked at {}{})", places.front().string(), path_suggestion(places.front().string()));
+  }
+  std::string text;
+  if (!package_path_.empty()) text = fmt::format("{} (package_path), ", fmt::join(package_path_, ", "));
+  text += fmt::format("{} and above", parents_of(folder_).front().string());
+  std::vector<std::string> variable;
+  if (variable_) {
+    for (const fs::path& folder : ros_folders()) variable.push_back(folder.string());
+  }
+  if (!variable.empty()) text += fmt::format(", {} (ROS_PACKAGE_PATH)", fmt::join(variable, ", "));
+  std::string meant;
+  for (auto place = places.begin(); place != places.end() && meant.empty(); ++place) {
+    meant = near_path(place->string());
+  }
+  return fmt::format(" (looked for its package in {}{})", text,
+                     meant.empty() ? "" : fmt::format("; did you mean '{}'?", meant));
 }
 
 std::shared_ptr<const Mesh> MeshFiles::triangles(const fs::path& file) {

@@ -101,6 +101,14 @@ Meshes of_folder(const std::string& file, const std::string& folder, const std::
   return out;
 }
 
+std::string what_lacks(const std::string& folder) {
+  std::error_code error;
+  const std::string name = fs::path(folder).filename().string();
+  if (!fs::exists(folder, error)) return fmt::format("there is no folder {}", name);
+  if (!fs::is_directory(folder, error)) return fmt::format("{} is a file", name);
+  return fmt::format("the folder {} has no meshes", name);
+}
+
 }  // namespace
 
 std::vector<std::shared_ptr<const Mesh>> convex_parts(const std::string& file) {
@@ -120,10 +128,13 @@ std::vector<std::shared_ptr<const Mesh>> convex_parts(const std::string& file) {
   }
   if (hulls.empty()) return {collision_hull(*load_mesh(file))};
   if (hulls.size() > 1 || is_convex(*solid, *hulls.front())) return hulls;
-  throw InputError(fmt::format(
-      "{}: a concave mesh of one piece: 'hulls' takes the convex parts of it from a folder {}, and there are "
-      "no meshes; split it by V-HACD or CoACD, or leave this link out of 'hulls'",
-      file, folder));
+  const std::string lacks = what_lacks(folder);
+  throw ConcavePiece(
+      fmt::format(
+          "{}: a concave mesh of one piece: 'hulls' takes the convex parts of it from a folder {}, and {}; split "
+          "it by V-HACD or CoACD, or leave this link out of the list of 'hulls'",
+          file, folder, lacks),
+      lacks);
 }
 
 }  // namespace graze

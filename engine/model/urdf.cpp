@@ -16,6 +16,7 @@
 #include "engine/model/inertia_rules.h"
 #include "engine/model/limits.h"
 #include "engine/model/mesh_files.h"
+#include "engine/model/mesh_parts.h"
 #include "engine/model/mesh_size.h"
 #include "engine/model/model.h"
 #include "engine/model/rotation.h"
@@ -23,7 +24,6 @@
 #include "engine/model/urdf_outline.h"
 #include "engine/model/xacro.h"
 #include "engine/settings/inputs.h"
-#include "engine/settings/paths.h"
 #include "engine/settings/settings.h"
 
 namespace graze {
@@ -91,6 +91,7 @@ class Builder {
     for (const UrdfOutline::JointEntry& entry : outline.joints) {
       robot_.joints.push_back(build_joint(*model->joints_.at(entry.name), entry));
     }
+    tell_whole();
     leave_mass_to_fixed_links(robot_, outline, problems_);
     choose_base(outline);
     check_bodies(robot_, outline, options_, problems_);
@@ -125,6 +126,7 @@ class Builder {
     const std::vector<Shape> shapes = from.type == urdf::Geometry::MESH
                                           ? mesh_shapes(static_cast<const urdf::Mesh&>(from), entry, link, collision)
                                           : std::vector<Shape>{primitive(from, entry.capsule)};
+    if (collision) doubt_extent(shapes, entry, link);
     for (const Shape& shape : shapes) {
       out.push_back({out.empty() ? link.name : fmt::format("{}.{}", link.name, out.size()), shape, X_LG});
       if (collision && ++collisions_ > kMaxShapes) {
@@ -134,6 +136,20 @@ class Builder {
                                    kMaxShapes));
       }
     }
+  }
+
+  void doubt_extent(const std::vector<Shape>& shapes, const UrdfOutline::ShapeEntry& entry, const Link& link) {
+    constexpr double kLarge = 100;  // m, along an edge, or of a mesh's vertices from its origin
+    double most = 0;
+    for (const Shape& shape : shapes) {
+      most = std::max(most, shape.kind == ShapeKind::mesh ? largest_coordinate(shape) : shape.size.maxCoeff());
+    }
+    if (most < kLarge) return;
+    problems_.doubt(
+        entry.line,
+        fmt::format("link '{}': <collision> is as large as {:.4g} m; URDF has metres: is it "
+                    "meant in mm{}?",
+                    link.name, most, shapes.front().kind == ShapeKind::mesh ? " (scale=\"0.001 0.001 0.001\")" : ""));
   }
 
   static Shape primitive(const urdf::Geometry& from, bool capsule) {
@@ -181,8 +197,22 @@ class Builder {
   std::vector<std::shared_ptr<const Mesh>> hulls_of(const std::filesystem::path& file, const Link& link) {
     const bool split = std::any_of(options_.split.begin(), options_.split.end(),
                                    [&](const std::string& pattern) { return matches(pattern, link.name); });
-    if (!split) return {meshes_.hull(file)};
-    return meshes_.parts(file);
+    if (!split && !options_.split_all) return {meshes_.hull(file)};
+    try {
+      return meshes_.parts(file);
+    } catch (const ConcavePiece& piece) {
+      if (!options_.split_all) throw;
+      whole_.insert(fmt::format("{} ({})", file.string(), piece.lacks()));
+      return {meshes_.hull(file)};
+    }
+  }
+
+  void tell_whole() {
+    if (whole_.empty()) return;
+    problems_.warn(
+        fmt::format("{}: concave meshes of one piece that stay one hull each, since 'hulls' finds no convex "
+                    "parts of them: {}",
+                    name_, fmt::join(whole_, ", ")));
   }
 
   void check_extent(const Shape& shape, const UrdfOutline::ShapeEntry& entry, const Link& link) {
@@ -194,10 +224,8 @@ class Builder {
   }
 
   void missing_mesh(const std::string& filename, const UrdfOutline::ShapeEntry& entry, const Link& link) {
-    const std::vector<std::filesystem::path> places = meshes_.candidates(filename);
-    const std::string text = fmt::format("link '{}': collision mesh '{}' is not there (looked at {}{}){}", link.name,
-                                         filename, places.front().string(), places.size() > 1 ? " and above" : "",
-                                         path_suggestion(places.front().string()));
+    const std::string text =
+        fmt::format("link '{}': collision mesh '{}' is not there{}", link.name, filename, meshes_.not_found(filename));
     if (options_.ignore_missing_meshes) {
       return problems_.warn(fmt::format("{}:{}: {}: left out", name_, entry.line, text));
     }
@@ -365,7 +393,8 @@ class Builder {
   const UrdfOptions& options_;
   MeshFiles& meshes_;
   UrdfProblems& problems_;
-  std::size_t collisions_ = 0;  // shapes
+  std::size_t collisions_ = 0;   // shapes
+  std::set<std::string> whole_;  // meshes that were to be split and cannot, with the reason
   Robot robot_;
 };
 
@@ -390,7 +419,7 @@ void parse_xml(const std::string& xml, const std::string& name, tinyxml2::XMLDoc
   }
   if (document.Parse(xml.data(), xml.size()) == tinyxml2::XML_SUCCESS) return;
   UrdfProblems(name, false)
-      .stop(document.ErrorLineNum(),
+      .stop(std::max(document.ErrorLineNum(), 1),  // 0: there is nothing in it
             fmt::format("not XML ({}); a URDF file is an XML document <robot name=\"…\">…</robot>",
                         tinyxml2::XMLDocument::ErrorIDToName(document.ErrorID())));
 }
@@ -426,7 +455,7 @@ Robot read_document(tinyxml2::XMLDocument& document, const std::string& name, co
       if (options.warn) options.warn(text);
     }
     if (!options.read) return robot;
-    name_meshes(*document.RootElement(), meshes, MeshFiles(options.read_folder, {}));
+    name_meshes(*document.RootElement(), meshes, MeshFiles(options.read_folder, {}, false));
     options.read(text_of(document));
     return robot;
   }

@@ -17,6 +17,7 @@ struct UrdfOptions {
       package_path;                // folders in which package://NAME/ is looked up, besides the parents of the file
   HullSettings hull;               // of collision meshes
   std::vector<std::string> split;  // links (globs) whose collision meshes are split into convex parts (mesh_parts.h)
+  bool split_all = false;          // with those that cannot be split as one hull, and a warning
   double density = 1000;           // kg/m^3 for links that have geometry but no <inertial>
   std::function<void(const std::string&)>
       warn;             // called with one line per thing that was left out, made up or repaired

@@ -218,12 +218,22 @@ class Bodies {
     repair(body, problem, how);
   }
 
+  void doubt_mass(const Link& link) {
+    constexpr double kMost = 1e5;  // kg; no link of a robot that walks, flies or grasps weighs as much
+    if (link.inertia.mass <= kMost) return;
+    problems_.doubt(line(entry(link)),
+                    fmt::format("link '{}': its shapes make {:.3g} kg at {:g} kg/m^3, more than {:g} kg; URDF has "
+                                "metres: are they meant in mm (scale=\"0.001 0.001 0.001\" of a mesh)?",
+                                link.name, link.inertia.mass, options_.density, kMost));
+  }
+
   void tell_made_up() {
     std::string text;
     std::size_t told = 0;
     for (const MovingBody& body : bodies_) {
       for (const Link* link : body.links) {
         if (entry(*link).inertial_line || !(link->inertia.mass > 0)) continue;
+        doubt_mass(*link);
         if (++told > kMaxProblems) continue;
         const double rest = body.moments.mass - link->inertia.mass;
         text += fmt::format("{}{} {:.3g} kg{}{}", text.empty() ? "" : ", ", link->name, link->inertia.mass,

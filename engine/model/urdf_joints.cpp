@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "engine/model/limits.h"
+#include "engine/model/urdf_spelling.h"
 #include "engine/settings/settings.h"
 
 namespace graze {
@@ -64,7 +66,8 @@ class JointReader {
     problems_.repair(out_.line,
                      where_ +
                          ": a revolute joint needs <limit lower upper effort velocity> (without bounds it is a "
-                         "continuous joint)",
+                         "continuous joint)" +
+                         misspelt_element(e_, "limit"),
                      "makes it continuous");
     e_.SetAttribute("type", "continuous");
     out_.type = "continuous";
@@ -84,7 +87,7 @@ class JointReader {
   std::string link_of(const char* role) {
     const XMLElement* found = e_.FirstChildElement(role);
     if (found) return values_.required(*found, "link", where_);
-    problems_.refuse(out_.line, fmt::format("{}: <joint> has no <{}>", where_, role));
+    problems_.refuse(out_.line, fmt::format("{}: <joint> has no <{}>{}", where_, role, misspelt_element(e_, role)));
     return "";
   }
 
@@ -128,13 +131,16 @@ class JointReader {
     if (bounded) read_bounds(*limit);
     values_.bound(*limit, "effort", where_);
     values_.bound(*limit, "velocity", where_);
+    doubt_limit(*limit);
     printer_.CloseElement();
   }
 
   /// A <limit> for a prismatic joint that has none.
   XMLElement& slide_limit() {
-    problems_.repair(out_.line, where_ + ": a prismatic joint needs <limit lower upper effort velocity>",
-                     fmt::format("writes bounds of {:g} m, effort and velocity without limit", kFarthest));
+    problems_.repair(
+        out_.line,
+        where_ + ": a prismatic joint needs <limit lower upper effort velocity>" + misspelt_element(e_, "limit"),
+        fmt::format("writes bounds of {:g} m, effort and velocity without limit", kFarthest));
     XMLElement* limit = e_.InsertNewChildElement("limit");
     limit->SetAttribute("lower", number_text({-kFarthest}).c_str());
     limit->SetAttribute("upper", number_text({kFarthest}).c_str());
@@ -159,6 +165,26 @@ class JointReader {
     // Bounds that leave a slide free may be any numbers, but not those that begin far away.
     values_.check_length(limit, "lower", std::max(lower, 0.0), where_);
     values_.check_length(limit, "upper", std::min(upper, 0.0), where_);
+  }
+
+  /// Numbers that stop the joint, and angles that look like degrees.
+  void doubt_limit(const XMLElement& limit) {
+    for (const char* attribute : {"effort", "velocity"}) {
+      const char* const text = limit.Attribute(attribute);
+      if (!text || parse_number(text) != 0.0 || out_.mimic_line) continue;  // what follows another joint has no motor
+      problems_.doubt(line_of(limit), fmt::format("{}: <limit> {}: 0 leaves the motor no torque; a joint that is "
+                                                  "driven needs one > 0",
+                                                  where_, attribute));
+    }
+    // Several turns are hardly limits; more than two turns in degrees are none, but stand for "no limit".
+    constexpr double kSeveral = 8 * M_PI, kMostDegrees = 720;
+    const double most = std::max(std::abs(out_.lower), std::abs(out_.upper));
+    if (out_.type != "revolute" || !(most > kSeveral && most <= kMostDegrees)) return;
+    problems_.doubt(line_of(limit),
+                    fmt::format("{}: <limit> {:g} … {:g} rad: as far as {:.3g} turns; URDF has radians: is it meant in "
+                                "degrees ({:.6g} … {:.6g} rad)?",
+                                where_, out_.lower, out_.upper, most / (2 * M_PI), out_.lower * M_PI / 180,
+                                out_.upper * M_PI / 180));
   }
 
   void read_dynamics() {

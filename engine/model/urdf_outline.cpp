@@ -10,6 +10,7 @@
 #include "engine/model/urdf_bodies.h"
 #include "engine/model/urdf_joints.h"
 #include "engine/model/urdf_mimics.h"
+#include "engine/model/urdf_spelling.h"
 #include "engine/model/urdf_tree.h"
 #include "engine/model/urdf_values.h"
 #include "engine/model/xacro.h"
@@ -28,19 +29,15 @@ class Reader {
   UrdfOutline run(tinyxml2::XMLDocument& document) {
     XMLElement& robot = root_of(document);
     if (const auto use = xacro_use(document); use && use->element) {
-      fail(use->line,
-           fmt::format("{}: this is a xacro file; expand it first: {}", use->what, xacro_command(problems_.name())));
+      fail(use->line, fmt::format("{}: this is a xacro file; {}", use->what, xacro_advice(problems_.name())));
     }
+    check_spelling(robot, problems_);
     out_.robot = values_.required(robot, "name", "robot");
     printer_.OpenElement("robot");
     printer_.PushAttribute("name", out_.robot.c_str());
     for (XMLElement* e = robot.FirstChildElement(); e; e = e->NextSiblingElement()) read_part(*e);
     declare_world(robot);
     printer_.CloseElement();
-    if (unknown_ > kMaxWarnings) {
-      problems_.warn(
-          fmt::format("{}: {} more unknown elements are ignored", problems_.name(), unknown_ - kMaxWarnings));
-    }
     if (nameless_) problems_.raise();
     out_.xml = printer_.CStr();
     order_as_tree(out_, problems_);
@@ -87,18 +84,7 @@ class Reader {
       read_joint(e);
     } else if (tag == "transmission") {
       note_reduction(e, e.Attribute("name"), 0);
-    } else {
-      note_unknown(e, {"link", "joint", "material", "transmission", "gazebo", "sensor"}, "robot");
     }
-  }
-
-  /// Extensions are left out silently; what looks like a misspelt standard element is told.
-  void note_unknown(const XMLElement& e, const std::vector<std::string>& known, const std::string& where) {
-    const std::string near = nearest(e.Name(), known);
-    if (near.empty() || near == e.Name()) return;
-    if (++unknown_ > kMaxWarnings) return;
-    problems_.warn(fmt::format("{}:{}: {}: unknown element <{}> is ignored; did you mean <{}>?", problems_.name(),
-                               line_of(e), where, e.Name(), near));
   }
 
   /// Gears count in what a joint's own numbers say, and not once more.
@@ -167,9 +153,6 @@ class Reader {
     } else if (tag == "visual") {
       count(visuals_, kMaxVisuals, line_of(part), "visual shapes");
       if (!invisible(part)) read_shape(e, part, where, true, link.visuals);
-    } else {
-      note_unknown(
-          part, {"inertial", "collision", "visual", "contact", "sensor", "material", "self_collision_checking"}, where);
     }
   }
 
@@ -181,7 +164,7 @@ class Reader {
     }
     XMLElement* mass = inertial.FirstChildElement("mass");
     if (!mass) {
-      problems_.repair(line_of(inertial), where + ": <inertial> has no <mass>",
+      problems_.repair(line_of(inertial), where + ": <inertial> has no <mass>" + misspelt_element(inertial, "mass"),
                        "takes the link as one without <inertial>");
       e.DeleteChild(&inertial);
       return;
@@ -201,7 +184,9 @@ class Reader {
   void read_inertia(XMLElement& inertial, const std::string& where) {
     XMLElement* inertia = inertial.FirstChildElement("inertia");
     if (!inertia) {
-      problems_.repair(line_of(inertial), where + ": <inertial> has no <inertia>", "takes a point mass");
+      problems_.repair(line_of(inertial),
+                       where + ": <inertial> has no <inertia>" + misspelt_element(inertial, "inertia"),
+                       "takes a point mass");
       inertia = inertial.InsertNewChildElement("inertia");
       write_inertia(*inertia, Mat3::Zero());
     }
@@ -209,7 +194,10 @@ class Reader {
     for (const char* entry : {"ixx", "ixy", "ixz", "iyy", "iyz", "izz"}) {
       const bool product = entry[1] != entry[2];
       if (product && !inertia->Attribute(entry)) {
-        problems_.repair(line_of(*inertia), fmt::format("{}: <inertia> needs a non-empty {}", where, entry), "takes 0");
+        problems_.repair(
+            line_of(*inertia),
+            fmt::format("{}: <inertia> needs a non-empty {}{}", where, entry, misspelt_attribute(*inertia, entry)),
+            "takes 0");
         inertia->SetAttribute(entry, "0");
       }
       values_.number(*inertia, entry, where);
@@ -233,7 +221,9 @@ class Reader {
 
   /// What is wrong with the kind of a shape, or nothing.
   static std::string shape_problem(const XMLElement& e, const XMLElement* shape) {
-    if (!e.FirstChildElement("geometry")) return fmt::format("<{}> has no <geometry>", e.Name());
+    if (!e.FirstChildElement("geometry")) {
+      return fmt::format("<{}> has no <geometry>{}", e.Name(), misspelt_element(e, "geometry"));
+    }
     if (!shape) return fmt::format("<{}> has an empty <geometry>", e.Name());
     const std::string tag = shape->Name();
     const std::vector<std::string> known = {"box", "sphere", "cylinder", "capsule", "mesh"};
@@ -298,12 +288,6 @@ class Reader {
     named(joint_names_, joint.name, joint.line, where, "joints");
     if (joint.parent.empty() || joint.child.empty()) nameless_ = true;
     if (joint.type != "fixed") count(joints_, kMaxJoints, joint.line, "joints that move");
-    for (const XMLElement* part = e.FirstChildElement(); part; part = part->NextSiblingElement()) {
-      note_unknown(*part,
-                   {"origin", "parent", "child", "axis", "limit", "dynamics", "calibration", "safety_controller",
-                    "joint_properties", "mimic"},
-                   where);
-    }
     out_.joints.push_back(std::move(joint));
   }
 
@@ -311,7 +295,7 @@ class Reader {
   UrdfValues values_;
   tinyxml2::XMLPrinter& printer_;  // of values_
   std::set<std::string> link_names_, joint_names_;
-  std::size_t links_ = 0, joints_ = 0, collisions_ = 0, visuals_ = 0, unknown_ = 0, reductions_ = 0;
+  std::size_t links_ = 0, joints_ = 0, collisions_ = 0, visuals_ = 0, reductions_ = 0;
   bool nameless_ = false;  // some link or joint has no name of its own
   UrdfOutline out_;
 };

@@ -24,6 +24,10 @@ void UrdfProblems::stop(int line, const std::string& what) {
   throw InputError(told(problems_.back()));  // raise() has thrown it
 }
 
+void UrdfProblems::doubt(int line, const std::string& what) {
+  if (++doubts_ <= kMaxWarnings) warn(fmt::format("{}:{}: {}", name_, line, what));
+}
+
 std::string UrdfProblems::told(const Problem& problem) const {
   return fmt::format("{}:{}: {}{}", name_, problem.line, problem.what,
                      problem.how.empty() ? "" : "; --repair " + problem.how);

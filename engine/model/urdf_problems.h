@@ -20,6 +20,8 @@ class UrdfProblems {
   [[noreturn]] void stop(int line, const std::string& what);
   /// No problem, but worth a word.
   void warn(const std::string& text) { warnings_.push_back(text); }
+  /// The same of a value that is taken as it stands, and was hardly meant so. Of very many the rest is left out.
+  void doubt(int line, const std::string& what);
 
   /// How many problems cannot be repaired.
   std::size_t refused() const { return refused_; }
@@ -41,7 +43,7 @@ class UrdfProblems {
 
   std::string name_;
   bool repairing_;
-  std::size_t refused_ = 0;
+  std::size_t refused_ = 0, doubts_ = 0;
   std::vector<Problem> problems_;  // in the order in which they were found
   std::vector<std::string> warnings_;
 };

@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "engine/model/limits.h"
+#include "engine/model/urdf_spelling.h"
 #include "engine/model/xacro.h"
 #include "engine/settings/settings.h"
 
@@ -58,7 +59,8 @@ std::string number_text(const std::vector<double>& numbers) { return fmt::format
 std::string UrdfValues::required(const XMLElement& e, const char* attribute, const std::string& where) {
   const char* text = e.Attribute(attribute);
   if (!text || !*text) {
-    problems_.refuse(line_of(e), fmt::format("{}: <{}> needs a non-empty {}", where, e.Name(), attribute));
+    problems_.refuse(line_of(e), fmt::format("{}: <{}> needs a non-empty {}{}", where, e.Name(), attribute,
+                                             misspelt_attribute(e, attribute)));
     return "";
   }
   const std::size_t size = std::strlen(text);
@@ -67,9 +69,8 @@ std::string UrdfValues::required(const XMLElement& e, const char* attribute, con
                                            clipped(text, 40), size, kMaxAttributeBytes));
   }
   if (std::strstr(text, "$(") || std::strstr(text, "${")) {
-    problems_.stop(line_of(e),
-                   fmt::format("{}: <{}> {}: '{}' is an expression of xacro; expand the file first: {}", where,
-                               e.Name(), attribute, clipped(text, 80), xacro_command(problems_.name())));
+    problems_.stop(line_of(e), fmt::format("{}: <{}> {}: '{}' is an expression of xacro; {}", where, e.Name(),
+                                           attribute, clipped(text, 80), xacro_advice(problems_.name())));
   }
   return text;
 }
@@ -156,11 +157,12 @@ void UrdfValues::bound(XMLElement& limit, const char* attribute, const std::stri
   const char* text = limit.Attribute(attribute);
   if (!text || infinite(text)) {
     const std::string none = number_text({kNoBound});
-    problems_.repair(line_of(limit),
-                     fmt::format("{}: <limit> {}", where,
-                                 text ? fmt::format("{}: '{}' is not a number", attribute, text)
-                                      : fmt::format("needs a non-empty {}", attribute)),
-                     fmt::format("writes {}, which is no limit", none));
+    problems_.repair(
+        line_of(limit),
+        fmt::format("{}: <limit> {}", where,
+                    text ? fmt::format("{}: '{}' is not a number", attribute, text)
+                         : fmt::format("needs a non-empty {}{}", attribute, misspelt_attribute(limit, attribute))),
+        fmt::format("writes {}, which is no limit", none));
     limit.SetAttribute(attribute, none.c_str());
   }
   non_negative(limit, attribute, where);
@@ -190,6 +192,17 @@ void UrdfValues::check_length(const XMLElement& e, const char* attribute, double
   }
 }
 
+/// No one writes more than a turn, which says nothing more than its remainder.
+void UrdfValues::doubt_rpy(const XMLElement& origin, const std::vector<double>& rpy, const std::string& where) {
+  constexpr double kMost = 2 * M_PI * (1 + 1e-3);  // rounded to 3 digits
+  const auto large = std::find_if(rpy.begin(), rpy.end(), [](double a) { return std::abs(a) > kMost; });
+  if (large == rpy.end()) return;
+  problems_.doubt(line_of(origin),
+                  fmt::format("{}: <origin> rpy: {} rad is more than a turn; URDF has radians: is it meant in degrees "
+                              "({:.6g} rad)?",
+                              where, *large, *large * M_PI / 180));
+}
+
 std::array<double, 3> UrdfValues::origin(XMLElement& parent, const std::string& where) {
   std::array<double, 3> rpy{};
   XMLElement* origin = parent.FirstChildElement("origin");
@@ -206,6 +219,7 @@ std::array<double, 3> UrdfValues::origin(XMLElement& parent, const std::string& 
     }
     const std::vector<double> three = numbers(*origin, attribute, 3, where);
     if (attribute[0] == 'r') {
+      doubt_rpy(*origin, three, where);
       std::copy(three.begin(), three.end(), rpy.begin());
     } else {
       for (double value : three) check_length(*origin, attribute, value, where);

@@ -65,6 +65,7 @@ class UrdfValues {
   std::vector<double> read(tinyxml2::XMLElement& e, const char* attribute, std::size_t count, const std::string& where,
                            double otherwise);
   void print(const char* attribute, const std::vector<double>& numbers);
+  void doubt_rpy(const tinyxml2::XMLElement& origin, const std::vector<double>& rpy, const std::string& where);
 
   UrdfProblems& problems_;
   tinyxml2::XMLPrinter printer_;

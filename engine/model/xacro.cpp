@@ -18,6 +18,9 @@ namespace {
 
 using tinyxml2::XMLElement;
 
+/// The end of what an expanded file is called.
+constexpr const char* kExpanded = " (expanded by xacro)";
+
 bool is_expression(const char* text) { return std::strstr(text, "$(") || std::strstr(text, "${"); }
 
 std::optional<XacroUse> use_in(const XMLElement& e, bool attributes) {
@@ -54,12 +57,14 @@ std::optional<std::string> run_xacro(const std::string& file, const ProgramLimit
   // An absolute name is none of its options.
   const ProgramRun run = run_program({"xacro", input_path(file)}, limits);
   if (!run.there) return std::nullopt;
-  const bool silent = run.errors.find_first_not_of(" \n\r\t") == std::string::npos;
+  const auto blank = [](const std::string& text) { return text.find_first_not_of(" \n\r\t") == std::string::npos; };
+  const bool silent = blank(run.errors);
   if (!run.problem.empty()) {
-    throw InputError(fmt::format("{}: xacro {}{}", file, run.problem,
-                                 silent ? ", and said nothing" : "; it said:" + quoted_lines(run.errors)));
+    throw InputError(
+        fmt::format("{}: xacro {}{}", file, run.problem,
+                    silent ? "; it wrote nothing to standard error" : "; it said:" + quoted_lines(run.errors)));
   }
-  if (run.output.empty()) {
+  if (blank(run.output)) {
     throw InputError(
         fmt::format("{}: xacro printed nothing{}", file, silent ? "" : "; it said:" + quoted_lines(run.errors)));
   }
@@ -80,7 +85,12 @@ std::string xacro_command(const std::string& file) {
   return fmt::format("xacro {} > {}", file, urdf.string());
 }
 
-std::string expanded_name(const std::string& file) { return file + " (expanded by xacro)"; }
+std::string xacro_advice(const std::string& name) {
+  if (!name.ends_with(kExpanded)) return "expand it first: " + xacro_command(name);
+  return "the program xacro on PATH printed it so; is it that of ROS?";
+}
+
+std::string expanded_name(const std::string& file) { return file + kExpanded; }
 
 ProgramLimits xacro_limits() { return {60, kMaxUrdfBytes}; }
 

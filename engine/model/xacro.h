@@ -24,6 +24,9 @@ std::optional<XacroUse> xacro_use(const tinyxml2::XMLDocument& document);
 /// The command that makes a URDF of a xacro file: "xacro r.urdf.xacro > r.urdf".
 std::string xacro_command(const std::string& file);
 
+/// How to come to a URDF from a file, or output of xacro, in which there is xacro: "expand it first: xacro …".
+std::string xacro_advice(const std::string& name);
+
 /// What an expanded file is called in messages: "r.urdf.xacro (expanded by xacro)".
 std::string expanded_name(const std::string& file);
 

@@ -60,11 +60,14 @@ std::string nearest_name(const fs::path& name, const std::vector<std::string>& n
   return "";
 }
 
-}  // namespace
+/// What may be meant by a path that is not there.
+struct PathGuess {
+  fs::path meant;   // with the rest of the path behind the name that is near; empty if none is
+  fs::path folder;  // the first one that lacks, if nothing is near
+};
 
-std::string path_suggestion(const std::string& path, const std::vector<std::string>& kinds) {
+PathGuess guess_path(const fs::path& whole, const std::vector<std::string>& kinds) {
   std::error_code error;
-  const fs::path whole(path);
   fs::path there;
   for (auto part = whole.begin(); part != whole.end(); ++part) {
     const fs::path next = there / *part;
@@ -74,14 +77,26 @@ std::string path_suggestion(const std::string& path, const std::vector<std::stri
     }
     const bool last = std::next(part) == whole.end() || std::next(part)->empty();
     const std::string near = nearest_name(*part, names_in(there), last ? kinds : std::vector<std::string>());
-    if (near.empty()) {
-      return last ? "" : fmt::format("; there is no folder '{}'", next.string());
-    }
+    if (near.empty()) return {{}, last ? fs::path() : next};
     fs::path right = there / near;
     for (auto rest = std::next(part); rest != whole.end(); ++rest) right /= *rest;
-    return fmt::format("; did you mean '{}'?", right.string());
+    return {right, {}};
   }
-  return "";
+  return {};
+}
+
+}  // namespace
+
+std::string path_suggestion(const std::string& path, const std::vector<std::string>& kinds) {
+  const PathGuess guess = guess_path(path, kinds);
+  if (!guess.meant.empty()) return fmt::format("; did you mean '{}'?", guess.meant.string());
+  return guess.folder.empty() ? "" : fmt::format("; there is no folder '{}'", guess.folder.string());
+}
+
+std::string near_path(const std::string& path) {
+  const fs::path meant = guess_path(path, {}).meant;
+  std::error_code error;
+  return !meant.empty() && fs::exists(meant, error) ? meant.string() : "";
 }
 
 }  // namespace graze

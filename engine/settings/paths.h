@@ -11,4 +11,7 @@ namespace graze {
 /// the files that are meant, for names without one or with another of them.
 std::string path_suggestion(const std::string& path, const std::vector<std::string>& kinds = {});
 
+/// The path that the former would name, if it leads to something; else empty.
+std::string near_path(const std::string& path);
+
 }  // namespace graze

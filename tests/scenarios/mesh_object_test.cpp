@@ -122,6 +122,7 @@ TEST_F(MeshObject, OfARobotIsSplitWhereItShallBe) {
   EXPECT_EQ(parts("{hulls: [b*]}"), "2");
   EXPECT_EQ(parts("{hulls: ball}"), "2");
   EXPECT_EQ(parts("{hulls: false}"), "1");
+  EXPECT_THAT(parts("{hulls: []}"), ::testing::HasSubstr("hulls: names no link; it must name at least one"));
   EXPECT_EQ(parts("{vertices: 20}"), "1");
   EXPECT_THAT(parts("{hulls: [bell]}"), ::testing::AllOf(::testing::HasSubstr("bell"), ::testing::HasSubstr("ball")));
   EXPECT_THAT(parts("hull"), ::testing::HasSubstr("hulls"));

@@ -68,6 +68,12 @@ TEST_F(MeshParts, OfAFolder) {
   EXPECT_THAT(refusal(file),
               AllOf(HasSubstr("grip.obj: a concave mesh of one piece"),
                     HasSubstr("from a folder " + (folder_.path() / "grip_parts").string()), HasSubstr("V-HACD")));
+  EXPECT_THAT(refusal(file), HasSubstr(", and there is no folder grip_parts; split"));
+  folder_.write("grip_parts", "");
+  EXPECT_THAT(refusal(file), HasSubstr(", and grip_parts is a file; split"));
+  std::filesystem::remove(folder_.path() / "grip_parts");
+  std::filesystem::create_directory(folder_.path() / "grip_parts");
+  EXPECT_THAT(refusal(file), HasSubstr(", and the folder grip_parts has no meshes; split"));
   folder_.write("grip_parts/b.obj", cube(2));
   folder_.write("grip_parts/a.OBJ", cube(7));
   folder_.write("grip_parts/.c.obj", "hidden");
@@ -131,6 +137,28 @@ TEST_F(MeshParts, BecomeCollidersOfTheLink) {
   EXPECT_EQ(robot.link("b").collisions.size(), 1u);
   EXPECT_NEAR(robot.link("b").inertia.mass, 12'000, 1e-6);
   EXPECT_NEAR(robot.link("a").inertia.mass, 1000 * (4 + 4.0 / 3 * M_PI), 1e-6);
+}
+
+// Where all links are to be split, a mesh that cannot be is one hull and told; where it is named, it is refused.
+TEST_F(MeshParts, OfAllLinksLeaveWhatIsWhole) {
+  folder_.write("grip.obj", kDented);
+  folder_.write("two.obj", cube(0) + cube(5, 8));
+  const auto shape = [](const std::string& mesh) {
+    return "<collision><geometry><mesh filename=\"" + mesh + "\"/></geometry></collision>";
+  };
+  const std::string file = folder_.write(
+      "r.urdf", "<robot name=\"r\"><link name=\"a\">" + shape("grip.obj") + shape("two.obj") + "</link></robot>");
+  std::vector<std::string> told;
+  UrdfOptions options;
+  options.warn = [&](const std::string& text) { told.push_back(text); };
+  options.split_all = true;
+  EXPECT_EQ(load_urdf(file, options).link("a").collisions.size(), 3u);
+  EXPECT_THAT(told, ::testing::Contains(HasSubstr("stay one hull each, since 'hulls' finds no convex parts of them: " +
+                                                  (folder_.path() / "grip.obj").string() +
+                                                  " (there is no folder grip_parts)")));
+  options.split_all = false;
+  options.split = {"*"};
+  EXPECT_THAT(input_error([&] { load_urdf(file, options); }), HasSubstr("a concave mesh of one piece"));
 }
 
 // All meshes together have as many parts as a robot may have shapes.

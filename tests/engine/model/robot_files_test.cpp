@@ -141,10 +141,65 @@ TEST(RobotFiles, RosPackagePath) {
   EXPECT_EQ(load_urdf(file).link("a").collisions.size(), 1u);
 }
 
+// A mesh that is in none of the folders is told with all of them, and with the file there that is nearest.
+TEST(RobotFiles, RosPackagePathIsNamed) {
+  const TemporaryFolder folder;
+  const std::string near = folder.write("ws/src/foo/meshes/a.STL", "");
+  const std::string file = folder.write("robots/r.urdf", of_mesh("package://foo/meshes/a.stl"));
+  const std::string src = (folder.path() / "ws/src").string(), here = (folder.path() / "robots").string();
+  UrdfOptions options;
+  options.package_path = {(folder.path() / "mine").string()};
+  const Variable path("ROS_PACKAGE_PATH", "/nowhere:" + src);
+  EXPECT_THAT(input_error([&] { load_urdf(file, options); }),
+              HasSubstr(" is not there (looked for its package in " + options.package_path[0] + " (package_path), " +
+                        here + " and above, /nowhere, " + src + " (ROS_PACKAGE_PATH); did you mean '" + near + "'?)"));
+}
+
+// A robot that is written elsewhere needs no variable to be read again.
+TEST(RobotFiles, RosPackagePathIsNotNeededByWhatIsWritten) {
+  const TemporaryFolder folder;
+  const std::string mesh =
+      folder.write("ws/far/m.obj", "v 0 0 0\nv 1 0 0\nv 0 2 0\nv 0 0 3\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+  const std::string file = folder.write("robots/r.urdf", of_mesh("package://far/m.obj"));
+  std::string written;
+  UrdfOptions options;
+  options.read = [&](const std::string& text) { written = text; };
+  options.read_folder = (folder.path() / "out").string();
+  const Variable path("ROS_PACKAGE_PATH", (folder.path() / "ws").string());
+  load_urdf(file, options);
+  EXPECT_THAT(written, HasSubstr("filename=\"" + mesh + "\""));
+}
+
+// A file that says nothing, or hardly what was meant, is taken with a word.
+TEST(RobotFiles, DoubtfulSrdf) {
+  const TemporaryFolder folder;
+  Robot robot;
+  robot.name = "r";
+  robot.links.resize(2);
+  robot.links[0].name = "a", robot.links[1].name = "b";
+  const std::string pair = "<disable_collisions link1=\"a\" link2=\"b\"/>";
+  const std::string file = (folder.path() / "r.srdf").string();
+  const std::vector<std::pair<std::string, std::vector<std::string>>> cases = {
+      {"<robot name=\"r\"><virtual_joint/><my_own/>" + pair + "</robot>", {}},
+      {"<robot>" + pair + "</robot>", {}},
+      {"<robot/>", {file + ":1: no <disable_collisions>: the file names no pair"}},
+      {"<robot name=\"q\">" + pair + "</robot>", {file + ":1: the SRDF is of robot 'q', and the URDF of 'r'"}},
+      {"<robot name=\"r\">\n<link name=\"a\"/></robot>", {file + ":2: <link>: an SRDF has none; is this file a URDF?"}},
+      {"<robot>\n" + pair + "\n<disable_colisions link1=\"a\" link2=\"b\"/></robot>",
+       {file + ":3: unknown element <disable_colisions> is ignored; did you mean <disable_collisions>?"}}};
+  for (const auto& [text, told] : cases) {
+    std::vector<std::string> warnings;
+    load_srdf(folder.write("r.srdf", text), robot, [&](const std::string& warning) { warnings.push_back(warning); });
+    ASSERT_EQ(warnings.size(), told.size()) << text;
+    for (std::size_t i = 0; i < told.size(); ++i) EXPECT_THAT(warnings[i], HasSubstr(told[i]));
+  }
+}
+
 // Pairs that an SRDF disables, without those that have no shapes, and each once; links that are not there are told.
 TEST(RobotFiles, Srdf) {
   const TemporaryFolder folder;
   Robot robot;
+  robot.name = "r";
   for (const char* name : {"a", "b*", "c", "bare"}) {
     Link link;
     link.name = name;
@@ -162,7 +217,10 @@ TEST(RobotFiles, Srdf) {
   EXPECT_THAT(told, ElementsAre(file + ":5: link 'bore' is not in the robot; did you mean 'bare'?"));
   for (const auto& [text, rule] :
        {std::pair("<robot", "not XML"), std::pair("<sdf/>", "must be <robot>"),
-        std::pair("<robot><disable_collisions link1=\"a\"/></robot>", "needs a non-empty link2")}) {
+        std::pair("<robot><disable_collisions link1=\"a\"/></robot>", "needs a non-empty link2"),
+        std::pair("", "not XML"),
+        std::pair("<robot><disable_collisions link1=\"a\" lnk2=\"b\"/></robot>",
+                  "did you mean link2 by lnk2=\"b\"?")}) {
     const std::string bad = folder.write("bad.srdf", text);
     EXPECT_THAT(input_error([&] { load_srdf(bad, robot, warn); }),
                 testing::AllOf(HasSubstr(bad + ":1: "), HasSubstr(rule)));

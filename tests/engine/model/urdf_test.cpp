@@ -276,6 +276,81 @@ TEST(Urdf, WarnsOfMisspeltElements) {
   EXPECT_THAT(warnings, testing::ElementsAre(testing::AllOf(StartsWith("r.urdf:2:"), HasSubstr("<collision>"))));
 }
 
+std::vector<std::string> warnings_of(const std::string& body) {
+  std::vector<std::string> out;
+  UrdfOptions options;
+  options.warn = [&](const std::string& text) { out.push_back(text); };
+  parse_urdf(robot(body), "r.urdf", options);
+  return out;
+}
+
+// So are misspelt attributes and elements further down, of which the default would count; extensions, and names near
+// to one that is there, pass.
+TEST(Urdf, WarnsOfMisspeltAttributes) {
+  const std::string three = solid("a") + solid("b") + solid("c") + joint("ja", "a", "b");
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"<limit lowr=\"-1\" upper=\"1\" effort=\"1\" velocity=\"1\"/>",
+       "r.urdf:6: joint 'k': <limit>: unknown attribute lowr=\"-1\" is ignored; did you mean lower?"},
+      {"<limit Lower=\"-1\" upper=\"1\" effort=\"1\" velocity=\"1\"/>",
+       "r.urdf:6: joint 'k': <limit>: unknown attribute Lower=\"-1\" is ignored; did you mean lower?"},
+      {"<limit upper=\"1\" effort=\"1\" velocity=\"1\"/><mimic joint=\"ja\" multiplyer=\"3\"/>",
+       "r.urdf:6: joint 'k': <mimic>: unknown attribute multiplyer=\"3\" is ignored; did you mean multiplier?"},
+      {"<limit upper=\"1\" effort=\"1\" velocity=\"1\"/><dynamics dampin=\"3\"/>",
+       "r.urdf:6: joint 'k': <dynamics>: unknown attribute dampin=\"3\" is ignored; did you mean damping?"},
+      {"<limit upper=\"1\" effort=\"1\" velocity=\"1\"/><mimic joint=\"ja\"/>\n<mimic joint=\"a\"/>",
+       "r.urdf:7: joint 'k': a second <mimic> is ignored; the first one is taken"}};
+  for (const auto& [more, told] : cases) {
+    EXPECT_THAT(warnings_of(three + joint("k", "b", "c", "revolute", more)), testing::ElementsAre(told));
+  }
+  EXPECT_THAT(warnings_of("<link name=\"a\"><inertial><orgin xyz=\"1 0 0\"/><mass value=\"1\"/>" + kInertia +
+                          "</inertial></link>"),
+              testing::ElementsAre("r.urdf:2: link 'a': unknown element <orgin> is ignored; did you mean <origin>?"));
+  EXPECT_THAT(warnings_of("<link name=\"a\" group=\"g\"><inertial><mass value=\"1\"/><inertia ixx=\"1\" ixy=\"0\" "
+                          "iyx=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/></inertial></link>"),
+              testing::IsEmpty());
+}
+
+// Where a misspelt word leaves something out that must be there, the refusal says so.
+TEST(Urdf, RefusesWithTheMisspeltWord) {
+  EXPECT_THAT(
+      refusal(solid("a") + solid("b") + joint("j", "a", "b", "revolute", "\n<limits lower=\"0\" upper=\"1\"/>")),
+      testing::AllOf(StartsWith("r.urdf:4:"), HasSubstr("needs <limit "),
+                     HasSubstr("; did you mean <limit> by <limits> in line 5?")));
+  EXPECT_THAT(refusal("<link name=\"a\"><collision><geometry><cylinder radius=\"1\" lenght=\"2\"/></geometry>"
+                      "</collision></link>"),
+              HasSubstr("<cylinder> needs a non-empty length; did you mean length by lenght=\"2\"?"));
+}
+
+// What is taken as it stands and hardly meant so is told: no torque, degrees, millimetres. What may be meant is not.
+TEST(Urdf, WarnsOfGrossMistakes) {
+  const std::string two = solid("a") + solid("b");
+  const auto limited = [&](const std::string& limit) {
+    return warnings_of(two + joint("j", "a", "b", "revolute", "<limit " + limit + "/>"));
+  };
+  const std::string able = " effort=\"1\" velocity=\"1\"";
+  EXPECT_THAT(limited("lower=\"-1\" upper=\"1\" effort=\"0\" velocity=\"1\""),
+              testing::ElementsAre(StartsWith("r.urdf:4: joint 'j': <limit> effort: 0 leaves the motor no torque")));
+  EXPECT_THAT(limited("lower=\"-1\" upper=\"1\" effort=\"1\" velocity=\"0\""),
+              testing::ElementsAre(StartsWith("r.urdf:4: joint 'j': <limit> velocity: 0 leaves the motor no torque")));
+  EXPECT_THAT(limited("lower=\"-90\" upper=\"90\"" + able),
+              testing::ElementsAre(testing::AllOf(StartsWith("r.urdf:4: joint 'j': <limit> -90 … 90 rad"),
+                                                  HasSubstr("in degrees (-1.5708 … 1.5708 rad)?"))));
+  EXPECT_THAT(limited("lower=\"-6.3\" upper=\"12.6\"" + able), testing::IsEmpty());
+  EXPECT_THAT(limited("lower=\"-1e9\" upper=\"1e9\"" + able), testing::IsEmpty());
+  EXPECT_THAT(warnings_of(two + joint("j", "a", "b", "continuous", "<origin rpy=\"90 0 0\"/>")),
+              testing::ElementsAre(testing::AllOf(StartsWith("r.urdf:4: joint 'j': <origin> rpy: 90 rad"),
+                                                  HasSubstr("degrees (1.5708 rad)?"))));
+  EXPECT_THAT(warnings_of(two + joint("j", "a", "b", "continuous", "<origin rpy=\"6.2832 0 -6.2832\"/>")),
+              testing::IsEmpty());
+  const auto box = [](const std::string& size) {
+    return warnings_of("<link name=\"a\">\n<collision><geometry><box size=\"" + size +
+                       "\"/></geometry></collision></link>");
+  };
+  EXPECT_THAT(box("120 1 0.1"), testing::Contains(StartsWith("r.urdf:3: link 'a': <collision> is as large as 120 m")));
+  EXPECT_THAT(box("5 5 5"), testing::Contains(StartsWith("r.urdf:2: link 'a': its shapes make 1.25e+05 kg")));
+  EXPECT_THAT(box("4 4 4"), testing::Not(testing::Contains(HasSubstr("its shapes make"))));
+}
+
 // OBJ and STL give the same solid, scaled, as its convex hull.
 TEST(Meshes, ObjAndStl) {
   const TemporaryFolder folder;

@@ -90,7 +90,8 @@ TEST_F(Xacro, ThatFailsIsQuoted) {
                 ": xacro ended with exit code 2; it said:\n  error: No such file: base.xacro\n  when processing file: "
                 "r.xacro");
   stand_in("exit 3");
-  EXPECT_EQ(input_error([&] { load_urdf(file); }), file + ": xacro ended with exit code 3, and said nothing");
+  EXPECT_EQ(input_error([&] { load_urdf(file); }),
+            file + ": xacro ended with exit code 3; it wrote nothing to standard error");
   stand_in("kill -9 $$");
   EXPECT_THAT(input_error([&] { load_urdf(file); }), HasSubstr("xacro was ended by a signal: Killed"));
   stand_in(
@@ -106,9 +107,13 @@ TEST_F(Xacro, ThatPrintsNonsenseIsTold) {
   const std::string empty = folder_.write("empty.xacro", kNeeds);
   stand_in(":");
   EXPECT_EQ(input_error([&] { load_urdf(empty); }), empty + ": xacro printed nothing");
+  stand_in("echo; echo ' '");
+  EXPECT_EQ(input_error([&] { load_urdf(empty); }), empty + ": xacro printed nothing");
+  EXPECT_THAT(input_error([&] { parse_urdf(" \n", "r.urdf"); }), HasSubstr("r.urdf:1: not XML"));
   const std::string still = folder_.write("still.xacro", kNeeds);
   stand_in("echo '" + kNeeds + "'");
-  EXPECT_THAT(input_error([&] { load_urdf(still); }), HasSubstr("(expanded by xacro):2: <xacro:ball>"));
+  EXPECT_THAT(input_error([&] { load_urdf(still); }), AllOf(HasSubstr("(expanded by xacro):2: <xacro:ball>"),
+                                                            HasSubstr("printed it so"), Not(HasSubstr(" > "))));
 }
 
 // What hangs, with a child of its own, and what prints without end, are ended; neither their time nor their output
@@ -119,7 +124,7 @@ TEST_F(Xacro, HasBounds) {
   const ProgramLimits limits{0.3, 10'000};
   stand_in("/bin/sleep 100 & wait");
   EXPECT_EQ(input_error([&] { expanded_by_xacro(file, kNeeds, limits); }),
-            file + ": xacro did not end within 0.3 s, and said nothing");
+            file + ": xacro did not end within 0.3 s; it wrote nothing to standard error");
   stand_in("exec >&- 2>&-\nexec /bin/sleep 100");
   EXPECT_THAT(input_error([&] { expanded_by_xacro(file, kNeeds, limits); }), HasSubstr("did not end within 0.3 s"));
   stand_in("while :; do echo aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa; done");
