@@ -18,17 +18,11 @@
 #include "engine/model/placement.h"
 #include "scenarios/overlaps.h"
 #include "scenarios/proposal_ground.h"
+#include "scenarios/proposal_words.h"
 #include "scenarios/scenario.h"
 
 namespace graze {
 namespace {
-
-/// A text as YAML has it in quotes.
-std::string quoted(const std::string& text) {
-  std::string out = "'";
-  for (const char c : text) out += c == '\'' ? std::string("''") : std::string(1, c);
-  return out + "'";
-}
 
 /// Two digits, as a person would write a gain.
 double rounded(double x) { return std::stod(fmt::format("{:.1e}", x)); }
@@ -449,7 +443,7 @@ class Proposal {
   }
 
   std::string whole(const std::vector<std::string>& policies, const std::string& note) const {
-    const std::string name = read_.world->robot.name.empty() ? "robot" : read_.world->robot.name;
+    const std::string name = in_comment(read_.world->robot.name.empty() ? "robot" : read_.world->robot.name);
     std::string out = fmt::format("# {}: {:.3g} kg, {} links, {} driven joints, {:.3g} m high as it begins.\n", name,
                                   robot_mass(model_), read_.world->robot.links.size(), model_.na(), extent_.z());
     out += fmt::format("#\n#   graze run {0}{1}        then: graze report …, graze view …\n#   graze check {0}{1}\n",

@@ -121,11 +121,12 @@ std::string bytes_text(double bytes) {
 }
 
 std::string size_text(const SizeEstimate& e, std::optional<double> free) {
-  std::string out = fmt::format("{}{} for {} particles x {} {}: values {}, traces {}, events {}, telemetry {}, "
-                                "scenario and robot {} at most",
-                                e.probed > 0 ? "" : "about ", bytes_text(e.total()), e.particles, e.policies,
-                                e.policies == 1 ? "policy" : "policies", bytes_text(e.values), bytes_text(e.traces),
-                                bytes_text(e.events), bytes_text(e.telemetry), bytes_text(e.inputs));
+  std::string out = fmt::format(
+      "{}{} for {} particles x {} {}: values {}, traces {}, events {}, telemetry {}, "
+      "scenario and robot {} at most",
+      e.probed > 0 ? "" : "about ", bytes_text(e.total()), e.particles, e.policies,
+      e.policies == 1 ? "policy" : "policies", bytes_text(e.values), bytes_text(e.traces), bytes_text(e.events),
+      bytes_text(e.telemetry), bytes_text(e.inputs));
   out +=
       e.probed > 0 ? fmt::format(" (as in {} probed traces)", e.probed) : " (events and lengths of traces are guessed)";
   if (free) out += fmt::format("; {} are free", bytes_text(*free));

@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "engine/settings/inputs.h"
 #include "tests/scenarios/support.h"
 
 namespace graze {
@@ -25,6 +26,17 @@ TEST(Proposal, HoldsARobotByItsWeight) {
   const std::string text = propose_scenario({robots + "links.urdf", file});
   EXPECT_THAT(text,
               ::testing::HasSubstr(fmt::format("joint_pd: {{kp: {:g}, kd: {:g}}}", light.stiffness, light.damping)));
+}
+
+// A robot's name cannot write into the scenario.
+TEST(Proposal, NamesStayInTheirComment) {
+  const std::string urdf =
+      "<robot name=\"evil&#10;include: extra.yaml&#10;#\"><link name=\"a\"><collision><geometry>"
+      "<sphere radius=\"0.1\"/></geometry></collision></link></robot>";
+  const InputReplay files({{"/evil.urdf", urdf}}, "/");
+  const std::string text = propose_scenario({"/evil.urdf", "/evil.yaml"});
+  EXPECT_THAT(text, ::testing::HasSubstr("# evil?include: extra.yaml?#: "));
+  EXPECT_THAT(text, ::testing::Not(::testing::HasSubstr("\ninclude")));
 }
 
 // A proposal that its own reading refuses is our mistake: it is said so, without a line of a file that is not there.

@@ -1,0 +1,26 @@
+#pragma once
+// Names that may be anybody's, in the text of a proposed scenario.
+
+#include <cctype>
+#include <string>
+
+#include "engine/settings/settings.h"
+
+namespace graze {
+
+/// A text as YAML has it in quotes.
+inline std::string quoted(const std::string& text) {
+  std::string out = "'";
+  for (const char c : text) out += c == '\'' ? std::string("''") : std::string(1, c);
+  return out + "'";
+}
+
+/// A name that may be anybody's, within a comment: a line of its own would be a key of the scenario.
+inline std::string in_comment(std::string name) {
+  for (char& c : name) {
+    if (std::iscntrl(static_cast<unsigned char>(c))) c = '?';
+  }
+  return clipped(name, 80);
+}
+
+}  // namespace graze
