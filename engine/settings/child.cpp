@@ -17,6 +17,7 @@
 #include <fstream>
 #include <new>
 
+#include "engine/settings/limits.h"
 #include "engine/settings/pipe.h"
 #include "engine/settings/settings.h"
 
