@@ -101,8 +101,10 @@ TEST(HullPair, gap_is_exact) {
         ASSERT_LT(gap.phi, 1e-6);
       }
     }
-    EXPECT_GT(apart, trials / 10);
-    EXPECT_GT(overlapping, trials / 10);
+    if (!GRAZE_SANITIZED) {  // there so few are tried that chance decides
+      EXPECT_GT(apart, trials / 10);
+      EXPECT_GT(overlapping, trials / 10);
+    }
     EXPECT_LE(worse, trials / 500) << int(kind);
   }
 }
@@ -188,7 +190,7 @@ TEST(HullPair, points_have_the_gap_and_lie_between) {
         ASSERT_LT(gap_between(dot, b).phi, half + loose) << int(kind) << " " << trial;
       }
     }
-    EXPECT_GT(touching, test::trials(100));
+    EXPECT_GT(touching, GRAZE_SANITIZED ? 0 : test::trials(100));
     EXPECT_GE(points, touching);
   }
 }

@@ -273,7 +273,9 @@ TEST(Company, BitsOfPushedOutOverlapsDependOnTheParticleAlone) {
     all += comparison.traces();
   }
   EXPECT_GT(overlapping, all / 3);
-  EXPECT_LT(overlapping, all);
+  if (!GRAZE_SANITIZED) {  // which look at the first worlds only
+    EXPECT_LT(overlapping, all);
+  }
 }
 
 /// States of a particle in its steps, as bytes. `measure_all`: every pair, in every step.
