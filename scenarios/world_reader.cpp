@@ -198,6 +198,7 @@ class WorldReader {
     number(*contact, "friction", at_least_zero("contact.friction"), out.friction);
     number(*contact, "restitution", restitution("contact.restitution"), out.restitution);
     read_model(*contact);
+    read_solver(*contact);
     out.self_collision = contact->flag_or("self_collision", true);
     if (const auto pairs = contact->find("pairs")) {
       check_count(*pairs, pairs->items().size(), kMaxContactRules, "pairs");
@@ -219,6 +220,15 @@ class WorldReader {
     const auto index = static_cast<std::size_t>(spread.persistent.median());
     world().contact.model = world().contact_models.at(index);
     if (is_spread(*model)) out_.uncertain.push_back({parameter.path, *model, std::move(spread)});
+  }
+
+  void read_solver(const Settings& contact) {
+    const auto solver = contact.find("solver");
+    if (!solver) return;
+    const std::string name = solver->choice({"auto", "sweeps", "newton"});
+    if (options_.physics != "lanes") warn(*solver, fmt::format("'{}' has a solver of its own", options_.physics));
+    ContactSolver& out = world().contact.solver;
+    out = name == "auto" ? ContactSolver::automatic : name == "sweeps" ? ContactSolver::sweeps : ContactSolver::newton;
   }
 
   static std::pair<std::string, std::string> two_names(const Settings& pair) {

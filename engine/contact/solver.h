@@ -323,41 +323,49 @@ GRAZE_OUT_OF_LINE void accelerate(ConstraintsT<T>& set, const mask_of<T>& moving
 /// either, impulses go half the way only: full steps can cycle. (Cones are convex, so that half steps stay on them.)
 inline constexpr int kPlainSweeps = 4, kAcceleratedSweeps = 40;
 
-/// Sweeps until all lanes of `lanes` are done. `sweeps` and `residual` (m/s) are per lane.
+/// How far the sweeps of a step are.
 template <class T>
-inline void solve_constraints(const ContactLawT<T>& law, int most_sweeps, double tolerance, unsigned lanes,
-                              ConstraintsT<T>& set, T* dz, T& sweeps, T& residual) {
-  auto moving = mask_from_bits<T>(lanes);
+struct SweepsT {
+  mask_of<T> moving;  // lanes that have not converged
+  int done = 0;       // sweeps
+  int from = 0;       // sweep from which they count as plain
+  T count{0.0};       // sweeps per lane
+  T residual{0.0};    // per lane, m/s: the largest change of a velocity in its last sweep
+};
+
+/// Sweeps on until all lanes have converged or `until` sweeps are done; `most`: when the solve ends.
+template <class T>
+inline void sweep(const ContactLawT<T>& law, int until, int most, double tolerance, ConstraintsT<T>& set, T* dz,
+                  SweepsT<T>& at) {
   const bool some_convex = any(law.convex > T(0.0));
-  sweeps = T(0.0);
-  residual = T(0.0);
   ChangeT<T> change(dz);
-  for (int sweep = 0; sweep < most_sweeps && any(moving); ++sweep) {
-    if (sweep == kPlainSweeps) {
+  for (; at.done < until && any(at.moving); ++at.done) {
+    const int since = at.done - at.from;
+    if (since == kPlainSweeps) {
       for (int i = 0; i < set.contact_count; ++i) set.memory[i].start = set.contacts[i].lambda;
     }
-    const bool damped = sweep >= kPlainSweeps + kAcceleratedSweeps;
+    const bool damped = at.done >= kPlainSweeps + kAcceleratedSweeps;
     const double share = damped ? 0.5 : 1.0;
-    const unsigned going_on = bits(moving);
+    const unsigned going_on = bits(at.moving);
     T worst(0.0);
     for (int i = 0; i < set.joint_count; ++i) {
       if ((set.joints[i].lanes & going_on) == 0) continue;
-      worst = max(worst, relax_joint<T>(moving, set.joints[i], change.in_memory()));
+      worst = max(worst, relax_joint<T>(at.moving, set.joints[i], change.in_memory()));
     }
     for (int i = 0; i < set.contact_count; ++i) {
       ContactT<T>& c = set.contacts[i];
       if ((c.lanes & going_on) == 0) continue;
       change.turn_to(set.paths[c.path]);
-      worst = max(worst, relax_contact<T>(law, set.paths[c.path], some_convex, moving, share, c, change));
+      worst = max(worst, relax_contact<T>(law, set.paths[c.path], some_convex, at.moving, share, c, change));
     }
-    sweeps = select(moving, T(sweep + 1.0), sweeps);
-    const auto going = moving & (worst > T(tolerance));
-    const bool last = sweep + 1 == most_sweeps || sweep + 1 == kPlainSweeps + kAcceleratedSweeps;
-    if (sweep >= kPlainSweeps && !damped && !last) {
-      accelerate<T>(set, going, sweep == kPlainSweeps, worst, residual, change.in_memory());
+    at.count = select(at.moving, T(at.done + 1.0), at.count);
+    const auto going = at.moving & (worst > T(tolerance));
+    const bool last = at.done + 1 == most || at.done + 1 == kPlainSweeps + kAcceleratedSweeps;
+    if (since >= kPlainSweeps && !damped && !last) {
+      accelerate<T>(set, going, since == kPlainSweeps, worst, at.residual, change.in_memory());
     }
-    residual = select(moving, worst, residual);
-    moving = going;
+    at.residual = select(at.moving, worst, at.residual);
+    at.moving = going;
   }
   change.in_memory();
 }

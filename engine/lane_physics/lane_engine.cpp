@@ -21,6 +21,9 @@ namespace {
 
 static_assert(static_cast<int>(ShapeKind::sphere) == kSphereKind && static_cast<int>(ShapeKind::plane) == kPlaneKind);
 
+/// Beyond, Newton's matrix and its elimination cost too much (our choice: 1.6 MB for eight lanes).
+constexpr std::size_t kMostNewtonDofs = 160;
+
 constexpr double kFar = 1e9;  // m, extent of what has none
 
 /// Writes the doubles of a kernel struct into one lane of rows.
@@ -114,15 +117,6 @@ const LaneKernel& kernel_of(Isa isa, int lanes) {
   return *kernel;
 }
 
-void LaneMemory::Free::operator()(double* p) const { ::operator delete[](p, std::align_val_t(64)); }
-
-void LaneMemory::grow(std::size_t doubles) {
-  if (doubles <= size_) return;
-  size_ = doubles + doubles / 2;
-  data_.reset(static_cast<double*>(::operator new[](size_ * sizeof(double), std::align_val_t(64))));
-  std::fill_n(data_.get(), size_, 0.0);
-}
-
 LaneEngine::LaneEngine(const Model& nominal, const LaneKernel& kernel, StateRows state)
     : kernel_(kernel), topology_(nominal), paths_(topology_.view(), graze::mimic_dofs(nominal, topology_.view())) {
   for (int body : nominal.actuated) actuated_dof_.push_back(nominal.bodies[body].v);
@@ -130,6 +124,7 @@ LaneEngine::LaneEngine(const Model& nominal, const LaneKernel& kernel, StateRows
   locked_.resize(nominal.bodies.size());
   number_contacts(nominal);
   number_mimics(nominal);
+  choose_solver(nominal);
   memory_.grow(lay_out(nullptr));
   lay_out(memory_.data());
   block_.topology = topology_.view();
@@ -193,6 +188,18 @@ void LaneEngine::number_mimics(const Model& nominal) {
   }
 }
 
+void LaneEngine::choose_solver(const Model& nominal) {
+  SolverSettings& settings = block_.settings;
+  const auto nv = static_cast<std::size_t>(nominal.nv);
+  if (nominal.contact_solver == ContactSolver::sweeps || nv > kMostNewtonDofs) {
+    settings.newton_after = settings.most_sweeps;
+    return;
+  }
+  if (nominal.contact_solver == ContactSolver::newton) settings.newton_after = 1;
+  newton_filled_.resize(nv * nv);
+  newton_ancestors_.resize(nv * (nv + 1));
+}
+
 std::size_t LaneEngine::lay_out(double* base) {
   const TopologyView t = topology_.view();
   std::size_t used = 0;
@@ -235,6 +242,9 @@ std::size_t LaneEngine::lay_out(double* base) {
   b.servo = rows(kServoRows * na);
   b.servo_rows = rows(driven);
   b.M_kept = rows(t.row[t.nv]);
+  const int newton_dofs = newton_filled_.empty() ? 0 : t.nv;
+  b.newton = rows(newton_dofs * newton_dofs + 5 * newton_dofs);
+  b.newton_rows = rows((nb + na) * kNewtonRow);
   b.joints = base ? base + used : nullptr;
   used += static_cast<std::size_t>(nb + na) * kernel_.joint_doubles;
   b.collider = rows(nc * kColliderRows);
@@ -266,6 +276,8 @@ void LaneEngine::link_tables() {
   b.mimic_dof_count = static_cast<int>(mimic_dofs_.size());
   b.mimic_dofs = mimic_dofs_.data();
   b.whole = whole_.data();
+  b.newton_filled = newton_filled_.data();
+  b.newton_ancestors = newton_ancestors_.data();
   b.slot_used = slot_used_.data();
   b.soonest = soonest_.data();
   b.near = near_.data();
@@ -459,6 +471,7 @@ void LaneEngine::make_room_for_contacts() {
   contacts_.grow(count * kernel_.contact_doubles);
   contact_rows_.grow(rows * kernel_.lanes);
   sweep_memory_.grow(count * kSweepMemory * kernel_.lanes);
+  newton_contacts_.grow(count * kNewtonContact * kernel_.lanes);
   report_.grow(count * kContactRows * kernel_.lanes);
   if (report_pair_.size() < count) {
     report_pair_.resize(count);
@@ -467,6 +480,7 @@ void LaneEngine::make_room_for_contacts() {
   block_.contacts = contacts_.data();
   block_.contact_rows = contact_rows_.data();
   block_.sweep_memory = sweep_memory_.data();
+  block_.newton_contacts = newton_contacts_.data();
   block_.report = report_.data();
   block_.report_pair = report_pair_.data();
   block_.report_lanes = report_lanes_.data();

@@ -13,6 +13,7 @@
 #include "engine/contact/paths.h"
 #include "engine/dynamics/topology.h"
 #include "engine/lane_physics/kernel.h"
+#include "engine/lane_physics/lane_memory.h"
 #include "engine/lanes/isa.h"
 #include "engine/model/fabrication.h"
 
@@ -21,21 +22,6 @@ namespace graze {
 /// Where the state of a block lives; arrays [quantity][lane], as in BlockState.
 struct StateRows {
   double *q, *v, *a, *X;
-};
-
-/// Zero-filled memory on cache lines.
-class LaneMemory {
- public:
-  void grow(std::size_t doubles);  // contents are lost
-  double* data() const { return data_.get(); }
-  std::size_t size() const { return size_; }
-
- private:
-  struct Free {
-    void operator()(double* p) const;
-  };
-  std::unique_ptr<double, Free> data_;
-  std::size_t size_ = 0;
 };
 
 /// The kernel of an available instruction set. `lanes`: 8; for comparison also 1, and 4 with avx2.
@@ -99,6 +85,8 @@ class LaneEngine {
  private:
   void number_contacts(const Model& nominal);
   void number_mimics(const Model& nominal);
+  /// Sweeps, Newton's method or both, and what Newton's method needs.
+  void choose_solver(const Model& nominal);
   /// Places all arrays behind `base`; returns how many doubles they take.
   std::size_t lay_out(double* base);
   void link_tables();  // what is the same for all lanes, which the block points to
@@ -123,7 +111,8 @@ class LaneEngine {
   std::vector<int> actuated_dof_, actuated_body_, watched_, near_, slot_used_, report_pair_;
   std::vector<unsigned> near_lanes_, report_lanes_, locked_;
   std::vector<MimicView> mimics_;
-  std::vector<int> mimic_dofs_, whole_;
+  std::vector<int> mimic_dofs_, whole_, newton_ancestors_;
+  std::vector<unsigned char> newton_filled_;
   std::vector<JointPathView> joint_paths_;  // per degree of freedom
   std::vector<double> soonest_;
   std::vector<std::shared_ptr<const HeightGrid>> grids_;  // keeps alive what terrain_ points to
@@ -133,7 +122,7 @@ class LaneEngine {
   int axes_ = 0;                      // that are kept
   std::vector<ColliderView> colliders_;
   std::vector<PairView> pairs_;
-  LaneMemory memory_, contacts_, contact_rows_, sweep_memory_, report_;
+  LaneMemory memory_, contacts_, contact_rows_, sweep_memory_, newton_contacts_, report_;
   LaneBlock block_{};
 };
 

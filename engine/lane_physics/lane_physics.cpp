@@ -214,9 +214,8 @@ void LanePhysics::drive(double h, LaneMask active, const Drive& drive, DriveResu
 SolverEffort LanePhysics::effort(int lane) const {
   const LaneEngine& of = engine(lane);
   const int at = lane % width_;
-  const SolverSettings& settings = of.block().settings;
-  const double sweeps = of.sweeps(at), residual = of.residual(at);
-  return {sweeps, residual, sweeps >= settings.most_sweeps && residual > settings.tolerance};
+  const double residual = of.residual(at);
+  return {of.sweeps(at), residual, residual > of.block().settings.tolerance};
 }
 
 void LanePhysics::find_faults() {

@@ -50,6 +50,7 @@ class Compiler {
     assert(!world_.robot.links.empty());
     model_.gravity = world_.gravity;
     model_.contact_model = world_.contact.model;
+    model_.contact_solver = world_.contact.solver;
     model_.floating_base = world_.robot.floating_base;
     place_root(X_WBase);
     for (const Joint& joint : world_.robot.joints) place_child(joint);

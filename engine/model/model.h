@@ -60,7 +60,8 @@ struct Model {
                               // Joints that follow others have none
   Vec3 gravity = {0, 0, -9.81};
   std::string contact_model;  // one of the back end's models; empty: its first
-  int nq = 0;                 // floating: quaternion (w x y z) then position (x y z); other joints one each
+  ContactSolver contact_solver = ContactSolver::automatic;
+  int nq = 0;  // floating: quaternion (w x y z) then position (x y z); other joints one each
   int nv = 0;  // floating: angular velocity then velocity of the body origin, both in world axes; other joints one each
   bool floating_base = true;  // then body 0 is the base
 

@@ -159,6 +159,9 @@ struct Object {
 };
 
 /// Coefficients of a pair that differ from the rule below.
+/// How `lanes` finds the impulses of a step (docs/physics.md).
+enum class ContactSolver { automatic, sweeps, newton };
+
 struct ContactPair {
   std::string a, b;  // glob patterns of part names
   double friction = std::numeric_limits<double>::quiet_NaN(), restitution = std::numeric_limits<double>::quiet_NaN();
@@ -173,6 +176,7 @@ struct ContactSettings {
   double restitution = 0.0;  // default of objects and links
   Spring spring = {};        // default of objects, and the spring of links among themselves
   std::string model;         // one of the back end's models; empty: its first
+  ContactSolver solver = ContactSolver::automatic;
   std::vector<ContactPair> pairs;
   std::vector<std::pair<std::string, std::string>> ignore;  // globs; pairs of parts that never touch
   std::vector<std::pair<std::string, std::string>> apart;   // names; likewise, in the order of the model's colliders

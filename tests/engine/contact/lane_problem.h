@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "engine/contact/newton.h"
 #include "engine/contact/reference_contact.h"
 #include "engine/contact/residuals.h"
 
@@ -19,8 +20,10 @@ class LaneProblem {
  public:
   explicit LaneProblem(const ContactProblem& problem) : contacts_(problem.contacts()), memory_(contacts_.size()) {
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(problem.A);
-    root_ = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).cwiseSqrt().asDiagonal();
-    const int nv = static_cast<int>(root_.cols());
+    // As many degrees of freedom as A has rank; eigenvalues ascend.
+    const Eigen::VectorXd& values = eigen.eigenvalues();
+    const auto nv = static_cast<int>((values.array() > 1e-13 * values.maxCoeff()).count());
+    root_ = eigen.eigenvectors().rightCols(nv) * values.tail(nv).cwiseSqrt().asDiagonal();
     for (int k = nv - 1; k >= 0; --k) dofs_.push_back(k);
     path_ = {nv, dofs_.data(), 0, nullptr, nullptr, 0, -1, false, -1};
     rows_.resize(static_cast<std::size_t>(2) * nv * contacts_.size());
@@ -31,6 +34,9 @@ class LaneProblem {
   /// `warm`: where the sweeps start; empty: at zero.
   LaneSolution solve(const ContactLawT<double>& law, int most_sweeps, double tolerance,
                      const Eigen::VectorXd& warm = {}) {
+    return solve(law, SolveBounds{most_sweeps, most_sweeps, 0, tolerance}, warm);
+  }
+  LaneSolution solve(const ContactLawT<double>& law, const SolveBounds& bounds, const Eigen::VectorXd& warm = {}) {
     std::vector<double> dz(dofs_.size());
     ChangeT<double> change(dz.data());
     for (std::size_t i = 0; i < contacts_.size(); ++i) {
@@ -45,7 +51,10 @@ class LaneProblem {
     ConstraintsT<double> set{contacts_.data(), static_cast<int>(contacts_.size()), nullptr, 0, 0, &path_,
                              memory_.data()};
     LaneSolution out;
-    solve_constraints<double>(law, most_sweeps, tolerance, 1, set, dz.data(), out.sweeps, out.residual);
+    NewtonMemoryT<double> newton = newton_memory();
+    const std::vector<double> inverse_D(dofs_.size(), 1.0), free(dofs_.size(), 0.0);
+    solve_constraints<double>(law, bounds, 1, inverse_D.data(), free.data(), newton, set, dz.data(), out.sweeps,
+                              out.residual);
     out.measured = contact_residuals<double>(law, set, dz.data());
     out.lambda.resize(3 * static_cast<Eigen::Index>(contacts_.size()));
     for (std::size_t i = 0; i < contacts_.size(); ++i) {
@@ -78,12 +87,26 @@ class LaneProblem {
     c.path = 0;
   }
 
+  NewtonMemoryT<double> newton_memory() {
+    const std::size_t nv = dofs_.size();
+    newton_.resize(nv * nv + 5 * nv);
+    newton_contacts_.resize(contacts_.size());
+    filled_.resize(nv * nv), ancestors_.resize(nv * (nv + 1));
+    double* rest = newton_.data() + nv * nv;
+    return {static_cast<int>(nv), newton_.data(),          rest,    rest + nv,      rest + 2 * nv,    rest + 3 * nv,
+            rest + 4 * nv,        newton_contacts_.data(), nullptr, filled_.data(), ancestors_.data()};
+  }
+
   Eigen::MatrixXd root_;
   std::vector<int> dofs_;
   PathView path_;
   std::vector<Vec3T<double>> rows_;
   std::vector<ContactT<double>> contacts_;
   std::vector<SweepMemoryT<double>> memory_;
+  std::vector<double> newton_;
+  std::vector<NewtonContactT<double>> newton_contacts_;
+  std::vector<unsigned char> filled_;
+  std::vector<int> ancestors_;
 };
 
 }  // namespace graze::test

@@ -9,10 +9,9 @@
 #include <gtest/gtest.h>
 
 #include <numbers>
-#include <random>
 
 #include "engine/contact/lcp.h"
-#include "tests/engine/contact/lane_problem.h"
+#include "tests/engine/contact/random_problems.h"
 
 namespace graze::test {
 namespace {
@@ -24,44 +23,16 @@ constexpr double kSweep = 1e-10;  // m/s
 constexpr double kSlow = 1e3;
 constexpr int kMost = 3000;
 
-class RandomRows {
- public:
-  explicit RandomRows(unsigned seed) : generator_(seed) {}
-  double normal() { return std::normal_distribution()(generator_); }
-  VectorXd vector(int n) {
-    return VectorXd::NullaryExpr(n, [&] { return normal(); });
-  }
-  /// A with eigenvalues from 1 to at most about 50: Gram matrix of as many random directions as twice its size.
-  ContactProblem problem(int contacts, double mu) {
-    const int n = 3 * contacts;
-    const MatrixXd B = MatrixXd::NullaryExpr(n, 2 * n, [&] { return normal(); });
-    ContactProblem out;
-    out.A = B * B.transpose() / n + MatrixXd::Identity(n, n);
-    out.b = vector(n);
-    out.mu = VectorXd::Constant(contacts, mu);
-    return out;
-  }
-
- private:
-  std::mt19937 generator_;
-};
-
-ContactLawT<double> law(bool convex) {
-  ContactLawT<double> out{};
-  out.convex = convex ? 1 : 0;
-  return out;
-}
-
 double least_eigenvalue(const MatrixXd& A) {
   return Eigen::SelfAdjointEigenSolver<MatrixXd>(A, Eigen::EigenvaluesOnly).eigenvalues()[0];
 }
 
 // Without friction the normal impulses solve a positive definite LCP: one solution, which pivoting finds exactly.
 TEST(SolverAgainstReference, FrictionlessImpulsesAreThoseOfPivoting) {
-  RandomRows numbers(1);
+  RandomProblems numbers(1);
   for (int trial = 0; trial < 200; ++trial) {
     const int n = 1 + trial % 8;
-    const ContactProblem problem = numbers.problem(n, 0);
+    const ContactProblem problem = numbers.regular(n, 0);
     MatrixXd M(n, n);
     VectorXd q(n);
     for (int i = 0; i < n; ++i) {
@@ -70,7 +41,7 @@ TEST(SolverAgainstReference, FrictionlessImpulsesAreThoseOfPivoting) {
     }
     const LcpSolution exact = solve_ppm(M, q);
     ASSERT_TRUE(exact.solved);
-    const LaneSolution lanes = LaneProblem(problem).solve(law(trial % 2 == 1), kMost, kSweep);
+    const LaneSolution lanes = LaneProblem(problem).solve(contact_law(trial % 2 == 1), kMost, kSweep);
     for (int i = 0; i < n; ++i) {
       EXPECT_NEAR(lanes.lambda[3 * i], exact.z[i], kSweep * kSlow / least_eigenvalue(M)) << trial;
       EXPECT_EQ(lanes.lambda.segment<2>(3 * i + 1).norm(), 0) << trial;
@@ -81,11 +52,11 @@ TEST(SolverAgainstReference, FrictionlessImpulsesAreThoseOfPivoting) {
 // In the plane (no motion and no coupling along t) the pyramid of two edges is the cone: Lemke's impulses are ours.
 // With mu = 0.2 the solution is unique here: friction is too weak to jam well-conditioned A.
 TEST(SolverAgainstReference, PlanarFrictionImpulsesAreThoseOfLemke) {
-  RandomRows numbers(2);
+  RandomProblems numbers(2);
   int slips = 0, sticks = 0;
   for (int trial = 0; trial < 200; ++trial) {
     const int n = 1 + trial % 6;
-    ContactProblem problem = numbers.problem(n, 0.2);
+    ContactProblem problem = numbers.regular(n, 0.2);
     for (int i = 0; i < n; ++i) {
       const int t = 3 * i + 2;
       problem.A.row(t).setZero(), problem.A.col(t).setZero();
@@ -96,7 +67,7 @@ TEST(SolverAgainstReference, PlanarFrictionImpulsesAreThoseOfLemke) {
     const LcpSolution lemke = solve_lemke(lcp.M, lcp.q);
     ASSERT_TRUE(lemke.solved) << trial;
     const VectorXd exact = lcp.impulses(lemke.z);
-    const LaneSolution lanes = LaneProblem(problem).solve(law(false), kMost, kSweep);
+    const LaneSolution lanes = LaneProblem(problem).solve(contact_law(false), kMost, kSweep);
     EXPECT_LT((lanes.lambda - exact).norm(), 1e-9 + kSweep * kSlow / least_eigenvalue(problem.A)) << trial;
     for (int i = 0; i < n; ++i) {
       const double normal = exact[3 * i], tangent = std::abs(exact[3 * i + 1]);
@@ -110,12 +81,12 @@ TEST(SolverAgainstReference, PlanarFrictionImpulsesAreThoseOfLemke) {
 // In space a pyramid of k edges misses the cone by up to 1 - cos(pi / k) of the impulses, and so do Lemke's residuals;
 // ours are those of the sweeps.
 TEST(SolverAgainstReference, SpatialResidualsAreBelowThoseOfAManySidedPyramid) {
-  RandomRows numbers(3);
+  RandomProblems numbers(3);
   int better = 0, trials = 0;
   for (int trial = 0; trial < 60; ++trial) {
     const int n = 1 + trial % 4;
-    const ContactProblem problem = numbers.problem(n, 0.5);
-    const LaneSolution lanes = LaneProblem(problem).solve(law(false), kMost, kSweep);
+    const ContactProblem problem = numbers.regular(n, 0.5);
+    const LaneSolution lanes = LaneProblem(problem).solve(contact_law(false), kMost, kSweep);
     const ContactResiduals ours = contact_residuals(problem.A, problem.b, problem.mu, lanes.lambda);
     EXPECT_LT(ours.signorini, kSweep * kSlow) << trial;
     EXPECT_LT(ours.coulomb, 1e-12) << trial;
@@ -138,10 +109,10 @@ TEST(SolverAgainstReference, SpatialResidualsAreBelowThoseOfAManySidedPyramid) {
 
 // The residuals that the kernel measures are the reference's, also far from a solution.
 TEST(SolverAgainstReference, MeasuresResidualsAsTheReference) {
-  RandomRows numbers(4);
+  RandomProblems numbers(4);
   for (int trial = 0; trial < 50; ++trial) {
-    const ContactProblem problem = numbers.problem(1 + trial % 5, 0.7);
-    const LaneSolution lanes = LaneProblem(problem).solve(law(false), 1, kSweep);
+    const ContactProblem problem = numbers.regular(1 + trial % 5, 0.7);
+    const LaneSolution lanes = LaneProblem(problem).solve(contact_law(false), 1, kSweep);
     const ContactResiduals reference = contact_residuals(problem.A, problem.b, problem.mu, lanes.lambda);
     EXPECT_NEAR(lanes.measured.signorini, reference.signorini, 1e-9);
     EXPECT_NEAR(lanes.measured.coulomb, reference.coulomb, 1e-9);
@@ -152,12 +123,12 @@ TEST(SolverAgainstReference, MeasuresResidualsAsTheReference) {
 // The convex model: no impulse on the cones has less energy 1/2 lambda^T A lambda + lambda^T b, and the gradient lies
 // in the dual cones: u_n >= mu |u_t| with equality where a contact slides (so it opens as it slides: Anitescu 2006).
 TEST(SolverAgainstReference, ConvexImpulsesHaveTheLeastEnergy) {
-  RandomRows numbers(5);
+  RandomProblems numbers(5);
   for (int trial = 0; trial < 100; ++trial) {
     const int n = 1 + trial % 4;
     const double mu = 0.8;
-    const ContactProblem problem = numbers.problem(n, mu);
-    const VectorXd x = LaneProblem(problem).solve(law(true), kMost, kSweep).lambda;
+    const ContactProblem problem = numbers.regular(n, mu);
+    const VectorXd x = LaneProblem(problem).solve(contact_law(true), kMost, kSweep).lambda;
     const VectorXd u = problem.A * x + problem.b;
     const double close = kSweep * kSlow;
     for (int i = 0; i < n; ++i) {
@@ -177,13 +148,13 @@ TEST(SolverAgainstReference, ConvexImpulsesHaveTheLeastEnergy) {
 
 // One contact alone always has a solution, and every visit finds one: any A, any friction, any start of the slip rate.
 TEST(SolverAgainstReference, OneContactIsSolvedAtAnyFriction) {
-  RandomRows numbers(6);
+  RandomProblems numbers(6);
   for (int trial = 0; trial < 500; ++trial) {
-    ContactProblem problem = numbers.problem(1, trial % 2 ? 10 : 1);
+    ContactProblem problem = numbers.regular(1, trial % 2 ? 10 : 1);
     problem.A -= 0.99 * MatrixXd::Identity(3, 3);  // as badly conditioned as 1 : 1000
     for (bool convex : {false, true}) {
       LaneProblem lanes(problem);
-      const LaneSolution solution = lanes.solve(law(convex), 200, 1e-9);
+      const LaneSolution solution = lanes.solve(contact_law(convex), 200, 1e-9);
       EXPECT_LT(solution.measured.own, 1e-6) << trial << " " << convex;
     }
   }

@@ -148,7 +148,7 @@ TEST(Servo, RowAndDiagonalAgree) {
     LaneEngine engine(particle.model, kernel_of(chosen_isa()),
                       {state.q.row(0), state.v.row(0), state.a.row(0), state.X.row(0)});
     engine.start(0, particle.model, particle.initial);
-    engine.block().settings = {10000, 1e-15, row};
+    engine.block().settings = {.most_sweeps = 10000, .tolerance = 1e-15, .sweep_servos = row, .newton_after = 10000};
     Drive drive(2);
     for (int k = 0; k < 2; ++k) {
       drive.kp(k, 0) = 50, drive.kd(k, 0) = 0.1, drive.q(k, 0) = 0.3 - k;

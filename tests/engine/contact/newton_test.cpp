@@ -1,0 +1,107 @@
+// Claims: Newton's method finds the impulses that Lemke's algorithm and principal pivoting find where the solution is
+// unique, on 10,000 problems, and the least of the convex model; it also converges where sweeps creep: many points
+// under one body, which make A singular.
+
+#include <gtest/gtest.h>
+
+#include "engine/contact/lcp.h"
+#include "tests/engine/contact/random_problems.h"
+
+namespace graze::test {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kTolerance = 1e-9;  // m/s
+
+/// One sweep, then Newton's method, and nothing after it.
+constexpr SolveBounds kNewton{1, 0, 200, kTolerance};
+
+// In the plane the pyramid of two edges is the cone, and with mu = 0.2 and such A the solution is unique.
+TEST(Newton, ImpulsesAreThoseOfLemke) {
+  RandomProblems problems(11);
+  int slips = 0;
+  for (int trial = 0; trial < 10000; ++trial) {
+    const int n = 1 + trial % 4;
+    ContactProblem problem = problems.regular(n, 0.2);
+    for (int i = 0; i < n; ++i) {
+      const int t = 3 * i + 2;
+      problem.A.row(t).setZero(), problem.A.col(t).setZero();
+      problem.A(t, t) = 1;
+      problem.b[t] = 0;
+    }
+    const ContactLcp lcp = contact_lcp(problem, 2);
+    const LcpSolution lemke = solve_lemke(lcp.M, lcp.q);
+    ASSERT_TRUE(lemke.solved) << trial;
+    const VectorXd exact = lcp.impulses(lemke.z);
+    const LaneSolution lanes = LaneProblem(problem).solve(contact_law(false), kNewton);
+    // The residual bounds the error by the condition of the problem, which is below 100 here.
+    EXPECT_LT((lanes.lambda - exact).norm(), 1e3 * kTolerance) << trial;
+    EXPECT_LE(lanes.residual, kTolerance) << trial;
+    for (int i = 0; i < n; ++i) slips += exact[3 * i] > 1e-6 && std::abs(exact[3 * i + 1]) > 0.199 * exact[3 * i];
+  }
+  EXPECT_GT(slips, 1000);
+}
+
+TEST(Newton, FrictionlessImpulsesAreThoseOfPivoting) {
+  RandomProblems problems(12);
+  for (int trial = 0; trial < 500; ++trial) {
+    const int n = 1 + trial % 8;
+    const ContactProblem problem = problems.regular(n, 0);
+    MatrixXd M(n, n);
+    VectorXd q(n);
+    for (int i = 0; i < n; ++i) {
+      q[i] = problem.b[3 * i];
+      for (int j = 0; j < n; ++j) M(i, j) = problem.A(3 * i, 3 * j);
+    }
+    const LcpSolution exact = solve_ppm(M, q);
+    ASSERT_TRUE(exact.solved);
+    const LaneSolution lanes = LaneProblem(problem).solve(contact_law(trial % 2 == 1), kNewton);
+    for (int i = 0; i < n; ++i) EXPECT_NEAR(lanes.lambda[3 * i], exact.z[i], 1e3 * kTolerance) << trial;
+  }
+}
+
+// Both solvers seek the same point of a convex programme.
+TEST(Newton, ConvexImpulsesAreThoseOfSweeps) {
+  RandomProblems problems(13);
+  for (int trial = 0; trial < 500; ++trial) {
+    const ContactProblem problem = problems.regular(1 + trial % 6, problems.between(0.1, 2));
+    const LaneSolution newton = LaneProblem(problem).solve(contact_law(true), kNewton);
+    const LaneSolution sweeps = LaneProblem(problem).solve(contact_law(true), 5000, 1e-12);
+    EXPECT_LE(newton.residual, kTolerance) << trial;
+    EXPECT_LT((newton.lambda - sweeps.lambda).norm(), 1e3 * kTolerance) << trial;
+  }
+}
+
+/// Shares of random tables that Newton's method and 60 sweeps finish, and the worst that Newton's method leaves.
+struct Shares {
+  int newton = 0, sweeps = 0;
+  double worst = 0;
+};
+
+Shares tables(unsigned seed, int trials, bool convex) {
+  RandomProblems problems(seed);
+  Shares out;
+  for (int trial = 0; trial < trials; ++trial) {
+    const double mass = trial % 2 ? 1 : 1000;
+    const ContactProblem problem = problems.table(3 + trial % 30, mass, problems.between(0.1, 1.2));
+    const LaneSolution newton = LaneProblem(problem).solve(contact_law(convex), {16, 8, 60, 1e-6});
+    const LaneSolution sweeps = LaneProblem(problem).solve(contact_law(convex), 60, 1e-6);
+    // By the independent measure, not by the solver's own.
+    out.newton += newton.measured.own < 1e-5;
+    out.sweeps += sweeps.measured.own < 1e-5;
+    out.worst = std::max(out.worst, newton.measured.own);
+  }
+  return out;
+}
+
+TEST(Newton, ManyPointsUnderOneBodyConverge) {
+  for (bool convex : {false, true}) {
+    const Shares found = tables(convex ? 15 : 14, 2000, convex);
+    EXPECT_GE(found.newton, 1998) << "sweeps: " << found.sweeps << ", worst " << found.worst;
+  }
+}
+
+}  // namespace
+}  // namespace graze::test
