@@ -1,6 +1,7 @@
 #include "analysis/failure_table.h"
 
 #include <algorithm>
+#include <limits>
 #include <map>
 
 namespace graze {
@@ -18,6 +19,7 @@ class FailureCollector {
     row.time = known ? traces.first_violations(i)[violated] : traces.end_time(i);
     row.margin = known ? traces.margins(i)[violated] : traces.objective_margin(i);
     if (!invalid) row.culprit = traces.culprit(i);
+    row.unconverged = traces.has_solver() ? traces.solver(i).unconverged_share() : kUnknown;
     if (invalid) row.reason = number_of(traces.invalid_reason(i));
   }
 
@@ -28,6 +30,8 @@ class FailureCollector {
   }
 
  private:
+  static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+
   std::uint32_t number_of(const std::string& reason) {
     const auto [at, fresh] = numbers_.emplace(reason, static_cast<std::uint32_t>(out_.reasons.size()));
     if (fresh) out_.reasons.push_back(reason);
@@ -42,7 +46,8 @@ class FailureCollector {
 
 FailureTable failures_of(const Archive& archive, const std::string& policy,
                          const std::function<bool(std::uint32_t)>& wanted) {
-  constexpr unsigned kColumns = kEndTime | kObjectiveMargin | kMargins | kFirstViolations | kCulprits | kInvalidReason;
+  constexpr unsigned kColumns =
+      kEndTime | kObjectiveMargin | kMargins | kFirstViolations | kCulprits | kSolver | kInvalidReason;
   FailureCollector failures;
   const auto take = [&](const TraceRows& traces) {
     for (std::size_t i = 0; i < traces.size(); ++i) failures.add(traces, i);

@@ -21,6 +21,7 @@ struct FailureTable {
     double time = 0;           // s: of the violation, else of the end
     double margin = 0;         // of the violated requirement, else of the objective
     Culprit culprit = {};      // at the first violation, else of the objective
+    double unconverged = 0;    // share of its steps; NaN: not known
   };
   std::vector<Row> rows;
   std::vector<std::string> reasons;

@@ -71,6 +71,8 @@ std::size_t culprit_width(const CampaignInfo& info) {
 Failure describe_failure(const FailureTable& table, const FailureTable::Row& row, const std::string& policy,
                          const CampaignInfo& info) {
   Failure out{policy, row.particle, row.outcome, "objective", row.time, row.margin};
+  out.unconverged = row.unconverged;
+  out.flagged = row.unconverged > info.unconverged;
   if (row.outcome != Outcome::invalid) out.culprit = culprit_text(row.violated, row.culprit, info);
   if (row.outcome == Outcome::known_failure) {
     const auto& requirement = info.requirements[static_cast<std::size_t>(row.violated)];
@@ -132,20 +134,22 @@ std::string format_failures(const std::vector<Failure>& failures, const std::str
 }
 
 void list_failures(const Archive& archive, const std::vector<std::string>& policies, const std::string& name,
-                   std::ostream& out) {
+                   bool flagged, std::ostream& out) {
   std::size_t policy = 6, what = 9;
   const std::size_t culprit = culprit_width(archive.info());
   for (const std::string& one : policies) policy = std::max(policy, one.size());
   for (const auto& one : archive.info().requirements) what = std::max(what, one.name.size());
-  const auto line = [&](const auto&... cells) {
-    return fmt::format("{:<{}}  {:>8}  {:<15}  {:<{}}  {:<{}}  {:>11}  {:>14}  {}\n", cells...);
+  const auto line = [&](const std::string& mark, const std::string& replay, const auto&... cells) {
+    return fmt::format("{:<{}}  {:>8}  {:<15}  {:<{}}  {:<{}}  {:>11}  {:>14}  ", cells...) +
+           (flagged ? fmt::format("{:<7}  ", mark) : "") + replay + "\n";
   };
-  out << line("policy", policy, "particle", "outcome", "what", what, "culprit", culprit, "time", "margin", "replay");
+  out << line("flagged", "replay", "policy", policy, "particle", "outcome", "what", what, "culprit", culprit, "time",
+              "margin");
   for_each_failure(archive, policies, [&](const Failure& failure) {
-    out << line(printable(failure.policy), policy, failure.particle, outcome_name(failure.outcome),
-                printable(failure.what), what, shortened(printable(failure.culprit)), culprit,
-                number(failure.time, " s"), margin_text(failure),
-                replay_command(name, failure.policy, failure.particle));
+    out << line(failure.flagged ? fmt::format("{:.2g} %", 100 * failure.unconverged) : "",
+                replay_command(name, failure.policy, failure.particle), printable(failure.policy), policy,
+                failure.particle, outcome_name(failure.outcome), printable(failure.what), what,
+                shortened(printable(failure.culprit)), culprit, number(failure.time, " s"), margin_text(failure));
   });
 }
 
@@ -161,6 +165,8 @@ std::string failure_json(const Failure& failure, const std::string& archive) {
                      {"margin", json_of(failure.margin)},
                      {"unit", failure.unit},
                      {"alike", failure.alike},
+                     {"unconverged", json_of(failure.unconverged)},
+                     {"flagged", failure.flagged},
                      {"replay", replay_command(archive, failure.policy, failure.particle)}};
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }

@@ -23,6 +23,8 @@ struct Failure {
   std::string unit = {};     // of the margin; of an objective: of the witness that gave it
   std::string culprit = {};  // the part that was below 0 first, or that missed the objective; empty: not to be told
   std::uint64_t alike = 1;   // traces of the policy that failed in the same way
+  double unconverged = 0;    // share of its steps whose contacts did not converge; NaN: not known
+  bool flagged = false;      // that is more than the scenario lets pass
 };
 
 /// `graze replay …` for a shell.
@@ -49,9 +51,10 @@ class WaysToFail {
 /// command that lists all.
 std::string format_failures(const std::vector<Failure>& failures, const std::string& archive, const std::string& list,
                             std::size_t most);
-/// Every failure under these policies, a line each, by policy and particle.
+/// Every failure under these policies, a line each, by policy and particle. `flagged`: with a column that tells which
+/// are.
 void list_failures(const Archive& archive, const std::vector<std::string>& policies, const std::string& name,
-                   std::ostream& out);
+                   bool flagged, std::ostream& out);
 /// The same as the elements of a JSON array, without its brackets.
 void list_failures_json(const Archive& archive, const std::vector<std::string>& policies, const std::string& name,
                         std::ostream& out);

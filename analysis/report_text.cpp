@@ -36,16 +36,21 @@ std::string signed_interval_text(const Interval& interval) {
   return fmt::format("{:+.4f} .. {:+.4f}", interval.low, interval.high);
 }
 
-/// The column "objective" is there only where it says more than S: where traces went on after a violation.
+/// The column "objective" is there only where it says more than S: where traces went on after a violation. The column
+/// "flagged", of the N, is there only if there are such traces.
 std::string policy_table(const std::vector<PolicyScore>& policies) {
   const bool met_after_violation =
       std::any_of(policies.begin(), policies.end(), [](const PolicyScore& p) { return p.objective_met > p.success; });
   Rows rows = {{"policy", "N", "S", "K", "U", "invalid", "rate", "95 % interval"}};
+  const bool flagged = std::any_of(policies.begin(), policies.end(),
+                                   [](const PolicyScore& p) { return p.convergence.flagged_valid() > 0; });
   if (met_after_violation) rows[0].push_back("objective met");
+  if (flagged) rows[0].push_back("flagged");
   for (const PolicyScore& p : policies) {
     rows.push_back({p.policy, std::to_string(p.n), std::to_string(p.success), std::to_string(p.known),
                     std::to_string(p.unknown), std::to_string(p.invalid), decimal(p.rate), interval_text(p.interval)});
     if (met_after_violation) rows.back().push_back(std::to_string(p.objective_met));
+    if (flagged) rows.back().push_back(std::to_string(p.convergence.flagged_valid()));
   }
   return text_table(rows, 1);
 }
@@ -146,7 +151,8 @@ Json json_of(const PolicyScore& p, const std::vector<std::string>& requirements,
           {"measures", measures},
           {"invalid", p.invalid},
           {"rate", json_of(p.rate)},
-          {"interval", json_of(p.interval)}};
+          {"interval", json_of(p.interval)},
+          {"convergence", p.convergence.traces > 0 ? convergence_json(p.convergence) : Json(nullptr)}};
 }
 
 Json json_of(const Answer& a) {
@@ -180,6 +186,7 @@ std::string format_score(const Score& score, bool failures) {
   }
   out.append(score.complete ? "\n" : " (INCOMPLETE: not all traces have been simulated)\n");
   out.append("\n").append(policy_table(score.policies));
+  out.append(convergence_table(score.policies, score.unconverged));
   if (!score.answers.empty()) {
     out.append(fmt::format("\nAsked by --until; {} particles\n", score.particles)).append(answer_table(score));
   }
@@ -210,6 +217,7 @@ std::string score_json(const Score& score, bool failures) {
   for (const PairedComparison& pair : score.pairs) json["pairs"].push_back(json_of(pair));
   json["interval_method"] = score.stopped_by_question ? "confidence_sequence" : "clopper_pearson";
   json["particles"] = score.particles;
+  json["unconverged_limit"] = score.unconverged;
   if (score.part.end > 0) json["part"] = {{"begin", score.part.begin}, {"end", score.part.end}};
   if (score.stopped_by_question) {
     json["until"] = {{"confidence", score.confidence}, {"answers", Json::array()}};

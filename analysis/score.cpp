@@ -60,6 +60,7 @@ PolicyScore score_policy(const Archive& archive, const std::string& policy, Ends
   PolicyScore out;
   WaysToFail ways;
   Culprits culprits;
+  ConvergenceSum convergence;
   out.policy = policy;
   const CampaignInfo& info = archive.info();
   out.by_requirement.assign(info.deciding(), 0);
@@ -69,12 +70,14 @@ PolicyScore score_policy(const Archive& archive, const std::string& policy, Ends
       count(trace, out);
       ways.add(trace);
       culprits.add(trace);
+      convergence.add(trace);
       if (ends != nullptr) ends->add(trace);
     }
   });
   const std::vector<Failure> firsts = ways.firsts(archive, policy);
   failures.insert(failures.end(), firsts.begin(), firsts.end());
   out.culprits = culprits.counts(archive.info());
+  out.convergence = convergence.total();
   out.n = out.success + out.known + out.unknown;
   out.rate = out.n > 0 ? static_cast<double>(out.success) / static_cast<double>(out.n)
                        : std::numeric_limits<double>::quiet_NaN();
@@ -137,6 +140,7 @@ Score score(const Archive& archive, const std::string& name, const std::vector<s
   out.complete = archive.complete();
   out.part = info.part;
   out.particles = info.particles;
+  out.unconverged = info.unconverged;
   for (const auto& requirement : info.requirements) {
     (requirement.measure ? out.measures : out.requirements).push_back(requirement.name);
   }

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "analysis/convergence.h"
 #include "analysis/culprits.h"
 #include "analysis/failures.h"
 #include "archive/archive.h"
@@ -36,6 +37,7 @@ struct PolicyScore {
   };
   std::vector<Kept> kept = {};                 // per measure
   std::vector<Culprits::Count> culprits = {};  // failures, by the part that is to blame
+  Convergence convergence = {};                // of the contact solver
 };
 
 /// Policies a and b on the particles for which both traces are valid.
@@ -65,6 +67,7 @@ struct Score {
   bool stopped_by_question = false;  // --until chose the number of particles: intervals are of the confidence sequence
   double mixture_mass = 0;           // of the confidence sequence
   double confidence = 0.95;          // of the answers
+  double unconverged = 0;            // share of steps, above which a trace is flagged
   std::vector<Answer> answers;       // of a complete campaign with --until
   std::string archive;               // as replay commands name it
   std::string failures_command;      // that lists every failure of these policies

@@ -25,7 +25,7 @@ void visit_outcomes(const Archive& archive, const std::string& policy,
                     const std::function<void(std::span<const TraceOutcome>)>& take) {
   const CampaignInfo& info = archive.info();
   const bool measures = info.deciding() < info.requirements.size();
-  const unsigned columns = kEndTime | kObjectiveMargin | kCulprits | (measures ? kMargins : 0u);
+  const unsigned columns = kEndTime | kObjectiveMargin | kCulprits | kSolver | (measures ? kMargins : 0u);
   std::vector<TraceOutcome> out;
   archive.scan(policy, columns, [&](const TraceRows& rows) {
     out.clear();
@@ -34,6 +34,8 @@ void visit_outcomes(const Archive& archive, const std::string& policy,
       trace = {rows.particle(i), rows.outcome(i), rows.violated(i), rows.objective_margin(i)};
       trace.cut = cut_short(trace.outcome, rows.end_time(i), info);
       trace.culprit = rows.culprit(i);
+      if (rows.has_solver()) trace.solver = rows.solver(i);
+      trace.flagged = trace.solver.flagged(info.unconverged);
       if (measures) judge_measures(rows.margins(i), rows.end_time(i), info, trace);
     }
     take(out);

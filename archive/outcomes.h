@@ -20,6 +20,8 @@ struct TraceOutcome {
   std::uint64_t kept = 0;       // bit k: the k-th measure was kept (kept_by)
   std::uint64_t undecided = 0;  // bit k: whether it was, nobody knows
   Culprit culprit = {};         // of a failure: at the first violation, else of the objective
+  SolverLog solver = {};        // does not tell: nor does the archive, which is older than that
+  bool flagged = false;         // more of its steps did not converge than the scenario lets pass
 };
 
 /// Of all traces of a policy, some at a time, each particle once, in no particular order (Archive::scan).

@@ -271,8 +271,8 @@ class Packer {
                                      schema::objective_margin(), schema::digest(),
                                      schema::margins(widths_),   schema::first_violations(widths_),
                                      schema::final_q(widths_),   schema::final_v(widths_)};
-    for (const hdf5::Spec& later : {schema::solver(), schema::margin_parts(widths_), schema::violation_parts(widths_),
-                                    schema::objective_culprit()}) {
+    for (const hdf5::Spec& later : {schema::solver(), schema::convergence(), schema::margin_parts(widths_),
+                                    schema::violation_parts(widths_), schema::objective_culprit()}) {
       if (everywhere(schema::traces_group(policy) + "/" + later.name, policy)) specs.push_back(later);
     }
     return specs;

@@ -209,6 +209,8 @@ void write_trace(const ReplayFile& replay, CsvFile out) {
   fact("violated", trace.violated < 0 ? std::string() : info.requirements.at(trace.violated).name);
   fact("invalid_reason", trace.invalid_reason);
   fact("end_time", trace.end_time, "s");
+  each_solver_fact(trace.solver, info.unconverged,
+                   [&](const char* name, double value, const char* unit) { fact(name, value, unit); });
   for (std::size_t i = 0; i < replay.requirements.size(); ++i) {
     const ReplayedRequirement& requirement = replay.requirements[i];
     fact("is_measure." + requirement.name, std::string(requirement.measure ? "yes" : "no"));

@@ -59,6 +59,8 @@ class Hdf5Writer {
     hdf5::write_attribute(file_, "violated", trace.violated < 0 ? "" : info.requirements.at(trace.violated).name);
     hdf5::write_attribute(file_, "invalid_reason", trace.invalid_reason);
     hdf5::write_attribute(file_, "end_time", trace.end_time);
+    each_solver_fact(trace.solver, info.unconverged,
+                     [&](const char* name, double value, const char*) { hdf5::write_attribute(file_, name, value); });
     hdf5::write_attribute(file_, "objective", info.objective);
     hdf5::write_attribute(file_, "objective_margin", trace.objective_margin);
     hdf5::write_attribute(file_, "objective_culprit", culprit_text(-1, trace.objective_culprit, info));

@@ -58,9 +58,10 @@ struct DriveResult {
 
 /// What the contact solver did in one step of a lane.
 struct SolverEffort {
-  double sweeps = 0;
-  double residual = 0;   // largest change of a constraint's velocity in the last sweep, m/s or rad/s
-  bool at_most = false;  // it ended at the bound on sweeps
+  double sweeps = 0;         // 0: the back end does not tell
+  double residual = 0;       // largest change of a constraint's velocity in the last sweep, m/s or rad/s
+  bool unconverged = false;  // it ended at its bound, with a residual above its tolerance
+  double braked = 0;         // what was taken of impulses because they would have given energy, m/s or rad/s
 };
 
 /// A lane as it was after a step: all that its further way depends on. What is in it is the business of the back end

@@ -31,6 +31,10 @@ enum class PartKind : std::uint8_t {
 };
 inline constexpr int kNoPart = -1;
 
+/// The share of its steps in which a trace's contacts may fail to converge before it is flagged, where a scenario does
+/// not say (contact.unconverged). docs/physics.md has what robots give.
+inline constexpr double kUnconvergedShare = 0.05;
+
 /// The culprit of a margin.
 struct Culprit {
   int leaf = -1;  // of an objective: index into leaves(); -1: it has none

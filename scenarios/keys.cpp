@@ -162,7 +162,11 @@ Description contact() {
        {"self_collision",
         {Form::flag()},
         Default::value("true"),
-        "links of the robot that are not neighbours may touch"}},
+        "links of the robot that are not neighbours may touch"},
+       {"unconverged",
+        {Form::fraction()},
+        Default::value(fmt::format("{:g} %", 100 * kUnconvergedShare)),
+        "of a trace's steps may end before its contacts have converged; with more it is flagged (docs/physics.md)"}},
       {},
       {},
       "A part is a collision shape: its link's name, with `.1`, `.2` … behind it for further shapes of a link, or an "

@@ -351,6 +351,9 @@ Scenario read_scenario(const Settings& root, const std::string& file, const Scen
   if (const auto actuators = root.find("actuators")) {
     out.torque_speed = Described(*actuators, section_of("actuators")).flag("torque_speed");
   }
+  if (const auto contact = root.find("contact")) {
+    out.unconverged = Described(*contact, section_of("contact")).number("unconverged");
+  }
   out.recording = read_record(root, out.timing, robot_weight(out.model));
   doubt_last(root, out.timing);
   check_frames(root, out);

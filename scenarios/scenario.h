@@ -64,7 +64,8 @@ struct Scenario {
   std::vector<PolicySpec> policies;
   Task task;
   Recording recording;
-  bool torque_speed = false;  // actuators follow the torque-speed line
+  double unconverged = kUnconvergedShare;  // share of steps, above which a trace is flagged
+  bool torque_speed = false;               // actuators follow the torque-speed line
   std::vector<std::string>
       warnings;  // what was left out (visual meshes, …), what looks wrong (units, empty windows, …)
 };

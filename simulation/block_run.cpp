@@ -11,6 +11,7 @@
 #include "engine/model/limits.h"
 #include "engine/physics.h"
 #include "sampling/stream.h"
+#include "simulation/change_counts.h"
 #include "simulation/invalid_reason.h"
 #include "simulation/names.h"
 #include "simulation/telemetry.h"
@@ -95,8 +96,9 @@ struct BlockRun::Impl final : TraceSaver {
   BlockArray lag{1};  // s, jitter of this control step
   std::array<Lane, kLanes> lanes;
   Digests digests{};
-  LaneMask active, ending;                // ending: of those that are shown
-  std::array<double, kLanes> farthest{};  // m or rad
+  std::array<ChangeCounts, kLanes> last_changes;  // of the steps that did not converge
+  LaneMask active, ending;                        // ending: of those that are shown
+  std::array<double, kLanes> farthest{};          // m or rad
   std::uint64_t steps_done = 0;
   PhaseClock clock;
   TraceObserver* observer = nullptr;
@@ -140,6 +142,7 @@ struct BlockRun::Impl final : TraceSaver {
     lanes[lane] = {&particle, &record, first, first};
     if (watch) watch->begin(lane);
     digests[lane] = particle.id;
+    last_changes[lane].clear();
     if (scenario.recording.events) events.start(lane, particle.model);
     phases.start(lane);
     sensors.start(lane, particle);
@@ -169,7 +172,9 @@ struct BlockRun::Impl final : TraceSaver {
     tape.carry(tau, lane);
     SolverLog& log = lanes[lane].record->solver;
     tape.carry(log.mean_sweeps), tape.carry(log.most_sweeps);
-    tape.carry(log.largest_residual), tape.carry(log.capped_steps);
+    tape.carry(log.largest_residual), tape.carry(log.unconverged_steps);
+    tape.carry(log.steps), tape.carry(log.braked_steps), tape.carry(log.most_braked);
+    last_changes[lane].carry(tape);
     actuators.carry(lane, tape);
     controller.carry(lane, tape);
     monitor.carry(lane, tape);
@@ -284,6 +289,7 @@ struct BlockRun::Impl final : TraceSaver {
     Lane& l = lanes[lane];
     TraceRecord& record = *l.record;
     record.digest = digests[lane];
+    if (record.solver.unconverged_steps > 0) record.solver.median_residual = last_changes[lane].median();
     record.end_time = time(lane);
     record.margins = monitor.margins(lane);
     record.first_violations = monitor.first_violations(lane);
@@ -337,12 +343,19 @@ struct BlockRun::Impl final : TraceSaver {
     clock.ended(Phase::control);
   }
 
-  static void log_effort(Lane& lane, const SolverEffort& effort) {
+  void log_effort(int at) {
+    const SolverEffort effort = physics->effort(at);
+    const Lane& lane = lanes[at];
     SolverLog& log = lane.record->solver;
     log.mean_sweeps += (effort.sweeps - log.mean_sweeps) / (lane.step - lane.first);
     log.most_sweeps = std::max(log.most_sweeps, effort.sweeps);
     log.largest_residual = std::max(log.largest_residual, effort.residual);
-    log.capped_steps += effort.at_most ? 1 : 0;
+    log.steps += effort.sweeps > 0 ? 1 : 0;
+    log.braked_steps += effort.braked > kBraked ? 1 : 0;
+    log.most_braked = std::max(log.most_braked, effort.braked);
+    if (!effort.unconverged) return;
+    log.unconverged_steps += 1;
+    last_changes[at].add(effort.residual);
   }
 
   void advance() {
@@ -351,7 +364,7 @@ struct BlockRun::Impl final : TraceSaver {
     clock.ended(Phase::physics);  // with what little the actuators do around it
     for (int lane = 0; lane < kLanes; ++lane) {
       lanes[lane].step += active[lane];
-      if (active[lane]) log_effort(lanes[lane], physics->effort(lane));
+      if (active[lane]) log_effort(lane);
     }
     steps_done += std::popcount(active.bits());
     fold(digests, physics->state().q);

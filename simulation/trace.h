@@ -16,12 +16,39 @@ namespace graze {
 enum class Outcome : std::uint8_t { success = 0, known_failure = 1, unknown_failure = 2, invalid = 3 };
 std::string_view outcome_name(Outcome outcome);  // "success", "known failure", …
 
-/// What the contact solver did over a trace; mean_sweeps 0: the back end does not tell.
+/// What the contact solver did over a trace; mean_sweeps 0: the back end does not tell. A step's *last change* is the
+/// largest change of a constraint's velocity in its last sweep, m/s or rad/s: how far it is from converged.
 struct SolverLog {
   double mean_sweeps = 0, most_sweeps = 0;  // per step
-  double largest_residual = 0;              // m/s or rad/s, in the last sweep of a step
-  double capped_steps = 0;                  // steps that ended at the bound on sweeps
+  double largest_residual = 0;              // the largest last change of a step
+  double unconverged_steps = 0;             // whose last change is above the solver's tolerance
+  double steps = 0;                         // of the physics, in which the solver told
+  double median_residual = 0;               // last change of the steps that did not converge, to 7 % (ChangeCounts)
+  double braked_steps = 0;                  // in which the brake has changed a velocity by more than kBraked
+  double most_braked = 0;                   // the largest change that it has made to one, m/s or rad/s
+
+  bool tells() const { return mean_sweeps > 0; }
+  double unconverged_share() const { return unconverged_steps / steps; }  // of the steps; NaN: there are none
+  /// Whether more than this share of the steps did not converge.
+  bool flagged(double limit) const { return unconverged_share() > limit; }
 };
+
+/// Calls act(name, value, unit) for what files tell of a trace's solver; nothing if the back end does not tell.
+template <class Do>
+void each_solver_fact(const SolverLog& log, double limit, const Do& act) {
+  if (!log.tells()) return;
+  act("solver_steps", log.steps, "");
+  act("unconverged_steps", log.unconverged_steps, "");
+  act("unconverged_median_change", log.median_residual, "m/s");
+  act("largest_change", log.largest_residual, "m/s");
+  act("braked_steps", log.braked_steps, "");
+  act("most_braked", log.most_braked, "m/s");
+  act("flagged", log.flagged(limit) ? 1.0 : 0.0, "");
+}
+
+/// The brake (engine/contact/brake.h) takes a little where a solve has converged to its tolerance of 1e-6 m/s only.
+/// What it takes beyond a hundred times as much is counted, m/s: our choice.
+inline constexpr double kBraked = 1e-4;
 
 struct TelemetryFrame {
   double time;

@@ -61,4 +61,14 @@ inline std::string bits_of(const TraceRecord& trace) {
   return out;
 }
 
+/// The same, and what the contact solver did.
+inline std::string all_bits_of(const TraceRecord& trace) {
+  std::string out = bits_of(trace);
+  const SolverLog& log = trace.solver;
+  add_bits({log.mean_sweeps, log.most_sweeps, log.largest_residual, log.unconverged_steps, log.steps,
+            log.median_residual, log.braked_steps, log.most_braked},
+           out);
+  return out;
+}
+
 }  // namespace graze::testing

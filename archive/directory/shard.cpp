@@ -105,7 +105,11 @@ void write_traces(const hdf5::Handle& file, const std::string& policy, const Tra
       std::int32_t{kNoPart});
   table.matrix(schema::solver(), traces, [](const T& t) {
     const SolverLog& log = t.solver;
-    return std::array{log.mean_sweeps, log.most_sweeps, log.largest_residual, log.capped_steps};
+    return std::array{log.mean_sweeps, log.most_sweeps, log.largest_residual, log.unconverged_steps};
+  });
+  table.matrix(schema::convergence(), traces, [](const T& t) {
+    const SolverLog& log = t.solver;
+    return std::array{log.steps, log.median_residual, log.braked_steps, log.most_braked};
   });
   table.matrix(
       schema::final_q(widths), traces, [](const T& t) -> const auto& { return t.q; });

@@ -34,8 +34,9 @@ struct CampaignInfo : TraceNames {
   std::string scenario_name, scenario_text, scenario_sha256, command_line, start_time;  // ISO 8601, UTC
   std::string program_version, program_revision, physics, design;
   std::uint64_t seed = 0;
-  std::uint64_t particles = 0;            // asked for, or what --until stopped at; traces beyond do not count
-  double step = 0, control = 0, end = 0;  // s
+  std::uint64_t particles = 0;             // asked for, or what --until stopped at; traces beyond do not count
+  double step = 0, control = 0, end = 0;   // s
+  double unconverged = kUnconvergedShare;  // share of steps, above which a trace is flagged (SolverLog::flagged)
   struct ParameterRow {
     std::string name, unit, distribution, jitter;
     double nominal;

@@ -25,6 +25,7 @@ std::string format_of(const Handle& file) {
   return ours ? hdf5::read_text(file.id(), "format") : "";
 }
 
+constexpr const char* kUnconverged = "unconverged_limit";  // absent from older archives
 constexpr const char* kOnlyShard = "is one shard of a campaign; give the campaign's directory";
 constexpr const char* kOnlyReplay = "is what graze replay has exported, one trace and no archive";
 
@@ -283,6 +284,9 @@ void check_facts(const CampaignInfo& info) {
     if (value > 0 && std::isfinite(value)) continue;
     throw hdf5::Error(fmt::format("'{}' is {} s; it must be a time above 0", name, value));
   }
+  if (!(info.unconverged >= 0 && info.unconverged <= 1)) {
+    throw hdf5::Error(fmt::format("'{}' is {}; it must be a share of steps, 0 to 1", kUnconverged, info.unconverged));
+  }
   constexpr std::uint64_t kMost = std::uint64_t{1} << 32;  // ids have 32 bits
   if (info.particles < 1 || info.particles > kMost) {
     throw hdf5::Error(fmt::format("'particles' is {}; a campaign has 1 to {}", info.particles, kMost));
@@ -330,6 +334,7 @@ void write_info_attributes(const Handle& file, const CampaignInfo& info, Layout 
   hdf5::write_attribute(root, "complete", std::uint64_t{complete});
   each_text(info, [&](const char* name, const std::string& text) { hdf5::write_attribute(root, name, text); });
   each_number(info, [&](const char* name, double value) { hdf5::write_attribute(root, name, value); });
+  hdf5::write_attribute(root, kUnconverged, info.unconverged);
   hdf5::write_attribute(root, "seed", info.seed);
   hdf5::write_attribute(root, "particles", info.particles);
   hdf5::write_attribute(root, "store_values", std::uint64_t{info.store_values});
@@ -377,6 +382,7 @@ StoredInfo read_info(const Handle& file) {
   stored.complete = hdf5::read_count(root, "complete") != 0;
   each_text(info, [&](const char* name, std::string& text) { text = hdf5::read_text(root, name); });
   each_number(info, [&](const char* name, double& value) { value = hdf5::read_number(root, name); });
+  if (hdf5::has_attribute(root, kUnconverged)) info.unconverged = hdf5::read_number(root, kUnconverged);
   info.seed = hdf5::read_count(root, "seed");
   info.particles = hdf5::read_count(root, "particles");
   info.store_values = hdf5::read_count(root, "store_values") != 0;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "archive/schema/part_rows.h"
 #include "archive/schema/trace_scan.h"
@@ -63,7 +64,7 @@ class PartCheck {
     for (const hdf5::Spec& spec : {schema::objective_margin(), schema::margins(widths_)}) {
       read<double>(group, spec, rows);
     }
-    if (part_.has(group + "/" + schema::solver().name)) read<double>(group, schema::solver(), rows);
+    if (part_.has(group + "/" + schema::solver().name)) check_solvers(group, rows);
     if (part_.has(group + "/" + schema::margin_parts(widths_).name)) check_parts(policy, group, rows);
     read<std::uint64_t>(group, schema::digest(), rows);
     check_indices(group, schema::sequence(), rows, sequences_);
@@ -113,6 +114,24 @@ class PartCheck {
           check_state(part_, group, spec, static_cast<Outcome>(outcome[i]),
                       std::span(state).subspan(i * spec.width, spec.width));
         }
+      }
+    });
+  }
+
+  void check_solvers(const std::string& group, std::uint64_t rows) {
+    constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+    const bool converged = part_.has(group + "/" + schema::convergence().name);
+    for_each_piece(rows, [&](std::uint64_t first, std::uint64_t count) {
+      const auto solver = part_.slice<double>(group, schema::solver(), rows, first, count);
+      std::vector<double> more;
+      if (converged) more = part_.slice<double>(group, schema::convergence(), rows, first, count);
+      for (std::size_t i = 0; i < 4 * count; i += 4) {
+        SolverLog log = {solver[i], solver[i + 1], solver[i + 2], solver[i + 3], 0, kUnknown, kUnknown, kUnknown};
+        if (converged) {
+          log.steps = more[i], log.median_residual = more[i + 1];
+          log.braked_steps = more[i + 2], log.most_braked = more[i + 3];
+        }
+        check_solver(part_, group, log);
       }
     });
   }
@@ -210,7 +229,7 @@ void check_outcomes(Parts& part, const CampaignInfo& info) {
     if (part.open(0).traces(policy) > 0) check.check_ids(schema::traces_group(policy));
     const unsigned columns =
         // What scores, reports and lists of failures ask for.
-        kEndTime | kObjectiveMargin | kMargins | kFirstViolations | kCulprits | kFinalState | kInvalidReason;
+        kEndTime | kObjectiveMargin | kMargins | kFirstViolations | kCulprits | kSolver | kFinalState | kInvalidReason;
     scan_traces(part, policy, info, columns, [](const TraceRows&) {});
   }
 }

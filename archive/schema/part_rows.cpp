@@ -99,6 +99,25 @@ void check_state(const OpenPart& file, const std::string& group, const hdf5::Spe
   }
 }
 
+void check_solver(const OpenPart& file, const std::string& group, const SolverLog& log) {
+  const auto check = [&](const hdf5::Spec& spec, const char* what, double number, bool possible) {
+    if (!possible) file.fail(fmt::format("'{}/{}': {} is no {}", group, spec.name, number, what));
+  };
+  const auto whole = [](double x, double most) { return x >= 0 && x <= most && x == std::floor(x); };
+  constexpr double kMost = 9007199254740992;  // 2^53
+  const hdf5::Spec solver = schema::solver(), convergence = schema::convergence();
+  check(solver, "number of sweeps", log.mean_sweeps, log.mean_sweeps >= 0);
+  check(solver, "number of sweeps", log.most_sweeps, log.most_sweeps >= 0);
+  check(solver, "change of velocity", log.largest_residual, log.largest_residual >= 0);
+  check(solver, "number of steps", log.unconverged_steps, whole(log.unconverged_steps, kMost));
+  check(convergence, "number of steps", log.steps, whole(log.steps, kMost));
+  if (std::isnan(log.braked_steps)) return;
+  check(solver, "number of the trace's steps", log.unconverged_steps, log.unconverged_steps <= log.steps);
+  check(convergence, "change of velocity", log.median_residual, log.median_residual >= 0);
+  check(convergence, "number of the trace's steps", log.braked_steps, whole(log.braked_steps, log.steps));
+  check(convergence, "change of velocity", log.most_braked, log.most_braked >= 0);
+}
+
 bool possible_part(const std::string& parts, int part, const CampaignInfo& info) {
   return part == kNoPart || (part >= 0 && static_cast<std::uint64_t>(part) < part_count(parts, info));
 }

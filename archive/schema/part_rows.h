@@ -29,6 +29,9 @@ void check_violations(const OpenPart& file, const std::string& group, std::span<
 void check_state(const OpenPart& file, const std::string& group, const hdf5::Spec& spec, Outcome outcome,
                  std::span<const double> numbers);
 
+/// Throws InputError unless a contact solver can have told this; NaN: not known.
+void check_solver(const OpenPart& file, const std::string& group, const SolverLog& log);
+
 /// Whether a witness that says `parts` of itself can name this part.
 bool possible_part(const std::string& parts, int part, const CampaignInfo& info);
 

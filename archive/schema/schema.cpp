@@ -34,6 +34,7 @@ Spec outcome() { return enumeration("outcome", {"success", "known_failure", "unk
 Spec violated() { return plain("violated", Type::i32); }
 Spec end_time() { return plain("end_time", Type::f64, "s"); }
 Spec solver() { return matrix("solver", 4); }
+Spec convergence() { return matrix("convergence", 4); }
 Spec objective_margin() { return plain("objective_margin", Type::f64); }
 Spec margins(const Widths& widths) { return matrix("margins", widths.requirements); }
 Spec first_violations(const Widths& widths) { return matrix("first_violations", widths.requirements, "s"); }

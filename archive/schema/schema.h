@@ -32,7 +32,8 @@ hdf5::Spec outcome();
 hdf5::Spec violated();
 hdf5::Spec end_time();
 hdf5::Spec objective_margin();
-hdf5::Spec solver();  // [4]: the members of SolverLog; absent from older archives
+hdf5::Spec solver();       // [4]: the first members of SolverLog; absent from older archives
+hdf5::Spec convergence();  // [4]: the others; absent from older archives
 hdf5::Spec margins(const Widths& widths);
 hdf5::Spec first_violations(const Widths& widths);
 hdf5::Spec margin_parts(const Widths& widths);  // this and the next two: absent from older archives

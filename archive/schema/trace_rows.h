@@ -60,6 +60,8 @@ class TraceRows {
   std::span<const std::int32_t> margin_parts(std::size_t i) const { return row(margin_parts_, i); }
   Culprit culprit(std::size_t i) const { return culprits_[rows_[i]]; }  // at the first violation, else of the objective
   bool has_solver() const { return !solver_.empty(); }                  // older archives do not
+  /// Where the archive is too old to have them, steps are those of the trace, which takes kEndTime, and what comes
+  /// after them is NaN.
   SolverLog solver(std::size_t i) const;
   std::span<const double> final_q(std::size_t i) const { return row(final_q_, i); }
   std::span<const double> final_v(std::size_t i) const { return row(final_v_, i); }
@@ -81,11 +83,12 @@ class TraceRows {
   std::vector<std::uint32_t> particle_, sequence_, reason_;
   std::vector<std::uint8_t> outcome_;
   std::vector<std::int32_t> violated_, margin_parts_;
-  std::vector<double> end_time_, objective_margin_, margins_, violations_, solver_, final_q_, final_v_;
+  std::vector<double> end_time_, objective_margin_, margins_, violations_, solver_, convergence_, final_q_, final_v_;
   std::vector<Culprit> culprits_;
   std::vector<std::uint64_t> digest_;
   FlatRows<Event> events_;
   FlatRows<ContactPhase> phases_;
+  double step_ = 0;                                                          // s, of the physics
   const std::vector<std::string>*sequences_ = nullptr, *reasons_ = nullptr;  // of the part
 };
 

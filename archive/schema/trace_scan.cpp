@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
+#include <limits>
 #include <map>
 #include <utility>
 
@@ -78,7 +80,17 @@ void check_again(Parts& parts, const std::string& policy, const CampaignInfo& in
 
 SolverLog TraceRows::solver(std::size_t i) const {
   const std::span<const double> log = row(solver_, i);
-  return {log[0], log[1], log[2], log[3]};
+  SolverLog out = {log[0], log[1], log[2], log[3]};
+  if (!convergence_.empty()) {
+    const std::span<const double> more = row(convergence_, i);
+    out.steps = more[0], out.median_residual = more[1], out.braked_steps = more[2], out.most_braked = more[3];
+    return out;
+  }
+  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  const double steps = out.tells() && !end_time_.empty() ? std::round(end_time(i) / step_) : 0;
+  out.steps = steps > 0 ? steps : 0;
+  out.median_residual = out.braked_steps = out.most_braked = kUnknown;
+  return out;
 }
 
 class TraceScan {
@@ -93,7 +105,9 @@ class TraceScan {
         parts_(parts),
         widths_(widths_of(info)),
         columns_(columns),
-        wanted_(wanted) {}
+        wanted_(wanted) {
+    rows_.step_ = info.step;
+  }
 
   void scan(const OpenPart& file, const std::function<void(const TraceRows&)>& take) {
     const std::uint64_t rows = file.traces(policy_);
@@ -182,6 +196,9 @@ class TraceScan {
     rows_.solver_.clear();
     const bool solved = (columns_ & kSolver) && file.has(group_ + "/" + schema::solver().name);
     if (solved) numbers(kSolver, schema::solver(), rows_.solver_);
+    rows_.convergence_.clear();
+    const bool converged = solved && file.has(group_ + "/" + schema::convergence().name);
+    if (converged) numbers(kSolver, schema::convergence(), rows_.convergence_);
     rows_.margin_parts_.clear();
     if ((columns_ & kMarginParts) && file.has(group_ + "/" + schema::margin_parts(widths_).name)) {
       rows_.margin_parts_ = file.slice<std::int32_t>(group_, schema::margin_parts(widths_), rows, first, count);
@@ -205,6 +222,7 @@ class TraceScan {
       const Outcome outcome = rows_.outcome(k);
       if (columns_ & kEndTime) check_end(file, group_, outcome, rows_.end_time(k), info_);
       if (columns_ & kFirstViolations) check_violations(file, group_, rows_.first_violations(k), info_);
+      if (rows_.has_solver()) check_solver(file, group_, rows_.solver(k));
       if (!(columns_ & kFinalState)) continue;
       check_state(file, group_, q, outcome, rows_.final_q(k));
       check_state(file, group_, v, outcome, rows_.final_v(k));

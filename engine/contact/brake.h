@@ -34,11 +34,32 @@ GRAZE_OUT_OF_LINE T recovery_work(const ConstraintsT<T>& set, T* dz) {
   return work;
 }
 
+/// The largest change that an impulse makes to the velocity of its own constraint, m/s or rad/s: in the measure in
+/// which the sweeps tell how far they are from converged.
+template <class T>
+GRAZE_OUT_OF_LINE T largest_change(const ConstraintsT<T>& set) {
+  T most(0.0);
+  const auto take = [&most](unsigned lanes, const T& change) {
+    most = max(most, select(mask_from_bits<T>(lanes), change, T(0.0)));
+  };
+  for (int i = 0; i < set.joint_count; ++i) {
+    const JointRowT<T>& row = set.joints[i];
+    take(row.lanes, abs(row.dry + row.lower - row.upper) * recip(row.inverse_a));
+  }
+  for (int i = 0; i < set.contact_count; ++i) {
+    const ContactT<T>& c = set.contacts[i];
+    take(c.lanes, max(max(abs(c.lambda.x) * c.ann, abs(c.lambda.y) * c.ass), abs(c.lambda.z) * c.att));
+  }
+  return most;
+}
+
 /// Scales the impulses of those of `lanes` in which they give more than they may. z: L v at the beginning; `free` and
 /// `dz`: its change without and with the impulses. Returns the work of the impulses, with the mean of v and v*, J.
+/// `taken`: what this has taken of them, in the measure of largest_change(); 0 where nothing is scaled.
 template <class T>
-inline T brake(const TreeT<T>& tree, ConstraintsT<T>& set, const T* z, const T* free, unsigned lanes, T* dz) {
+inline T brake(const TreeT<T>& tree, ConstraintsT<T>& set, const T* z, const T* free, unsigned lanes, T* dz, T& taken) {
   const TopologyView& t = tree.topology;
+  taken = T(0.0);
   // Of impulses scaled by x: x linear + x^2 square beyond the free motion, of which v* has half as much more than the
   // mean velocity.
   T linear(0.0), square(0.0), ahead(0.0);
@@ -55,6 +76,7 @@ inline T brake(const TreeT<T>& tree, ConstraintsT<T>& set, const T* z, const T* 
   const auto over = (square > room) & mask_from_bits<T>(lanes);
   if (!any(over)) return work;
   const T share = select(over, max(room * recip(select(over, square, T(1.0))), T(0.0)), T(1.0));
+  taken = select(over, (T(1.0) - share) * largest_change<T>(set), T(0.0));
   // Where nothing is scaled the bits stay, whatever the neighbours need.
   for (int k = 0; k < t.nv; ++k) dz[k] = select(over, fma(share, dz[k] - free[k], free[k]), dz[k]);
   for (int i = 0; i < set.joint_count; ++i) {

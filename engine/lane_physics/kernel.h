@@ -133,7 +133,8 @@ struct LaneBlock {
   // State.
   double *q, *v, *a, *X;
   double* energy;    // 1: kinetic and potential, J
-  double* effort;    // 3 of the last step: sweeps, residual (m/s), work of the joint torques (J)
+  double* effort;    // 4 of the last step: sweeps, residual (m/s), work of the joint torques (J), and what the
+                     // brake has taken (m/s)
   double* measured;  // 4 of the last step, if the settings ask for it: ContactResidualsT, m/s
 
   double* energy_audit;  // kAuditRows

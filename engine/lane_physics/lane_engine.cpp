@@ -221,7 +221,7 @@ std::size_t LaneEngine::lay_out(double* base) {
   b.mimic_rows = rows(mimics * (2 * static_cast<int>(mimic_dofs_.size()) + kMimicRows));
   b.energy = rows(1);
   b.energy_audit = rows(kAuditRows);
-  b.effort = rows(3);
+  b.effort = rows(4);
   b.measured = rows(4);
   b.motion = rows(nb * kernel_.motion_rows);
   b.origin = rows(3 * nb);
@@ -350,7 +350,7 @@ void LaneEngine::forget_contacts(int lane) {
   };
   clear(block_.slot_impulse, kKept * kSlots * pairs_.size());
   clear(block_.joint_impulse, 3 * block_.topology.bodies);
-  clear(block_.effort, 3);
+  clear(block_.effort, 4);
   clear(block_.servo, static_cast<std::size_t>(kServoRows) * block_.na);
   forget_distances(lane);
   block_.fresh |= 1u << lane;
@@ -410,7 +410,7 @@ void LaneEngine::each_kept_row(const F& f) const {
   f(b.q, t.nq), f(b.v, t.nv), f(b.a, t.nv), f(b.X, 12 * nb);
   f(b.motion, nb * kernel_.motion_rows), f(b.origin, 3 * nb), f(b.balance, nb * kernel_.balance_rows);
   f(b.M, t.row[t.nv]), f(b.bias, t.nv), f(b.pose, 12 * b.collider_count);
-  f(b.energy, 1), f(b.energy_audit, kAuditRows), f(b.effort, 3), f(b.measured, 4);
+  f(b.energy, 1), f(b.energy_audit, kAuditRows), f(b.effort, 4), f(b.measured, 4);
   // Warm starts, but for those of contacts.
   f(b.joint_impulse, 3 * nb), f(b.servo, kServoRows * b.na);
 }

@@ -71,10 +71,11 @@ class LaneEngine {
   const LaneBlock& block() const { return block_; }
   LaneBlock& block() { return block_; }
   int lanes() const { return kernel_.lanes; }
-  /// Sweeps, residual (m/s) and joint work (J) of the last step; energy (J) after it.
+  /// Sweeps, residual (m/s), joint work (J) and what the brake has taken (m/s) of the last step; energy (J) after it.
   double sweeps(int lane) const { return block_.effort[lane]; }
   double residual(int lane) const { return block_.effort[kernel_.lanes + lane]; }
   double work(int lane) const { return block_.effort[2 * kernel_.lanes + lane]; }
+  double braked(int lane) const { return block_.effort[3 * kernel_.lanes + lane]; }
   double energy(int lane) const { return block_.energy[lane]; }
   /// Lanes whose last step was not physical, as bits, and what the audit says of why.
   unsigned suspect() const { return block_.suspect; }

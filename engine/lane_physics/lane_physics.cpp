@@ -214,8 +214,10 @@ void LanePhysics::drive(double h, LaneMask active, const Drive& drive, DriveResu
 SolverEffort LanePhysics::effort(int lane) const {
   const LaneEngine& of = engine(lane);
   const int at = lane % width_;
-  const double residual = of.residual(at);
-  return {of.sweeps(at), residual, residual > of.block().settings.tolerance};
+  const SolverSettings& settings = of.block().settings;
+  const double sweeps = of.sweeps(at), residual = of.residual(at);
+  // Whatever bound ended the solve: one that has converged leaves no more than the tolerance.
+  return {sweeps, residual, residual > settings.tolerance, of.braked(at)};
 }
 
 void LanePhysics::find_faults() {

@@ -207,7 +207,7 @@ inline T solve(LaneBlock& block, const TreeT<T>& tree, double h, unsigned active
   unsigned driven = 0;
   for (int i = 0; i < tree.topology.bodies; ++i) driven |= block.locked[i];
   for (int i = set.joint_count - set.servo_count; i < set.joint_count; ++i) driven |= set.joints[i].lanes;
-  T work = brake<T>(tree, set, z, free, ~driven, dz);
+  T work = brake<T>(tree, set, z, free, ~driven, dz, effort[3]);
   if (mimics.count > 0) work += work_of<T>(mimics);
   const T impulse_work = select(mask_from_bits<T>(driven), T(1e300), work);
   for (int k = 0; k < tree.topology.nv; ++k) z[k] += dz[k];
@@ -232,7 +232,7 @@ GRAZE_OUT_OF_LINE void forget_lost(LaneBlock& block, unsigned lanes) {
   forget<T>(rows<T>(block.a), t.nv, lost);
   forget<T>(rows<T>(block.X), 12 * t.bodies, lost);
   forget<T>(rows<T>(block.energy), 1, lost);
-  forget<T>(rows<T>(block.effort) + 1, 2, lost);
+  forget<T>(rows<T>(block.effort) + 1, 3, lost);
   for (int k = 0; k < block.na; ++k) forget<T>(rows<T>(block.servo) + kServoRows * k + 2, 2, lost);
   for (int i = 0; i < block.contact_count; ++i) {
     T* row = rows<T>(block.report) + kContactRows * i;

@@ -51,6 +51,7 @@ CampaignInfo describe_campaign(const Scenario& scenario, std::uint64_t particles
   info.step = scenario.timing.step;
   info.control = scenario.timing.control;
   info.end = scenario.timing.end;
+  info.unconverged = scenario.unconverged;
   for (const UncertainParameter& parameter : scenario.space.parameters) info.parameters.push_back(row_of(parameter));
   for (const Requirement& requirement : scenario.task.requirements) {
     info.requirements.push_back({requirement.name, requirement.description, requirement.unit, requirement.measure,

@@ -1,6 +1,7 @@
 // graze score: how often each policy succeeds, how it fails, whether policies differ, and gates for CI.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <iostream>
 #include <memory>
 
@@ -70,7 +71,9 @@ void print_text(const Archive& archive, const Score& result, bool all_failures) 
   std::cout << format_score(result, !all_failures);
   if (!all_failures) return;
   std::cout << "\nFailures\n";
-  list_failures(archive, policies_of(result), result.archive, std::cout);
+  const bool flagged = std::any_of(result.policies.begin(), result.policies.end(),
+                                   [](const PolicyScore& policy) { return policy.convergence.flagged_all() > 0; });
+  list_failures(archive, policies_of(result), result.archive, flagged, std::cout);
 }
 
 /// An archive, and the policies of it that are asked about.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "analysis/convergence.h"
 #include "analysis/event_text.h"
 #include "analysis/json_of.h"
 #include "analysis/text_table.h"
@@ -246,7 +247,8 @@ std::string format_replay(const Replay& replay, bool all) {
   const ReplayFile& file = replay.file;
   std::string out =
       fmt::format("{}: particle {} under policy {}\n\n", file.info.scenario_name, file.trace.particle, file.policy);
-  out += outcome_line(replay) + end_lines(replay) + verdict_lines(replay);
+  out += outcome_line(replay) + end_lines(replay) + solver_lines(file.trace.solver, file.info.unconverged) +
+         verdict_lines(replay);
   return out + margin_table(replay) + parameter_table(replay, all) + (all ? derived_table(replay) : "") +
          event_list(replay, all);
 }
@@ -262,6 +264,7 @@ std::string replay_json(const Replay& replay, const std::vector<std::string>& ex
               {"violated", nullptr},
               {"invalid_reason", trace.invalid_reason},
               {"end_time", json_of(trace.end_time)},
+              {"solver", solver_json(trace.solver, file.info.unconverged)},
               {"objective",
                {{"name", file.info.objective},
                 {"margin", json_of(trace.objective_margin)},

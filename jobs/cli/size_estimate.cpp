@@ -20,7 +20,7 @@ constexpr double kEventsPerSecond = 450;  // the curb's, as a guess for others; 
 constexpr double kPhaseBytes = 58;        // columns of /phases, plain
 constexpr double kPhasesPerSecond = 25;   // the curb's
 constexpr double kSequenceBytes = 20;     // of a contact sequence, per phase: two names
-constexpr double kTraceBytes = 4 + 1 + 4 + 8 + 8 + 32 + 8 + 4 + 4 + 8 + 16;  // columns that all have, offsets
+constexpr double kTraceBytes = 4 + 1 + 4 + 8 + 8 + 64 + 8 + 4 + 4 + 8 + 16;  // columns that all have, offsets
 
 double row_bytes(const Scenario& s) {
   return kTraceBytes + 8.0 * (3 * static_cast<double>(s.task.requirements.size()) + s.model.nq + s.model.nv);

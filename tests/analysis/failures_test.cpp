@@ -90,7 +90,7 @@ TEST(Failures, MarginsOfObjectivesHaveUnits) {
   const Score result = score(archive, "a.graze");
   EXPECT_THAT(format_score(result), HasSubstr("-0.5 rad"));
   std::ostringstream list;
-  list_failures(archive, want.policies, "a.graze", list);
+  list_failures(archive, want.policies, "a.graze", false, list);
   EXPECT_THAT(list.str(), HasSubstr("-0.5 rad"));
   const nlohmann::json json = nlohmann::json::parse(score_json(result));
   for (const auto& failure : json["failures"]) {
@@ -131,7 +131,7 @@ TEST(Failures, TheWholeListHasEveryFailure) {
   std::size_t failed = 0;
   for (const PolicyScore& policy : score(archive).policies) failed += policy.known + policy.unknown + policy.invalid;
   std::ostringstream text, json;
-  list_failures(archive, archive.info().policies, "my campaign.h5", text);
+  list_failures(archive, archive.info().policies, "my campaign.h5", false, text);
   const std::string lines = text.str();
   EXPECT_EQ(static_cast<std::size_t>(std::count(lines.begin(), lines.end(), '\n')), failed + 1);
   list_failures_json(archive, archive.info().policies, "my campaign.h5", json);

@@ -35,6 +35,23 @@ def counts(frame, requirements):
     }
 
 
+def convergence(group, limit):
+    """What `score` says of the contact solver, but for the medians: traces, steps, and which are flagged."""
+    solver, more = group["solver"][:], group["convergence"][:]
+    told = solver[:, 0] > 0
+    unconverged, steps = solver[:, 3], more[:, 0]
+    flagged = told & (unconverged > limit * steps)
+    names = ("success", "known_failure", "unknown_failure", "invalid")
+    return {
+        "traces": int(told.sum()), "steps": int(steps[told].sum()),
+        "unconverged_steps": int(unconverged[told].sum()), "unconverged_traces": int((unconverged[told] > 0).sum()),
+        "largest_change": float(solver[told & (unconverged > 0), 2].max()),
+        "braked_steps": int(more[told, 2].sum()), "braked_traces": int((more[told, 2] > 0).sum()),
+        "flagged": {"all": int(flagged.sum()), "first_particle": min(group["particle"][:][flagged].tolist(), default=None),
+                    **{name: int((flagged & (group["outcome"][:] == i)).sum()) for i, name in enumerate(names)}},
+    }
+
+
 def pair(a, b):
     both = a[["outcome"]].join(b[["outcome"]], lsuffix="_a", rsuffix="_b", how="inner")
     both = both[(both.outcome_a != INVALID) & (both.outcome_b != INVALID)] == S
@@ -70,6 +87,8 @@ def main(campaign, score_file):
             for key, found in counts(frames[policy], requirements).items():
                 check(f"{policy}: {key}", found, wanted[key])
             check(f"{policy}: rate", wanted["success"] / wanted["n"], wanted["rate"])
+            for key, found in convergence(file["traces"][policy], file.attrs["unconverged_limit"]).items():
+                check(f"{policy}: {key}", found, wanted["convergence"][key])
         for (a, b), wanted in zip(itertools.combinations(policies, 2), score["pairs"]):
             for key, found in pair(frames[a], frames[b]).items():
                 check(f"{a} and {b}: {key}", found, wanted[key])

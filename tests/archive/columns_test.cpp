@@ -255,9 +255,9 @@ TEST_F(Columns, AreAsLongAsTheirTable) {
   const auto doubles = [&](const std::string& group, const hdf5::Spec& spec, std::size_t rows) {
     return verdict([&](hid_t f) { replace(f, group, spec, std::vector<double>(rows * spec.width)); });
   };
-  for (const hdf5::Spec& spec :
-       {schema::end_time(), schema::objective_margin(), schema::solver(), schema::margins(widths_),
-        schema::first_violations(widths_), schema::final_q(widths_), schema::final_v(widths_)}) {
+  for (const hdf5::Spec& spec : {schema::end_time(), schema::objective_margin(), schema::solver(),
+                                 schema::convergence(), schema::margins(widths_), schema::first_violations(widths_),
+                                 schema::final_q(widths_), schema::final_v(widths_)}) {
     for (const std::size_t rows : {15u, 17u}) {
       EXPECT_THAT(doubles(traces_, spec, rows),
                   HasSubstr("'traces/hold/" + spec.name + "' has " + std::to_string(rows) + " rows instead of 16"));
@@ -267,6 +267,37 @@ TEST_F(Columns, AreAsLongAsTheirTable) {
   EXPECT_THAT(verdict([&](hid_t f) { replace(f, traces_, schema::digest(), std::vector<std::uint64_t>(15)); }),
               HasSubstr("'traces/hold/digest' has 15 rows instead of 16"));
   EXPECT_THAT(doubles(telemetry_, schema::telemetry_tau(widths_), 1), HasSubstr("'telemetry/hold/tau' has 1 rows"));
+}
+
+// Claim: what no solver can have done is refused by whoever reads it, verifies it or packs it; a change of velocity may
+// be infinite.
+TEST_F(Columns, OfTheSolverArePossible) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN(), kInfinite = std::numeric_limits<double>::infinity();
+  const auto with = [&](std::vector<double> solver, std::vector<double> more) {
+    return verdict([&](hid_t f) {
+      std::vector<double> all, all_more;
+      for (int i = 0; i < 16; ++i) {
+        all.insert(all.end(), solver.begin(), solver.end());
+        all_more.insert(all_more.end(), more.begin(), more.end());
+      }
+      replace(f, traces_, schema::solver(), all);
+      replace(f, traces_, schema::convergence(), all_more);
+    });
+  };
+  EXPECT_THAT(reading(put_at<double>(traces_, schema::solver(), 3, -1)), HasSubstr("hold/solver': -1 is no number"));
+  EXPECT_EQ(with({2, 60, 0.1, 10}, {10, 0.01, 10, 0.1}), "");
+  EXPECT_EQ(with({2, 60, kInfinite, 10}, {10, kInfinite, 10, kInfinite}), "");
+  for (const double wrong : {-1.0, 0.5, kNan, kInfinite, 1e17}) {
+    EXPECT_THAT(with({2, 60, 0.1, wrong}, {1e15, 0.01, 0, 0}), HasSubstr("hold/solver': ")) << wrong;
+    EXPECT_THAT(with({2, 60, 0.1, 0}, {wrong, 0.01, 0, 0}), HasSubstr("is no number of steps")) << wrong;
+  }
+  EXPECT_THAT(with({2, 60, 0.1, 11}, {10, 0.01, 0, 0}),
+              HasSubstr("'traces/hold/solver': 11 is no number of the trace"));
+  EXPECT_THAT(with({2, 60, 0.1, 1}, {10, 0.01, 11, 0}), HasSubstr("/convergence': 11 is no number of the trace"));
+  EXPECT_THAT(with({2, 60, -0.1, 1}, {10, 0.01, 0, 0}), HasSubstr("-0.1 is no change of velocity"));
+  EXPECT_THAT(with({2, 60, kNan, 1}, {10, 0.01, 0, 0}), HasSubstr("is no change of velocity"));
+  EXPECT_THAT(with({2, 60, 0.1, 1}, {10, kNan, 0, 0}), HasSubstr("is no change of velocity"));
+  EXPECT_THAT(with({kNan, 60, 0.1, 1}, {10, 0.1, 0, 0}), HasSubstr("is no number of sweeps"));
 }
 
 // Claim: a measure decides nothing, so no failure can be by one; whoever reads a trace refuses that.
@@ -328,7 +359,7 @@ void make_older(const fs::path& shard, const std::string& group) {
   {
     const hdf5::Lock lock;
     const hdf5::Handle file(H5Fopen(shard.c_str(), H5F_ACC_RDWR, H5P_DEFAULT), H5Fclose, shard.string());
-    for (const char* name : {"/solver", "/margin_parts", "/violation_parts", "/objective_culprit"}) {
+    for (const char* name : {"/solver", "/convergence", "/margin_parts", "/violation_parts", "/objective_culprit"}) {
       drop(file.id(), (group + name).c_str());
     }
   }

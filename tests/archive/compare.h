@@ -49,7 +49,11 @@ inline void expect_row(const TraceTable& table, std::size_t i, const TraceRecord
   EXPECT_EQ(bits(table.solver.at(i).mean_sweeps), bits(want.solver.mean_sweeps));
   EXPECT_EQ(bits(table.solver.at(i).most_sweeps), bits(want.solver.most_sweeps));
   EXPECT_EQ(bits(table.solver.at(i).largest_residual), bits(want.solver.largest_residual));
-  EXPECT_EQ(bits(table.solver.at(i).capped_steps), bits(want.solver.capped_steps));
+  EXPECT_EQ(bits(table.solver.at(i).unconverged_steps), bits(want.solver.unconverged_steps));
+  EXPECT_EQ(bits(table.solver.at(i).steps), bits(want.solver.steps));
+  EXPECT_EQ(bits(table.solver.at(i).median_residual), bits(want.solver.median_residual));
+  EXPECT_EQ(bits(table.solver.at(i).braked_steps), bits(want.solver.braked_steps));
+  EXPECT_EQ(bits(table.solver.at(i).most_braked), bits(want.solver.most_braked));
   EXPECT_EQ(table.margin_parts.at(i), want.margin_parts);
   EXPECT_EQ(table.digest[i], want.digest);
   EXPECT_EQ(table.sequence[i], want.sequence);

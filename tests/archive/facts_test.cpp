@@ -24,6 +24,7 @@ CampaignInfo rich() {
   facts.requirements.push_back({"smooth", "", "m/s", true, "links"});
   facts.requirements.push_back({"slow", "", "m", true, "", {0.5, 0.75}});
   facts.part = {4, 12};
+  facts.unconverged = 0.25;
   facts.source.file = "../a.yaml";
   facts.source.folder = "/home/somebody";
   facts.source.options.ignore_missing_meshes = true;
@@ -48,6 +49,7 @@ TEST(Facts, ComeBackInFull) {
   const Archive archive(write_rich(folder, want));
   const CampaignInfo& got = archive.info();
   EXPECT_EQ(got.results_version, "7.1");
+  EXPECT_EQ(got.unconverged, 0.25);
   EXPECT_TRUE(got.store_values);
   EXPECT_EQ(got.links, want.links);
   ASSERT_EQ(got.parameters.size(), want.parameters.size());
@@ -202,16 +204,42 @@ TEST_F(ForgedFacts, NumbersArePossible) {
               HasSubstr("'particles' is 4294967297; a campaign has 1 to 4294967296"));
 }
 
+// Claim: of an archive that lacks how its contacts converged, but not how many steps did not, the rest is told as far
+// as it can be known; a limit that is none is refused.
+TEST_F(ForgedFacts, OlderArchivesKnowLessOfTheSolver) {
+  const Archive archive(forged(folder_, source_, [](hid_t f) { drop(f, "traces/step/1cm/convergence"); }));
+  std::size_t seen = 0;
+  archive.scan("step/1cm", kEndTime | kSolver, [&](const TraceRows& rows) {
+    for (std::size_t i = 0; i < rows.size(); ++i, ++seen) {
+      const SolverLog want = trace(archive.info(), 0, rows.particle(i)).solver, log = rows.solver(i);
+      EXPECT_EQ(log.unconverged_steps, want.unconverged_steps);
+      EXPECT_EQ(log.largest_residual, want.largest_residual);
+      EXPECT_EQ(log.steps, std::round(rows.end_time(i) / archive.info().step));
+      for (const double unknown : {log.median_residual, log.braked_steps, log.most_braked}) {
+        EXPECT_TRUE(std::isnan(unknown));
+      }
+    }
+  });
+  EXPECT_EQ(seen, 8u);
+  for (const double wrong : {-0.01, 1.01, std::numeric_limits<double>::quiet_NaN()}) {
+    const auto change = [=](hid_t f) {
+      H5Adelete(f, "unconverged_limit");
+      hdf5::write_attribute(f, "unconverged_limit", wrong);
+    };
+    EXPECT_THAT(after(change), HasSubstr("it must be a share of steps, 0 to 1"));
+  }
+}
+
 // Claim: an archive that lacks what later programs added is read, and says nothing of it.
 TEST_F(ForgedFacts, OlderArchivesDoWithout) {
   const Archive archive(forged(folder_, source_, [](hid_t f) {
     for (const char* path : {"names/links", "objective", "requirements/parts", "requirements/from", "inputs"}) {
       drop(f, path);
     }
-    for (const char* name : {"margin_parts", "violation_parts", "objective_culprit", "solver"}) {
+    for (const char* name : {"margin_parts", "violation_parts", "objective_culprit", "solver", "convergence"}) {
       drop(f, (std::string("traces/step/1cm/") + name).c_str());
     }
-    for (const char* name : {"results_version", "compiler", "instruction_set"}) H5Adelete(f, name);
+    for (const char* name : {"results_version", "compiler", "instruction_set", "unconverged_limit"}) H5Adelete(f, name);
   }));
   const CampaignInfo& got = archive.info();
   EXPECT_TRUE(got.links.empty());
@@ -224,6 +252,7 @@ TEST_F(ForgedFacts, OlderArchivesDoWithout) {
   EXPECT_EQ(got.build.compiler, "");
   EXPECT_EQ(got.build.c_library, "glibc 4.5");
   EXPECT_TRUE(got.source.inputs.empty());
+  EXPECT_EQ(got.unconverged, kUnconvergedShare);
   const std::optional<TraceRecord> trace = archive.trace("step/1cm", 5);
   ASSERT_TRUE(trace);
   EXPECT_TRUE(trace->margin_parts.empty());

@@ -20,7 +20,7 @@ namespace {
 
 /// Every trace, by policy and particle.
 auto traces(const Scenario& scenario, std::uint64_t particles, int threads) {
-  return testing::valid_traces(scenario, particles, threads, testing::bits_of);
+  return testing::valid_traces(scenario, particles, threads, testing::all_bits_of);
 }
 
 using Overrides = std::vector<Override>;
@@ -97,13 +97,13 @@ TEST(LaneDeterminism, TheOrderOfParticlesDoesNotMatter) {
   std::vector<Particle> particles = particles_of(scenario, 19);
   BlockRun run(scenario, scenario.policies.back(), 11);
   std::map<std::uint32_t, std::string> first;
-  for (const TraceRecord& one : run.run(particles)) first[one.particle] = testing::bits_of(one);
+  for (const TraceRecord& one : run.run(particles)) first[one.particle] = testing::all_bits_of(one);
   std::reverse(particles.begin(), particles.end());
-  for (const TraceRecord& one : run.run(particles)) EXPECT_EQ(testing::bits_of(one), first.at(one.particle));
+  for (const TraceRecord& one : run.run(particles)) EXPECT_EQ(testing::all_bits_of(one), first.at(one.particle));
   std::rotate(particles.begin(), particles.begin() + 5, particles.end());
-  for (const TraceRecord& one : run.run(particles)) EXPECT_EQ(testing::bits_of(one), first.at(one.particle));
+  for (const TraceRecord& one : run.run(particles)) EXPECT_EQ(testing::all_bits_of(one), first.at(one.particle));
   for (const Particle& particle : particles) {
-    EXPECT_EQ(testing::bits_of(run.run({&particle, 1}).front()), first.at(particle.id)) << "alone";
+    EXPECT_EQ(testing::all_bits_of(run.run({&particle, 1}).front()), first.at(particle.id)) << "alone";
   }
 }
 
@@ -124,7 +124,9 @@ std::string archive_under(const std::string& isa, const testing::TemporaryFolder
   const std::vector<std::vector<Event>> events = events_of(archive, "step/4cm");
   std::string out;
   for (std::size_t i = 0; i < table.size(); ++i) {
+    const SolverLog& log = table.solver.at(i);
     out += fmt::format("{} {:x} ", table.particle[i], table.digest[i]);
+    testing::add_bits({log.largest_residual, log.unconverged_steps, log.median_residual, log.most_braked}, out);
     testing::add_bits(events[i], out);
     testing::add_frame_bits(archive.telemetry("step/4cm", table.particle[i]), out);
   }

@@ -26,9 +26,7 @@ using Saved = std::shared_ptr<const SavedTrace>;
 
 /// Everything of a trace.
 std::string all_bits(const TraceRecord& trace) {
-  std::string out = testing::bits_of(trace);
-  const SolverLog& log = trace.solver;
-  testing::add_bits({log.mean_sweeps, log.most_sweeps, log.largest_residual, log.capped_steps}, out);
+  std::string out = testing::all_bits_of(trace);
   out += fmt::format("{} {}", trace.objective_culprit.leaf, trace.objective_culprit.part);
   return out;
 }

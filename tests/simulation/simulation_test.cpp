@@ -18,7 +18,7 @@ namespace {
 
 using testing::message_of;
 
-using testing::bits_of;
+using testing::all_bits_of;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
@@ -32,7 +32,7 @@ Scenario pendulum() { return load_scenario(testing::data("scenarios/pendulum.yam
 
 std::vector<std::string> bits(const std::vector<TraceRecord>& traces) {
   std::vector<std::string> out;
-  for (const TraceRecord& trace : traces) out.push_back(bits_of(trace));
+  for (const TraceRecord& trace : traces) out.push_back(all_bits_of(trace));
   return out;
 }
 
@@ -88,7 +88,7 @@ TEST(Simulation, EndsTracesThatHaveBeenSeenEnough) {
   for (std::size_t i = 0; i < whole.size(); ++i) {
     EXPECT_EQ(cut[i].stopped, i == 4);
     if (i == 4) continue;
-    EXPECT_EQ(bits_of(cut[i]), bits_of(whole[i])) << i;
+    EXPECT_EQ(all_bits_of(cut[i]), all_bits_of(whole[i])) << i;
   }
   EXPECT_DOUBLE_EQ(cut[4].end_time, 7 * simulation.scenario().timing.step);
   EXPECT_FALSE(keeper.states.contains({4, 8}));
@@ -114,7 +114,7 @@ TEST(Simulation, BeginsFromAnyStateAtAnyControlStep) {
     EXPECT_EQ(later[i].outcome, whole[i].outcome);
     const Particle particle = simulation.particle(i);
     const auto alone = Simulator(simulation, policy).run({&particle, 1}, {.beginnings = {&beginnings[i], 1}});
-    EXPECT_EQ(bits_of(alone.front()), bits_of(later[i])) << "alone";
+    EXPECT_EQ(all_bits_of(alone.front()), all_bits_of(later[i])) << "alone";
   }
 }
 
@@ -134,7 +134,7 @@ TEST(Simulation, BeginsARobotInMotionTheSameInAnyCompany) {
   const std::vector<TraceRecord> together = simulator.run(0, 10, {.beginnings = beginnings});
   for (std::uint32_t i = 0; i < 10; ++i) {
     const auto alone = Simulator(simulation, policy).run(i, 1, {.beginnings = {&beginnings[i], 1}});
-    EXPECT_EQ(bits_of(alone.front()), bits_of(together[i])) << i;
+    EXPECT_EQ(all_bits_of(alone.front()), all_bits_of(together[i])) << i;
     EXPECT_DOUBLE_EQ(together[i].end_time, simulation.scenario().timing.end) << together[i].invalid_reason;
   }
 }
@@ -164,7 +164,7 @@ TEST(Simulation, RefusesBeginningsThatNoTraceCanHave) {
                 simulator.run(0, 3, {.beginnings = two});
               }),
               HasSubstr("2 beginnings for 3 particles"));
-  EXPECT_EQ(bits_of(simulator.run(0, 1, {.beginnings = {}}).front()), bits_of(simulator.run(0, 1).front()));
+  EXPECT_EQ(all_bits_of(simulator.run(0, 1, {.beginnings = {}}).front()), all_bits_of(simulator.run(0, 1).front()));
 }
 
 TEST(Simulation, SaysWhyAParticleCannotBe) {

@@ -83,7 +83,7 @@ class Block {
       for (int i = 0; i < array->rows(); ++i) out.add((*array)(i, lane));
     }
     const SolverEffort effort = physics_->effort(lane);
-    out.add(effort.sweeps), out.add(effort.residual);
+    out.add(effort.sweeps), out.add(effort.residual), out.add(effort.braked);
     add_contacts(*physics_, lane, out);
     out.ends.push_back(out.bytes.size());
   }

@@ -1,0 +1,150 @@
+#include "analysis/convergence.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "analysis/json_of.h"
+#include "analysis/score.h"
+#include "analysis/text_table.h"
+
+namespace graze {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::uint64_t whole(double count) { return count > 0 ? static_cast<std::uint64_t>(count) : 0; }  // NaN: 0
+
+std::string percent(double share) { return fmt::format("{:.2g} %", 100 * share); }
+std::string change_text(double change) { return std::isnan(change) ? "-" : fmt::format("{:.2g}", change); }
+
+double share_of(std::uint64_t some, std::uint64_t all) { return static_cast<double>(some) / static_cast<double>(all); }
+
+bool says(const Convergence& c) { return c.unconverged_steps > 0 || c.braked_steps > 0; }
+
+std::vector<std::string> table_row(const PolicyScore& policy, bool braked, bool flagged) {
+  const Convergence& c = policy.convergence;
+  std::vector<std::string> row = {policy.policy,
+                                  std::to_string(c.steps),
+                                  std::to_string(c.unconverged_steps),
+                                  percent(share_of(c.unconverged_steps, c.steps)),
+                                  fmt::format("{} of {}", c.unconverged_traces, c.traces),
+                                  c.unconverged_steps > 0 ? change_text(c.median_change) : "-",
+                                  c.unconverged_steps > 0 ? change_text(c.largest_change) : "-"};
+  if (braked) row.push_back(std::to_string(c.braked_steps));
+  if (!flagged) return row;
+  for (const Outcome outcome : {Outcome::success, Outcome::known_failure, Outcome::unknown_failure, Outcome::invalid}) {
+    row.push_back(std::to_string(c.flagged_in(outcome)));
+  }
+  row.push_back(c.first_flagged ? std::to_string(*c.first_flagged) : "-");
+  return row;
+}
+
+}  // namespace
+
+std::uint64_t Convergence::flagged_valid() const {
+  return flagged_in(Outcome::success) + flagged_in(Outcome::known_failure) + flagged_in(Outcome::unknown_failure);
+}
+
+void ConvergenceSum::add(const TraceOutcome& trace) {
+  const SolverLog& log = trace.solver;
+  if (!log.tells()) return;
+  const std::uint64_t unconverged = whole(log.unconverged_steps), braked = whole(log.braked_steps);
+  ++sum_.traces;
+  sum_.steps += whole(log.steps);
+  sum_.braked_steps += braked;
+  sum_.braked_traces += braked > 0;
+  if (unconverged == 0) return;
+  sum_.unconverged_steps += unconverged;
+  ++sum_.unconverged_traces;
+  sum_.largest_change = std::max(sum_.largest_change, log.largest_residual);
+  if (!std::isnan(log.median_residual)) medians_.add(log.median_residual, unconverged);
+  if (!trace.flagged) return;
+  ++sum_.flagged[static_cast<std::size_t>(trace.outcome)];
+  sum_.first_flagged = std::min(sum_.first_flagged.value_or(trace.particle), trace.particle);
+}
+
+Convergence ConvergenceSum::total() const {
+  Convergence out = sum_;
+  out.median_change = medians_.median();
+  return out;
+}
+
+std::string steps_text(std::uint64_t some, std::uint64_t all) {
+  return fmt::format("{} of {} steps ({})", some, all, percent(share_of(some, all)));
+}
+
+std::string convergence_table(const std::vector<PolicyScore>& policies, double limit) {
+  const auto any = [&](const auto& has) {
+    return std::any_of(policies.begin(), policies.end(), [&](const PolicyScore& p) { return has(p.convergence); });
+  };
+  if (!any(says)) return "";
+  const bool braked = any([](const Convergence& c) { return c.braked_steps > 0; });
+  const bool flagged = any([](const Convergence& c) { return c.flagged_all() > 0; });
+  std::vector<std::vector<std::string>> rows = {
+      {"policy", "steps", "unconverged", "share", "in traces", "by (median), m/s", "by (most), m/s"}};
+  if (braked) rows[0].emplace_back("braked");
+  if (flagged) rows[0].insert(rows[0].end(), {"flagged S", "flagged K", "flagged U", "flagged invalid", "first"});
+  for (const PolicyScore& policy : policies) {
+    if (says(policy.convergence)) rows.push_back(table_row(policy, braked, flagged));
+  }
+  const std::string rule =
+      flagged ? fmt::format(" (flagged: traces with more than {:.3g} % of them)", 100 * limit) : "";
+  return fmt::format("\nSteps whose contacts did not converge{}\n", rule) + text_table(rows, 1);
+}
+
+Json convergence_json(const Convergence& c) {
+  const bool some = c.unconverged_steps > 0;
+  return {{"traces", c.traces},
+          {"steps", c.steps},
+          {"unconverged_steps", c.unconverged_steps},
+          {"unconverged_traces", c.unconverged_traces},
+          {"median_change", some ? json_of(c.median_change) : Json(nullptr)},
+          {"largest_change", some ? json_of(c.largest_change) : Json(nullptr)},
+          {"braked_steps", c.braked_steps},
+          {"braked_traces", c.braked_traces},
+          {"flagged",
+           {{"all", c.flagged_all()},
+            {"success", c.flagged_in(Outcome::success)},
+            {"known_failure", c.flagged_in(Outcome::known_failure)},
+            {"unknown_failure", c.flagged_in(Outcome::unknown_failure)},
+            {"invalid", c.flagged_in(Outcome::invalid)},
+            {"first_particle", c.first_flagged ? Json(*c.first_flagged) : Json(nullptr)}}}};
+}
+
+std::string solver_lines(const SolverLog& log, double limit) {
+  std::string out;
+  const std::uint64_t steps = whole(log.steps);
+  if (log.unconverged_steps > 0) {
+    out += fmt::format("contact    {} did not converge; last change {} m/s at the median, {} m/s at most\n",
+                       steps_text(whole(log.unconverged_steps), steps), change_text(log.median_residual),
+                       change_text(log.largest_residual));
+  }
+  if (log.braked_steps > 0) {
+    out += fmt::format("contact    {} were braked, by {} m/s at most\n", steps_text(whole(log.braked_steps), steps),
+                       change_text(log.most_braked));
+  }
+  if (log.flagged(limit)) {
+    out +=
+        fmt::format("FLAGGED    more than {:.3g} % of its steps did not converge (contact.unconverged)\n", 100 * limit);
+  }
+  return out;
+}
+
+Json solver_json(const SolverLog& log, double limit) {
+  if (!log.tells()) return nullptr;
+  const bool some = log.unconverged_steps > 0;
+  return {{"steps", json_of(log.steps)},
+          {"unconverged_steps", json_of(log.unconverged_steps)},
+          {"median_change", some ? json_of(log.median_residual) : Json(nullptr)},
+          {"largest_change", some ? json_of(log.largest_residual) : Json(nullptr)},
+          {"braked_steps", json_of(log.braked_steps)},
+          {"most_braked", json_of(log.most_braked)},
+          {"mean_sweeps", json_of(log.mean_sweeps)},
+          {"most_sweeps", json_of(log.most_sweeps)},
+          {"flagged", log.flagged(limit)}};
+}
+
+}  // namespace graze
