@@ -166,7 +166,8 @@ Description contact() {
        {"unconverged",
         {Form::fraction()},
         Default::value(fmt::format("{:g} %", 100 * kUnconvergedShare)),
-        "of a trace's steps may end before its contacts have converged; with more it is flagged (docs/physics.md)"}},
+        "share of a trace's steps whose contacts may not have converged; a trace with more is flagged "
+        "(docs/physics.md)"}},
       {},
       {},
       "A part is a collision shape: its link's name, with `.1`, `.2` … behind it for further shapes of a link, or an "

@@ -124,12 +124,12 @@ int score_archives(const ScoreArguments& arguments) {
 
 void add_score(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<ScoreArguments>();
-  CLI::App* verb =
-      add_verb(app, "score", "Success rates with intervals, failures by requirement, paired comparison",
-               "  graze score quadruped_curb.graze\n"
-               "  graze score curb.h5 --json\n"
-               "  graze score curb.h5 --policy 'step/4cm' --require 'p >= 0.9'   # a gate for CI\n"
-               "  graze score curb.h5 --failures                                  # with replay commands\n");
+  CLI::App* verb = add_verb(
+      app, "score", "Success rates with intervals, failures by requirement, paired comparison, what did not converge",
+      "  graze score quadruped_curb.graze\n"
+      "  graze score curb.h5 --json\n"
+      "  graze score curb.h5 --policy 'step/4cm' --require 'p >= 0.9'   # a gate for CI\n"
+      "  graze score curb.h5 --failures                                  # with replay commands\n");
   verb->add_option("archives", arguments->archives, "Campaign directories or packed files")->required();
   verb->add_option("--require", arguments->require,
                    "Gate: '[POLICY:] p >= RATE', 'p < RATE' or 'ci < WIDTH'; exit 0 if it holds for the whole 95 % "

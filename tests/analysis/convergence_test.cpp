@@ -41,6 +41,8 @@ void plant(const std::filesystem::path& path, const CampaignInfo& facts, const s
   planted::write(path, facts, [&](std::uint32_t particle) {
     const Planted& one = traces[particle];
     TraceRecord out = planted::plain_trace(facts, 0, particle, one.outcome);
+    out.violated = one.outcome == Outcome::known_failure ? 0 : -1;
+    out.first_violations[0] = one.outcome == Outcome::known_failure ? 0.1 : std::nan("");
     out.solver = {one.mean_sweeps,         60, one.largest, one.unconverged, 1000, one.median, one.braked,
                   one.braked > 0 ? 3.0 : 0};
     return out;

@@ -3,19 +3,20 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <filesystem>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "scenarios/scenario.h"
 #include "tests/jobs/ball_campaign.h"
 #include "tests/jobs/traces.h"
-#include "tests/message_of.h"
 #include "tests/trace_bits.h"
 
 namespace graze {
 namespace {
 
 using ::testing::HasSubstr;
-using testing::message_of;
 using ::testing::Not;
 using Parsed = nlohmann::json;
 
@@ -57,7 +58,7 @@ struct Lying {
 };
 
 /// Share of its steps by particle.
-std::vector<double> shares(const fs::path& archive, const std::string& policy) {
+std::vector<double> shares(const std::filesystem::path& archive, const std::string& policy) {
   std::vector<double> out;
   for (const SolverLog& log : table_of(Archive(archive), policy).solver) out.push_back(log.unconverged_share());
   return out;
