@@ -136,14 +136,8 @@ inline void collide(ShapeKind a, const ShapeT<T>& sa, const PoseT<T>& Xa, ShapeK
 /// Radius of a ball about the shape's origin that holds it, m; infinite for planes and heightfields.
 template <class T>
 inline T bounding_radius(ShapeKind kind, const ShapeT<T>& shape) {
-  using namespace kinds;
-  const Vec3T<T>& s = shape.size;
-  if (kind == sphere) return s.x;
-  if (kind == capsule) return fma(T(0.5), s.y, s.x);
-  if (kind == cylinder) return sqrt(fma(s.x, s.x, T(0.25) * s.y * s.y));
-  if (kind == box) return T(0.5) * sqrt(norm2(s));
-  if (kind == mesh) return radius_of_hull(shape);
-  return T(1e300);
+  if (rank_of(kind) >= rank_of(kinds::plane)) return T(1e300);
+  return kind == kinds::mesh ? radius_of_hull(shape) : radius_of_shape(kind, shape);
 }
 
 /// Lanes in which two shapes of these bounding radii may be nearer than `margin`. A plane counts by its half space.

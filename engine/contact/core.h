@@ -8,16 +8,15 @@
 namespace graze {
 inline namespace GRAZE_ISA_NAMESPACE {
 
-/// The corner of a hull that lies furthest along n (hull's frame, any length), of several always the same one.
+/// Number of the corner that lies furthest along n, of several the first; all lanes at a time.
 template <class T>
-inline Vec3T<T> furthest_corner(const HullView& hull, const Vec3T<T>& size, const Vec3T<T>& n) {
-  const T nx = n.x * size.x, ny = n.y * size.y, nz = n.z * size.z;
+inline T furthest_in_all_lanes(const HullView& hull, const Vec3T<T>& n) {
   constexpr int kSide = 4;  // sums side by side, as each waits for the one before it
   T most[kSide], number[kSide];
   for (int i = 0; i < kSide; ++i) most[i] = T(-1e300), number[i] = T(0.0);
   T at(0.0);  // number of the corner that side 0 looks at
   const auto look = [&](int k, int i) {
-    const T along = fma(T(hull.z[k]), nz, fma(T(hull.y[k]), ny, T(hull.x[k]) * nx));
+    const T along = fma(T(hull.z[k]), n.z, fma(T(hull.y[k]), n.y, T(hull.x[k]) * n.x));
     const mask_of<T> further = along > most[i];
     most[i] = select(further, along, most[i]);
     number[i] = select(further, at + T(i), number[i]);
@@ -28,13 +27,52 @@ inline Vec3T<T> furthest_corner(const HullView& hull, const Vec3T<T>& size, cons
   }
   for (; k < hull.count; ++k, at += T(1.0)) look(k, 0);
   for (int i = 1; i < kSide; ++i) {
-    const mask_of<T> further = most[i] > most[0];
+    const mask_of<T> further = (most[i] > most[0]) | ((most[i] == most[0]) & (number[i] < number[0]));
     most[0] = select(further, most[i], most[0]);
     number[0] = select(further, number[i], number[0]);
   }
+  return number[0];
+}
+
+/// The same number for one lane, many corners at a time: first how far the furthest lies, then which is the first that
+/// lies there, as a number that is carried along would make each turn wait for the one before it.
+inline int furthest_in_one_lane(const HullView& hull, const Vec3T<double>& n) {
+  constexpr int kSide = HullView::kSide;
+  using Side = Pack<kSide>;
+  const Side nx(n.x), ny(n.y), nz(n.z);
+  const auto along = [&](int k) {
+    return fma(load<Side>(hull.z + k), nz, fma(load<Side>(hull.y + k), ny, load<Side>(hull.x + k) * nx));
+  };
+  Side most(-1e300);
+  for (int k = 0; k < hull.count; k += kSide) most = max(along(k), most);
+  double side[kSide];
+  store(side, most);
+  const double furthest =
+      max(max(max(side[0], side[1]), max(side[2], side[3])), max(max(side[4], side[5]), max(side[6], side[7])));
+  for (int k = 0; k < hull.count; k += kSide) {
+    const unsigned there = bits(along(k) == Side(furthest));
+    if (there != 0) return k + __builtin_ctz(there);
+  }
+  return 0;  // n is no direction
+}
+
+/// The corner of a hull that lies furthest along n (hull's frame, any length), in `lanes`; in others any corner. A few
+/// lanes are looked at one by one: pairs of hulls are near each other in few at a time.
+template <class T>
+GRAZE_OUT_OF_LINE Vec3T<T> furthest_corner(const HullView& hull, const Vec3T<T>& size, const Vec3T<T>& n,
+                                           const mask_of<T>& lanes) {
   constexpr int W = kWidth<T>;
+  const unsigned wanted = bits(lanes);
+  const Vec3T<T> scaled{n.x * size.x, n.y * size.y, n.z * size.z};
   double numbers[W], x[W], y[W], z[W];
-  store(numbers, number[0]);
+  // What one lane costs beside its corners is about as much as that of 16 more.
+  if (W == 1 || __builtin_popcount(wanted) * (hull.count + 16) < HullView::kSide * hull.count) {
+    for (int lane = 0; lane < W; ++lane) {
+      numbers[lane] = wanted >> lane & 1u ? furthest_in_one_lane(hull, lane_of(scaled, lane)) : 0;
+    }
+  } else {
+    store(numbers, furthest_in_all_lanes<T>(hull, scaled));
+  }
   for (int lane = 0; lane < W; ++lane) {
     const int corner = static_cast<int>(numbers[lane]);
     x[lane] = hull.x[corner], y[lane] = hull.y[corner], z[lane] = hull.z[corner];
@@ -52,12 +90,15 @@ struct CoreT {
   /// Radius that surrounds the core, m.
   T rounding() const { return kind == kinds::sphere || kind == kinds::capsule ? shape.size.x : T(0.0); }
 
-  /// Point of the core that is furthest along n, of any length.
-  Vec3T<T> support(const Vec3T<T>& n) const {
+  /// Of a ball about the shape's origin that holds it, m.
+  T radius() const { return radius_of_shape(kind, shape); }
+
+  /// Point of the core that is furthest along n, of any length; in `lanes`, elsewhere some point.
+  Vec3T<T> support(const Vec3T<T>& n, const mask_of<T>& lanes) const {
     const Vec3T<T>& s = shape.size;
     if (kind == kinds::sphere) return X.p;
     const Vec3T<T> local = transposed_times(X.R, n);
-    if (kind == kinds::mesh) return X * furthest_corner(*shape.hull, s, local);
+    if (kind == kinds::mesh) return X * furthest_corner(*shape.hull, s, local, lanes);
     const T half(0.5), end = half * s.y * sign(local.z);
     if (kind == kinds::capsule) return axpy(end, X.R.column(2), X.p);
     if (kind == kinds::cylinder) {

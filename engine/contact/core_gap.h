@@ -17,9 +17,10 @@ struct CoreGapT {
 };
 
 /// n . x over a's core, least, minus n . x over b's, greatest: no greater than the cores' gap, for any unit n.
+/// In `lanes`.
 template <class T>
-inline T separation(const CoreT<T>& a, const CoreT<T>& b, const Vec3T<T>& n) {
-  return dot(n, a.support(-n)) - dot(n, b.support(n));
+inline T separation(const CoreT<T>& a, const CoreT<T>& b, const Vec3T<T>& n, const mask_of<T>& lanes) {
+  return dot(n, a.support(-n, lanes)) - dot(n, b.support(n, lanes));
 }
 
 /// How far away one is looked back at from the other, m. Any distance at which GJK is quick will do for faces and
@@ -36,7 +37,7 @@ GRAZE_OUT_OF_LINE void step_out(const CoreT<T>& a, const CoreT<T>& b, mask_of<T>
   constexpr int kMost = 20;
   constexpr double kBetter = 1e-10;  // m
   const double aside = aside_of(a, b);
-  SimplexT<T> simplex(a, b, from.n);  // of a where it is; the next place is not far from the last
+  SimplexT<T> simplex(a, b, from.n, lanes);  // of a where it is; the next place is not far from the last
   WayApartT<T> now = from;
   T last(-1e300);
   for (int i = 0; i < kMost; ++i) {
@@ -65,14 +66,14 @@ template <class T>
 class ManyWaysT {
  public:
   /// The directions turn with b.
-  ManyWaysT(const CoreT<T>& a, const CoreT<T>& b) {
+  ManyWaysT(const CoreT<T>& a, const CoreT<T>& b, const mask_of<T>& lanes) {
     for (int x = -kGrid; x <= kGrid; ++x) {
       for (int y = -kGrid; y <= kGrid; ++y) {
         const bool side = x == -kGrid || x == kGrid || y == -kGrid || y == kGrid;
         for (int z = -kGrid; z <= kGrid; z += side ? 1 : 2 * kGrid) {
           const Vec3T<T> to{T(x), T(y), T(z)}, n = b.X.R * (recip(sqrt(norm2(to))) * to);
           way_[count_] = n;
-          along_[count_++] = separation(a, b, n);
+          along_[count_++] = separation(a, b, n, lanes);
         }
       }
     }
@@ -99,7 +100,7 @@ class ManyWaysT {
 template <class T>
 GRAZE_OUT_OF_LINE void look_around(const CoreT<T>& a, const CoreT<T>& b, const mask_of<T>& lanes, CoreGapT<T>& best) {
   constexpr int kStarts = 4;
-  ManyWaysT<T> ways(a, b);
+  ManyWaysT<T> ways(a, b, lanes);
   ways.pass_over(best.n);
   for (int i = 0; i < kStarts; ++i) {
     const WayApartT<T> widest = ways.widest();
@@ -134,9 +135,9 @@ inline CoreGapT<T> gap_of_cores(const CoreT<T>& a, const CoreT<T>& b, const T& m
   constexpr double kRounding = 1e-9;  // m: where a bound decides, so would the gap
   T length;
   const Vec3T<T> up{T(0.0), T(0.0), T(1.0)}, outward = direction(a.X.p - b.X.p, up, length);
-  SimplexT<T> simplex(a, b, outward);
-  WayApartT<T> best{dot(outward, simplex.nearest()), outward};
   const mask_of<T> lanes = margin > T(-1e299);
+  SimplexT<T> simplex(a, b, outward, lanes);
+  WayApartT<T> best{dot(outward, simplex.nearest()), outward};
   const T enough = margin + T(kRounding) + a.rounding() + b.rounding();
   const CoresT<T> cores = nearest_cores<T>(a, b, enough, lanes, simplex, best);
   const Vec3T<T> n = direction(simplex.nearest(), best.n, length);

@@ -93,11 +93,11 @@ struct SimplexT {
   Vec3T<T> a[3], b[3];  // points that the corners are the differences of
   T weight[3];
 
-  /// The corner furthest against n.
-  SimplexT(const CoreT<T>& core_a, const CoreT<T>& core_b, const Vec3T<T>& n) {
+  /// The corner furthest against n, in `lanes`.
+  SimplexT(const CoreT<T>& core_a, const CoreT<T>& core_b, const Vec3T<T>& n, const mask_of<T>& lanes) {
     for (int i = 0; i < 3; ++i) {
-      a[i] = i == 0 ? core_a.support(-n) : a[0];
-      b[i] = i == 0 ? core_b.support(n) : b[0];
+      a[i] = i == 0 ? core_a.support(-n, lanes) : a[0];
+      b[i] = i == 0 ? core_b.support(n, lanes) : b[0];
       weight[i] = T(i == 0 ? 1.0 : 0.0);
     }
   }
@@ -162,7 +162,7 @@ GRAZE_OUT_OF_LINE CoresT<T> nearest_cores(const CoreT<T>& a, const CoreT<T>& b, 
     const mask_of<T> directed = length >= T(kCoresApart);
     out.overlap = out.overlap | (open & !directed);
     open = open & directed;
-    const Vec3T<T> new_a = a.support(-v), new_b = b.support(v), w = new_a - new_b;
+    const Vec3T<T> new_a = a.support(-v, open), new_b = b.support(v, open), w = new_a - new_b;
     const T proved = dot(v, w), inverse = recip(select(directed, length, T(1.0)));
     best.show(open, proved * inverse, inverse * v);
     open = open & !(length2 - proved <= T(kProved) * length2);

@@ -1,7 +1,8 @@
 #pragma once
 // Where two convex shapes lie on each other, on lanes. Of each the corners that lie furthest in eight directions, which
-// are those of the contact's normal, tilted by 3 degrees: of a face that lies along the contact its outline, of an edge
-// both ends, else one corner eight times. Then each outline's edges are clipped to the other outline.
+// are those of the contact's normal, tilted by what the shapes may turn within the step: of a face that lies along the
+// contact its outline, of an edge both ends, else one corner eight times. Then each outline's edges are clipped to the
+// other outline.
 
 #include "engine/contact/box.h"
 #include "engine/contact/core.h"
@@ -10,7 +11,7 @@
 namespace graze {
 inline namespace GRAZE_ISA_NAMESPACE {
 
-/// Sine up to which a face or edge counts as lying along the contact (3 degrees).
+/// Slope up to which a face or edge counts as lying along the contact, at most (3 degrees).
 inline constexpr double kAlongContact = 0.05;
 inline constexpr int kOutlineWays = 8;
 
@@ -18,6 +19,8 @@ inline constexpr int kOutlineWays = 8;
 template <class T>
 struct TouchFrameT {
   Vec3T<T> x, y, n, origin;
+  T slope;           // up to which a face or edge lies along the contact: what is steeper is out of reach
+  mask_of<T> lanes;  // that want it
 
   Vec3T<T> local(const Vec3T<T>& p) const {
     const Vec3T<T> from = p - origin;
@@ -48,22 +51,22 @@ inline OutlineT<T> outline_of_corners(const CoreT<T>& core, int count, const T& 
   const RotT<T>& R = core.X.R;
   const Vec3T<T> x = transposed_times(R, frame.x), y = transposed_times(R, frame.y), n = transposed_times(R, frame.n);
   const Vec3T<T> from = frame.local(core.X.p);
-  const Vec3T<T> first = frame.local(core.support(T(toward) * frame.n));
+  const Vec3T<T> first = frame.local(core.support(T(toward) * frame.n, frame.lanes));
   OutlineT<T> out;
   T most[kOutlineWays];
   for (int k = 0; k < kOutlineWays; ++k) {
     out.q[k] = first;
-    most[k] = fma(T(kAlongContact), along_way(k, first.x, first.y), T(toward) * first.z);
+    most[k] = fma(frame.slope, along_way(k, first.x, first.y), T(toward) * first.z);
   }
   // What lies so far back is not chosen, even from the other end of the shape.
-  const T back = fma(T(-2.2 * kAlongContact), radius, T(toward) * first.z);
+  const T back = fma(T(-2.2) * frame.slope, radius, T(toward) * first.z);
   for (int i = 0; i < count; ++i) {
     const Vec3T<T> c = corner(i);
     const T z = dot_add(n, c, from.z);
-    if (bits(T(toward) * z > back) == 0) continue;
+    if (!any(frame.lanes & (T(toward) * z > back))) continue;
     const Vec3T<T> q{dot_add(x, c, from.x), dot_add(y, c, from.y), z};
     for (int k = 0; k < kOutlineWays; ++k) {
-      const T along = fma(T(kAlongContact), along_way(k, q.x, q.y), T(toward) * z);
+      const T along = fma(frame.slope, along_way(k, q.x, q.y), T(toward) * z);
       constexpr double kClearly = 1e-12;  // m, so that rounding does not choose
       const mask_of<T> further = along > most[k] + T(kClearly);
       most[k] = select(further, along, most[k]);
@@ -78,12 +81,12 @@ template <class T>
 inline OutlineT<T> outline_of_round(const CoreT<T>& core, const TouchFrameT<T>& frame, double toward) {
   const RotT<T>& R = core.X.R;
   const Vec3T<T> out_W = T(toward) * frame.n, n = transposed_times(R, out_W), s = core.shape.size;
-  const Vec3T<T> point = axpy(core.rounding(), out_W, core.support(out_W));
+  const Vec3T<T> point = axpy(core.rounding(), out_W, core.support(out_W, frame.lanes));
   const Vec3T<T> x = transposed_times(R, frame.x), y = transposed_times(R, frame.y);
   const T across = sqrt(fma(n.x, n.x, n.y * n.y)), half = T(0.5) * s.y;
   const bool cylinder = core.kind == kinds::cylinder, sphere = core.kind == kinds::sphere;
-  const mask_of<T> on_cap = cylinder ? across < T(kAlongContact) : no_lane<T>();
-  const mask_of<T> on_side = sphere ? no_lane<T>() : abs(n.z) < T(kAlongContact);
+  const mask_of<T> on_cap = cylinder ? across < frame.slope : no_lane<T>();
+  const mask_of<T> on_side = sphere ? no_lane<T>() : abs(n.z) < frame.slope;
   const Vec3T<T> middle = axpy(-(half * sign(n.z)), R.column(2), point);  // of the side's line
   OutlineT<T> out;
   for (int k = 0; k < kOutlineWays; ++k) {
@@ -100,15 +103,13 @@ template <class T>
 inline OutlineT<T> outline_of(const CoreT<T>& core, const TouchFrameT<T>& frame, double toward) {
   const Vec3T<T>& s = core.shape.size;
   if (core.kind == kinds::mesh) {
-    const HullView& hull = *core.shape.hull;
-    const T radius = T(hull.radius) * max(max(abs(s.x), abs(s.y)), abs(s.z));
     return outline_of_corners(
-        core, hull.count, radius, [&](int k) { return hull_corner(core.shape, k); }, frame, toward);
+        core, core.shape.hull->count, core.radius(), [&](int k) { return hull_corner(core.shape, k); }, frame, toward);
   }
   if (core.kind != kinds::box) return outline_of_round(core, frame, toward);
   const Vec3T<T> half = T(0.5) * s;
   return outline_of_corners(
-      core, 8, sqrt(norm2(half)), [&](int k) { return box_corner(half, k); }, frame, toward);
+      core, 8, core.radius(), [&](int k) { return box_corner(half, k); }, frame, toward);
 }
 
 /// z over x and y, linear: least squares of an outline's corners, along a segment level across it.

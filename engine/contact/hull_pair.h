@@ -42,11 +42,12 @@ GRAZE_OUT_OF_LINE void hull_pair(ShapeKind kind, const ShapeT<T>& sa, const Pose
   if (!any(near)) return;
   const AcrossT<T> across(Xb.R, gap.n);
   const Vec3T<T> middle = T(0.5) * (gap.p_a + gap.p_b);
-  const TouchFrameT<T> frame{across.x, across.y, gap.n, middle};
+  const T radius = min(a.radius(), b.radius()), slope = min(max(margin, T(kLeastReach)) / radius, T(kAlongContact));
+  const TouchFrameT<T> frame{across.x, across.y, gap.n, middle, slope, near};
   const OutlineT<T> on_a = outline_of(a, frame, -1.0), on_b = outline_of(b, frame, 1.0);
   const T wanted = select(near, margin, T(-1e300));
   const CommonPointsT<T> common(on_a, on_b, frame, gap.phi, wanted);
-  SpreadT<T> spread(across);
+  SpreadT<T> spread(across, radius, wanted);
   common.show_edges(on_a, InsideT<T>(on_b), 0, spread);
   common.show_edges(on_b, InsideT<T>(on_a), 2 * kOutlineWays, spread);
   spread.write(out);

@@ -27,8 +27,9 @@ struct HeightView {
 
 /// Hull without its containers, in a frame at its centre, before Shape::size. One for all lanes; sizes differ by lane.
 struct HullView {
+  static constexpr int kSide = 8;  // corners that are looked at side by side
   int count;
-  const double *x, *y, *z;  // corners, m
+  const double *x, *y, *z;  // corners, m; filled up with the first one to a multiple of kSide
   double radius;            // of a ball about the centre that holds them, m
 };
 

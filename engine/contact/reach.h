@@ -24,6 +24,18 @@ inline T reach_of_hull(const HullView& hull, const Vec3T<T>& size, const Vec3T<T
   return max(max(most[0], most[1]), max(most[2], most[3]));
 }
 
+/// Radius of a ball about the shape's origin that holds it, m. Of a hull without a look at its corners: more than
+/// needed where its scales differ. Not for planes and terrain.
+template <class T>
+inline T radius_of_shape(ShapeKind kind, const ShapeT<T>& shape) {
+  const Vec3T<T>& s = shape.size;
+  if (kind == kinds::sphere) return s.x;
+  if (kind == kinds::capsule) return fma(T(0.5), s.y, s.x);
+  if (kind == kinds::cylinder) return sqrt(fma(s.x, s.x, T(0.25) * s.y * s.y));
+  if (kind == kinds::box) return T(0.5) * sqrt(norm2(s));
+  return T(shape.hull->radius) * max(max(abs(s.x), abs(s.y)), abs(s.z));
+}
+
 /// How far a shape reaches from its origin along the unit vector n (world), m. Not for planes and terrain.
 template <class T>
 inline T reach_of_shape(ShapeKind kind, const ShapeT<T>& shape, const PoseT<T>& X, const Vec3T<T>& n) {

@@ -217,7 +217,8 @@ TEST(ConvexManifold, hulls_and_cylinders_stand) {
   const Corners cube(dice);
   const Convex table{box, {1, 1, 0.2}, at({0, 0, -0.1})};
   for (double tilt : {0.0, 1e-9, 1e-4}) {
-    const Convex die{mesh, {}, at({0.05, 0.02, 0.1}, tilt), &cube}, can{cylinder, {0.1, 0.2, 0}, at({0, 0, 0.1}, tilt)};
+    const Convex die{mesh, Vec3::Ones(), at({0.05, 0.02, 0.1}, tilt), &cube},
+        can{cylinder, {0.1, 0.2, 0}, at({0, 0, 0.1}, tilt)};
     const Convex stool{cylinder, {0.3, 0.2, 0}, at({0, 0, -0.1})};
     EXPECT_EQ(valid_count(touch_plane(die, Pose::Identity(), 0.01)), 4);
     EXPECT_EQ(valid_count(touch_convex(die, table, 0.01)), 4) << tilt;

@@ -1,5 +1,6 @@
 // Claims: a hull's kernels for planes and terrain give the points that one lane at a time gives; every lane has the
-// bits that it has alone, whatever its scale and its neighbours'; of eight corners it is a box.
+// bits that it has alone, whatever its scale and its neighbours'; of eight corners it is a box; and points are where it
+// may come to lie within the step.
 
 #include <gtest/gtest.h>
 
@@ -179,6 +180,41 @@ TEST(HullOnPlane, of_eight_corners_is_a_box) {
     flats += flat;
   }
   EXPECT_GT(flats, test::trials(100));
+}
+
+/// A square sole of 10 cm and 0.5 mm above it a square rim that reaches 1 cm further: a slope of 1 in 20.
+Hull sole_with_rim() {
+  Hull out;
+  for (int k = 0; k < 4; ++k) out.corners.emplace_back(k & 1 ? 0.05 : -0.05, k & 2 ? 0.05 : -0.05, -0.03);
+  for (int k = 0; k < 4; ++k) out.corners.emplace_back(k & 1 ? 0.06 : -0.06, k & 2 ? 0.06 : -0.06, -0.0295);
+  for (int k = 0; k < 4; ++k) out.corners.emplace_back(k & 1 ? 0.06 : -0.06, k & 2 ? 0.06 : -0.06, 0.03);
+  return out;
+}
+
+// At rest, when points may go 1 mm within the step, it lies on its sole, although its rim is as near. When they may go
+// 10 mm, it may come to lie on the rim, and the sole's corners have no slot of their own; the deepest gap stays.
+TEST(HullOnPlane, lies_where_it_may_come_to_lie) {
+  Random random(34);
+  const HullArrays arrays(sole_with_rim());
+  const HullView view = arrays.view();
+  for (int trial = 0; trial < 100; ++trial) {
+    const double turn = random.uniform(-3, 3), c = std::cos(turn), s = std::sin(turn);
+    const RotT<double> R{{c, -s, 0, s, c, 0, 0, 0, 1}};
+    const BodyD hull{ShapeKind::mesh, {{1, 1, 1}, nullptr, &view}, {R, {random.normal(), random.normal(), 0.03}}};
+    const BodyD plane{ShapeKind::plane, {}, {{{1, 0, 0, 0, 1, 0, 0, 0, 1}}, {0, 0, 0}}};
+    const auto at_rest = testing::touch(hull, plane, 1e-3), fast = testing::touch(hull, plane, 1e-2);
+    ASSERT_EQ(testing::valid_count(at_rest), 4) << trial;
+    ASSERT_EQ(testing::valid_count(fast), 4) << trial;
+    ASSERT_NEAR(testing::deepest(fast)->phi, 0, 1e-15);
+    for (int k = 0; k < 8; ++k) {
+      if (at_rest.point[k].valid) {
+        EXPECT_NEAR(at_rest.point[k].phi, 0, 1e-15) << trial;
+      }
+      if (!fast.point[k].valid) continue;
+      const double away = (eigen(fast.point[k].p) - eigen(hull.X.p)).head<2>().norm();
+      EXPECT_GT(away, fast.point[k].phi > 1e-6 ? 0.0848 : 0.0707) << trial;
+    }
+  }
 }
 
 }  // namespace

@@ -73,6 +73,46 @@ Pair random_pair(Random& random, ShapeKind kind, const HullView& hull, const Hul
 
 CoreT<double> core_of(const BodyD& body) { return {body.kind, body.shape, body.X}; }
 
+// Of the corners that lie furthest the first is found, looked at one lane at a time (few lanes ask) or all together:
+// the place where it lies is exactly that of a plain search. Half of the corners lie twice, and on a grid many lie as
+// far.
+TEST(HullPair, finds_the_first_of_the_furthest_corners) {
+  using T = Pack<8>;
+  Random random(46);
+  for (int trial = 0; trial < test::trials(2000); ++trial) {
+    Hull grid;
+    const int count = 1 + random.below(140);
+    for (int k = 0; k < count; ++k) {
+      const auto at = [&] { return 0.1 * (random.below(5) - 2); };
+      grid.corners.push_back(k % 4 == 3 ? grid.corners[k / 2] : Vec3(at(), at(), at()));
+    }
+    const HullArrays arrays(grid);
+    const HullView hull = arrays.view();
+    double rows[6][8];
+    for (int lane = 0; lane < 8; ++lane) {
+      const Vec3 n = random.below(2) ? eigen(random.direction()) : Vec3(random.below(3) - 1, random.below(3) - 1, 1);
+      for (int i = 0; i < 3; ++i) rows[i][lane] = n[i], rows[3 + i][lane] = random.uniform(0.5, 2);
+    }
+    if (trial % 7 == 0) rows[0][trial % 8] = std::nan("");
+    const Vec3T<T> n{load<T>(rows[0]), load<T>(rows[1]), load<T>(rows[2])};
+    const Vec3T<T> size{load<T>(rows[3]), load<T>(rows[4]), load<T>(rows[5])};
+    const unsigned lanes = trial % 3 == 0 ? 0xffu : static_cast<unsigned>(random.below(256));
+    const Vec3T<T> found = furthest_corner<T>(hull, size, n, mask_from_bits<T>(lanes));
+    for (int lane = 0; lane < 8; ++lane) {
+      if (!(lanes >> lane & 1u)) continue;
+      const Vec3 s = eigen(lane_of(size, lane)), way = eigen(lane_of(n, lane)).cwiseProduct(s);
+      int best = 0;
+      double most = -1e300;
+      for (int k = 0; k < count; ++k) {
+        const Vec3 c = arrays.corner(k);
+        const double along = std::fma(c.z(), way.z(), std::fma(c.y(), way.y(), c.x() * way.x()));
+        if (along > most) most = along, best = k;
+      }
+      ASSERT_EQ(eigen(lane_of(found, lane)), arrays.corner(best).cwiseProduct(s)) << trial << " " << lane;
+    }
+  }
+}
+
 // Apart: the gap is that of the scalar way, which tests hold against Bullet's; it and the direction prove each other.
 // Overlapping: no direction that the scalar way finds, by Bullet's EPA, leads out by less.
 TEST(HullPair, gap_is_exact) {

@@ -1,8 +1,10 @@
 #pragma once
 // A hull on the ground, one lane at a time and with Eigen: what the kernels on lanes are held against. Of the corners
-// within reach those that lie furthest in eight directions of the hull's frame, and the deepest.
+// within reach those that lie furthest in eight directions of the hull's frame, each tilted from the ground by as much
+// as the hull may turn, and the deepest.
 
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 #include "engine/contact/heightfield.h"
@@ -17,16 +19,26 @@ struct Corner {
   Vec3 n;
 };
 
-/// Axis across n that turns with R: the one of its axes that lies most across.
+/// Axis across n that turns with R, 19.3 degrees from the one of its axes that lies most across.
 inline Vec3 axis_across(const Mat3& R, const Vec3& n) {
   int axis = 0;
   for (int k = 1; k < 3; ++k) {
     if (std::abs(R.col(k).dot(n)) < std::abs(R.col(axis).dot(n)) - 0.1) axis = k;
   }
-  return (R.col(axis) - n * n.dot(R.col(axis))).normalized();
+  const Vec3 along = (R.col(axis) - n * n.dot(R.col(axis))).normalized();
+  return Eigen::AngleAxisd(19.3 * std::numbers::pi / 180, n) * along;
 }
 
-inline ConvexManifold spread(const std::vector<Corner>& corners, const Mat3& R, const Vec3& n, double margin) {
+/// Of a ball about the hull's origin that holds it, whatever its largest scale is the scale of.
+inline double radius_of(const Convex& hull) {
+  double most = 0;
+  for (const Vec3& corner : *hull.corners) most = std::max(most, corner.cwiseQuotient(hull.size).norm());
+  return most * hull.size.cwiseAbs().maxCoeff();
+}
+
+inline ConvexManifold spread(const std::vector<Corner>& corners, const Convex& hull, const Vec3& n, double margin) {
+  const Mat3 R = hull.X.linear();
+  const double radius = radius_of(hull), steep = radius / std::max(margin, 1e-6);
   const Vec3 x = axis_across(R, n), y = n.cross(x);
   ConvexManifold out;
   std::vector<int> taken;
@@ -38,8 +50,9 @@ inline ConvexManifold spread(const std::vector<Corner>& corners, const Mat3& R, 
     for (int i = 0; i < static_cast<int>(corners.size()); ++i) {
       if (corners[i].phi >= margin) continue;
       if (deepest < 0 || corners[i].phi < corners[deepest].phi) deepest = i;
-      if (way.dot(corners[i].p) <= most + 1e-6) continue;
-      most = way.dot(corners[i].p);
+      const double far = way.dot(corners[i].p) - steep * corners[i].phi;
+      if (far <= most + 1e-3 * radius) continue;
+      most = far;
       best = i;
     }
     if (best < 0 || std::find(taken.begin(), taken.end(), best) != taken.end()) continue;
@@ -64,7 +77,7 @@ inline ConvexManifold touch_plane(const Convex& hull, const Pose& X, double marg
     const double phi = n.dot(p - X.translation());
     corners.push_back({p - 0.5 * phi * n, phi, n});
   }
-  return spread(corners, hull.X.linear(), n, margin);
+  return spread(corners, hull, n, margin);
 }
 
 inline ConvexManifold touch_terrain(const Convex& hull, const HeightView& grid, const Vec3& size, const Pose& X,
@@ -79,7 +92,7 @@ inline ConvexManifold touch_terrain(const Convex& hull, const HeightView& grid, 
     const Vec3 n = X.linear() * Vec3(nearest.n.x, nearest.n.y, nearest.n.z);
     corners.push_back({p - 0.5 * nearest.d * n, nearest.d, n});
   }
-  return spread(corners, hull.X.linear(), X.linear().col(2), margin);
+  return spread(corners, hull, X.linear().col(2), margin);
 }
 
 }  // namespace graze::testing

@@ -1,7 +1,10 @@
-// Claim: a box that is given as a mesh behaves as the box itself: it stands, falls back or tips over alike, on a plane,
-// on terrain and on another one; and a stack of five stands.
+// Claims: a box or cylinder that is given as a mesh behaves as the shape itself: it stands, falls back or tips over
+// alike, on a plane, on terrain and on another one; a stack of five boxes stands; and a foot with a rounded rim comes
+// to rest on its sole.
 
 #include <gtest/gtest.h>
+
+#include <numbers>
 
 #include "engine/model/convex_hull.h"
 #include "tests/engine/lanes/worlds.h"
@@ -15,6 +18,32 @@ Shape box_of_mesh(double x, double y, double z) {
   for (int i = 0; i <= 4; ++i) {
     for (int j = 0; j <= 4; ++j) {
       for (int k = 0; k <= 4; ++k) cut.vertices.push_back(0.25 * Vec3((i - 2) * x, (j - 2) * y, (k - 2) * z));
+    }
+  }
+  return {ShapeKind::mesh, Vec3::Ones(), convex_hull(cut), nullptr};
+}
+
+/// About z, its middle at the origin.
+Shape cylinder_of_mesh(double radius, double length) {
+  constexpr int kSides = 64;
+  Mesh cut;
+  for (int k = 0; k < kSides; ++k) {
+    const double angle = 2 * std::numbers::pi * k / kSides;
+    for (const double end : {-0.5, 0.5}) {
+      cut.vertices.emplace_back(radius * std::cos(angle), radius * std::sin(angle), end * length);
+    }
+  }
+  return {ShapeKind::mesh, Vec3::Ones(), convex_hull(cut), nullptr};
+}
+
+/// A square sole of 10 cm at z = -2.5 cm, and 0.8 mm above it a rim that reaches 3.5 cm further.
+Shape foot_with_rim() {
+  Mesh cut;
+  for (int k = 0; k < 4; ++k) cut.vertices.emplace_back(k & 1 ? 0.05 : -0.05, k & 2 ? 0.05 : -0.05, -0.025);
+  for (int k = 0; k < 16; ++k) {
+    const double angle = 2 * std::numbers::pi * (k + 0.37) / 16;
+    for (const double z : {-0.0242, 0.025}) {
+      cut.vertices.emplace_back(0.085 * std::cos(angle), 0.085 * std::sin(angle), z);
     }
   }
   return {ShapeKind::mesh, Vec3::Ones(), convex_hull(cut), nullptr};
@@ -80,6 +109,30 @@ TEST_P(HullBox, FallsBackOrTips) {
     EXPECT_EQ(run.fault(), "");
     EXPECT_NEAR(std::abs(upright(run)), share < 1 ? 1 : 0, 1e-3) << share;
   }
+}
+
+// So does a cylinder on its rim.
+TEST_P(HullBox, AsACylinderFallsBackOrTips) {
+  const double critical = std::atan2(0.1, 0.15);
+  for (const double share : {0.0, 0.9, 1.1}) {
+    const double tilt = share * critical;
+    const Vec3 start(0, 0, height_on_edge(0.1, 0.15, tilt));
+    Bench run("lanes", on(cylinder_of_mesh(0.1, 0.3), ground(), start, tilt));
+    run.run(3, 1e-3);
+    EXPECT_EQ(run.fault(), "");
+    EXPECT_NEAR(std::abs(upright(run)), share < 1 ? 1 : 0, 1e-3) << share;
+  }
+}
+
+// Dropped at a tilt, it lies still on its sole in the end: the points that carry it are the sole's corners, which lie
+// less far out than the rim's.
+TEST_P(HullBox, FootWithARimLiesStill) {
+  Bench run("lanes", on(foot_with_rim(), ground(), {0.01, 0.02, 0.05}, 0.1));
+  run.run(3, 1e-3);
+  EXPECT_EQ(run.fault(), "");
+  EXPECT_LT(run.v().norm(), 1e-6);
+  EXPECT_NEAR(reference_poses(run.model(), run.q())[0].translation().z(), 0.025, 1e-5);
+  EXPECT_NEAR(upright(run), 1, 1e-9);
 }
 
 // Until it strikes, rocking on its edge, it goes the way of the box itself.
