@@ -91,10 +91,8 @@ int shard_number(const std::string& shard) {
 
 /// The description, then its copy: a kill in between leaves the copy as it was before, and readers ask the first.
 void describe(const Directory& directory, const CampaignInfo& info, bool complete) {
-  for (const char* name : {kDescriptionFile, kDescriptionCopy}) {
-    publish_hdf5(directory, name,
-                 [&](const hdf5::Handle& file) { write_info(file, info, Layout::directory, complete); });
-  }
+  publish_hdf5_twice(directory, kDescriptionFile, kDescriptionCopy,
+                     [&](const hdf5::Handle& file) { write_info(file, info, Layout::directory, complete); });
 }
 
 }  // namespace

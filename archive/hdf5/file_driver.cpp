@@ -6,9 +6,11 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <memory>
+#include <span>
 
 #include "archive/files/files.h"
 #include "engine/settings/settings.h"
@@ -178,8 +180,8 @@ namespace graze {
 
 namespace {
 
-Seal publish(NewFile& target, const std::filesystem::path& path,
-             const std::function<void(const hdf5::Handle& file)>& fill) {
+Seal fill_and_seal(NewFile& target, const std::filesystem::path& path,
+                   const std::function<void(const hdf5::Handle& file)>& fill) {
   {
     const hdf5::Lock lock;
     hdf5::DriverStatus status;
@@ -194,8 +196,21 @@ Seal publish(NewFile& target, const std::filesystem::path& path,
   }
   Seal seal;
   if (const int error = seal_file(target.descriptor(), &seal); error != 0) fail_writing(path, error);
-  target.publish();
   return seal;
+}
+
+/// All bytes of one file into another, empty one.
+void copy_bytes(int from, int to, const std::filesystem::path& path) {
+  std::array<std::byte, std::size_t{1} << 16> bytes;
+  for (off_t at = 0;;) {
+    const ssize_t count = pread(from, bytes.data(), bytes.size(), at);
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) fail_writing(path, errno);
+    if (count == 0) return;
+    const int error = write_all(to, std::span(bytes).first(static_cast<std::size_t>(count)));
+    if (error != 0) fail_writing(path, error);
+    at += count;
+  }
 }
 
 }  // namespace
@@ -203,13 +218,27 @@ Seal publish(NewFile& target, const std::filesystem::path& path,
 Seal publish_hdf5(const Directory& folder, const std::string& name,
                   const std::function<void(const hdf5::Handle& file)>& fill) {
   NewFile target(folder, name);
-  return publish(target, folder / name, fill);
+  const Seal seal = fill_and_seal(target, folder / name, fill);
+  target.publish();
+  return seal;
+}
+
+void publish_hdf5_twice(const Directory& folder, const std::string& name, const std::string& copy,
+                        const std::function<void(const hdf5::Handle& file)>& fill) {
+  NewFile first(folder, name);
+  fill_and_seal(first, folder / name, fill);
+  first.publish();
+  NewFile second(folder, copy);
+  copy_bytes(first.descriptor(), second.descriptor(), folder / copy);
+  second.publish();
 }
 
 Seal publish_hdf5(const std::filesystem::path& path, bool force,
                   const std::function<void(const hdf5::Handle& file)>& fill) {
   NewFile target(path, force);
-  return publish(target, path, fill);
+  const Seal seal = fill_and_seal(target, path, fill);
+  target.publish();
+  return seal;
 }
 
 }  // namespace graze

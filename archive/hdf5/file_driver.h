@@ -20,6 +20,9 @@ Seal publish_hdf5(const Directory& folder, const std::string& name,
 /// `force`: it may take another file's place (NewFile). Throws InputError if it may not.
 Seal publish_hdf5(const std::filesystem::path& path, bool force,
                   const std::function<void(const hdf5::Handle& file)>& fill);
+/// The same with a copy, byte for byte, that appears after the file: its content is made and compressed only once.
+void publish_hdf5_twice(const Directory& folder, const std::string& name, const std::string& copy,
+                        const std::function<void(const hdf5::Handle& file)>& fill);
 
 namespace hdf5 {
 

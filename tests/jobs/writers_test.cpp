@@ -147,6 +147,21 @@ TEST(Writers, WhatWasNotDescribedIsRunAnew) {
   EXPECT_FALSE(std::filesystem::exists(campaign.folder / "a.graze/campaign.h5.0123456789abcdef.tmp"));
 }
 
+// Claim: the description's copy has its very bytes, at the end as at the beginning (which it is compressed only once
+// for).
+TEST(Writers, TheCopyHasTheBytesOfTheDescription) {
+  const BallCampaign campaign;
+  ASSERT_EQ(campaign.graze("run ball.yaml -n 20 --quiet -o a.graze").code, 0);
+  const auto bytes = [&](const char* name) { return testing::read_file(campaign.folder / "a.graze" / name); };
+  const std::string complete = bytes("campaign.h5");
+  EXPECT_GT(complete.size(), 1000u);
+  EXPECT_TRUE(bytes("campaign.copy.h5") == complete);
+  std::filesystem::remove(campaign.folder / "a.graze/shards/000001.h5");
+  ASSERT_EQ(campaign.graze("resume a.graze -n 40 --quiet").code, 0);
+  EXPECT_TRUE(bytes("campaign.h5") != complete);
+  EXPECT_TRUE(bytes("campaign.copy.h5") == bytes("campaign.h5"));
+}
+
 // Claim: shards outlive the description and its copy: with the description of a like campaign they count as before.
 TEST(Writers, ShardsOutliveTheirDescription) {
   const BallCampaign campaign;
