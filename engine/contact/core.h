@@ -64,20 +64,15 @@ GRAZE_OUT_OF_LINE Vec3T<T> furthest_corner(const HullView& hull, const Vec3T<T>&
   constexpr int W = kWidth<T>;
   const unsigned wanted = bits(lanes);
   const Vec3T<T> scaled{n.x * size.x, n.y * size.y, n.z * size.z};
-  double numbers[W], x[W], y[W], z[W];
   // What one lane costs beside its corners is about as much as that of 16 more.
   if (W == 1 || __builtin_popcount(wanted) * (hull.count + 16) < HullView::kSide * hull.count) {
+    double numbers[W];
     for (int lane = 0; lane < W; ++lane) {
       numbers[lane] = wanted >> lane & 1u ? furthest_in_one_lane(hull, lane_of(scaled, lane)) : 0;
     }
-  } else {
-    store(numbers, furthest_in_all_lanes<T>(hull, scaled));
+    return corners_at(hull, size, load<T>(numbers));
   }
-  for (int lane = 0; lane < W; ++lane) {
-    const int corner = static_cast<int>(numbers[lane]);
-    x[lane] = hull.x[corner], y[lane] = hull.y[corner], z[lane] = hull.z[corner];
-  }
-  return {load<T>(x) * size.x, load<T>(y) * size.y, load<T>(z) * size.z};
+  return corners_at(hull, size, furthest_in_all_lanes<T>(hull, scaled));
 }
 
 /// A shape where it stands, in the axes of the world and from an origin that both of a pair share.

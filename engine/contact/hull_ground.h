@@ -54,18 +54,22 @@ class SpreadT {
 
   /// Point number `number` in the lanes of `near`; p lies in the middle between both surfaces.
   void show(int number, const mask_of<T>& near, const T& phi, const Vec3T<T>& p, const Vec3T<T>& n) {
-    constexpr double kDiagonal = 0.70710678118654752;
-    const T x = dot(across_.x, p), y = dot(across_.y, p), hover = steep_ * phi;
-    const T plus = T(kDiagonal) * (x + y), minus = T(kDiagonal) * (y - x);
-    const T along[kWays] = {x, plus, y, minus, -x, -plus, -y, -minus};
+    const PointAt point{phi, p, n};
+    choose(number, near, phi, dot(across_.x, p), dot(across_.y, p),
+           [&](const mask_of<T>& where, PointAt& to) { take(where, point, to); });
+  }
+
+  /// Chooses by numbers only: whoever shows points so fills them in before write(). x, y: along the axes across, m.
+  void show_number(int number, const mask_of<T>& near, const T& phi, const T& x, const T& y) {
+    choose(number, near, phi, x, y, [](const mask_of<T>&, PointAt&) {});
+  }
+  /// `fill(number, phi, p, n)` for those that were chosen, of which lanes may have different ones; -1: none.
+  template <class Fill>
+  void fill(const Fill& fill) {
     for (int k = 0; k < kWays; ++k) {
-      const T far = along[k] - hover;
-      const mask_of<T> further = near & (far > most_[k] + further_);
-      most_[k] = select(further, far, most_[k]);
-      number_[k] = select(further, T(number), number_[k]);
-      take(further, {phi, p, n}, best_[k]);
+      if (any(is_fresh(k))) fill(number_[k], best_[k].phi, best_[k].p, best_[k].n);
     }
-    take(near & (phi < deepest_.phi), {phi, p, n}, deepest_);
+    if (any(deepest_number_ >= T(0.0))) fill(deepest_number_, deepest_.phi, deepest_.p, deepest_.n);
   }
 
   /// The point that lies furthest in direction k of 8 is in slot k, if it is not in one before; the deepest has its own
@@ -74,8 +78,7 @@ class SpreadT {
     out.count = kWays;
     T least(1e300), slot(-1.0);
     for (int k = 0; k < kWays; ++k) {
-      mask_of<T> fresh = number_[k] >= T(0.0);
-      for (int j = 0; j < k; ++j) fresh = fresh & !(number_[j] == number_[k]);
+      const mask_of<T> fresh = is_fresh(k);
       const Vec3T<T> up{T(0.0), T(0.0), T(1.0)};
       const PointAt& point = best_[k];
       put<T>(out, k, point.phi, point.p, select(fresh, point.n, up), fresh);
@@ -100,6 +103,30 @@ class SpreadT {
     T phi{1e300};
     Vec3T<T> p{T(0.0), T(0.0), T(0.0)}, n{T(0.0), T(0.0), T(1.0)};
   };
+  /// `take(where, point)` puts what is shown in the place of a point.
+  template <class Take>
+  void choose(int number, const mask_of<T>& near, const T& phi, const T& x, const T& y, const Take& take) {
+    constexpr double kDiagonal = 0.70710678118654752;
+    const T plus = T(kDiagonal) * (x + y), minus = T(kDiagonal) * (y - x), hover = steep_ * phi;
+    const T along[kWays] = {x, plus, y, minus, -x, -plus, -y, -minus};
+    for (int k = 0; k < kWays; ++k) {
+      const T far = along[k] - hover;
+      const mask_of<T> further = near & (far > most_[k] + further_);
+      most_[k] = select(further, far, most_[k]);
+      number_[k] = select(further, T(number), number_[k]);
+      take(further, best_[k]);
+    }
+    const mask_of<T> deeper = near & (phi < deepest_.phi);
+    deepest_.phi = select(deeper, phi, deepest_.phi);
+    deepest_number_ = select(deeper, T(number), deepest_number_);
+    take(deeper, deepest_);
+  }
+  /// Whether the point of direction k is not in a slot before.
+  mask_of<T> is_fresh(int k) const {
+    mask_of<T> fresh = number_[k] >= T(0.0);
+    for (int j = 0; j < k; ++j) fresh = fresh & !(number_[j] == number_[k]);
+    return fresh;
+  }
   static void take(const mask_of<T>& where, const PointAt& from, PointAt& to) {
     to.phi = select(where, from.phi, to.phi);
     to.p = select(where, from.p, to.p);
@@ -108,7 +135,7 @@ class SpreadT {
 
   const AcrossT<T>& across_;
   T steep_, further_;
-  T most_[kWays], number_[kWays];
+  T most_[kWays], number_[kWays], deepest_number_{-1.0};
   PointAt best_[kWays], deepest_;
 };
 
@@ -128,14 +155,21 @@ inline void hull_plane(const ShapeT<T>& a, const PoseT<T>& Xa, const PoseT<T>& X
   if (bits(least - T(kRounding) * (abs(height) + abs(least)) < margin) == 0) return nothing(out);
   const AcrossT<T> across(Xa.R, n);
   SpreadT<T> spread(across, radius_of_shape(kinds::mesh, a), margin);
+  const Vec3T<T> x = transposed_times(Xa.R, across.x), y = transposed_times(Xa.R, across.y);
   for (int k = 0; k < a.hull->count; ++k) {
     const Vec3T<T> corner = hull_corner(a, k);
     const T phi = height - dot(down, corner);
     const mask_of<T> near = phi < margin;
-    if (bits(near) == 0) continue;
-    const Vec3T<T> p = Xa * corner;
-    spread.show(k, near, phi, axpy(T(-0.5) * phi, n, p), n);
+    if (any(near)) spread.show_number(k, near, phi, dot(x, corner), dot(y, corner));
   }
+  spread.fill([&](const T& number, T& phi, Vec3T<T>& p, Vec3T<T>& normal) {
+    const Vec3T<T> corner = corners_at(*a.hull, a.size, max(number, T(0.0)));
+    const T gap = height - dot(down, corner);
+    const mask_of<T> known = number >= T(0.0);
+    phi = select(known, gap, phi);
+    p = select(known, axpy(T(-0.5) * gap, n, Xa * corner), p);
+    normal = n;
+  });
   spread.write(out);
 }
 

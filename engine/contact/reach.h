@@ -24,6 +24,19 @@ inline T reach_of_hull(const HullView& hull, const Vec3T<T>& size, const Vec3T<T
   return max(max(most[0], most[1]), max(most[2], most[3]));
 }
 
+/// The corner of a hull, in its own frame, whose number each lane has.
+template <class T>
+inline Vec3T<T> corners_at(const HullView& hull, const Vec3T<T>& size, const T& number) {
+  constexpr int W = kWidth<T>;
+  double numbers[W], x[W], y[W], z[W];
+  store(numbers, number);
+  for (int lane = 0; lane < W; ++lane) {
+    const int corner = static_cast<int>(numbers[lane]);
+    x[lane] = hull.x[corner], y[lane] = hull.y[corner], z[lane] = hull.z[corner];
+  }
+  return {load<T>(x) * size.x, load<T>(y) * size.y, load<T>(z) * size.z};
+}
+
 /// Radius of a ball about the shape's origin that holds it, m. Of a hull without a look at its corners: more than
 /// needed where its scales differ. Not for planes and terrain.
 template <class T>
