@@ -59,13 +59,13 @@ inline int furthest_in_one_lane(const HullView& hull, const Vec3T<double>& n) {
 /// The corner of a hull that lies furthest along n (hull's frame, any length), in `lanes`; in others any corner. A few
 /// lanes are looked at one by one: pairs of hulls are near each other in few at a time.
 template <class T>
-GRAZE_OUT_OF_LINE Vec3T<T> furthest_corner(const HullView& hull, const Vec3T<T>& size, const Vec3T<T>& n,
-                                           const mask_of<T>& lanes) {
+inline Vec3T<T> furthest_corner(const HullView& hull, const Vec3T<T>& size, const Vec3T<T>& n,
+                                const mask_of<T>& lanes) {
   constexpr int W = kWidth<T>;
   const unsigned wanted = bits(lanes);
   const Vec3T<T> scaled{n.x * size.x, n.y * size.y, n.z * size.z};
-  // What one lane costs beside its corners is about as much as that of 16 more.
-  if (W == 1 || __builtin_popcount(wanted) * (hull.count + 16) < HullView::kSide * hull.count) {
+  // What one lane costs beside its corners is about as much as 48 of them.
+  if (W == 1 || __builtin_popcount(wanted) * (hull.count + 48) < HullView::kSide * hull.count) {
     double numbers[W];
     for (int lane = 0; lane < W; ++lane) {
       numbers[lane] = wanted >> lane & 1u ? furthest_in_one_lane(hull, lane_of(scaled, lane)) : 0;
