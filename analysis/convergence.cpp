@@ -17,7 +17,6 @@ using Json = nlohmann::ordered_json;
 
 std::uint64_t whole(double count) { return count > 0 ? static_cast<std::uint64_t>(count) : 0; }  // NaN: 0
 
-std::string percent(double share) { return fmt::format("{:.2g} %", 100 * share); }
 std::string change_text(double change) { return std::isnan(change) ? "-" : fmt::format("{:.2g}", change); }
 
 double share_of(std::uint64_t some, std::uint64_t all) { return static_cast<double>(some) / static_cast<double>(all); }
@@ -70,6 +69,10 @@ Convergence ConvergenceSum::total() const {
   Convergence out = sum_;
   out.median_change = medians_.median();
   return out;
+}
+
+std::string percent(double share) {
+  return share < 0.995 ? fmt::format("{:.2g} %", 100 * share) : fmt::format("{:.3g} %", 100 * share);
 }
 
 std::string steps_text(std::uint64_t some, std::uint64_t all) {

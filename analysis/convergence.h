@@ -44,6 +44,9 @@ class ConvergenceSum {
   ChangeCounts medians_;
 };
 
+/// "0.46 %"
+std::string percent(double share);
+
 /// "12 of 3000 steps (0.4 %)"; `all` is not 0.
 std::string steps_text(std::uint64_t some, std::uint64_t all);
 

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <ostream>
 
+#include "analysis/convergence.h"
 #include "analysis/failure_table.h"
 #include "analysis/json_of.h"
 #include "analysis/text_table.h"
@@ -146,7 +147,7 @@ void list_failures(const Archive& archive, const std::vector<std::string>& polic
   out << line("flagged", "replay", "policy", policy, "particle", "outcome", "what", what, "culprit", culprit, "time",
               "margin");
   for_each_failure(archive, policies, [&](const Failure& failure) {
-    out << line(failure.flagged ? fmt::format("{:.2g} %", 100 * failure.unconverged) : "",
+    out << line(failure.flagged ? percent(failure.unconverged) : "",
                 replay_command(name, failure.policy, failure.particle), printable(failure.policy), policy,
                 failure.particle, outcome_name(failure.outcome), printable(failure.what), what,
                 shortened(printable(failure.culprit)), culprit, number(failure.time, " s"), margin_text(failure));
