@@ -45,7 +45,7 @@ def convergence(group, limit):
     return {
         "traces": int(told.sum()), "steps": int(steps[told].sum()),
         "unconverged_steps": int(unconverged[told].sum()), "unconverged_traces": int((unconverged[told] > 0).sum()),
-        "largest_change": float(solver[told & (unconverged > 0), 2].max()),
+        "largest_change": max(solver[told & (unconverged > 0), 2].tolist(), default=None),
         "braked_steps": int(more[told, 2].sum()), "braked_traces": int((more[told, 2] > 0).sum()),
         "flagged": {"all": int(flagged.sum()), "first_particle": min(group["particle"][:][flagged].tolist(), default=None),
                     **{name: int((flagged & (group["outcome"][:] == i)).sum()) for i, name in enumerate(names)}},
