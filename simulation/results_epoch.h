@@ -13,7 +13,8 @@ namespace graze {
 ///   1  the first that is counted; before it, archives tell a hash of the sources ("0.1.0+3f2ac1b09d4e")
 ///   2  sines, exponentials and the like no longer come from the C library
 ///   3  contact sequences are those of contact phases; servos on `bullet` round their damping otherwise
-inline constexpr int kResultsEpoch = 3;
+///   4  Newton's method finishes the contact solves that sweeps do not
+inline constexpr int kResultsEpoch = 4;
 
 /// The last epoch that a release of this program has had; 0: none. A release sets it to kResultsEpoch.
 inline constexpr int kReleasedEpoch = 0;

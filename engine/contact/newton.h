@@ -221,8 +221,8 @@ struct NewtonT {
     }
     for (int i = 0; i < set.contact_count; ++i) {
       const ContactT<T>& c = set.contacts[i];
-      if ((c.lanes & lanes) == 0) continue;
       const NewtonContactT<T>& own = memory.contacts[i];
+      if ((c.lanes & lanes & bits(own.n.x > T(0.0))) == 0) continue;  // open: G = 0
       const PathView& path = set.paths[c.path];
       for (int a = 0; a < path.count; ++a) {
         const Vec3T<T>& y = c.y[path.count + a];
@@ -233,7 +233,7 @@ struct NewtonT {
     }
     for (int i = 0; i < set.joint_count; ++i) {
       const JointRowT<T>& joint = set.joints[i];
-      if ((joint.lanes & lanes) == 0) continue;
+      if ((joint.lanes & lanes & bits(memory.rows[i].g > T(0.0))) == 0) continue;
       for (int a = 0; a < joint.count; ++a) {
         const T left = joint.y[joint.count + a] * memory.rows[i].g;
         T* row = H + joint.dofs[a] * nv;

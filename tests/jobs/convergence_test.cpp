@@ -42,6 +42,7 @@ constexpr const char* kSnake = R"(graze: 1
 name: Lying
 robot: {urdf: snake.urdf, initial: {height: on_ground, clearance: 1 cm}}
 environment: {ground: {plane: z}}
+contact: {solver: sweeps}
 time: {end: 0.4 s}
 uncertain: {"initial.base.{roll,pitch}": {normal: {std: 2 deg}}}
 policies: {limp: {hold: {}, control: {joint_pd: {kp: 0}}}}
