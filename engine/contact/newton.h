@@ -47,6 +47,9 @@ struct NewtonMemoryT {
 /// largest, its factors after a success and a failure; Newton steps within a proximal step; halvings of a step.
 inline constexpr double kFirstEps = 1e-2, kLeastEps = 1e-5, kLargestEps = 1.0, kShrink = 0.3, kGrow = 10.0;
 inline constexpr int kNewtonSteps = 15, kHalvings = 4;
+/// Compliance of contacts that no impulses could satisfy, as a share of their own A: with the mass that they feel, a
+/// spring whose time constant is a hundredth of the step, R = A (tau / h)^2 (our choice).
+inline constexpr double kJammedCompliance = 1e-4;
 /// How exactly velocities and impulses must fit, as a share of the tolerance (our choice).
 inline constexpr double kNewtonError = 0.03;
 
@@ -337,10 +340,35 @@ GRAZE_OUT_OF_LINE void take_impulses(const NewtonT<T>& newton, const mask_of<T>&
   for (int k = 0; k < newton.memory.nv; ++k) dz[k] = select(lanes, z[k], dz[k]);
 }
 
+/// Makes all contacts of `lanes` compliant and begins with no impulses. A foot that is jammed between two faces has no
+/// others: their gap terms ask two points of one body to come nearer to each other, and impulses that squeeze it grow
+/// without end.
+template <class T>
+GRAZE_OUT_OF_LINE void soften(const NewtonT<T>& newton, const mask_of<T>& lanes, T* dz) {
+  const T zero(0.0);
+  for (int i = 0; i < newton.set.contact_count; ++i) {
+    ContactT<T>& c = newton.set.contacts[i];
+    const T more = select(lanes, T(kJammedCompliance / 3.0) * (c.ann + c.ass + c.att), zero);
+    c.compliance += more, c.guard += more;
+    c.ann += more, c.ass += more, c.att += more;
+    c.inverse_ann = recip(c.ann);
+    invert_A(c);
+    Vec3T<T>& kept = newton.memory.contacts[i].kept;
+    kept = select(lanes, Vec3T<T>{zero, zero, zero}, kept);
+  }
+  for (int i = 0; i < newton.set.joint_count; ++i) {
+    for (T& kept : newton.memory.rows[i].kept) kept = select(lanes, zero, kept);
+  }
+  for (int k = 0; k < newton.memory.nv; ++k) {
+    dz[k] = select(lanes, newton.free[k], dz[k]);
+    newton.memory.start[k] = select(lanes, dz[k], newton.memory.start[k]);
+  }
+}
+
 /// How far Newton's method is, per lane.
 template <class T>
 struct NewtonProgressT {
-  mask_of<T> going;
+  mask_of<T> going, soft;
   T eps{kFirstEps};
   T merit{0.0}, goal;
   T steps{0.0}, since{0.0};  // of all, and of this proximal step
@@ -377,9 +405,17 @@ GRAZE_OUT_OF_LINE void newton_step(const NewtonT<T>& newton, double tolerance, N
   at.best = select(there, newton.left(bits(there), at.eps), at.best);
   newton.keep(there);
   at.going = at.going & (!(there & (at.best <= T(tolerance))));
+  const auto stuck = at.going & ((there & (at.eps <= T(kLeastEps))) | (failed & (at.eps >= T(kLargestEps))));
   at.eps = select(there, max(T(kShrink) * at.eps, T(kLeastEps)), select(failed, T(kGrow) * at.eps, at.eps));
-  at.going = at.going & (at.eps <= T(kLargestEps));
   at.since = select(there | failed, T(0.0), at.since);
+  at.going = at.going & (!(stuck & at.soft));
+  const auto jammed = stuck & at.going;
+  if (any(jammed)) {
+    soften<T>(newton, jammed, dz);
+    at.soft = at.soft | jammed;
+    at.eps = select(jammed, T(kFirstEps), at.eps);
+    at.best = select(jammed, T(1e300), at.best);
+  }
   if (any(at.going)) at.merit = newton.evaluate(bits(at.going), at.eps, dz);
 }
 
@@ -406,6 +442,7 @@ GRAZE_OUT_OF_LINE mask_of<T> solve_by_newton(const NewtonT<T>& newton, int most,
   for (int k = 0; k < memory.nv; ++k) memory.start[k] = memory.before[k] = dz[k];
   NewtonProgressT<T> at;
   at.going = lanes;
+  at.soft = lanes & (!lanes);
   // f^T D f bounds the error of a velocity by its own A: (delta u)^2 <= A f^T D f.
   at.goal = T(kNewtonError * kNewtonError * tolerance * tolerance) * recip(max(stiffest, T(1e-300)));
   at.best = T(1e300);

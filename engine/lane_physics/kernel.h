@@ -44,7 +44,7 @@ struct SolverSettings {
   bool sweep_servos = false;  // solve every servo as a row of the sweeps, for comparison
   bool measure = false;       // fills `measured`, which no step needs
   int newton_after = 16;      // sweeps, where they have not converged (newton.h); most_sweeps: never
-  int most_newton_steps = 60;
+  int most_newton_steps = 100;
 };
 
 /// Numbers of a collider, each a row of W lanes.
