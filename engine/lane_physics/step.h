@@ -6,7 +6,7 @@
 // Reads and writes a LaneBlock (kernel.h); allocates nothing.
 
 #include "engine/contact/brake.h"
-#include "engine/contact/newton.h"
+#include "engine/contact/newton_solve.h"
 #include "engine/contact/residuals.h"
 #include "engine/lane_physics/audit.h"
 #include "engine/lane_physics/contacts_of_step.h"

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "engine/contact/newton.h"
+#include "engine/contact/newton_solve.h"
 #include "engine/contact/reference_contact.h"
 #include "engine/contact/residuals.h"
 
