@@ -128,7 +128,7 @@ GRAZE_OUT_OF_LINE void newton_step(const NewtonT<T>& newton, double tolerance, N
 }
 
 /// Newton's method from impulses and dz as sweeps have left them, in `lanes`. `residual` (m/s) in and out, `steps` out,
-/// per lane. Lanes in which it makes the residual no smaller keep what they had. Returns those that have converged.
+/// per lane. Lanes in which it does not converge keep the impulses that they had. Returns those in which it does.
 template <class T>
 GRAZE_OUT_OF_LINE mask_of<T> solve_by_newton(const NewtonT<T>& newton, int most, double tolerance,
                                              const mask_of<T>& lanes, T* dz, T& steps, T& residual) {
@@ -156,12 +156,13 @@ GRAZE_OUT_OF_LINE mask_of<T> solve_by_newton(const NewtonT<T>& newton, int most,
   at.best = T(1e300);
   at.merit = newton.evaluate(bits(lanes), at.eps, dz);
   for (int i = 0; i < most && any(at.going); ++i) newton_step<T>(newton, tolerance, at, dz);
-  const auto better = lanes & (at.best < residual);
+  // What has not converged is not taken: impulses that leave little of the laws may be large where these cannot be met.
+  const auto converged = lanes & (at.best <= T(tolerance));
   for (int k = 0; k < memory.nv; ++k) dz[k] = select(lanes, memory.before[k], dz[k]);
-  if (any(better)) take_impulses<T>(newton, better, dz);
-  residual = select(better, at.best, residual);
+  if (any(converged)) take_impulses<T>(newton, converged, dz);
+  residual = select(converged, at.best, residual);
   steps = at.steps;
-  return better & (at.best <= T(tolerance));
+  return converged;
 }
 
 /// What bounds the solve of a step.
