@@ -67,7 +67,9 @@ void ConvergenceSum::add(const TraceOutcome& trace) {
 
 Convergence ConvergenceSum::total() const {
   Convergence out = sum_;
+  // A bin's middle may lie above all that is in it.
   out.median_change = medians_.median();
+  if (out.median_change > out.largest_change) out.median_change = out.largest_change;
   return out;
 }
 

@@ -289,7 +289,11 @@ struct BlockRun::Impl final : TraceSaver {
     Lane& l = lanes[lane];
     TraceRecord& record = *l.record;
     record.digest = digests[lane];
-    if (record.solver.unconverged_steps > 0) record.solver.median_residual = last_changes[lane].median();
+    SolverLog& solver = record.solver;
+    // A bin's middle may lie above all that is in it.
+    if (solver.unconverged_steps > 0) {
+      solver.median_residual = std::min(last_changes[lane].median(), solver.largest_residual);
+    }
     record.end_time = time(lane);
     record.margins = monitor.margins(lane);
     record.first_violations = monitor.first_violations(lane);
