@@ -1,6 +1,6 @@
 // Claims: Newton's method finds the impulses that Lemke's algorithm and principal pivoting find where the solution is
 // unique, on 10,000 problems, and the least of the convex model; it also converges where sweeps creep: many points
-// under one body, which make A singular.
+// under one body, which make A singular; and what is jammed gets bounded impulses.
 
 #include <gtest/gtest.h>
 
@@ -15,7 +15,10 @@ using Eigen::VectorXd;
 
 constexpr double kTolerance = 1e-9;  // m/s
 
-/// One sweep, then Newton's method, and nothing after it.
+/// As `contact.solver: auto` has it (SolverSettings).
+constexpr SolveBounds kShipped{60, 16, 100, 1e-6};
+
+/// Newton's method from nothing, and one sweep where it does not converge.
 constexpr SolveBounds kNewton{1, 0, 200, kTolerance};
 
 // In the plane the pyramid of two edges is the cone, and with mu = 0.2 and such A the solution is unique.
@@ -86,7 +89,7 @@ Shares tables(unsigned seed, int trials, bool convex) {
   for (int trial = 0; trial < trials; ++trial) {
     const double mass = trial % 2 ? 1 : 1000;
     const ContactProblem problem = problems.table(3 + trial % 30, mass, problems.between(0.1, 1.2));
-    const LaneSolution newton = LaneProblem(problem).solve(contact_law(convex), {16, 8, 60, 1e-6});
+    const LaneSolution newton = LaneProblem(problem).solve(contact_law(convex), kShipped);
     const LaneSolution sweeps = LaneProblem(problem).solve(contact_law(convex), 60, 1e-6);
     // By the independent measure, not by the solver's own.
     out.newton += newton.measured.own < 1e-5;
@@ -94,6 +97,42 @@ Shares tables(unsigned seed, int trials, bool convex) {
     out.worst = std::max(out.worst, newton.measured.own);
   }
   return out;
+}
+
+/// A ball of 0.1 kg between ground and wall, which both ask it to part at `apart`, m/s, from each other's direction:
+/// the line through its two points lies in both cones, and along it they cannot move.
+ContactProblem jam(double apart, double mu) {
+  const double r = 0.02, inertia = 0.4 * 0.1 * r * r;
+  Eigen::Matrix<double, 6, 6> J;
+  Eigen::Matrix<double, 6, 1> inverse;
+  inverse << 1 / inertia, 1 / inertia, 1 / inertia, 10, 10, 10;
+  const Eigen::Vector3d ground{0, 0, -r}, wall{r, 0, 0};
+  const auto row = [&](int i, const Eigen::Vector3d& at, const Eigen::Vector3d& along) {
+    J.row(i) << at.cross(along).transpose(), along.transpose();
+  };
+  row(0, ground, Eigen::Vector3d::UnitZ()), row(1, ground, Eigen::Vector3d::UnitX());
+  row(2, ground, Eigen::Vector3d::UnitY());
+  row(3, wall, -Eigen::Vector3d::UnitX()), row(4, wall, Eigen::Vector3d::UnitY());
+  row(5, wall, -Eigen::Vector3d::UnitZ());
+  ContactProblem out;
+  out.A = J * inverse.asDiagonal() * J.transpose();
+  out.b = Eigen::VectorXd::Zero(6);
+  out.b[0] = out.b[3] = -apart;
+  out.mu = Eigen::VectorXd::Constant(2, mu);
+  return out;
+}
+
+// With friction the ball cannot leave both at once unless it slides; what asks it to is met by a spring, not by
+// impulses that squeeze it: at most the speed asked for over the spring's compliance.
+TEST(Newton, JamsHaveBoundedImpulses) {
+  for (const double mu : {1.01, 1.2, 1.5, 10.0}) {
+    for (const double apart : {1e-4, 0.05}) {
+      const ContactProblem problem = jam(apart, mu);
+      const LaneSolution lanes = LaneProblem(problem).solve(contact_law(false), kShipped);
+      EXPECT_LE(lanes.residual, 1e-6) << mu << " " << apart;
+      EXPECT_LT(lanes.lambda.norm(), 2 * apart / (1e-2 * problem.A.diagonal().minCoeff())) << mu << " " << apart;
+    }
+  }
 }
 
 TEST(Newton, ManyPointsUnderOneBodyConverge) {
