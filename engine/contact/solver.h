@@ -224,6 +224,10 @@ GRAZE_OUT_OF_LINE Vec3T<T> convex_slip(const ContactT<T>& c, const Vec3T<T>& u, 
   return select(energy(newton) < energy(projected), newton, projected);
 }
 
+/// What approaches slower than that without a contact's impulse is left alone, m/s: of many feet some carry nothing but
+/// rounding, and their slip rates are beyond all bounds (our choice, a millionth of the tolerance).
+inline constexpr double kNothing = -1e-12;
+
 /// One contact's turn: the impulse that solves its own problem, given all others', or a share of the
 /// way there. Returns how much its velocity changed, m/s.
 template <class T>
@@ -242,12 +246,12 @@ inline T relax_contact(const ContactLawT<T>& law, const PathView& path, bool som
     if (some_convex) {
       const auto convex = law.convex > T(0.0);
       const T opening = c.friction * sqrt(fma(free.y, free.y, free.z * free.z));
-      slides = slides & !(free.x >= select(convex, opening, T(0.0)));  // the dual cone
+      slides = slides & !(free.x >= select(convex, opening, T(kNothing)));  // the dual cone
       const auto cone = slides & convex, disc = slides & !convex;
       if (any(disc)) next = select(disc, slip_impulse(c, disc, free), next);
       if (any(cone)) next = select(cone, convex_slip(c, u, free), next);
     } else {
-      slides = slides & !(free.x >= T(0.0));
+      slides = slides & !(free.x >= T(kNothing));
       if (any(slides)) next = select(slides, slip_impulse(c, slides, free), next);
     }
   }
