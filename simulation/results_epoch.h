@@ -14,7 +14,8 @@ namespace graze {
 ///   2  sines, exponentials and the like no longer come from the C library
 ///   3  contact sequences are those of contact phases; servos on `bullet` round their damping otherwise
 ///   4  Newton's method finishes the contact solves that sweeps do not
-inline constexpr int kResultsEpoch = 4;
+///   5  and does so for each lane by itself: the same impulses to its tolerance, other bits
+inline constexpr int kResultsEpoch = 5;
 
 /// The last epoch that a release of this program has had; 0: none. A release sets it to kResultsEpoch.
 inline constexpr int kReleasedEpoch = 0;

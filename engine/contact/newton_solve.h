@@ -2,167 +2,161 @@
 // The contact solve of a step: sweeps (solver.h), then Newton's method (newton.h) where they have not converged, then
 // what sweeps are left.
 
-#include "engine/contact/newton.h"
+#include "engine/contact/newton_lane.h"
 
 namespace graze {
 inline namespace GRAZE_ISA_NAMESPACE {
 
-/// Ends Newton's method in `lanes`: contacts and joints have the impulses that are kept, dz what follows from them.
+/// Makes all contacts of a lane compliant. A foot that is jammed between two faces has no others: their gap terms ask
+/// two points of one body to come nearer to each other, and impulses that squeeze it grow without end.
 template <class T>
-GRAZE_OUT_OF_LINE void take_impulses(const NewtonT<T>& newton, const mask_of<T>& lanes, T* dz) {
-  ConstraintsT<T>& set = newton.set;
-  T* z = newton.memory.trial;
-  const Vec3T<T> zero{T(0.0), T(0.0), T(0.0)};
-  for (int k = 0; k < newton.memory.nv; ++k) z[k] = newton.free[k];
-  for (int i = 0; i < set.joint_count; ++i) {
-    JointRowT<T>& row = set.joints[i];
-    const T* kept = newton.memory.rows[i].kept;
-    // The sum with 0 turns -0, whose sign may depend on neighbours, into +0; here and below.
-    row.lower = select(lanes, kept[0] + T(0.0), row.lower), row.upper = select(lanes, kept[1] + T(0.0), row.upper);
-    row.dry = select(lanes, kept[2] + T(0.0), row.dry);
-    apply_row(row, kept[0] - kept[1] + kept[2], z);
-  }
-  ChangeT<T> change(z);
+GRAZE_OUT_OF_LINE void soften(ConstraintsT<T>& set, int lane) {
+  const auto here = mask_from_bits<T>(1u << lane);
   for (int i = 0; i < set.contact_count; ++i) {
     ContactT<T>& c = set.contacts[i];
-    c.lambda = select(lanes, newton.memory.contacts[i].kept + zero, c.lambda);
-    change.turn_to(set.paths[c.path]);
-    apply_impulse(set.paths[c.path], c, newton.memory.contacts[i].kept, change);
-  }
-  for (int i = 0; i < set.contact_count; ++i) {
-    ContactT<T>& c = set.contacts[i];
-    const PathView& path = set.paths[c.path];
-    change.turn_to(path);
-    const Vec3T<T> u = contact_velocity(path, c, change), &at = c.lambda;
-    const T length = sqrt(fma(at.y, at.y, at.z * at.z)), radius = c.friction * at.x;
-    const auto slips = (radius > T(0.0)) & (length >= T(1.0 - 1e-12) * radius);
-    const T rate = sqrt(fma(u.y, u.y, u.z * u.z)) * recip(select(slips, length, T(1.0)));
-    const auto here = lanes & mask_from_bits<T>(c.lanes);
-    c.slips = select(here, select(slips, T(1.0), T(0.0)), c.slips);
-    c.slip_rate = select(here & slips, rate, c.slip_rate);
-  }
-  change.in_memory();
-  for (int k = 0; k < newton.memory.nv; ++k) dz[k] = select(lanes, z[k], dz[k]);
-}
-
-/// Makes all contacts of `lanes` compliant and begins with no impulses. A foot that is jammed between two faces has no
-/// others: their gap terms ask two points of one body to come nearer to each other, and impulses that squeeze it grow
-/// without end.
-template <class T>
-GRAZE_OUT_OF_LINE void soften(const NewtonT<T>& newton, const mask_of<T>& lanes, T* dz) {
-  const T zero(0.0);
-  for (int i = 0; i < newton.set.contact_count; ++i) {
-    ContactT<T>& c = newton.set.contacts[i];
-    const T more = select(lanes, T(kJammedCompliance / 3.0) * (c.ann + c.ass + c.att), zero);
+    const T more = select(here, T(kJammedCompliance / 3.0) * (c.ann + c.ass + c.att), T(0.0));
     c.compliance += more, c.guard += more;
     c.ann += more, c.ass += more, c.att += more;
     c.inverse_ann = recip(c.ann);
     invert_A(c);
-    Vec3T<T>& kept = newton.memory.contacts[i].kept;
-    kept = select(lanes, Vec3T<T>{zero, zero, zero}, kept);
-  }
-  for (int i = 0; i < newton.set.joint_count; ++i) {
-    for (T& kept : newton.memory.rows[i].kept) kept = select(lanes, zero, kept);
-  }
-  for (int k = 0; k < newton.memory.nv; ++k) {
-    dz[k] = select(lanes, newton.free[k], dz[k]);
-    newton.memory.start[k] = select(lanes, dz[k], newton.memory.start[k]);
   }
 }
 
-/// How far Newton's method is, per lane.
-template <class T>
-struct NewtonProgressT {
-  mask_of<T> going, soft;
-  T eps{kFirstEps};
-  T merit{0.0}, goal;
-  T steps{0.0}, since{0.0};  // of all, and of this proximal step
-  T best;                    // m/s, what was left of the laws after the last proximal step
+/// Newton's method on one lane.
+class NewtonRun {
+ public:
+  enum class End { converged, jammed, failed };
+
+  NewtonRun(NewtonProblem& problem, double tolerance) : p_(problem), tolerance_(tolerance) {
+    // f^T D f bounds the error of a velocity by its own A: (delta u)^2 <= A f^T D f.
+    double stiffest = 1e-300;
+    for (int i = 0; i < (p_.contact_count + 7) / 8; ++i) {
+      const ContactsOfEight& c = p_.contact_packs[i];
+      Eight own(0.0);
+      for (int k = 0; k < c.dof_count; ++k) {
+        own = fma(Eight(p_.inverse_D[c.dofs[k]]), norm2(c.columns[k]), own);
+      }
+      stiffest = max(stiffest, largest(own));
+    }
+    for (int i = 0; i < p_.joint_count; ++i) {
+      stiffest = max(stiffest, number(p_.joint_packs[i / 8].r, i % 8));
+    }
+    goal_ = kNewtonError * kNewtonError * tolerance * tolerance / stiffest;
+  }
+
+  /// From z and the kept impulses. `soft`: softened before.
+  End run(int most, bool soft) {
+    copy(p_.start, p_.z);
+    merit_ = p_.evaluate(eps_, p_.z);
+    while (steps_ < most) {
+      const Outcome outcome = step();
+      if (outcome == Outcome::going) continue;
+      const bool there = outcome == Outcome::there;
+      if (there) {
+        best_ = p_.left(eps_);
+        p_.keep();
+        if (best_ <= tolerance_ && (soft || p_.squeezed() <= tolerance_)) return End::converged;
+      }
+      const bool ended = there && (best_ <= tolerance_ || eps_ <= kLeastEps);
+      if (ended || (!there && eps_ >= kLargestEps)) return soft ? End::failed : End::jammed;
+      eps_ = there ? max(kShrink * eps_, kLeastEps) : kGrow * eps_;
+      since_ = 0;
+      merit_ = p_.evaluate(eps_, p_.z);
+    }
+    return best_ <= tolerance_ ? End::converged : End::failed;
+  }
+
+  int steps() const { return steps_; }
+  double left() const { return best_; }  // of the laws after the last proximal step, m/s
+
+ private:
+  enum class Outcome { going, there, failed };
+
+  void copy(double* to, const double* from) const {
+    for (int k = 0; k < p_.width; k += 8) store(to + k, load<Eight>(from + k));
+  }
+
+  /// One step of Newton's method and, where it has got there or cannot, the end of the proximal step.
+  Outcome step() {
+    p_.assemble();
+    p_.eliminate();
+    double share = 1.0, next = 0.0;
+    bool good = false;
+    for (int k = 0; k < kHalvings && !good; ++k, share *= 0.5) {
+      for (int d = 0; d < p_.width; d += 8) {
+        store(p_.trial + d, fma(Eight(share), load<Eight>(p_.step + d), load<Eight>(p_.z + d)));
+      }
+      next = p_.evaluate(eps_, p_.trial);
+      good = next <= fnma(0.1 * share, merit_, merit_) || next < goal_;
+    }
+    const bool taken = good || next <= merit_;
+    ++steps_, ++since_;
+    merit_ = next;
+    if (taken) copy(p_.z, p_.trial);
+    if (taken && next < goal_) {
+      copy(p_.start, p_.z);
+      return Outcome::there;
+    }
+    if (taken && since_ < kNewtonSteps) return Outcome::going;
+    copy(p_.z, p_.start);
+    return Outcome::failed;
+  }
+
+  NewtonProblem& p_;
+  double tolerance_, goal_;
+  double eps_ = kFirstEps, merit_ = 0.0, best_ = 1e300;
+  int steps_ = 0, since_ = 0;  // of all, and of this proximal step
 };
 
-/// One step and, where it has got there or cannot, the end of the proximal step.
+/// Gives a lane's contacts and joints the impulses that are kept, dz what follows from them.
 template <class T>
-GRAZE_OUT_OF_LINE void newton_step(const NewtonT<T>& newton, double tolerance, NewtonProgressT<T>& at, T* dz) {
-  const NewtonMemoryT<T>& memory = newton.memory;
-  newton.assemble(bits(at.going));
-  newton.eliminate();
-  T share(1.0), next(0.0);
-  auto searching = at.going;
-  for (int k = 0; k < kHalvings && any(searching); ++k) {
-    if (k > 0) share = select(searching, T(0.5) * share, share);
-    for (int d = 0; d < memory.nv; ++d) memory.trial[d] = fma(share, memory.step[d], dz[d]);
-    next = newton.evaluate(bits(at.going), at.eps, memory.trial);
-    const auto good = (next <= fnma(T(0.1) * share, at.merit, at.merit)) | (next < at.goal);
-    searching = searching & (!good);
+GRAZE_OUT_OF_LINE void take_impulses(const NewtonProblem& p, int lane, ConstraintsT<T>& set, T* dz) {
+  for (int k = 0; k < p.width; k += 8) store(p.gradient + k, Eight(0.0));
+  for (int i = 0, n = 0; i < set.joint_count; ++i) {
+    JointRowT<T>& row = set.joints[i];
+    if (!(row.lanes >> lane & 1u)) continue;
+    const JointsOfEight& pack = p.joint_packs[n / 8];
+    // The sum with 0 turns -0 into +0; here and below.
+    const double lower = number(pack.kept[0], n % 8) + 0.0, upper = number(pack.kept[1], n % 8) + 0.0;
+    const double dry = number(pack.kept[2], n % 8) + 0.0;
+    set_number(row.lower, lane, lower), set_number(row.upper, lane, upper), set_number(row.dry, lane, dry);
+    p.take(p.joints[n++], lower - upper + dry);
   }
-  const auto taken = at.going & ((!searching) | (next <= at.merit));
-  at.steps = select(at.going, at.steps + T(1.0), at.steps);
-  at.since += T(1.0);
-  at.merit = next;
-  const auto there = taken & (next < at.goal);
-  const auto failed = at.going & ((!taken) | ((!there) & (at.since >= T(kNewtonSteps))));
-  for (int d = 0; d < memory.nv; ++d) {
-    const T z = select(taken, memory.trial[d], dz[d]);
-    memory.start[d] = select(there, z, memory.start[d]);
-    dz[d] = select(failed, memory.start[d], z);
+  const Vec3T<double> zero{0.0, 0.0, 0.0};
+  for (int i = 0, n = 0; i < set.contact_count; ++i) {
+    ContactT<T>& c = set.contacts[i];
+    if (!(c.lanes >> lane & 1u)) continue;
+    const Vec3T<double> kept = numbers_of(p.contact_packs[n / 8].kept, n % 8) + zero;
+    set_numbers(c.lambda, lane, kept);
+    p.take(p.contacts[n++], kept.x, kept.y, kept.z);
   }
-  if (!any(there | failed)) return;
-  at.best = select(there, newton.left(bits(there), at.eps), at.best);
-  newton.keep(there);
-  auto done = there & (at.best <= T(tolerance));
-  if (any(done)) done = done & (at.soft | (newton.squeezed(bits(done)) <= T(tolerance)));
-  at.going = at.going & (!done);
-  const auto ended = there & ((at.best <= T(tolerance)) | (at.eps <= T(kLeastEps)));
-  const auto stuck = at.going & (ended | (failed & (at.eps >= T(kLargestEps))));
-  at.eps = select(there, max(T(kShrink) * at.eps, T(kLeastEps)), select(failed, T(kGrow) * at.eps, at.eps));
-  at.since = select(there | failed, T(0.0), at.since);
-  at.going = at.going & (!(stuck & at.soft));
-  const auto jammed = stuck & at.going;
-  if (any(jammed)) {
-    soften<T>(newton, jammed, dz);
-    at.soft = at.soft | jammed;
-    at.eps = select(jammed, T(kFirstEps), at.eps);
-    at.best = select(jammed, T(1e300), at.best);
+  for (int k = 0; k < p.nv; ++k) {
+    p.z[k] = fnma(p.gradient[k], p.inverse_D[k], p.free[k]);
+    set_number(dz[k], lane, p.z[k]);
   }
-  if (any(at.going)) at.merit = newton.evaluate(bits(at.going), at.eps, dz);
 }
 
-/// Newton's method from impulses and dz as sweeps have left them, in `lanes`. `residual` (m/s) in and out, `steps` out,
-/// per lane. Lanes in which it does not converge keep the impulses that they had. Returns those in which it does.
+/// Where a lane's contacts slip, and at what rate.
 template <class T>
-GRAZE_OUT_OF_LINE mask_of<T> solve_by_newton(const NewtonT<T>& newton, int most, double tolerance,
-                                             const mask_of<T>& lanes, T* dz, T& steps, T& residual) {
-  NewtonMemoryT<T>& memory = newton.memory;
-  const ConstraintsT<T>& set = newton.set;
-  find_pattern<T>(set, memory);
-  T stiffest(0.0);
-  for (int i = 0; i < set.contact_count; ++i) {
-    const ContactT<T>& c = set.contacts[i];
-    memory.contacts[i].kept = c.lambda;
-    stiffest = max(stiffest, select(mask_from_bits<T>(c.lanes), c.ann + c.ass + c.att, T(0.0)));
+GRAZE_OUT_OF_LINE void take_slips(const NewtonProblem& p, int lane, ConstraintsT<T>& set) {
+  for (int i = 0; i < (p.contact_count + 7) / 8; ++i) {
+    ContactsOfEight& c = p.contact_packs[i];
+    const Vec3T<Eight> u = p.velocity(c, p.z), &at = c.kept;
+    const Eight s = fma(c.guard, at.y, u.y), t = fma(c.guard, at.z, u.z);
+    const Eight length = sqrt(fma(at.y, at.y, at.z * at.z)), radius = c.friction * at.x;
+    const auto slips = (radius > Eight(0.0)) & (length >= Eight(1.0 - 1e-12) * radius);
+    c.n.x = select(slips, Eight(1.0), Eight(0.0));
+    c.n.y = sqrt(fma(s, s, t * t)) * recip(select(slips, length, Eight(1.0)));
   }
-  for (int i = 0; i < set.joint_count; ++i) {
-    const JointRowT<T>& row = set.joints[i];
-    T* kept = memory.rows[i].kept;
-    kept[0] = row.lower, kept[1] = row.upper, kept[2] = row.dry;
-    stiffest = max(stiffest, select(mask_from_bits<T>(row.lanes), recip(row.inverse_a), T(0.0)));
+  for (int i = 0, n = 0; i < set.contact_count; ++i) {
+    ContactT<T>& c = set.contacts[i];
+    if (!(c.lanes >> lane & 1u)) continue;
+    const ContactsOfEight& pack = p.contact_packs[n / 8];
+    const double slips = number(pack.n.x, n % 8);
+    set_number(c.slips, lane, slips);
+    if (slips > 0.0) set_number(c.slip_rate, lane, number(pack.n.y, n % 8));
+    ++n;
   }
-  for (int k = 0; k < memory.nv; ++k) memory.start[k] = memory.before[k] = dz[k];
-  NewtonProgressT<T> at;
-  at.going = lanes;
-  at.soft = lanes & (!lanes);
-  // f^T D f bounds the error of a velocity by its own A: (delta u)^2 <= A f^T D f.
-  at.goal = T(kNewtonError * kNewtonError * tolerance * tolerance) * recip(max(stiffest, T(1e-300)));
-  at.best = T(1e300);
-  at.merit = newton.evaluate(bits(lanes), at.eps, dz);
-  for (int i = 0; i < most && any(at.going); ++i) newton_step<T>(newton, tolerance, at, dz);
-  // What has not converged is not taken: impulses that leave little of the laws may be large where these cannot be met.
-  const auto converged = lanes & (at.best <= T(tolerance));
-  for (int k = 0; k < memory.nv; ++k) dz[k] = select(lanes, memory.before[k], dz[k]);
-  if (any(converged)) take_impulses<T>(newton, converged, dz);
-  residual = select(converged, at.best, residual);
-  steps = at.steps;
-  return converged;
 }
 
 /// What bounds the solve of a step.
@@ -173,13 +167,54 @@ struct SolveBounds {
   double tolerance;       // m/s (rad/s)
 };
 
+/// What Newton's method works on beside the constraints.
+template <class T>
+struct NewtonT {
+  int nv;
+  const T *inverse_D, *free;  // free: the change of L v by all else
+  NewtonMemory memory;
+};
+
+/// Newton's method from impulses and dz as sweeps have left them, in one lane. `residual` (m/s) in and out, `steps`
+/// out. Returns whether it converges; if not, impulses and dz are as they were.
+template <class T>
+GRAZE_OUT_OF_LINE bool solve_by_newton(const ContactLawT<T>& law, const NewtonT<T>& newton, const SolveBounds& bounds,
+                                       int lane, ConstraintsT<T>& set, T* dz, T& steps, T& residual) {
+  using End = NewtonRun::End;
+  int taken = 0;
+  bool converged = false;
+  for (int attempt = 0; attempt < 2; ++attempt) {
+    const bool soft = attempt == 1;
+    if (soft) soften(set, lane);
+    NewtonLane<T> of_lane(law, set, newton.inverse_D, newton.free, newton.nv, lane, newton.memory);
+    if (soft) {
+      of_lane.begin_at_rest();
+    } else {
+      of_lane.begin(dz);
+    }
+    NewtonRun run(of_lane.problem(), bounds.tolerance);
+    const End end = run.run(bounds.most_newton_steps - taken, soft);
+    taken += run.steps();
+    if (end == End::jammed) continue;
+    // What has not converged is not taken: impulses that leave little of the laws may be large where these cannot be
+    // met.
+    converged = end == End::converged;
+    if (!converged) break;
+    set_number(residual, lane, run.left());
+    take_impulses(of_lane.problem(), lane, set, dz);
+    take_slips(of_lane.problem(), lane, set);
+    break;
+  }
+  set_number(steps, lane, taken);
+  return converged;
+}
+
 /// Impulses and dz of all `lanes`: sweeps, then Newton's method where these have not converged, then what sweeps are
 /// left. `steps`: sweeps and steps of Newton's method; `residual` (m/s): the last sweep's largest change of a velocity,
 /// or what Newton's method has left of the laws; both per lane.
 template <class T>
-inline void solve_constraints(const ContactLawT<T>& law, const SolveBounds& bounds, unsigned lanes, const T* inverse_D,
-                              const T* free, NewtonMemoryT<T>& memory, ConstraintsT<T>& set, T* dz, T& steps,
-                              T& residual) {
+inline void solve_constraints(const ContactLawT<T>& law, const SolveBounds& bounds, unsigned lanes,
+                              const NewtonT<T>& newton, ConstraintsT<T>& set, T* dz, T& steps, T& residual) {
   SweepsT<T> at;
   at.moving = mask_from_bits<T>(lanes);
   const int first = bounds.newton_after < bounds.most_sweeps ? bounds.newton_after : bounds.most_sweeps;
@@ -187,10 +222,12 @@ inline void solve_constraints(const ContactLawT<T>& law, const SolveBounds& boun
   T newton_steps(0.0);
   if (at.done == 0) at.residual = T(1e300);
   if (bounds.newton_after < bounds.most_sweeps && any(at.moving)) {
-    const NewtonT<T> newton{law, set, inverse_D, free, memory, any(law.convex > T(0.0))};
-    const auto converged = solve_by_newton<T>(newton, bounds.most_newton_steps, bounds.tolerance, at.moving, dz,
-                                              newton_steps, at.residual);
-    at.moving = at.moving & (!converged);
+    unsigned converged = 0;
+    for (unsigned rest = bits(at.moving); rest != 0; rest &= rest - 1) {
+      const int lane = __builtin_ctz(rest);
+      if (solve_by_newton<T>(law, newton, bounds, lane, set, dz, newton_steps, at.residual)) converged |= 1u << lane;
+    }
+    at.moving = at.moving & (!mask_from_bits<T>(converged));
     at.from = at.done - kPlainSweeps;
   }
   sweep<T>(law, bounds.most_sweeps, bounds.most_sweeps, bounds.tolerance, set, dz, at);

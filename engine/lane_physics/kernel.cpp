@@ -11,8 +11,6 @@ namespace {
 template <class T>
 constexpr LaneKernel make_kernel() {
   static_assert(sizeof(SweepMemoryT<T>) == kSweepMemory * sizeof(T));
-  static_assert(sizeof(NewtonContactT<T>) == kNewtonContact * sizeof(T));
-  static_assert(sizeof(NewtonRowT<T>) == kNewtonRow * sizeof(T));
   static_assert(sizeof(MimicRowT<T>) == kMimicRows * sizeof(T));
   constexpr int row = sizeof(T);
   return {kWidth<T>,

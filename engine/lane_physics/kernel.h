@@ -3,6 +3,7 @@
 // instruction set): tables of integers and pointers to doubles. Every array is [quantity][lane]; W is the kernel's
 // number of lanes.
 
+#include "engine/contact/newton_memory.h"
 #include "engine/contact/path_view.h"
 #include "engine/dynamics/topology_view.h"
 #include "engine/lanes/contact_rows.h"
@@ -98,8 +99,6 @@ inline constexpr int kServoRows = 5;
 inline constexpr int kMimicRows = 3;
 /// Rows of SweepMemoryT.
 inline constexpr int kSweepMemory = 12;
-/// Rows of NewtonContactT and NewtonRowT.
-inline constexpr int kNewtonContact = 15, kNewtonRow = 7;
 
 struct LaneBlock {
   TopologyView topology;
@@ -142,42 +141,38 @@ struct LaneBlock {
 
   // Working memory.
   double *motion, *origin, *balance, *M, *inverse_D, *bias, *z, *dz, *free, *scratch;
-  double* push;                  // nv: speeds that take overlaps back; 3 per body: momentum of them, of floating trees
-  unsigned pushing;              // lanes in which there are any
-  double* pose;                  // 12 per collider
-  double* speed;                 // 1 per collider, bound of the speed of its points, m/s
-  double* servo;                 // kServoRows per actuated joint
-  double* servo_rows;            // 2 per degree of freedom of its path per actuated joint
-  double* M_kept;                // M without drives
-  double* newton;                // nv^2 of Newton's matrix, 5 nv
-  double* newton_rows;           // NewtonRowT per row in `joints`
-  unsigned char* newton_filled;  // nv^2
-  int* newton_ancestors;         // nv (nv + 1)
-  unsigned* locked;              // per body: lanes in which prescribed motion holds its joint
-  double* joints;                // JointRowT per watched joint and actuated joint
-  double* joint_rows;            // 2 per degree of freedom of its path per watched joint
-  double* mimic_rows;            // 2 mimic_dof_count and a MimicRowT per mimic row
-  double* joint_impulse;         // 3 per body: lower, upper, dry; warm start
-  double* slot_impulse;          // kKept kSlots per pair, warm start
-  int* slot_used;                // per pair: bit k: slot k's may be other than zero
-  double* travel;   // 2: m, bounds of how far two colliders can have come nearer, of the lane and of any lane
-  unsigned fresh;   // lanes that have just been started: their colliders have gone no way yet
-  double* due;      // 1 per pair: m, distance when last measured, and the lane's travel up to then
-  double* soonest;  // per pair: the least distance of the lanes, and any lane's travel up to then (not per lane)
-  double* axis;     // 3 per kept axis: a unit vector from b to a along which the pair was apart when last looked at,
-                    // in b's frame. It may be any: what is found does not depend on it
+  double* push;           // nv: speeds that take overlaps back; 3 per body: momentum of them, of floating trees
+  unsigned pushing;       // lanes in which there are any
+  double* pose;           // 12 per collider
+  double* speed;          // 1 per collider, bound of the speed of its points, m/s
+  double* servo;          // kServoRows per actuated joint
+  double* servo_rows;     // 2 per degree of freedom of its path per actuated joint
+  double* M_kept;         // M without drives
+  unsigned* locked;       // per body: lanes in which prescribed motion holds its joint
+  double* joints;         // JointRowT per watched joint and actuated joint
+  double* joint_rows;     // 2 per degree of freedom of its path per watched joint
+  double* mimic_rows;     // 2 mimic_dof_count and a MimicRowT per mimic row
+  double* joint_impulse;  // 3 per body: lower, upper, dry; warm start
+  double* slot_impulse;   // kKept kSlots per pair, warm start
+  int* slot_used;         // per pair: bit k: slot k's may be other than zero
+  double* travel;         // 2: m, bounds of how far two colliders can have come nearer, of the lane and of any lane
+  unsigned fresh;         // lanes that have just been started: their colliders have gone no way yet
+  double* due;            // 1 per pair: m, distance when last measured, and the lane's travel up to then
+  double* soonest;        // per pair: the least distance of the lanes, and any lane's travel up to then (not per lane)
+  double* axis;  // 3 per kept axis: a unit vector from b to a along which the pair was apart when last looked at,
+                 // in b's frame. It may be any: what is found does not depend on it
   int near_count;
   int* near;             // pairs that may touch within this step
   unsigned* near_lanes;  // per near pair: in which lanes
 
   // Contacts of the step; room for kSlots per near pair is made between begin and finish.
-  double* contacts;         // ContactT
-  double* contact_rows;     // Y and D^-1 Y
-  double* sweep_memory;     // SweepMemoryT per contact
-  double* newton_contacts;  // NewtonContactT per contact
-  double* report;           // kContactRows per contact
-  int* report_pair;         // per contact
-  unsigned* report_lanes;   // per contact: where it is valid
+  double* contacts;        // ContactT
+  double* contact_rows;    // Y and D^-1 Y
+  double* sweep_memory;    // SweepMemoryT per contact
+  NewtonMemory newton;     // unless newton_after is most_sweeps
+  double* report;          // kContactRows per contact
+  int* report_pair;        // per contact
+  unsigned* report_lanes;  // per contact: where it is valid
   int contact_count;
 };
 

@@ -21,9 +21,6 @@ namespace {
 
 static_assert(static_cast<int>(ShapeKind::sphere) == kSphereKind && static_cast<int>(ShapeKind::plane) == kPlaneKind);
 
-/// Beyond, Newton's matrix and its elimination cost too much (our choice: 1.6 MB for eight lanes).
-constexpr std::size_t kMostNewtonDofs = 160;
-
 constexpr double kFar = 1e9;  // m, extent of what has none
 
 /// Writes the doubles of a kernel struct into one lane of rows.
@@ -190,14 +187,11 @@ void LaneEngine::number_mimics(const Model& nominal) {
 
 void LaneEngine::choose_solver(const Model& nominal) {
   SolverSettings& settings = block_.settings;
-  const auto nv = static_cast<std::size_t>(nominal.nv);
-  if (nominal.contact_solver == ContactSolver::sweeps || nv > kMostNewtonDofs) {
+  if (nominal.contact_solver == ContactSolver::sweeps || nominal.nv > kMostNewtonDofs) {
     settings.newton_after = settings.most_sweeps;
     return;
   }
   if (nominal.contact_solver == ContactSolver::newton) settings.newton_after = 1;
-  newton_filled_.resize(nv * nv);
-  newton_ancestors_.resize(nv * (nv + 1));
 }
 
 std::size_t LaneEngine::lay_out(double* base) {
@@ -242,9 +236,6 @@ std::size_t LaneEngine::lay_out(double* base) {
   b.servo = rows(kServoRows * na);
   b.servo_rows = rows(driven);
   b.M_kept = rows(t.row[t.nv]);
-  const int newton_dofs = newton_filled_.empty() ? 0 : t.nv;
-  b.newton = rows(newton_dofs * newton_dofs + 5 * newton_dofs);
-  b.newton_rows = rows((nb + na) * kNewtonRow);
   b.joints = base ? base + used : nullptr;
   used += static_cast<std::size_t>(nb + na) * kernel_.joint_doubles;
   b.collider = rows(nc * kColliderRows);
@@ -276,8 +267,6 @@ void LaneEngine::link_tables() {
   b.mimic_dof_count = static_cast<int>(mimic_dofs_.size());
   b.mimic_dofs = mimic_dofs_.data();
   b.whole = whole_.data();
-  b.newton_filled = newton_filled_.data();
-  b.newton_ancestors = newton_ancestors_.data();
   b.slot_used = slot_used_.data();
   b.soonest = soonest_.data();
   b.near = near_.data();
@@ -471,7 +460,6 @@ void LaneEngine::make_room_for_contacts() {
   contacts_.grow(count * kernel_.contact_doubles);
   contact_rows_.grow(rows * kernel_.lanes);
   sweep_memory_.grow(count * kSweepMemory * kernel_.lanes);
-  newton_contacts_.grow(count * kNewtonContact * kernel_.lanes);
   report_.grow(count * kContactRows * kernel_.lanes);
   if (report_pair_.size() < count) {
     report_pair_.resize(count);
@@ -480,10 +468,20 @@ void LaneEngine::make_room_for_contacts() {
   block_.contacts = contacts_.data();
   block_.contact_rows = contact_rows_.data();
   block_.sweep_memory = sweep_memory_.data();
-  block_.newton_contacts = newton_contacts_.data();
   block_.report = report_.data();
   block_.report_pair = report_pair_.data();
   block_.report_lanes = report_lanes_.data();
+  make_room_for_newton(count);
+}
+
+void LaneEngine::make_room_for_newton(std::size_t contacts) {
+  if (block_.settings.newton_after >= block_.settings.most_sweeps) return;
+  const auto nv = static_cast<std::size_t>(block_.topology.nv);
+  const std::size_t joints = static_cast<std::size_t>(block_.topology.bodies) + actuated_dof_.size();
+  newton_.grow(newton_numbers(nv, contacts, joints));
+  const std::size_t indices = newton_indices(nv, contacts, joints);
+  if (newton_indices_.size() < indices) newton_indices_.resize(indices + indices / 2);
+  block_.newton = {newton_.data(), newton_indices_.data()};
 }
 
 void LaneEngine::step(double h, unsigned active, const double* tau) {

@@ -86,7 +86,7 @@ class LaneEngine {
  private:
   void number_contacts(const Model& nominal);
   void number_mimics(const Model& nominal);
-  /// Sweeps, Newton's method or both, and what Newton's method needs.
+  /// Sweeps, Newton's method or both.
   void choose_solver(const Model& nominal);
   /// Places all arrays behind `base`; returns how many doubles they take.
   std::size_t lay_out(double* base);
@@ -105,6 +105,7 @@ class LaneEngine {
   void forget_contacts(int lane);
   void watch_joints();
   void make_room_for_contacts();
+  void make_room_for_newton(std::size_t contacts);
 
   const LaneKernel& kernel_;
   Topology topology_;
@@ -112,8 +113,7 @@ class LaneEngine {
   std::vector<int> actuated_dof_, actuated_body_, watched_, near_, slot_used_, report_pair_;
   std::vector<unsigned> near_lanes_, report_lanes_, locked_;
   std::vector<MimicView> mimics_;
-  std::vector<int> mimic_dofs_, whole_, newton_ancestors_;
-  std::vector<unsigned char> newton_filled_;
+  std::vector<int> mimic_dofs_, whole_, newton_indices_;
   std::vector<JointPathView> joint_paths_;  // per degree of freedom
   std::vector<double> soonest_;
   std::vector<std::shared_ptr<const HeightGrid>> grids_;  // keeps alive what terrain_ points to
@@ -123,7 +123,7 @@ class LaneEngine {
   int axes_ = 0;                      // that are kept
   std::vector<ColliderView> colliders_;
   std::vector<PairView> pairs_;
-  LaneMemory memory_, contacts_, contact_rows_, sweep_memory_, newton_contacts_, report_;
+  LaneMemory memory_, contacts_, contact_rows_, sweep_memory_, newton_, report_;
   LaneBlock block_{};
 };
 

@@ -151,23 +151,6 @@ inline void advance(LaneBlock& block, const TreeT<T>& tree, double h, unsigned a
   audit<T>(block, tree, h, active, before, impulse_work, gravity_work, rows<T>(block.effort)[2]);
 }
 
-template <class T>
-inline NewtonMemoryT<T> newton_memory(const LaneBlock& block) {
-  const int nv = block.topology.nv;
-  T* rest = rows<T>(block.newton) + nv * nv;
-  return {nv,
-          rows<T>(block.newton),
-          rest,
-          rest + nv,
-          rest + 2 * nv,
-          rest + 3 * nv,
-          rest + 4 * nv,
-          reinterpret_cast<NewtonContactT<T>*>(block.newton_contacts),
-          reinterpret_cast<NewtonRowT<T>*>(block.newton_rows),
-          block.newton_filled,
-          block.newton_ancestors};
-}
-
 /// Impulses of the step's constraints; dz becomes the change of v. Returns their work, J.
 template <class T>
 inline T solve(LaneBlock& block, const TreeT<T>& tree, double h, unsigned active, const DriveView& drive,
@@ -195,10 +178,10 @@ inline T solve(LaneBlock& block, const TreeT<T>& tree, double h, unsigned active
   for (int k = 0; k < tree.topology.nv; ++k) free[k] = dz[k];
   warm_start<T>(set, dz);
   T* effort = rows<T>(block.effort);
-  NewtonMemoryT<T> newton = newton_memory<T>(block);
+  const NewtonT<T> newton{tree.topology.nv, tree.inverse_D, free, block.newton};
   const SolverSettings& settings = block.settings;
   const SolveBounds bounds{settings.most_sweeps, settings.newton_after, settings.most_newton_steps, settings.tolerance};
-  solve_constraints<T>(law, bounds, active, tree.inverse_D, free, newton, set, dz, effort[0], effort[1]);
+  solve_constraints<T>(law, bounds, active, newton, set, dz, effort[0], effort[1]);
   if (block.settings.measure) {
     *reinterpret_cast<ContactResidualsT<T>*>(block.measured) = contact_residuals<T>(law, set, dz);
   }

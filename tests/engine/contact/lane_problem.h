@@ -7,6 +7,7 @@
 #include "engine/contact/newton_solve.h"
 #include "engine/contact/reference_contact.h"
 #include "engine/contact/residuals.h"
+#include "engine/lane_physics/lane_memory.h"
 
 namespace graze::test {
 
@@ -51,10 +52,9 @@ class LaneProblem {
     ConstraintsT<double> set{contacts_.data(), static_cast<int>(contacts_.size()), nullptr, 0, 0, &path_,
                              memory_.data()};
     LaneSolution out;
-    NewtonMemoryT<double> newton = newton_memory();
     const std::vector<double> inverse_D(dofs_.size(), 1.0), free(dofs_.size(), 0.0);
-    solve_constraints<double>(law, bounds, 1, inverse_D.data(), free.data(), newton, set, dz.data(), out.sweeps,
-                              out.residual);
+    const NewtonT<double> newton{path_.count, inverse_D.data(), free.data(), newton_memory()};
+    solve_constraints<double>(law, bounds, 1, newton, set, dz.data(), out.sweeps, out.residual);
     out.measured = contact_residuals<double>(law, set, dz.data());
     out.lambda.resize(3 * static_cast<Eigen::Index>(contacts_.size()));
     for (std::size_t i = 0; i < contacts_.size(); ++i) {
@@ -87,14 +87,10 @@ class LaneProblem {
     c.path = 0;
   }
 
-  NewtonMemoryT<double> newton_memory() {
-    const std::size_t nv = dofs_.size();
-    newton_.resize(nv * nv + 5 * nv);
-    newton_contacts_.resize(contacts_.size());
-    filled_.resize(nv * nv), ancestors_.resize(nv * (nv + 1));
-    double* rest = newton_.data() + nv * nv;
-    return {static_cast<int>(nv), newton_.data(),          rest,    rest + nv,      rest + 2 * nv,    rest + 3 * nv,
-            rest + 4 * nv,        newton_contacts_.data(), nullptr, filled_.data(), ancestors_.data()};
+  NewtonMemory newton_memory() {
+    numbers_.grow(newton_numbers(dofs_.size(), contacts_.size(), 0));
+    indices_.resize(newton_indices(dofs_.size(), contacts_.size(), 0));
+    return {numbers_.data(), indices_.data()};
   }
 
   Eigen::MatrixXd root_;
@@ -103,10 +99,8 @@ class LaneProblem {
   std::vector<Vec3T<double>> rows_;
   std::vector<ContactT<double>> contacts_;
   std::vector<SweepMemoryT<double>> memory_;
-  std::vector<double> newton_;
-  std::vector<NewtonContactT<double>> newton_contacts_;
-  std::vector<unsigned char> filled_;
-  std::vector<int> ancestors_;
+  LaneMemory numbers_;
+  std::vector<int> indices_;
 };
 
 }  // namespace graze::test

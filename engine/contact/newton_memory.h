@@ -1,0 +1,38 @@
+#pragma once
+// Memory of Newton's method for contacts (newton.h): plain numbers, so that what allocates it need not know of lanes.
+
+#include <cstddef>
+
+namespace graze {
+
+/// Beyond, Newton's matrix and its elimination cost too much (our choice).
+inline constexpr int kMostNewtonDofs = 160;
+
+/// Working memory of one lane's solve, reused by all lanes. `numbers` begins on a cache line.
+struct NewtonMemory {
+  double* numbers = nullptr;
+  int* indices = nullptr;
+};
+
+/// Doubles of a register of eight contacts or joints with its pointers, and of a row: bounds, which newton.h checks.
+inline constexpr std::size_t kNewtonEight = 256, kNewtonRow = 8;
+/// Words of a set of degrees of freedom.
+inline constexpr int kDofWords = (kMostNewtonDofs + 63) / 64;
+
+constexpr std::size_t eights(std::size_t count) { return (count + 7) / 8; }
+
+/// Doubles of NewtonMemory for so many degrees of freedom, contacts and joint rows.
+constexpr std::size_t newton_numbers(std::size_t nv, std::size_t contacts, std::size_t joints) {
+  const std::size_t width = 8 * eights(nv), packs = eights(contacts) + eights(joints);
+  const std::size_t columns = 8 * nv * (3 * eights(contacts) + eights(joints));
+  return nv * width + 8 * width + nv * kDofWords + packs * kNewtonEight + (contacts + joints) * kNewtonRow + columns +
+         (3 * contacts + joints) * width + 64;
+}
+
+/// Likewise ints.
+constexpr std::size_t newton_indices(std::size_t nv, std::size_t contacts, std::size_t joints) {
+  const std::size_t packs = eights(contacts) + eights(joints);
+  return packs * nv + (contacts + joints) * (2 * eights(nv) + 1) + nv * (nv + eights(nv) + 2) + 2 * nv + 1;
+}
+
+}  // namespace graze
