@@ -20,20 +20,28 @@ struct End {
   int violated = -1;
   double time = 0;  // s
   std::vector<double> margins;
+  bool flagged = false;
 };
 
 /// Of all traces of a policy, by particle.
 using EndOfParticle = std::map<std::uint32_t, End>;
 
-EndOfParticle read_ends(const Archive& archive, const std::string& policy) {
+/// Of the valid traces; adds up what became of the contacts of all.
+EndOfParticle read_ends(const Archive& archive, const std::string& policy, Convergence& convergence) {
   EndOfParticle out;
-  archive.scan(policy, kEndTime | kMargins, [&](const TraceRows& rows) {
+  ConvergenceSum sum;
+  archive.scan(policy, kEndTime | kMargins | kSolver, [&](const TraceRows& rows) {
     for (std::size_t i = 0; i < rows.size(); ++i) {
+      const SolverLog log = rows.has_solver() ? rows.solver(i) : SolverLog();
+      const bool flagged = log.flagged(archive.info().unconverged);
+      sum.add(rows.particle(i), rows.outcome(i), log, flagged);
       if (rows.outcome(i) == Outcome::invalid) continue;
       const auto margins = rows.margins(i);
-      out[rows.particle(i)] = {rows.outcome(i), rows.violated(i), rows.end_time(i), {margins.begin(), margins.end()}};
+      out[rows.particle(i)] = {
+          rows.outcome(i), rows.violated(i), rows.end_time(i), {margins.begin(), margins.end()}, flagged};
     }
   });
+  convergence = sum.total();
   return out;
 }
 
@@ -66,8 +74,9 @@ void count_pairs(const EndOfParticle& a, const EndOfParticle& b, const CampaignI
     const std::string name_a = end_name(in_a, info_a), name_b = end_name(in_b, info_b);
     ++moves[name_a][name_b];
     ends.insert(name_b);
-    if (!met_a && met_b) out.fixed.push_back({particle, name_a, name_b});
-    if (met_a && !met_b) out.broken.push_back({particle, name_a, name_b});
+    const Change change{particle, name_a, name_b, in_a.flagged, in_b.flagged};
+    if (!met_a && met_b) out.fixed.push_back(change);
+    if (met_a && !met_b) out.broken.push_back(change);
   }
   out.ends.assign(ends.begin(), ends.end());
   for (const auto& [name, counts] : moves) {
@@ -106,7 +115,8 @@ PolicyComparison compare_policies(const Archive& a, const Archive& b, const std:
   out.policy_a = policy_a;
   out.policy_b = policy_b;
   out.paired = paired;
-  const EndOfParticle ends_a = read_ends(a, policy_a), ends_b = read_ends(b, policy_b);
+  const EndOfParticle ends_a = read_ends(a, policy_a, out.convergence_a),
+                      ends_b = read_ends(b, policy_b, out.convergence_b);
   out.n_a = ends_a.size();
   out.n_b = ends_b.size();
   out.success_a = successes(ends_a);
@@ -218,6 +228,8 @@ Comparison compare_campaigns(const Archive& a, const Archive& b, const CompareRe
   out.campaign_b = b.info().scenario_name;
   out.complete_a = a.complete();
   out.complete_b = b.complete();
+  out.unconverged_a = a.info().unconverged;
+  out.unconverged_b = b.info().unconverged;
   const auto policies = policies_of(a.info(), b.info(), request);
   out.particles.others = why_others(a.info(), b.info());
   out.changes = scenario_changes(a.info().scenario_text, b.info().scenario_text);

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "analysis/convergence.h"
 #include "analysis/proportions.h"
 #include "analysis/scenario_changes.h"
 #include "archive/archive.h"
@@ -30,7 +31,8 @@ struct SameParticles {
 /// One particle that ends otherwise in b than in a.
 struct Change {
   std::uint32_t particle;
-  std::string in_a, in_b;  // "success", the requirement that was violated, "objective"
+  std::string in_a, in_b;                     // "success", the requirement that was violated, "objective"
+  bool flagged_a = false, flagged_b = false;  // more of its steps did not converge than that campaign lets pass
 };
 
 /// A margin on the same particles, of the pairs of traces that ended at the same time: a trace that was cut short has
@@ -56,12 +58,14 @@ struct PolicyComparison {
   std::vector<std::string> ends;                                          // outcomes in b
   std::vector<Change> fixed, broken;                                      // by particle
   std::vector<MarginChange> margins;
+  Convergence convergence_a, convergence_b;  // of the contact solver, over all traces of each
 };
 
 struct Comparison {
   CompareRequest request;
   std::string campaign_a, campaign_b;
   bool complete_a = true, complete_b = true;
+  double unconverged_a = 0, unconverged_b = 0;  // shares of steps, above which a trace is flagged
   SameParticles particles;
   std::vector<ScenarioChange> changes;  // of the scenario
   std::vector<PolicyComparison> policies;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "analysis/compare.h"
 #include "analysis/failures.h"
@@ -106,23 +107,48 @@ std::string margins_table(const PolicyComparison& one) {
   return one.margins.empty() ? "" : text_table(rows, 1);
 }
 
+std::string convergence_text(const Comparison& c) {
+  std::vector<NamedConvergence> rows;
+  for (const PolicyComparison& one : c.policies) {
+    rows.push_back({one.policy_a + ", A", one.convergence_a});
+    rows.push_back({one.policy_b + ", B", one.convergence_b});
+  }
+  std::string rule = flag_rule(c.unconverged_a);
+  if (c.unconverged_a != c.unconverged_b) rule += " in A, " + flag_rule(c.unconverged_b) + " in B";
+  return convergence_table(rows, rule);
+}
+
+const char* flags_text(const Change& change) {
+  return change.flagged_a ? change.flagged_b ? "A, B" : "A" : change.flagged_b ? "B" : "";
+}
+
+/// With a column "flagged", in which of the two, if any of those that are listed is.
 std::string changes_table(const std::vector<Change>& changes, const char* title, const PolicyComparison& one,
                           const Comparison& c, std::size_t most) {
   if (changes.empty()) return "";
+  const std::span<const Change> listed = std::span(changes).first(std::min(most, changes.size()));
+  const bool flagged =
+      std::any_of(listed.begin(), listed.end(), [](const Change& change) { return *flags_text(change) != '\0'; });
   Rows rows = {{"particle", "in A", "in B", "to see it in B"}};
-  for (std::size_t i = 0; i < std::min(most, changes.size()); ++i) {
-    const Change& change = changes[i];
+  if (flagged) rows[0].insert(rows[0].begin() + 3, "flagged");
+  for (const Change& change : listed) {
     rows.push_back({std::to_string(change.particle), change.in_a, change.in_b,
                     replay_command(c.request.name_b, one.policy_b, change.particle)});
+    if (flagged) rows.back().insert(rows.back().begin() + 3, flags_text(change));
   }
-  std::string out = fmt::format("\n{} ({})\n", title, changes.size()) + text_table(rows, 4);
+  std::string out = fmt::format("\n{} ({})\n", title, changes.size()) + text_table(rows, rows[0].size());
   const std::size_t left = changes.size() - (rows.size() - 1);
   return left == 0 ? out : out + fmt::format("… and {} more (--top, --csv)\n", left);
 }
 
 Json changes_json(const std::vector<Change>& changes) {
   Json out = Json::array();
-  for (const Change& one : changes) out.push_back({{"particle", one.particle}, {"a", one.in_a}, {"b", one.in_b}});
+  for (const Change& one : changes) {
+    out.push_back({{"particle", one.particle},
+                   {"a", one.in_a},
+                   {"b", one.in_b},
+                   {"flagged", {{"a", one.flagged_a}, {"b", one.flagged_b}}}});
+  }
   return out;
 }
 
@@ -143,8 +169,8 @@ Json policy_json(const PolicyComparison& one) {
   }
   return {{"policy_a", one.policy_a},
           {"policy_b", one.policy_b},
-          {"a", {{"n", one.n_a}, {"success", one.success_a}}},
-          {"b", {{"n", one.n_b}, {"success", one.success_b}}},
+          {"a", {{"n", one.n_a}, {"success", one.success_a}, {"convergence", convergence_json(one.convergence_a)}}},
+          {"b", {{"n", one.n_b}, {"success", one.success_b}, {"convergence", convergence_json(one.convergence_b)}}},
           {"paired", one.paired},
           {"pairs",
            {{"both", one.pairs.both},
@@ -168,7 +194,7 @@ std::string format_comparison(const Comparison& c, std::size_t most) {
   std::string out =
       fmt::format("A: {} ({}){}\nB: {} ({}){}\n", c.request.name_a, c.campaign_a, c.complete_a ? "" : " INCOMPLETE",
                   c.request.name_b, c.campaign_b, c.complete_b ? "" : " INCOMPLETE");
-  out += particles_text(c) + changes_text(c.changes) + "\n" + verdict_table(c);
+  out += particles_text(c) + changes_text(c.changes) + "\n" + verdict_table(c) + convergence_text(c);
   for (const PolicyComparison& one : c.policies) {
     if (!one.paired) continue;
     out += fmt::format("\n{}: how the {} particles of both end\n", policy_name(one), one.pairs.n()) + moves_table(one);
@@ -192,8 +218,11 @@ std::string comparison_json(const Comparison& c) {
                        {"b", one.in_b.empty() ? Json() : Json(one.in_b)}});
   }
   const SameParticles& p = c.particles;
-  const Json out = {{"a", {{"archive", c.request.name_a}, {"campaign", c.campaign_a}, {"complete", c.complete_a}}},
-                    {"b", {{"archive", c.request.name_b}, {"campaign", c.campaign_b}, {"complete", c.complete_b}}},
+  const auto side = [](const std::string& archive, const std::string& campaign, bool complete, double limit) {
+    return Json{{"archive", archive}, {"campaign", campaign}, {"complete", complete}, {"unconverged_limit", limit}};
+  };
+  const Json out = {{"a", side(c.request.name_a, c.campaign_a, c.complete_a, c.unconverged_a)},
+                    {"b", side(c.request.name_b, c.campaign_b, c.complete_b, c.unconverged_b)},
                     {"particles",
                      {{"paired", p.others.empty()},
                       {"why_not", p.others},
@@ -208,12 +237,13 @@ std::string comparison_json(const Comparison& c) {
 }
 
 std::string changes_csv(const Comparison& c) {
-  std::string out = "policy_a,policy_b,particle,change,in_a,in_b\n";
+  std::string out = "policy_a,policy_b,particle,change,in_a,in_b,flagged_a,flagged_b\n";
   for (const PolicyComparison& one : c.policies) {
     for (const auto& [changes, name] : {std::pair{&one.fixed, "fixed"}, std::pair{&one.broken, "broken"}}) {
       for (const Change& change : *changes) {
-        out += fmt::format("{},{},{},{},{},{}\n", csv_cell(one.policy_a), csv_cell(one.policy_b), change.particle, name,
-                           csv_cell(change.in_a), csv_cell(change.in_b));
+        out += fmt::format("{},{},{},{},{},{},{:d},{:d}\n", csv_cell(one.policy_a), csv_cell(one.policy_b),
+                           change.particle, name, csv_cell(change.in_a), csv_cell(change.in_b), change.flagged_a,
+                           change.flagged_b);
       }
     }
   }

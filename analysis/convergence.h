@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -12,8 +13,6 @@
 #include "simulation/change_counts.h"
 
 namespace graze {
-
-struct PolicyScore;
 
 /// Sums over the traces of a policy, invalid ones among them, whose back end tells of its solver.
 struct Convergence {
@@ -24,6 +23,7 @@ struct Convergence {
   /// are none, or the archive does not know.
   double median_change = 0;
   std::uint64_t braked_steps = 0, braked_traces = 0;
+  double most_braked = 0;                      // the largest change that the brake has made, m/s or rad/s
   std::array<std::uint64_t, 4> flagged = {};   // traces, by Outcome
   std::optional<std::uint32_t> first_flagged;  // the lowest particle among them
 
@@ -36,7 +36,8 @@ struct Convergence {
 /// Adds up traces, in any order, each once.
 class ConvergenceSum {
  public:
-  void add(const TraceOutcome& trace);
+  void add(std::uint32_t particle, Outcome outcome, const SolverLog& log, bool flagged);
+  void add(const TraceOutcome& trace) { add(trace.particle, trace.outcome, trace.solver, trace.flagged); }
   Convergence total() const;
 
  private:
@@ -50,11 +51,25 @@ std::string percent(double share);
 /// "12 of 3000 steps (0.4 %)"; `all` is not 0.
 std::string steps_text(std::uint64_t some, std::uint64_t all);
 
-/// A line per policy that has such steps, with a head that names the limit; empty if there are none.
-std::string convergence_table(const std::vector<PolicyScore>& policies, double limit);
+/// What a line of the table is about: a policy, or one of one of two campaigns.
+struct NamedConvergence {
+  std::string name;
+  Convergence convergence;
+};
+
+/// "more than 5 % of them": what makes a trace flagged.
+std::string flag_rule(double limit);
+
+/// A line for each that has such steps, with a head that tells the rule; empty if there are none.
+std::string convergence_table(std::span<const NamedConvergence> rows, const std::string& rule);
+
+/// The same of one policy in a sentence, without a point; empty if all its steps converged and none was braked.
+std::string convergence_sentence(const Convergence& convergence, double limit);
+
+/// null: no trace's back end tells of its solver.
 nlohmann::ordered_json convergence_json(const Convergence& convergence);
 
-/// The same of one trace: "" if all its steps converged and none was braked.
+/// The same of one trace, JSON by the same names: "" if all its steps converged and none was braked.
 std::string solver_lines(const SolverLog& log, double limit);
 nlohmann::ordered_json solver_json(const SolverLog& log, double limit);
 

@@ -79,6 +79,12 @@ std::vector<CauseTarget> targets_of(const CampaignInfo& info, const std::vector<
 Scatter scatter_of(const std::vector<ExplainedTrace>& traces, const Freedoms& freedoms, DipTest& test,
                    const std::function<bool(const ExplainedTrace&)>& counts) {
   std::vector<std::vector<double>> columns(freedoms.names().size());
+  if (columns.empty()) {
+    Scatter none;
+    none.traces = static_cast<std::size_t>(std::count_if(traces.begin(), traces.end(), counts));
+    none.notes.push_back("nothing moves, so that there is no state to end in");
+    return none;
+  }
   for (const ExplainedTrace& trace : traces) {
     for (std::size_t k = 0; counts(trace) && k < columns.size(); ++k) columns[k].push_back(trace.freedoms[k]);
   }
@@ -147,6 +153,10 @@ void find_growth(const Archive& archive, const std::vector<ExplainedTrace>& trac
   std::vector<std::uint32_t> ended;
   for (const ExplainedTrace& trace : traces) {
     if (ran_to_the_end(trace)) ended.push_back(trace.particle);
+  }
+  if (freedoms.names().empty()) {
+    growth.note = "nothing moves";
+    return;
   }
   growth.note = "growth over time needs telemetry of traces that ran to the end (record telemetry: all)";
   const std::size_t count = std::min(ended.size(), kGrowthTraces);

@@ -99,7 +99,7 @@ struct ExplanationTable {
   std::vector<std::string> head;
   std::vector<std::vector<std::string>> rows;
 };
-/// causes, rules, spread, modes, survival, margins, rates.
+/// causes, rules, spread, modes, survival, margins, rates, convergence.
 std::vector<ExplanationTable> explanation_tables(const Explanation& explanation);
 
 }  // namespace graze

@@ -114,7 +114,8 @@ Json sizes_of(const PolicyExplanation& p) {
   return {{"widths", widths}, {"decisions", decisions}};
 }
 
-Json json_of(const PolicyExplanation& p, const RateBounds& rate, const ParticleTable& table) {
+Json json_of(const PolicyExplanation& p, const RateBounds& rate, const Convergence& convergence,
+             const ParticleTable& table) {
   const auto mode = [](const ModeTraces& m) {
     return Json{
         {"success", m.success}, {"known_failure", m.known}, {"unknown_failure", m.unknown}, {"particles", m.particles}};
@@ -126,6 +127,7 @@ Json json_of(const PolicyExplanation& p, const RateBounds& rate, const ParticleT
           {"unknown_failure", p.unknown},
           {"invalid", p.invalid},
           {"rate", rate_of(rate)},
+          {"convergence", convergence_json(convergence)},
           {"causes", json_list(p.causes, [&](const Causes& one) { return causes_json(one, table); })},
           {"bifurcation_causes", p.bifurcations},
           {"final_states", json_of(p.ended)},
@@ -142,7 +144,8 @@ Json json_of(const PolicyExplanation& p, const RateBounds& rate, const ParticleT
 std::string explanation_json(const Explanation& all) {
   Json policies = Json::array(), pairs = Json::array();
   for (std::size_t i = 0; i < all.policies.size(); ++i) {
-    policies.push_back(json_of(all.policies[i], all.rates.policies[i], all.parameters));
+    policies.push_back(
+        json_of(all.policies[i], all.rates.policies[i], all.score.policies[i].convergence, all.parameters));
   }
   for (std::size_t i = 0; i < all.pairs.size(); ++i) {
     const CorrectedPair& rate = all.rates.pairs[i];
@@ -161,6 +164,7 @@ std::string explanation_json(const Explanation& all) {
                      {"looked_at", all.looked_at},
                      {"parameters", all.parameters.columns.size()},
                      {"notes", all.notes},
+                     {"unconverged_limit", all.score.unconverged},
                      {"policies", policies},
                      {"log_rank", json_of(all.log_rank)},
                      {"pairs", pairs}};

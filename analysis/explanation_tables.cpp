@@ -127,11 +127,30 @@ ExplanationTable rates_of(const Explanation& all) {
   return out;
 }
 
+ExplanationTable convergence_of(const Explanation& all) {
+  ExplanationTable out{
+      "convergence",
+      {"policy", "traces", "steps", "unconverged_steps", "unconverged_traces", "median_change", "largest_change",
+       "braked_steps", "braked_traces", "most_braked", "flagged", "flagged_success", "first_flagged"},
+      {}};
+  for (const PolicyScore& policy : all.score.policies) {
+    const Convergence& c = policy.convergence;
+    if (c.traces == 0) continue;  // the back end does not tell
+    const bool some = c.unconverged_steps > 0;
+    out.rows.push_back({policy.policy, cell(c.traces), cell(c.steps), cell(c.unconverged_steps),
+                        cell(c.unconverged_traces), some ? csv_number(c.median_change) : "",
+                        some ? csv_number(c.largest_change) : "", cell(c.braked_steps), cell(c.braked_traces),
+                        csv_number(c.most_braked), cell(c.flagged_all()), cell(c.flagged_in(Outcome::success)),
+                        c.first_flagged ? cell(std::uint64_t{*c.first_flagged}) : ""});
+  }
+  return out;
+}
+
 }  // namespace
 
 std::vector<ExplanationTable> explanation_tables(const Explanation& all) {
   return {causes_of(all),       rules_of_all(all), spread_of(all), modes_of(all),
-          survival_of_all(all), margins_of(all),   rates_of(all)};
+          survival_of_all(all), margins_of(all),   rates_of(all),  convergence_of(all)};
 }
 
 }  // namespace graze

@@ -243,6 +243,8 @@ std::string format_explanation(const Explanation& all) {
   for (std::size_t i = 0; i < all.policies.size(); ++i) {
     const PolicyExplanation& policy = all.policies[i];
     out += "\n" + head_of(all, i);
+    const std::string solver = convergence_sentence(score_of(all, i).convergence, all.score.unconverged);
+    if (!solver.empty()) out += paragraph(solver, 2, 4);
     if (!policy.causes.empty()) out += "  Causes\n" + causes_text(policy, all.parameters);
     out += "  Final states\n" + modes_text(policy) + growth_text(policy.growth);
     out += "  Survival\n" + survival_text(policy);

@@ -42,12 +42,13 @@ class FailureCollector {
   FailureTable out_;
 };
 
+constexpr unsigned kColumns =
+    kEndTime | kObjectiveMargin | kMargins | kFirstViolations | kCulprits | kSolver | kInvalidReason;
+
 }  // namespace
 
 FailureTable failures_of(const Archive& archive, const std::string& policy,
                          const std::function<bool(std::uint32_t)>& wanted) {
-  constexpr unsigned kColumns =
-      kEndTime | kObjectiveMargin | kMargins | kFirstViolations | kCulprits | kSolver | kInvalidReason;
   FailureCollector failures;
   const auto take = [&](const TraceRows& traces) {
     for (std::size_t i = 0; i < traces.size(); ++i) failures.add(traces, i);
@@ -56,6 +57,18 @@ FailureTable failures_of(const Archive& archive, const std::string& policy,
     return outcome != Outcome::success && (!wanted || wanted(particle));
   });
   return failures.take();
+}
+
+FailureTable flagged_traces_of(const Archive& archive, const std::string& policy,
+                               const std::function<bool(std::uint32_t)>& wanted) {
+  FailureCollector flagged;
+  const auto take = [&](const TraceRows& traces) {
+    for (std::size_t i = 0; traces.has_solver() && i < traces.size(); ++i) {
+      if (traces.solver(i).flagged(archive.info().unconverged)) flagged.add(traces, i);
+    }
+  };
+  archive.scan(policy, kColumns, take, [&](std::uint32_t particle, Outcome) { return !wanted || wanted(particle); });
+  return flagged.take();
 }
 
 }  // namespace graze

@@ -11,7 +11,7 @@
 
 namespace graze {
 
-/// Failed traces of one policy (known, unknown and invalid), in order of particle id.
+/// Failed traces of one policy (known, unknown and invalid), or flagged ones, in order of particle id.
 struct FailureTable {
   struct Row {
     std::uint32_t particle = 0;
@@ -30,6 +30,11 @@ struct FailureTable {
 /// Of all particles or of those `wanted`. Memory: a row for each failure. Throws as Archive::scan().
 FailureTable failures_of(const Archive& archive, const std::string& policy,
                          const std::function<bool(std::uint32_t)>& wanted = {});
+
+/// The same of flagged traces, whatever became of them: more of their steps did not converge than the scenario lets
+/// pass.
+FailureTable flagged_traces_of(const Archive& archive, const std::string& policy,
+                               const std::function<bool(std::uint32_t)>& wanted = {});
 
 /// A row of the table in words; `policy`: the one that the table is of.
 Failure describe_failure(const FailureTable& table, const FailureTable::Row& row, const std::string& policy,

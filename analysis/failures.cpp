@@ -22,14 +22,15 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 /// Looks at a window of particles at a time, for memory's sake.
-void for_each_failure(const Archive& archive, const std::vector<std::string>& policies,
-                      const std::function<void(const Failure&)>& act) {
+void for_each_listed(const Archive& archive, Listed which, const std::vector<std::string>& policies,
+                     const std::function<void(const Failure&)>& act) {
   constexpr std::uint64_t kWindow = std::uint64_t{1} << 20;
   const CampaignInfo& info = archive.info();
   for (const std::string& policy : policies) {
     for (std::uint64_t first = 0; first < info.particles; first += kWindow) {
-      const FailureTable table = failures_of(
-          archive, policy, [=](std::uint32_t particle) { return particle >= first && particle - first < kWindow; });
+      const auto wanted = [=](std::uint32_t particle) { return particle >= first && particle - first < kWindow; };
+      const FailureTable table =
+          which == Listed::failures ? failures_of(archive, policy, wanted) : flagged_traces_of(archive, policy, wanted);
       for (const FailureTable::Row& row : table.rows) act(describe_failure(table, row, policy, info));
     }
   }
@@ -45,9 +46,12 @@ std::string margin_text(const Failure& failure) {
 
 constexpr std::size_t kMostText = 60;  // bytes
 
-/// Reasons may be long.
+/// Reasons may be long: whole words of them.
 std::string shortened(const std::string& text) {
-  return text.size() <= kMostText ? text : clipped(text, kMostText - 1);
+  if (text.size() <= kMostText) return text;
+  const std::size_t blank = text.rfind(' ', kMostText - 1);
+  return blank == std::string::npos || blank < kMostText / 2 ? clipped(text, kMostText - 1)
+                                                             : text.substr(0, blank) + " …";
 }
 
 /// Columns that culprits take: as wide as the longest name, of pairs twice that, but no wider than shortened() leaves
@@ -134,8 +138,8 @@ std::string format_failures(const std::vector<Failure>& failures, const std::str
   return left == 0 ? out : out + fmt::format("… and {} more kinds\n", left);
 }
 
-void list_failures(const Archive& archive, const std::vector<std::string>& policies, const std::string& name,
-                   bool flagged, std::ostream& out) {
+void list_traces(const Archive& archive, Listed which, const std::vector<std::string>& policies,
+                 const std::string& name, bool flagged, std::ostream& out) {
   std::size_t policy = 6, what = 9;
   const std::size_t culprit = culprit_width(archive.info());
   for (const std::string& one : policies) policy = std::max(policy, one.size());
@@ -146,7 +150,7 @@ void list_failures(const Archive& archive, const std::vector<std::string>& polic
   };
   out << line("flagged", "replay", "policy", policy, "particle", "outcome", "what", what, "culprit", culprit, "time",
               "margin");
-  for_each_failure(archive, policies, [&](const Failure& failure) {
+  for_each_listed(archive, which, policies, [&](const Failure& failure) {
     out << line(failure.flagged ? percent(failure.unconverged) : "",
                 replay_command(name, failure.policy, failure.particle), printable(failure.policy), policy,
                 failure.particle, outcome_name(failure.outcome), printable(failure.what), what,
@@ -172,10 +176,10 @@ std::string failure_json(const Failure& failure, const std::string& archive) {
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 
-void list_failures_json(const Archive& archive, const std::vector<std::string>& policies, const std::string& name,
-                        std::ostream& out) {
+void list_traces_json(const Archive& archive, Listed which, const std::vector<std::string>& policies,
+                      const std::string& name, std::ostream& out) {
   const char* comma = "";
-  for_each_failure(archive, policies, [&](const Failure& failure) {
+  for_each_listed(archive, which, policies, [&](const Failure& failure) {
     out << comma << "\n    " << failure_json(failure, name);
     comma = ",";
   });

@@ -12,12 +12,12 @@
 
 namespace graze {
 
-/// One failed trace.
+/// One failed or flagged trace.
 struct Failure {
   std::string policy;
   std::uint32_t particle = 0;
   Outcome outcome = Outcome::invalid;
-  std::string what;  // the requirement that was violated first; "objective"; why it is invalid
+  std::string what;  // the requirement that was violated first; "objective", met or not; why it is invalid
   double time = 0;   // s: of the violation, else of the end; NaN: not known
   double margin = 0;
   std::string unit = {};     // of the margin; of an objective: of the witness that gave it
@@ -51,13 +51,16 @@ class WaysToFail {
 /// command that lists all.
 std::string format_failures(const std::vector<Failure>& failures, const std::string& archive, const std::string& list,
                             std::size_t most);
-/// Every failure under these policies, a line each, by policy and particle. `flagged`: with a column that tells which
-/// are.
-void list_failures(const Archive& archive, const std::vector<std::string>& policies, const std::string& name,
-                   bool flagged, std::ostream& out);
+/// Which traces are listed: all that failed; all that are flagged, successes among them.
+enum class Listed { failures, flagged };
+
+/// Every such trace under these policies, a line each, by policy and particle. `flagged`: with a column that tells
+/// which are.
+void list_traces(const Archive& archive, Listed which, const std::vector<std::string>& policies,
+                 const std::string& name, bool flagged, std::ostream& out);
 /// The same as the elements of a JSON array, without its brackets.
-void list_failures_json(const Archive& archive, const std::vector<std::string>& policies, const std::string& name,
-                        std::ostream& out);
+void list_traces_json(const Archive& archive, Listed which, const std::vector<std::string>& policies,
+                      const std::string& name, std::ostream& out);
 /// One failure as JSON.
 std::string failure_json(const Failure& failure, const std::string& archive);
 

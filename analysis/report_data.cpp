@@ -1,7 +1,10 @@
 #include "analysis/report_data.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
+#include "analysis/number_words.h"
 #include "analysis/report_families.h"
 #include "analysis/report_margins.h"
 
@@ -99,6 +102,19 @@ Json parameters_json(const CampaignInfo& info, const ReportSample& sample, Numbe
   return out;
 }
 
+/// What heads the page: how many traces rest on contacts that did not converge.
+Json page_notes(const Score& score) {
+  Json out = Json::array();
+  std::uint64_t flagged = 0;
+  for (const PolicyScore& policy : score.policies) flagged += policy.convergence.flagged_all();
+  if (flagged == 0) return out;
+  out.push_back(fmt::format("{} flagged: contacts of {} did not converge ('{}' lists them).",
+                            graze::counted(flagged, "trace is", "traces are"),
+                            fmt::format("more than {:.3g} % of the steps", 100 * score.unconverged),
+                            score.flagged_command));
+  return out;
+}
+
 }  // namespace
 
 ReportInput read_report(const Archive& archive, const std::string& name, const std::vector<std::string>& policies) {
@@ -141,7 +157,7 @@ Json report_data(const Archive& archive, const ReportInput& input, NumberForm fo
           {"parameters", parameters_json(info, input.sample, form)},
           {"channels", Json::array()},
           {"trajectories", Json::array()},
-          {"notes", Json::array()},
+          {"notes", page_notes(input.score)},
           {"sections", Json::array()}};
 }
 

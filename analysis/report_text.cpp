@@ -55,6 +55,18 @@ std::string policy_table(const std::vector<PolicyScore>& policies) {
   return text_table(rows, 1);
 }
 
+/// With the command that lists flagged traces where there are any.
+std::string convergence_text(const Score& score) {
+  std::vector<NamedConvergence> rows;
+  bool flagged = false;
+  for (const PolicyScore& p : score.policies) {
+    rows.push_back({p.policy, p.convergence});
+    flagged = flagged || p.convergence.flagged_all() > 0;
+  }
+  const std::string table = convergence_table(rows, flag_rule(score.unconverged));
+  return flagged ? table + fmt::format("'{}' lists the flagged traces\n", score.flagged_command) : table;
+}
+
 std::string answer_table(const Score& score) {
   Rows rows = {{"question", "policy", "answer", "N", fmt::format("{:g} % sequence", 100 * score.confidence)}};
   for (const Answer& a : score.answers) {
@@ -152,7 +164,7 @@ Json json_of(const PolicyScore& p, const std::vector<std::string>& requirements,
           {"invalid", p.invalid},
           {"rate", json_of(p.rate)},
           {"interval", json_of(p.interval)},
-          {"convergence", p.convergence.traces > 0 ? convergence_json(p.convergence) : Json(nullptr)}};
+          {"convergence", convergence_json(p.convergence)}};
 }
 
 Json json_of(const Answer& a) {
@@ -186,7 +198,7 @@ std::string format_score(const Score& score, bool failures) {
   }
   out.append(score.complete ? "\n" : " (INCOMPLETE: not all traces have been simulated)\n");
   out.append("\n").append(policy_table(score.policies));
-  out.append(convergence_table(score.policies, score.unconverged));
+  out.append(convergence_text(score));
   if (!score.answers.empty()) {
     out.append(fmt::format("\nAsked by --until; {} particles\n", score.particles)).append(answer_table(score));
   }

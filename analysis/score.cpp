@@ -121,10 +121,10 @@ void answer_questions(const CampaignInfo& info, Score& out) {
   }
 }
 
-std::string failures_command(const std::string& archive, const std::vector<std::string>& chosen) {
+std::string listing_command(const std::string& archive, const std::vector<std::string>& chosen, const char* what) {
   std::string out = "graze score " + shell_path(archive);
   for (const std::string& policy : chosen) out += " " + shell_option("--policy", policy);
-  return out + " --failures";
+  return out + " " + what;
 }
 
 }  // namespace
@@ -151,8 +151,9 @@ Score score(const Archive& archive, const std::string& name, const std::vector<s
   }
   answer_questions(info, out);
   out.archive = name.empty() ? archive.path().string() : name;
-  out.failures_command =
-      failures_command(out.archive, policies == info.policies ? std::vector<std::string>{} : policies);
+  const std::vector<std::string> named = policies == info.policies ? std::vector<std::string>{} : policies;
+  out.failures_command = listing_command(out.archive, named, "--failures");
+  out.flagged_command = listing_command(out.archive, named, "--flagged");
   for (std::size_t i = 0; i < policies.size(); ++i) {
     for (std::size_t k = i + 1; k < policies.size(); ++k) {
       out.pairs.push_back(compare(policies[i], ends[i], policies[k], ends[k]));

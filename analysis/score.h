@@ -71,6 +71,7 @@ struct Score {
   std::vector<Answer> answers;       // of a complete campaign with --until
   std::string archive;               // as replay commands name it
   std::string failures_command;      // that lists every failure of these policies
+  std::string flagged_command;       // that lists every flagged trace of them
   std::vector<Failure> failures;     // the first of each kind
   /// Of a rate of k among n traces of a policy: Clopper-Pearson, or the confidence sequence where --until chose n.
   Interval interval(std::uint64_t k, std::uint64_t n, double level = 0.95) const;

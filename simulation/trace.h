@@ -39,7 +39,7 @@ void each_solver_fact(const SolverLog& log, double limit, const Do& act) {
   if (!log.tells()) return;
   act("solver_steps", log.steps, "");
   act("unconverged_steps", log.unconverged_steps, "");
-  act("unconverged_median_change", log.median_residual, "m/s");
+  act("median_change", log.median_residual, "m/s");
   act("largest_change", log.largest_residual, "m/s");
   act("braked_steps", log.braked_steps, "");
   act("most_braked", log.most_braked, "m/s");

@@ -18,7 +18,7 @@ struct ScoreArguments {
   std::vector<std::string> archives;
   std::vector<std::string> require;
   std::vector<std::string> policies;
-  bool failures = false, json = false;
+  bool failures = false, flagged = false, json = false;
 };
 
 /// A gate is a question about what is there: met if its answer holds, missed if it is refuted.
@@ -53,27 +53,39 @@ std::vector<std::string> policies_of(const Score& score) {
   return names;
 }
 
-/// The score with every failure, streamed: there may be more of them than memory holds.
-void print_json(const Archive& archive, const Score& result, bool all_failures) {
-  std::string text = score_json(result, !all_failures);
-  if (!all_failures) {
+/// The score with every failure or flagged trace, streamed: there may be more of them than memory holds.
+void print_json(const Archive& archive, const Score& result, const ScoreArguments& arguments) {
+  std::string text = score_json(result, !arguments.failures);
+  if (!arguments.failures && !arguments.flagged) {
     std::cout << text;
     return;
   }
   text.resize(text.rfind('}'));
   while (text.back() == '\n') text.pop_back();
-  std::cout << text << ",\n  \"failures_listed\": \"all\",\n  \"failures\": [";
-  list_failures_json(archive, policies_of(result), result.archive, std::cout);
-  std::cout << "\n  ]\n}";
+  std::cout << text;
+  const auto list = [&](const char* head, Listed which) {
+    std::cout << ",\n  " << head << ": [";
+    list_traces_json(archive, which, policies_of(result), result.archive, std::cout);
+    std::cout << "\n  ]";
+  };
+  if (arguments.failures) list("\"failures_listed\": \"all\",\n  \"failures\"", Listed::failures);
+  if (arguments.flagged) list("\"flagged\"", Listed::flagged);
+  std::cout << "\n}";
 }
 
-void print_text(const Archive& archive, const Score& result, bool all_failures) {
-  std::cout << format_score(result, !all_failures);
-  if (!all_failures) return;
-  std::cout << "\nFailures\n";
+void print_text(const Archive& archive, const Score& result, const ScoreArguments& arguments) {
+  const bool lists = arguments.failures || arguments.flagged;
+  std::cout << format_score(result, !lists);
   const bool flagged = std::any_of(result.policies.begin(), result.policies.end(),
                                    [](const PolicyScore& policy) { return policy.convergence.flagged_all() > 0; });
-  list_failures(archive, policies_of(result), result.archive, flagged, std::cout);
+  if (arguments.failures) {
+    std::cout << "\nFailures\n";
+    list_traces(archive, Listed::failures, policies_of(result), result.archive, flagged, std::cout);
+  }
+  if (arguments.flagged) {
+    std::cout << "\nFlagged traces\n";
+    list_traces(archive, Listed::flagged, policies_of(result), result.archive, true, std::cout);
+  }
 }
 
 /// An archive, and the policies of it that are asked about.
@@ -107,10 +119,10 @@ int score_archives(const ScoreArguments& arguments) {
     const Score result = score(archive, "", asked[i].policies);
     if (arguments.json) {
       if (i > 0) std::cout << ",\n";
-      print_json(archive, result, arguments.failures);
+      print_json(archive, result, arguments);
     } else {
       if (several) std::cout << arguments.archives[i] << "\n";
-      print_text(archive, result, arguments.failures);
+      print_text(archive, result, arguments);
       if (several) std::cout << "\n";
     }
     code = worse(code, judge_all(gates, result, arguments.json ? std::cerr : std::cout));
@@ -138,6 +150,9 @@ void add_score(CLI::App& app, Action& action) {
       ->allow_extra_args(false);
   add_policies(*verb, arguments->policies);
   verb->add_flag("--failures", arguments->failures, "List every failed trace, each with its replay command");
+  verb->add_flag("--flagged", arguments->flagged,
+                 "List every trace with more unconverged steps than the scenario lets pass, successes among them, each "
+                 "with its replay command");
   verb->add_flag("--json", arguments->json, "Print JSON");
   verb->callback([arguments, &action] {
     action = [arguments] { return in_reading_child(arguments->archives, [&] { return score_archives(*arguments); }); };

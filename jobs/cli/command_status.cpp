@@ -8,6 +8,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "analysis/convergence.h"
 #include "analysis/text_table.h"
 #include "archive/archive.h"
 #include "archive/directory/campaign_directory.h"
@@ -16,6 +17,7 @@
 #include "archive/directory/unfinished.h"
 #include "archive/files/shell_word.h"
 #include "archive/files/utf8.h"
+#include "archive/outcomes.h"
 #include "jobs/campaign/shard_rate.h"
 #include "jobs/cli/commands.h"
 #include "jobs/cli/progress.h"
@@ -32,6 +34,7 @@ struct Counts {
   std::string policy;
   std::uint64_t done = 0, unfinished = 0;
   std::array<std::uint64_t, 4> by_outcome{};
+  Convergence convergence;  // of the contact solver
 };
 
 struct Status {
@@ -42,6 +45,7 @@ struct Status {
   std::uint64_t particles = 0;
   std::string results_version;  // both of the program that began it
   BuildFacts build;
+  double unconverged = 0;  // share of steps, above which a trace is flagged
   std::optional<std::string> writer;
   std::uint64_t done = 0, total = 0, shards = 0;
   std::vector<Counts> policies;
@@ -65,13 +69,16 @@ struct Status {
 Counts counts_of(const Archive& archive, const std::string& policy, Status& status) {
   Counts counts;
   counts.policy = policy;
-  archive.scan(policy, 0, [&](const TraceRows& traces) {
+  ConvergenceSum convergence;
+  visit_outcomes(archive, policy, [&](std::span<const TraceOutcome> traces) {
     counts.done += traces.size();
-    for (std::size_t i = 0; i < traces.size(); ++i) {
-      ++counts.by_outcome[static_cast<std::size_t>(traces.outcome(i))];
-      if (traces.violated(i) >= 0) ++status.violated[static_cast<std::size_t>(traces.violated(i))];
+    for (const TraceOutcome& trace : traces) {
+      ++counts.by_outcome[static_cast<std::size_t>(trace.outcome)];
+      if (trace.violated >= 0) ++status.violated[static_cast<std::size_t>(trace.violated)];
+      convergence.add(trace);
     }
   });
+  counts.convergence = convergence.total();
   for (const UnfinishedTrace& trace : status.unfinished) counts.unfinished += trace.policy == policy;
   return counts;
 }
@@ -95,6 +102,7 @@ Status status_of(const fs::path& path) {
   out.particles = info.particles;
   out.results_version = info.results_version;
   out.build = info.build;
+  out.unconverged = info.unconverged;
   out.total = info.part.count(info.particles) * info.policies.size();
   for (const auto& requirement : info.requirements) {
     if (!requirement.measure) out.requirements.push_back(requirement.name);
@@ -156,13 +164,15 @@ std::string text_of(const std::string& name, const Status& status) {
   out += fmt::format("  failures{}: {}\n", status.complete ? "" : " so far", failures(status));
   std::vector<std::vector<std::string>> table = {
       {"policy", "done", "success", "known failure", "unknown failure", "invalid", "unfinished"}};
+  std::vector<NamedConvergence> convergence;
   for (const Counts& counts : status.policies) {
+    convergence.push_back({counts.policy, counts.convergence});
     std::vector<std::string> row = {counts.policy, fmt::format("{}", counts.done)};
     for (const std::uint64_t n : counts.by_outcome) row.push_back(fmt::format("{}", n));
     row.push_back(fmt::format("{}", counts.unfinished));
     table.push_back(std::move(row));
   }
-  out += "\n" + text_table(table, 1);
+  out += "\n" + text_table(table, 1) + convergence_table(convergence, flag_rule(status.unconverged));
   if (status.unfinished.empty()) return out;
   return out + "\nUnfinished, by the fault of the machine; 'graze resume' tries them again" +
          unfinished_text(status.unfinished, name) + "\n";
@@ -193,7 +203,9 @@ std::string json_of(const Status& status) {
       row[key] = counts.by_outcome[i];
     }
     row["unfinished"] = counts.unfinished;
+    row["convergence"] = convergence_json(counts.convergence);
   }
+  out["unconverged_limit"] = status.unconverged;
   out["violated_first"] = nlohmann::ordered_json::object();
   for (std::size_t i = 0; i < status.requirements.size(); ++i) {
     out["violated_first"][status.requirements[i]] = status.violated[i];

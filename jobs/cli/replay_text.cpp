@@ -205,6 +205,9 @@ std::string verdict_lines(const Replay& replay) {
   }
   if (!replay.archived)
     return out + fmt::format("digest     {}: NOT VERIFIED, the archive holds no such trace\n", digest);
+  if (replay.differences.empty() && replay.file.info.q_names.empty()) {
+    return out + "digest     of nothing, as nothing moves; what the archive tells of the trace is the same\n";
+  }
   if (replay.differences.empty()) {
     return out + fmt::format("digest     {}, as in the archive: the same trace, bit for bit\n", digest);
   }
@@ -264,7 +267,7 @@ std::string replay_json(const Replay& replay, const std::vector<std::string>& ex
               {"violated", nullptr},
               {"invalid_reason", trace.invalid_reason},
               {"end_time", json_of(trace.end_time)},
-              {"solver", solver_json(trace.solver, file.info.unconverged)},
+              {"convergence", solver_json(trace.solver, file.info.unconverged)},
               {"objective",
                {{"name", file.info.objective},
                 {"margin", json_of(trace.objective_margin)},

@@ -85,7 +85,7 @@ TEST(Compare, CountsWhoWasFixedAndWhoBroke) {
   const auto json = nlohmann::json::parse(comparison_json(got));
   EXPECT_EQ(json["policies"][0]["pairs"]["fixed"], 4);
   EXPECT_EQ(json["policies"][0]["fixed"].size(), 4u);
-  EXPECT_THAT(changes_csv(got), HasSubstr("walk,walk,10,broken,success,objective\n"));
+  EXPECT_THAT(changes_csv(got), HasSubstr("walk,walk,10,broken,success,objective,0,0\n"));
 }
 
 TEST(Compare, OfOtherParticlesIsUnpaired) {

@@ -90,7 +90,7 @@ TEST(Failures, MarginsOfObjectivesHaveUnits) {
   const Score result = score(archive, "a.graze");
   EXPECT_THAT(format_score(result), HasSubstr("-0.5 rad"));
   std::ostringstream list;
-  list_failures(archive, want.policies, "a.graze", false, list);
+  list_traces(archive, Listed::failures, want.policies, "a.graze", false, list);
   EXPECT_THAT(list.str(), HasSubstr("-0.5 rad"));
   const nlohmann::json json = nlohmann::json::parse(score_json(result));
   for (const auto& failure : json["failures"]) {
@@ -123,6 +123,16 @@ TEST(Failures, TheFirstOfEachKindStandsForAll) {
   EXPECT_THAT(format_failures(result.failures, "a.graze", "list", 2), HasSubstr("more kinds"));
 }
 
+// Claim: a reason that is too long for its column ends behind a whole word.
+TEST(Failures, ReasonsAreCutBetweenWords) {
+  Failure failure;
+  failure.policy = "hold";
+  failure.what = "step 17 (0.017 s), 'thigh' in 'ground' by 12 mm: the velocity of body 'extraordinary' is not finite";
+  const std::string text = format_failures({failure}, "a", "list", 5);
+  EXPECT_THAT(text, HasSubstr("'thigh' in 'ground' by 12 mm: the …  "));
+  EXPECT_THAT(text, Not(HasSubstr("veloc")));
+}
+
 // Claim: the whole list, as text and as JSON, has a line for every failure.
 TEST(Failures, TheWholeListHasEveryFailure) {
   const Folder folder;
@@ -131,10 +141,10 @@ TEST(Failures, TheWholeListHasEveryFailure) {
   std::size_t failed = 0;
   for (const PolicyScore& policy : score(archive).policies) failed += policy.known + policy.unknown + policy.invalid;
   std::ostringstream text, json;
-  list_failures(archive, archive.info().policies, "my campaign.h5", false, text);
+  list_traces(archive, Listed::failures, archive.info().policies, "my campaign.h5", false, text);
   const std::string lines = text.str();
   EXPECT_EQ(static_cast<std::size_t>(std::count(lines.begin(), lines.end(), '\n')), failed + 1);
-  list_failures_json(archive, archive.info().policies, "my campaign.h5", json);
+  list_traces_json(archive, Listed::failures, archive.info().policies, "my campaign.h5", json);
   const auto list = nlohmann::json::parse("[" + json.str() + "]");
   ASSERT_EQ(list.size(), failed);
   for (const auto& one : list) {

@@ -16,6 +16,7 @@
 namespace graze {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 using Parsed = nlohmann::json;
@@ -86,9 +87,40 @@ TEST(Convergence, OfWhatLiesOnItsBellyIsFlagged) {
   EXPECT_THAT(replay.out, HasSubstr("FLAGGED    more than 5 % of its steps did not converge"));
   EXPECT_THAT(testing::read_file(lying.folder / "one.trace.csv"), HasSubstr("\nflagged,1,"));
   const Parsed solver =
-      Parsed::parse(lying.graze(fmt::format("replay a.graze --particle {} --json", first)).out)["solver"];
+      Parsed::parse(lying.graze(fmt::format("replay a.graze --particle {} --json", first)).out)["convergence"];
   EXPECT_EQ(solver["unconverged_steps"].get<double>() / solver["steps"].get<double>(), found.at(first));
   EXPECT_EQ(solver["flagged"], true);
+}
+
+// Claim: whatever reads such an archive tells of it with the numbers that score has: status, explain, compare and
+// report; score lists the flagged traces, successes among them, and no other.
+TEST(Convergence, IsToldByEveryVerb) {
+  const Lying lying;
+  ASSERT_EQ(lying.graze("run snake.yaml -n 8 --quiet -o a.graze").code, 0);
+  const Parsed score = Parsed::parse(lying.graze("score a.graze --json --flagged").out);
+  const Parsed want = score["policies"][0]["convergence"];
+  ASSERT_GT(want["flagged"]["all"], 0);
+  const std::vector<double> found = shares(lying.folder / "a.graze", "limp");
+  ASSERT_EQ(score["flagged"].size(), want["flagged"]["all"].get<std::size_t>());
+  for (const Parsed& one : score["flagged"]) {
+    EXPECT_GT(found.at(one["particle"].get<std::size_t>()), kUnconvergedShare);
+    EXPECT_EQ(one["flagged"], true);
+  }
+  EXPECT_EQ(Parsed::parse(lying.graze("status a.graze --json").out)["policies"]["limp"]["convergence"], want);
+  EXPECT_EQ(Parsed::parse(lying.graze("explain a.graze --json").out)["policies"][0]["convergence"], want);
+  const Parsed compared = Parsed::parse(lying.graze("compare a.graze a.graze --json").out)["policies"][0];
+  EXPECT_EQ(compared["a"]["convergence"], want);
+  EXPECT_EQ(compared["b"]["convergence"], want);
+  const Parsed report = Parsed::parse(lying.graze("report a.graze --json").out);
+  EXPECT_EQ(report["score"]["policies"][0]["convergence"], want);
+  EXPECT_THAT(report["notes"].dump(), HasSubstr("flagged: contacts of more than 5 % of the steps did not converge"));
+  const std::string first = std::to_string(want["flagged"]["first_particle"].get<int>());
+  EXPECT_THAT(lying.graze("score a.graze --flagged").out,
+              AllOf(HasSubstr("\nFlagged traces\n"), HasSubstr("graze replay a.graze --particle " + first + " ")));
+  EXPECT_THAT(lying.graze("status a.graze").out,
+              HasSubstr("Steps whose contacts did not converge (flagged: traces with"));
+  EXPECT_THAT(lying.graze("explain a.graze").out, HasSubstr("FLAGGED"));
+  EXPECT_THAT(lying.graze("compare a.graze a.graze").out, HasSubstr("\nlimp, B "));
 }
 
 // Claim: the limit is the scenario's; whatever it is, the traces are the same.

@@ -180,6 +180,33 @@ class Test:
         told = self.open(self.folder / "tables.html")
         self.check(told and "replay" not in told["sections"] and "margins" in told["sections"], "tables stand without replays")
 
+    def unsolved(self):
+        """A snake of many boxes that lies on its belly, where sweeps alone creep: flagged traces."""
+        links = [f"<link name='l{i}'><inertial><mass value='0.2'/><origin xyz='0.05 0 0'/><inertia ixx='1e-4' iyy='3e-4' "
+                 "izz='3e-4' ixy='0' ixz='0' iyz='0'/></inertial><collision><origin xyz='0.05 0 0'/><geometry><box "
+                 "size='0.08 0.04 0.04'/></geometry></collision></link>" for i in range(30)]
+        joints = [f"<joint name='j{i}' type='continuous'><parent link='l{i - 1}'/><child link='l{i}'/><origin xyz='0.1 0 0'/>"
+                  f"<axis xyz='0 {i % 2} {1 - i % 2}'/></joint>" for i in range(1, 30)]
+        (self.folder / "snake.urdf").write_text("<robot name='snake'>" + "".join(links + joints) + "</robot>")
+        (self.folder / "snake.yaml").write_text(
+            "graze: 1\nrobot: {urdf: snake.urdf, initial: {height: on_ground, clearance: 1 cm}}\n"
+            "environment: {ground: {plane: z}}\ncontact: {solver: sweeps}\ntime: {end: 0.3 s}\n"
+            "uncertain: {'initial.base.{roll,pitch}': {normal: {std: 2 deg}}}\n"
+            "policies: {limp: {hold: {}, control: {joint_pd: {kp: 0}}}}\n"
+            "task: {objective: {rests: {speed: {link: '*', below: 50 cm/s}}}}\n")
+        self.graze("run", self.folder / "snake.yaml", "-n", 6, "-o", "snake.graze", "--quiet", "--ignore-space")
+        contacts = json.loads(self.graze("score", "snake.graze", "--json"))["policies"][0]["convergence"]
+        self.graze("report", "snake.graze", "--replays", 0, "--trajectories", 0, "-o", "snake.html")
+        told = self.open(self.folder / "snake.html")
+        if not told:
+            return
+        row, flagged = told["verdict"][1][0], contacts["flagged"]
+        self.check(flagged["all"] > 0 and row[0] == "limp" and re.sub(r"\s", "", row[1]) == str(contacts["steps"]) and
+                   row[2] == str(contacts["unconverged_steps"]) and
+                   row[4] == f"{contacts['unconverged_traces']} of {contacts['traces']}", f"contacts: {row} of {contacts}")
+        kinds = [flagged[k] for k in ("success", "known_failure", "unknown_failure", "invalid", "first_particle")]
+        self.check(row[-5:] == [str(one) for one in kinds], f"flagged traces: {row} of {flagged}")
+
     def explained(self, told, explanation):
         """Survival and causes have the numbers and words of `graze explain --json`; of so few traces all are asked."""
         left, differ = told["tables"]["section-survival"]
@@ -238,6 +265,7 @@ def main():
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         test = Test(pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sys.argv[2]).resolve(), folder)
         test.report()
+        test.unsolved()
         test.view()
         test.large()
         for claim in test.wrong:

@@ -47,8 +47,28 @@ export function verdict(data) {
       columns: ['Question', 'Policy', 'Answer', 'N', {name: `${100 * score.until.confidence} % interval`, align: 'right'}],
       rows: score.until.answers.map((one) => [one.question, one.policy, one.answer, one.n, intervalText(one.interval)])}));
   }
+  const contacts = convergence(score);
+  if (contacts) parts.push(contacts);
   if (score.pairs.length) parts.push(pairs(score.pairs));
   return {id: 'verdict', title: 'Verdict', text: 'How often each policy succeeded. Invalid traces count in no rate.', parts};
+}
+
+/** Steps whose contacts did not converge, and the traces that are flagged for it; nothing where all converged. */
+function convergence(score) {
+  const told = score.policies.filter((one) => one.convergence && (one.convergence.unconverged_steps > 0 || one.convergence.braked_steps > 0));
+  if (!told.length) return null;
+  const braked = told.some((one) => one.convergence.braked_steps > 0), flagged = told.some((one) => one.convergence.flagged.all > 0);
+  const above = `more than ${short(100 * score.unconverged_limit)} % of the steps did not converge`;
+  const share = (c) => ({value: c.unconverged_steps / c.steps, text: `${Number((100 * c.unconverged_steps / c.steps).toPrecision(2))} %`});
+  const rows = told.map(({policy, convergence: c}) => [policy, c.steps, c.unconverged_steps, share(c), {value: c.unconverged_traces, text: `${whole(c.unconverged_traces)} of ${whole(c.traces)}`},
+    c.median_change, c.largest_change, ...(braked ? [c.braked_steps, c.braked_steps ? c.most_braked : null] : []),
+    ...(flagged ? [c.flagged.success, c.flagged.known_failure, c.flagged.unknown_failure, c.flagged.invalid, c.flagged.first_particle] : [])]);
+  const columns = ['Policy', 'Steps', 'Unconverged', {name: 'Share', align: 'right'}, {name: 'In traces', align: 'right'},
+    {name: 'Median, m/s', title: 'change of a velocity in the last sweep'}, {name: 'Most, m/s', title: 'change of a velocity in the last sweep'},
+    ...(braked ? [{name: 'Braked', title: 'steps in which impulses were scaled back, because they would have given energy'}, {name: 'by, m/s', align: 'right', title: 'most that the brake has changed a velocity by'}] : []),
+    ...(flagged ? [{name: 'Flagged S', title: `successes: ${above}`}, {name: 'K', title: `known failures: ${above}`}, {name: 'U', title: `unknown failures: ${above}`},
+      {name: 'Invalid', title: `invalid traces: ${above}`}, {name: 'First', title: 'the lowest flagged particle'}] : [])];
+  return el('div', {}, el('h3', {}, 'Steps whose contacts did not converge'), table({rows, columns}));
 }
 
 function pairs(list) {
