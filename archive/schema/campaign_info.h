@@ -37,6 +37,7 @@ struct CampaignInfo : TraceNames {
   std::uint64_t particles = 0;             // asked for, or what --until stopped at; traces beyond do not count
   double step = 0, control = 0, end = 0;   // s
   double unconverged = kUnconvergedShare;  // share of steps, above which a trace is flagged (SolverLog::flagged)
+  bool tells_convergence = true;           // parts have schema::solver() and convergence(); not in older archives
   struct ParameterRow {
     std::string name, unit, distribution, jitter;
     double nominal;

@@ -334,7 +334,7 @@ void write_info_attributes(const Handle& file, const CampaignInfo& info, Layout 
   hdf5::write_attribute(root, "complete", std::uint64_t{complete});
   each_text(info, [&](const char* name, const std::string& text) { hdf5::write_attribute(root, name, text); });
   each_number(info, [&](const char* name, double value) { hdf5::write_attribute(root, name, value); });
-  hdf5::write_attribute(root, kUnconverged, info.unconverged);
+  if (info.tells_convergence) hdf5::write_attribute(root, kUnconverged, info.unconverged);
   hdf5::write_attribute(root, "seed", info.seed);
   hdf5::write_attribute(root, "particles", info.particles);
   hdf5::write_attribute(root, "store_values", std::uint64_t{info.store_values});
@@ -382,7 +382,8 @@ StoredInfo read_info(const Handle& file) {
   stored.complete = hdf5::read_count(root, "complete") != 0;
   each_text(info, [&](const char* name, std::string& text) { text = hdf5::read_text(root, name); });
   each_number(info, [&](const char* name, double& value) { value = hdf5::read_number(root, name); });
-  if (hdf5::has_attribute(root, kUnconverged)) info.unconverged = hdf5::read_number(root, kUnconverged);
+  info.tells_convergence = hdf5::has_attribute(root, kUnconverged);
+  if (info.tells_convergence) info.unconverged = hdf5::read_number(root, kUnconverged);
   info.seed = hdf5::read_count(root, "seed");
   info.particles = hdf5::read_count(root, "particles");
   info.store_values = hdf5::read_count(root, "store_values") != 0;

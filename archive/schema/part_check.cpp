@@ -64,6 +64,7 @@ class PartCheck {
     for (const hdf5::Spec& spec : {schema::objective_margin(), schema::margins(widths_)}) {
       read<double>(group, spec, rows);
     }
+    check_solver_columns(part_, group, info_);
     if (part_.has(group + "/" + schema::solver().name)) check_solvers(group, rows);
     if (part_.has(group + "/" + schema::margin_parts(widths_).name)) check_parts(policy, group, rows);
     read<std::uint64_t>(group, schema::digest(), rows);
@@ -122,6 +123,7 @@ class PartCheck {
     constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
     const bool converged = part_.has(group + "/" + schema::convergence().name);
     for_each_piece(rows, [&](std::uint64_t first, std::uint64_t count) {
+      const auto outcome = part_.slice<std::uint8_t>(group, schema::outcome(), rows, first, count);
       const auto solver = part_.slice<double>(group, schema::solver(), rows, first, count);
       std::vector<double> more;
       if (converged) more = part_.slice<double>(group, schema::convergence(), rows, first, count);
@@ -131,7 +133,7 @@ class PartCheck {
           log.steps = more[i], log.median_residual = more[i + 1];
           log.braked_steps = more[i + 2], log.most_braked = more[i + 3];
         }
-        check_solver(part_, group, log);
+        check_solver(part_, group, first + i / 4, static_cast<Outcome>(outcome[i / 4]), log, converged);
       }
     });
   }

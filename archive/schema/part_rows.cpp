@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "archive/schema/culprit.h"
 
@@ -99,23 +100,45 @@ void check_state(const OpenPart& file, const std::string& group, const hdf5::Spe
   }
 }
 
-void check_solver(const OpenPart& file, const std::string& group, const SolverLog& log) {
-  const auto check = [&](const hdf5::Spec& spec, const char* what, double number, bool possible) {
-    if (!possible) file.fail(fmt::format("'{}/{}': {} is no {}", group, spec.name, number, what));
+void check_solver_columns(const OpenPart& file, const std::string& group, const CampaignInfo& info) {
+  if (!info.tells_convergence) return;
+  for (const hdf5::Spec& spec : {schema::solver(), schema::convergence()}) {
+    if (file.has(group + "/" + spec.name)) continue;
+    file.fail(fmt::format("'{}/{}' is not there, and the campaign has 'unconverged_limit', which is about it", group,
+                          spec.name));
+  }
+}
+
+void check_solver(const OpenPart& file, const std::string& group, std::uint64_t row, Outcome outcome,
+                  const SolverLog& log, bool whole) {
+  const hdf5::Spec solver = schema::solver(), more = schema::convergence();
+  const auto check = [&](const hdf5::Spec& spec, int column, double number, const char* what, bool possible) {
+    if (possible) return;
+    file.fail(fmt::format("'{}/{}', row {}, column {}: {} is no {}", group, spec.name, row, column, number, what));
   };
-  const auto whole = [](double x, double most) { return x >= 0 && x <= most && x == std::floor(x); };
   constexpr double kMost = 9007199254740992;  // 2^53
-  const hdf5::Spec solver = schema::solver(), convergence = schema::convergence();
-  check(solver, "number of sweeps", log.mean_sweeps, log.mean_sweeps >= 0);
-  check(solver, "number of sweeps", log.most_sweeps, log.most_sweeps >= 0);
-  check(solver, "change of velocity", log.largest_residual, log.largest_residual >= 0);
-  check(solver, "number of steps", log.unconverged_steps, whole(log.unconverged_steps, kMost));
-  check(convergence, "number of steps", log.steps, whole(log.steps, kMost));
-  if (std::isnan(log.braked_steps)) return;
-  check(solver, "number of the trace's steps", log.unconverged_steps, log.unconverged_steps <= log.steps);
-  check(convergence, "change of velocity", log.median_residual, log.median_residual >= 0);
-  check(convergence, "number of the trace's steps", log.braked_steps, whole(log.braked_steps, log.steps));
-  check(convergence, "change of velocity", log.most_braked, log.most_braked >= 0);
+  const auto count = [](double x, double most) { return x >= 0 && x <= most && x == std::floor(x); };
+  // What becomes of an invalid trace may overflow.
+  const auto change = [&](double x, double most) {
+    return x >= 0 && x <= most && (std::isfinite(x) || outcome == Outcome::invalid);
+  };
+  constexpr double kAny = std::numeric_limits<double>::infinity(), kRounding = 1 + 1e-9;
+  constexpr const char *kSweeps = "number of sweeps", *kChange = "change of velocity", *kSteps = "number of steps",
+                       *kOfSteps = "number of the trace's steps";
+  check(solver, 1, log.most_sweeps, kSweeps, count(log.most_sweeps, kMost));
+  check(solver, 0, log.mean_sweeps, "mean of numbers of sweeps up to column 1",
+        log.mean_sweeps >= 0 && log.mean_sweeps <= log.most_sweeps * kRounding);
+  check(solver, 2, log.largest_residual, kChange, change(log.largest_residual, kAny));
+  check(solver, 3, log.unconverged_steps, kSteps, count(log.unconverged_steps, kMost));
+  if (!whole) return;
+  check(more, 0, log.steps, kSteps, count(log.steps, kMost));
+  check(solver, 3, log.unconverged_steps, kOfSteps, log.unconverged_steps <= log.steps);
+  check(more, 1, log.median_residual, "median of changes of velocity up to the largest",
+        change(log.median_residual, log.unconverged_steps > 0 ? log.largest_residual : 0));
+  check(more, 2, log.braked_steps, kOfSteps, count(log.braked_steps, log.steps));
+  check(more, 3, log.most_braked, kChange, change(log.most_braked, kAny));
+  check(more, 3, log.most_braked, "change of velocity that is counted as braked",
+        log.braked_steps == 0 || log.most_braked > kBraked);
 }
 
 bool possible_part(const std::string& parts, int part, const CampaignInfo& info) {

@@ -29,8 +29,12 @@ void check_violations(const OpenPart& file, const std::string& group, std::span<
 void check_state(const OpenPart& file, const std::string& group, const hdf5::Spec& spec, Outcome outcome,
                  std::span<const double> numbers);
 
-/// Throws InputError unless a contact solver can have told this; NaN: not known.
-void check_solver(const OpenPart& file, const std::string& group, const SolverLog& log);
+/// Throws InputError if the traces lack what the campaign says that they tell of their contact solver.
+void check_solver_columns(const OpenPart& file, const std::string& group, const CampaignInfo& info);
+/// Throws InputError, which names row and column, unless a contact solver can have told this of a trace with that
+/// outcome: of a valid one all is finite. `whole`: with schema::convergence(); else only what is in schema::solver().
+void check_solver(const OpenPart& file, const std::string& group, std::uint64_t row, Outcome outcome,
+                  const SolverLog& log, bool whole);
 
 /// Whether a witness that says `parts` of itself can name this part.
 bool possible_part(const std::string& parts, int part, const CampaignInfo& info);

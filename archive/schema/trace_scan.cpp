@@ -134,6 +134,7 @@ class TraceScan {
     for (Flat* flat : {&events_, &phases_}) {
       if (columns_ & flat->column) flat->offsets = file.offsets(flat->group, rows);
     }
+    if (columns_ & kSolver) check_solver_columns(file, group_, info_);
     rows_.sequences_ = &sequences_;
     rows_.reasons_ = &reasons_;
   }
@@ -203,7 +204,7 @@ class TraceScan {
     if ((columns_ & kMarginParts) && file.has(group_ + "/" + schema::margin_parts(widths_).name)) {
       rows_.margin_parts_ = file.slice<std::int32_t>(group_, schema::margin_parts(widths_), rows, first, count);
     }
-    check_numbers(file);
+    check_numbers(file, first);
     if (columns_ & kCulprits) rows_.culprits_ = read_culprits(file, policy_, range, rows_.violated_, info_);
     if (columns_ & kDigest) rows_.digest_ = file.slice<std::uint64_t>(group_, schema::digest(), rows, first, count);
     if (columns_ & kSequence) words(file, schema::sequence(), range, sequences_.size(), rows_.sequence_);
@@ -215,14 +216,16 @@ class TraceScan {
     for (const std::size_t i : rows_.rows_) check_in_order(file, phases_.group, rows_.phases_.of(i));
   }
 
-  /// Those of the rows that are passed on.
-  void check_numbers(const OpenPart& file) const {
+  /// Those of the rows that are passed on, of the piece that begins at `first`.
+  void check_numbers(const OpenPart& file, std::uint64_t first) const {
     const hdf5::Spec q = schema::final_q(widths_), v = schema::final_v(widths_);
     for (std::size_t k = 0; k < rows_.size(); ++k) {
       const Outcome outcome = rows_.outcome(k);
       if (columns_ & kEndTime) check_end(file, group_, outcome, rows_.end_time(k), info_);
       if (columns_ & kFirstViolations) check_violations(file, group_, rows_.first_violations(k), info_);
-      if (rows_.has_solver()) check_solver(file, group_, rows_.solver(k));
+      if (rows_.has_solver()) {
+        check_solver(file, group_, first + rows_.rows_[k], outcome, rows_.solver(k), !rows_.convergence_.empty());
+      }
       if (!(columns_ & kFinalState)) continue;
       check_state(file, group_, q, outcome, rows_.final_q(k));
       check_state(file, group_, v, outcome, rows_.final_v(k));

@@ -269,8 +269,8 @@ TEST_F(Columns, AreAsLongAsTheirTable) {
   EXPECT_THAT(doubles(telemetry_, schema::telemetry_tau(widths_), 1), HasSubstr("'telemetry/hold/tau' has 1 rows"));
 }
 
-// Claim: what no solver can have done is refused by whoever reads it, verifies it or packs it; a change of velocity may
-// be infinite.
+// Claim: what no solver can have done is refused by whoever reads it, verifies it or packs it, with path, row and
+// column.
 TEST_F(Columns, OfTheSolverArePossible) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN(), kInfinite = std::numeric_limits<double>::infinity();
   const auto with = [&](std::vector<double> solver, std::vector<double> more) {
@@ -284,20 +284,49 @@ TEST_F(Columns, OfTheSolverArePossible) {
       replace(f, traces_, schema::convergence(), all_more);
     });
   };
-  EXPECT_THAT(reading(put_at<double>(traces_, schema::solver(), 3, -1)), HasSubstr("hold/solver': -1 is no number"));
+  EXPECT_THAT(reading(put_at<double>(traces_, schema::solver(), 3, -1)),
+              HasSubstr("hold/solver', row 0, column 3: -1 is no number"));
   EXPECT_EQ(with({2, 60, 0.1, 10}, {10, 0.01, 10, 0.1}), "");
-  EXPECT_EQ(with({2, 60, kInfinite, 10}, {10, kInfinite, 10, kInfinite}), "");
+  EXPECT_EQ(with({0, 0, 0, 0}, {0, 0, 0, 0}), "");
   for (const double wrong : {-1.0, 0.5, kNan, kInfinite, 1e17}) {
-    EXPECT_THAT(with({2, 60, 0.1, wrong}, {1e15, 0.01, 0, 0}), HasSubstr("hold/solver': ")) << wrong;
+    EXPECT_THAT(with({2, 60, 0.1, wrong}, {1e15, 0.01, 0, 0}), HasSubstr("hold/solver', row 0, column 3: ")) << wrong;
     EXPECT_THAT(with({2, 60, 0.1, 0}, {wrong, 0.01, 0, 0}), HasSubstr("is no number of steps")) << wrong;
   }
   EXPECT_THAT(with({2, 60, 0.1, 11}, {10, 0.01, 0, 0}),
-              HasSubstr("'traces/hold/solver': 11 is no number of the trace"));
-  EXPECT_THAT(with({2, 60, 0.1, 1}, {10, 0.01, 11, 0}), HasSubstr("/convergence': 11 is no number of the trace"));
+              HasSubstr("'traces/hold/solver', row 0, column 3: 11 is no number of the trace"));
+  EXPECT_THAT(with({2, 60, 0.1, 1}, {10, 0.01, 11, 0}),
+              HasSubstr("/convergence', row 0, column 2: 11 is no number of the trace"));
   EXPECT_THAT(with({2, 60, -0.1, 1}, {10, 0.01, 0, 0}), HasSubstr("-0.1 is no change of velocity"));
   EXPECT_THAT(with({2, 60, kNan, 1}, {10, 0.01, 0, 0}), HasSubstr("is no change of velocity"));
-  EXPECT_THAT(with({2, 60, 0.1, 1}, {10, kNan, 0, 0}), HasSubstr("is no change of velocity"));
-  EXPECT_THAT(with({kNan, 60, 0.1, 1}, {10, 0.1, 0, 0}), HasSubstr("is no number of sweeps"));
+  EXPECT_THAT(with({2, 60, 0.1, 1}, {10, kNan, 0, 0}), HasSubstr("is no median of changes of velocity"));
+  EXPECT_THAT(with({kNan, 60, 0.1, 1}, {10, 0.1, 0, 0}), HasSubstr("column 0: nan is no mean of numbers of sweeps"));
+  EXPECT_THAT(with({61, 60, 0.1, 1}, {10, 0.1, 0, 0}), HasSubstr("column 0: 61 is no mean of numbers of sweeps"));
+  for (const double wrong : {kNan, kInfinite, 0.5, -1.0}) {
+    EXPECT_THAT(with({2, wrong, 0.1, 1}, {10, 0.01, 0, 0}), HasSubstr("column 1: ")) << wrong;
+    EXPECT_THAT(with({2, 60, 0.1, 1}, {10, 0.01, wrong, 0}), HasSubstr("is no number of the trace's steps")) << wrong;
+  }
+  for (const double wrong : {kNan, kInfinite, -1.0}) {
+    EXPECT_THAT(with({2, 60, wrong, 1}, {10, 0.01, 0, 0}), HasSubstr("hold/solver', row 0, column 2: ")) << wrong;
+    EXPECT_THAT(with({2, 60, 0.1, 1}, {10, wrong, 0, 0}), HasSubstr("convergence', row 0, column 1: ")) << wrong;
+    EXPECT_THAT(with({2, 60, 0.1, 1}, {10, 0.01, 1, wrong}), HasSubstr("convergence', row 0, column 3: ")) << wrong;
+  }
+  EXPECT_THAT(with({2, 60, 0.1, 1}, {10, 0.2, 0, 0}), HasSubstr("0.2 is no median of changes"));
+  EXPECT_THAT(with({2, 60, 0.1, 0}, {10, 0.01, 0, 0}), HasSubstr("0.01 is no median of changes"));
+  EXPECT_THAT(with({2, 60, 0.1, 0}, {10, 0, 1, 1e-4}), HasSubstr("0.0001 is no change of velocity that is counted"));
+}
+
+// Claim: a row is told by its number; of an invalid trace a change of velocity may be infinite, a number of steps may
+// not; columns that the campaign speaks of must be there.
+TEST_F(Columns, OfTheSolverAreThereAndOfInvalidTracesToo) {
+  const auto put_infinite = put_at<double>(traces_, schema::solver(), 4 * 3 + 2, HUGE_VAL);
+  EXPECT_THAT(verdict(put_infinite), HasSubstr("'traces/hold/solver', row 3, column 2: inf is no change of velocity"));
+  EXPECT_THAT(reading(put_infinite), HasSubstr("'traces/hold/solver', row 3, column 2: inf is no change of velocity"));
+  EXPECT_EQ(verdict([&](hid_t f) { make_invalid(f, 3), put_infinite(f); }), "");
+  for (const char* name : {"solver", "convergence"}) {
+    const auto lost = [&](hid_t f) { drop(f, (traces_ + "/" + name).c_str()); };
+    EXPECT_THAT(verdict(lost), HasSubstr("'traces/hold/" + std::string(name) + "' is not there, and the campaign has"));
+    EXPECT_THAT(reading(lost), HasSubstr("'traces/hold/" + std::string(name) + "' is not there"));
+  }
 }
 
 // Claim: a measure decides nothing, so no failure can be by one; whoever reads a trace refuses that.
@@ -370,7 +399,8 @@ void make_older(const fs::path& shard, const std::string& group) {
 // of the policy lacks nothing.
 TEST(TwoParts, PackWithoutWhatOneOfThemLacks) {
   const Folder folder;
-  const CampaignInfo facts = info();
+  CampaignInfo facts = info();
+  facts.tells_convergence = false;  // an older program began it
   write_two(folder / "a.graze", facts, range(0, 8), range(8, 16));
   {
     CampaignDirectory directory(folder / "a.graze", facts, ExistingCampaign{});

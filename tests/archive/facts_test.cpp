@@ -207,7 +207,10 @@ TEST_F(ForgedFacts, NumbersArePossible) {
 // Claim: of an archive that lacks how its contacts converged, but not how many steps did not, the rest is told as far
 // as it can be known; a limit that is none is refused.
 TEST_F(ForgedFacts, OlderArchivesKnowLessOfTheSolver) {
-  const Archive archive(forged(folder_, source_, [](hid_t f) { drop(f, "traces/step/1cm/convergence"); }));
+  const Archive archive(forged(folder_, source_, [](hid_t f) {
+    drop(f, "traces/step/1cm/convergence");
+    H5Adelete(f, "unconverged_limit");
+  }));
   std::size_t seen = 0;
   archive.scan("step/1cm", kEndTime | kSolver, [&](const TraceRows& rows) {
     for (std::size_t i = 0; i < rows.size(); ++i, ++seen) {

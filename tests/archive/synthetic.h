@@ -122,8 +122,8 @@ inline TraceRecord trace(const CampaignInfo& info, int policy, std::uint32_t par
   record.end_time = 1.5 * draw(policy, particle, 1);
   record.solver = {draw(policy, particle, 300), 7,
                    1e-7 * (particle + 1),       particle % 3 + 0.0,
-                   100 + 2.0 * particle,        1e-8 * (particle + 1),
-                   particle % 2 + 0.0,          1 / (2.0 + particle)};
+                   100 + 2.0 * particle,        particle % 3 > 0 ? 1e-8 * (particle + 1) : 0.0,
+                   particle % 2 + 0.0,          1 / (2.0 + particle % 100)};
   record.objective_margin = record.outcome == Outcome::success ? 0.5 : -0.5;
   record.margins = row(policy, particle, 10, info.requirements.size());
   record.first_violations.assign(info.requirements.size(), std::numeric_limits<double>::quiet_NaN());
