@@ -66,8 +66,9 @@ std::vector<Component> contact_models() {
 /// In the order of a scenario.
 std::vector<Component> sections() {
   std::vector<Component> out;
-  for (const char* name : {"scenario", "robot", "initial", "object", "contact", "pair", "time", "actuators", "control",
-                           "spread", "jitter", "correlated", "sampling", "task", "requirement", "record", "phases"}) {
+  for (const char* name :
+       {"scenario", "robot", "hull", "initial", "object", "contact", "pair", "time", "actuators", "control", "spread",
+        "jitter", "correlated", "sampling", "task", "requirement", "record", "phases"}) {
     out.push_back({name, section_of(name), {}});
   }
   return out;

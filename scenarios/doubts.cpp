@@ -10,6 +10,7 @@
 
 #include "engine/model/measures.h"
 #include "engine/model/mesh_size.h"
+#include "engine/model/newton_limit.h"
 #include "engine/settings/units.h"
 #include "engine/settings/warnings.h"
 
@@ -83,19 +84,6 @@ void doubt_distribution(const Settings& map, const Parameter& parameter, const V
   if (ends.size() != 2 || !is_bare(ends[0]) || !is_bare(ends[1])) return;
   const double half = (ends[1].number(parameter.quantity) - ends[0].number(parameter.quantity)) / 2;
   doubt_number(ends[1], half, widest.half, angle, extent.norm());
-}
-
-/// A mass, density or centre of mass of a link that is welded to the world.
-bool is_welded_mass(const std::string& path, const Model& nominal) {
-  constexpr std::string_view kLink = "robot.link.";
-  if (!path.starts_with(kLink)) return false;
-  for (const char* what : {".mass", ".density", ".com.x", ".com.y", ".com.z"}) {
-    if (!path.ends_with(what)) continue;
-    const int frame =
-        nominal.frame(path.substr(kLink.size(), path.size() - kLink.size() - std::string_view(what).size()));
-    return frame >= 0 && nominal.frames[frame].body < 0;
-  }
-  return false;
 }
 
 /// Whether a shape's size has no unit: `5`, `[1, 2, 3]` or `{radius: 1, length: 2}`; a unit may stand last in a list.
@@ -303,6 +291,18 @@ void doubt_weight(const Settings& shape, double density, double volume, double r
                           size_meant(volume, [&](double v) { return density * v <= kHeaviest * robot; })));
 }
 
+bool is_welded_mass(const std::string& path, const Model& nominal) {
+  constexpr std::string_view kLink = "robot.link.";
+  if (!path.starts_with(kLink)) return false;
+  for (const char* what : {".mass", ".density", ".com.x", ".com.y", ".com.z"}) {
+    if (!path.ends_with(what)) continue;
+    const int frame =
+        nominal.frame(path.substr(kLink.size(), path.size() - kLink.size() - std::string_view(what).size()));
+    return frame >= 0 && nominal.frames[frame].body < 0;
+  }
+  return false;
+}
+
 void doubt_welded(const Settings& scenario, const ParameterTable& table, const Model& nominal) {
   const auto uncertain = scenario.find("uncertain");
   if (!uncertain) return;
@@ -313,6 +313,16 @@ void doubt_welded(const Settings& scenario, const ParameterTable& table, const M
     if (found.empty() || !std::all_of(found.begin(), found.end(), idle)) continue;
     warn(value, "a link that is welded to the world never moves, so how its mass is spread changes nothing");
   }
+}
+
+void doubt_solver(const Settings& scenario, const Model& nominal, const std::string& physics) {
+  const auto contact = scenario.find("contact"), solver = contact ? contact->find("solver") : std::nullopt;
+  if (!solver || physics != "lanes" || nominal.contact_solver != ContactSolver::newton) return;
+  if (static_cast<std::size_t>(nominal.nv) <= kMostNewtonDofs) return;
+  warn(*solver,
+       fmt::format("newton is for models of up to {} degrees of freedom, and this one has {}: its contacts are "
+                   "solved by sweeps alone, as with 'sweeps'",
+                   kMostNewtonDofs, nominal.nv));
 }
 
 std::string length_meant(const Settings& range, double margin, double size, double reach) {

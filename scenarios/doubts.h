@@ -51,8 +51,15 @@ void doubt_weight(const Settings& shape, double density, double volume, double r
 /// `contact_impulse: {below, during}` in traces of at most `end` s.
 void doubt_impulse(const Settings& settings, const Model& nominal, double end);
 
+/// Whether a parameter is the mass, density or centre of mass of a link that is welded to the world, which changes
+/// nothing.
+bool is_welded_mass(const std::string& path, const Model& nominal);
+
 /// Of entries of `uncertain` that name nothing but the masses of links that are welded to the world.
 void doubt_welded(const Settings& scenario, const ParameterTable& table, const Model& nominal);
+
+/// `contact.solver: newton` of a model that is too large for it. `physics`: the back end.
+void doubt_solver(const Settings& scenario, const Model& nominal, const std::string& physics);
 
 /// "; did you mean 30 cm?" for a bound of a place, `{above, below}` in `range`, that the robot misses at the start by
 /// many times its size `size`, by this (negative) margin. `reach`: how far it may have come, m, when it is judged.

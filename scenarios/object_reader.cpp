@@ -234,7 +234,13 @@ const std::vector<ShapeForm>& shape_forms() {
 
 Shape read_shape(const Settings& object) {
   const ShapeForm& form = *kind_of(shape_forms(), shape_key(object));
-  return form.read(Described(object.at(form.name), form.text));
+  const Settings shape = object.at(form.name);
+  if (form.name == "mesh" && shape.is_map() && shape.has("hulls")) {
+    shape.at("hulls").fail_key(
+        "is for the robot's meshes (robot.mesh); an object is one convex hull: give its convex parts as objects of "
+        "their own, or as a robot's links");
+  }
+  return form.read(Described(shape, form.text));
 }
 
 Pose read_object_pose(const Settings& object, const Shape& shape) {

@@ -278,6 +278,9 @@ class Proposal {
   }
 
   std::string hold() const {
+    if (model_.na() == 0) {
+      return "  hold:  # there is no driven joint\n    hold: {}\n    control: {joint_pd: {kp: 0}}\n";
+    }
     const std::string what = "  hold:  # keeps the joints where they begin\n    hold: {}\n    control:";
     if (sliding().empty()) {
       return what +
@@ -388,6 +391,7 @@ class Proposal {
   }
 
   std::string task() const {
+    if (model_.nv == 0) return "";
     const std::string base = quoted(model_.bodies.empty() ? "" : model_.bodies[0].name);
     if (feet_.size() < 2) {
       return "task:\n  objective:\n    rests: {speed: {link: \"*\", below: 2 cm/s}}\n";
@@ -436,6 +440,8 @@ class Proposal {
     std::string out =
         "uncertain:  # what differs between particles; 'graze help uncertain', 'graze check' list what can\n";
     out += uncertain_joints();
+    if (model_.nv == 0)
+      return "# Nothing of the robot moves: there is nothing uncertain that would show, and no task.\n";
     out += "  robot.link.*.mass: {normal: {std: 5 %}}\n";
     if (touches()) out += "  contact.friction: {uniform: [0.5, 1.2]}\n";
     if (model_.floating_base) out += "  \"initial.base.{roll,pitch}\": {normal: {std: 2 deg}}\n";
@@ -444,8 +450,10 @@ class Proposal {
 
   std::string whole(const std::vector<std::string>& policies, const std::string& note) const {
     const std::string name = in_comment(read_.world->robot.name.empty() ? "robot" : read_.world->robot.name);
-    std::string out = fmt::format("# {}: {:.3g} kg, {} links, {} driven joints, {:.3g} m high as it begins.\n", name,
-                                  robot_mass(model_), read_.world->robot.links.size(), model_.na(), extent_.z());
+    std::string out =
+        fmt::format("# {}: {}, {}, {}, {:.3g} m high as it begins.\n", name, mass_text(read_.world->robot, model_),
+                    counted(read_.world->robot.links.size(), "link"),
+                    counted(static_cast<std::size_t>(model_.na()), "driven joint"), extent_.z());
     out += fmt::format("#\n#   graze run {0}{1}        then: graze report …, graze view …\n#   graze check {0}{1}\n",
                        std::filesystem::path(request_.file).filename().string(),
                        request_.ignore_missing_meshes ? " --ignore-missing-meshes" : "");

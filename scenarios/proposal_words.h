@@ -2,11 +2,17 @@
 // Names that may be anybody's, in the text of a proposed scenario.
 
 #include <cctype>
+#include <cstddef>
 #include <string>
 
 #include "engine/settings/settings.h"
 
 namespace graze {
+
+/// "1 link", "2 links"
+inline std::string counted(std::size_t n, const std::string& noun) {
+  return std::to_string(n) + " " + noun + (n == 1 ? "" : "s");
+}
 
 /// A text as YAML has it in quotes.
 inline std::string quoted(const std::string& text) {

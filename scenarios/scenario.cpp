@@ -10,6 +10,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <map>
 #include <string_view>
 #include <unordered_map>
 
@@ -291,6 +292,15 @@ void check_fabrication(const Settings& root, const Scenario& scenario) {
   }
 }
 
+/// Joints with <mimic>, and what each follows.
+std::map<std::string, std::string> followed_joints(const Robot& robot) {
+  std::map<std::string, std::string> out;
+  for (const Joint& joint : robot.joints) {
+    if (!joint.mimic.joint.empty()) out[joint.name] = joint.mimic.joint;
+  }
+  return out;
+}
+
 /// Looks at the control lag where it stands last.
 void check_lag(const Settings& root, const Scenario& scenario) {
   constexpr const char* kLag = "control.lag";
@@ -340,11 +350,13 @@ Scenario read_scenario(const Settings& root, const std::string& file, const Scen
   if (keep_apart(root, out.model, *read.world)) out.model = compiled(root, *out.world);
   check_contact_names(root, out.model);
   doubt_gravity(root);
+  doubt_solver(root, out.model, out.physics);
   out.timing = read_time(root);
   const Vec3 extent = robot_extent(out.model, initial_state(*out.world, out.model));
   doubt_clearance(root, extent);
   doubt_places(root, *out.world, out.model, initial_state(*out.world, out.model));
-  out.space = read_uncertain(root, ParameterTable(*out.world), read.uncertain, out.timing.control, extent);
+  out.space = read_uncertain(root, ParameterTable(*out.world), read.uncertain, out.timing.control, extent,
+                             followed_joints(out.world->robot));
   doubt_welded(root, ParameterTable(*out.world), out.model);
   check_lag(root, out);
   read_sampling(root, out);
@@ -376,13 +388,17 @@ int Timing::steps_per_control() const { return static_cast<int>(std::lround(cont
 
 Scenario load_scenario(const std::string& file, const ScenarioOptions& options) {
   const InputRecord record;
+  const Warnings warnings;
   Scenario out = read_scenario(Settings::load(file, options.overrides), file, options);
+  out.warnings.insert(out.warnings.begin(), warnings.texts().begin(), warnings.texts().end());
   out.source = {file, input_folder(), options, record.files()};
   return out;
 }
 
 Scenario reload_scenario(const ScenarioSource& source) {
+  const Warnings warnings;
   Scenario out = read_scenario(Settings::load(source.file, source.options.overrides), source.file, source.options);
+  out.warnings.insert(out.warnings.begin(), warnings.texts().begin(), warnings.texts().end());
   out.source = source;
   return out;
 }

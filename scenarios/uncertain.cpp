@@ -25,10 +25,12 @@ bool ends_with(const std::string& text, std::string_view tail) {
 
 class UncertainReader {
  public:
-  UncertainReader(const ParameterTable& table, double control_step, const Vec3& extent)
+  UncertainReader(const ParameterTable& table, double control_step, const Vec3& extent,
+                  const std::map<std::string, std::string>& followed)
       : table_(table),
         control_step_(control_step),
         extent_(extent),
+        followed_(followed),
         spreads_(table.all().size()),
         written_(spreads_.size()) {}
 
@@ -183,6 +185,7 @@ class UncertainReader {
     refuse_nested(pattern, value);
     const std::string near =
         nearest(pattern, {"correlated"}).empty() ? table_.suggest(pattern) : std::string("correlated");
+    if (const std::string why = follower(pattern); !why.empty()) value.fail_key(why);
     value.fail_key(fmt::format("{}: matches no parameter{}", pattern,
                                near.empty() ? other_thing(pattern) : fmt::format("; did you mean '{}'?", near)));
   }
@@ -205,6 +208,19 @@ class UncertainReader {
     joint.child = "child";
     jointed.robot.joints = {joint};
     return !ParameterTable(jointed).match(pattern).empty();
+  }
+
+  /// "robot.joint.jb.zero: 'jb' follows 'ja' …", of what a joint with <mimic> does not have; else empty.
+  std::string follower(const std::string& pattern) const {
+    for (const auto& [joint, other] : followed_) {
+      const std::size_t at = pattern.find("." + joint + ".");
+      if (at == std::string::npos) continue;
+      const std::string others = pattern.substr(0, at + 1) + other + pattern.substr(at + 1 + joint.size());
+      return fmt::format("{}: '{}' follows '{}' (<mimic> of the URDF) and has no drive, encoder or place of its own{}",
+                         pattern, joint, other,
+                         table_.match(others).empty() ? "" : fmt::format("; there is '{}'", others));
+    }
+    return "";
   }
 
   /// "; there is 'robot.joint.hip.zero'": the same of another joint, link or object, if it is the thing that is not
@@ -297,13 +313,14 @@ class UncertainReader {
   }
 
   const ParameterTable& table_;
-  double control_step_;                           // s
-  Vec3 extent_;                                   // of the robot, m
-  std::vector<std::optional<Spread>> spreads_;    // per parameter of the table
-  std::vector<std::optional<Settings>> written_;  // where each spread stands
-  std::vector<int> index_;                        // per parameter of the table: in the space, or -1
-  mutable std::size_t comparisons_ = 0;           // of globs with parameters, so far
-  std::size_t kept_ = 0;                          // numbers of distributions, so far
+  double control_step_;                                 // s
+  Vec3 extent_;                                         // of the robot, m
+  const std::map<std::string, std::string>& followed_;  // joints with <mimic>, and what each follows
+  std::vector<std::optional<Spread>> spreads_;          // per parameter of the table
+  std::vector<std::optional<Settings>> written_;        // where each spread stands
+  std::vector<int> index_;                              // per parameter of the table: in the space, or -1
+  mutable std::size_t comparisons_ = 0;                 // of globs with parameters, so far
+  std::size_t kept_ = 0;                                // numbers of distributions, so far
 };
 
 void add_groups(const Settings& correlated, const UncertainReader& reader, ParameterSpace& space) {
@@ -324,8 +341,9 @@ void add_groups(const Settings& correlated, const UncertainReader& reader, Param
 }  // namespace
 
 ParameterSpace read_uncertain(const Settings& scenario, const ParameterTable& table,
-                              const std::vector<InlineSpread>& in_world, double control_step, const Vec3& extent) {
-  UncertainReader reader(table, control_step, extent);
+                              const std::vector<InlineSpread>& in_world, double control_step, const Vec3& extent,
+                              const std::map<std::string, std::string>& followed) {
+  UncertainReader reader(table, control_step, extent, followed);
   for (const InlineSpread& spread : in_world) reader.add_in_world(spread);
   const auto uncertain = scenario.find("uncertain");
   if (uncertain) {

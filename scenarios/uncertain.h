@@ -1,6 +1,8 @@
 #pragma once
 // `uncertain` of a scenario -> ParameterSpace: which numbers of the world are drawn, and how.
 
+#include <map>
+#include <string>
 #include <vector>
 
 #include "engine/model/fabrication.h"
@@ -12,9 +14,10 @@ namespace graze {
 
 /// Reads every pattern of `uncertain`; for the same parameter a later entry replaces an earlier one whole, and all of
 /// them the distributions that stand in the world itself. Parameters come out in the table's order. `control_step` (s):
-/// how often jitter is drawn, which a noise density needs. `extent`: robot_extent(), to doubt widths by. Throws
-/// InputError.
+/// how often jitter is drawn, which a noise density needs. `extent`: robot_extent(), to doubt widths by. `followed`:
+/// joints with <mimic>, which lack some parameters, and what each follows. Throws InputError.
 ParameterSpace read_uncertain(const Settings& scenario, const ParameterTable& table,
-                              const std::vector<InlineSpread>& in_world, double control_step, const Vec3& extent);
+                              const std::vector<InlineSpread>& in_world, double control_step, const Vec3& extent,
+                              const std::map<std::string, std::string>& followed = {});
 
 }  // namespace graze

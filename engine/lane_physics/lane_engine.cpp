@@ -14,6 +14,7 @@
 #include "engine/lane_physics/culling.h"
 #include "engine/lanes/block.h"
 #include "engine/lanes/scalar.h"
+#include "engine/model/newton_limit.h"
 
 namespace graze {
 

@@ -1,5 +1,7 @@
 #include "engine/model/measures.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -32,6 +34,18 @@ bool is_robots(const Model& model, std::size_t body) {
 }
 
 }  // namespace
+
+double whole_mass(const Robot& robot) {
+  double mass = 0;
+  for (const Link& link : robot.links) mass += link.inertia.mass;
+  return mass;
+}
+
+std::string mass_text(const Robot& robot, const Model& model) {
+  const std::string whole = fmt::format("{:.4g} kg", whole_mass(robot)),
+                    moving = fmt::format("{:.4g} kg", robot_mass(model));
+  return whole == moving ? whole : fmt::format("{}, {} of it moving", whole, moving);
+}
 
 double robot_mass(const Model& model) {
   double mass = 0;

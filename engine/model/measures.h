@@ -2,12 +2,21 @@
 // What the robot weighs and how large it is, whatever else lies about in its world: thresholds of its controllers are
 // shares of its weight, and a length that is many times its size was hardly meant.
 
+#include <string>
+
 #include "engine/model/model.h"
+#include "engine/model/world.h"
 
 namespace graze {
 
 /// Mass of the robot's moving bodies, kg, without movable objects. What is welded to the world is in no body.
 double robot_mass(const Model& model);
+
+/// Mass of all its links, kg: also of those that are welded to the world.
+double whole_mass(const Robot& robot);
+
+/// "1.2 kg", or "1.2 kg, 0.4 kg of it moving" where some of it is welded to the world.
+std::string mass_text(const Robot& robot, const Model& model);
 
 /// Its weight, N: robot_mass times the magnitude of gravity.
 double robot_weight(const Model& model);

@@ -8,6 +8,7 @@
 
 #include "engine/settings/inputs.h"
 #include "engine/settings/tree.h"
+#include "engine/settings/warnings.h"
 
 namespace graze {
 namespace {
@@ -181,6 +182,16 @@ SettingsNode::Entry new_entry(const SettingsNode& map, std::string_view name, st
   return {key, value->place, set_in(parent, key, path.substr(dot + 1), value, where)};
 }
 
+/// That a key is not there which --set takes out: it may be misspelt.
+void warn_of_nothing(const SettingsNode& node, std::string_view path, const std::string& where) {
+  std::vector<std::string> keys;
+  for (const SettingsNode::Entry& entry : node.map) keys.push_back(entry.key);
+  const std::string near = nearest(path.substr(0, path.find('.')), keys);
+  warn_as_it_stands(fmt::format("{}there is no '{}' to be taken out, so nothing happens{}", where,
+                                clipped(std::string(path), kPathShown),
+                                near.empty() ? "" : fmt::format("; nearest: '{}'", near)));
+}
+
 /// with_value() in the map that stands under the key `name`.
 NodePtr set_in(const NodePtr& node, std::string_view name, std::string_view path, const NodePtr& value,
                const std::string& where) {
@@ -202,7 +213,10 @@ NodePtr set_in(const NodePtr& node, std::string_view name, std::string_view path
   };
   const bool removes = value->kind == SettingsNode::Kind::null;
   if (!best) {
-    if (removes) return node;  // it is not there
+    if (removes) {
+      warn_of_nothing(*node, path, where);
+      return node;
+    }
     SettingsNode::Entry entry = new_entry(*node, name, path, value, where);
     entry.value = placed(entry.value);
     out->map.push_back(std::move(entry));

@@ -20,6 +20,10 @@ void Warnings::add(const std::string& text) {
   if (std::find(texts_.begin(), texts_.end(), text) == texts_.end()) texts_.push_back(text);
 }
 
+void warn_as_it_stands(const std::string& message) {
+  if (listening) listening->add(message);
+}
+
 void warn(const Settings& settings, const std::string& message) {
   if (!listening) return;
   const std::string path = settings.path();

@@ -26,5 +26,7 @@ class Warnings {
 
 /// Warns with "place: path: message", as Settings::fail.
 void warn(const Settings& settings, const std::string& message);
+/// Warns with the message as it stands, which names its place.
+void warn_as_it_stands(const std::string& message);
 
 }  // namespace graze

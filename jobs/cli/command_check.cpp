@@ -24,6 +24,7 @@
 #include "jobs/cli/size_estimate.h"
 #include "sampling/design_name.h"
 #include "scenarios/channel_readers.h"
+#include "scenarios/doubts.h"
 #include "scenarios/robot_file.h"
 
 namespace graze {
@@ -46,12 +47,15 @@ bool ends_with(const std::string& text, std::string_view tail) {
 struct Count {
   int persistent = 0, transient = 0, headings = 0, both = 0, fixed = 0;
   int idle = 0, idle_transient = 0;  // channels that no policy reads
+  int welded = 0;                    // masses of links that are welded to the world
   int total() const { return persistent + transient; }
 };
 
-Count count(const ParameterSpace& space, const ChannelReaders& readers) {
+Count count(const Scenario& s, const ChannelReaders& readers) {
+  const ParameterSpace& space = s.space;
   Count count;
   for (const UncertainParameter& parameter : space.parameters) {
+    count.welded += is_welded_mass(parameter.name, s.model);
     if (readers.idle(parameter.name)) {
       count.idle += (parameter.jitter ? 1 : 0) + (parameter.persistent.is_constant() ? 0 : 1);
       count.idle_transient += parameter.jitter ? 1 : 0;
@@ -114,16 +118,16 @@ std::string sampling_text(const Scenario& s) {
 /// " (2 more follow them)", of joints with <mimic>.
 std::string followers(const Model& model) {
   const auto n = std::count_if(model.bodies.begin(), model.bodies.end(), [](const Body& b) { return b.mimics >= 0; });
-  return n == 0 ? "" : fmt::format(" ({} more follow{} them)", n, n == 1 ? "s" : "");
+  return n == 0 ? "" : fmt::format(" ({} more follow{} {})", n, n == 1 ? "s" : "", model.na() == 1 ? "it" : "them");
 }
 
 std::string overview(const Scenario& s, const ChannelReaders& readers) {
   std::string out = fmt::format("{}\n", printable(s.name));
   if (!s.description.empty()) out += fmt::format("  {}\n", s.description);
-  out += fmt::format("  robot        {}: {}, {}, {} base, {:.4g} kg\n", s.world->robot.name,
+  out += fmt::format("  robot        {}: {}, {}, {} base, {}\n", s.world->robot.name,
                      counted(s.world->robot.links.size(), "link"),
                      counted(static_cast<std::size_t>(s.model.na()), "driven joint") + followers(s.model),
-                     s.world->robot.floating_base ? "floating" : "fixed", robot_mass(s.model));
+                     s.world->robot.floating_base ? "floating" : "fixed", mass_text(s.world->robot, s.model));
   const std::string shapes = shapes_text(s.model);
   out += fmt::format("  environment  {}; {}{}, {} that may touch\n", counted(s.world->objects.size(), "object"),
                      counted(s.model.colliders.size(), "collision shape"),
@@ -135,7 +139,7 @@ std::string overview(const Scenario& s, const ChannelReaders& readers) {
   out += "\n  requirements " + requirement_list(s.task, false);
   const std::string measures = requirement_list(s.task, true);
   if (!measures.empty()) out += "\n  measures     " + measures;
-  const Count c = count(s.space, readers);
+  const Count c = count(s, readers);
   out += fmt::format("\n  objective    {}\n", s.task.objective.name);
   out += fmt::format("  uncertain    {}: {} drawn once per particle, {} redrawn at each control step",
                      counted(static_cast<std::size_t>(c.total()), "parameter"), c.persistent, c.transient);
@@ -147,6 +151,10 @@ std::string overview(const Scenario& s, const ChannelReaders& readers) {
   if (c.idle > 0) {
     out += fmt::format("; {} of them ({} at each control step) idle: {} of channels that no policy reads", c.idle,
                        c.idle_transient, c.idle == 1 ? "it is" : "they are");
+  }
+  if (c.welded > 0) {
+    out += fmt::format("; {} of them without effect: {} welded to the world", c.welded,
+                       c.welded == 1 ? "its link is" : "their links are");
   }
   if (s.space.size() != c.total()) out += fmt::format("; {} scalars{}{}", s.space.size(), why, why.empty() ? "" : ")");
   return out + "\n" + sampling_text(s);
@@ -204,7 +212,7 @@ nlohmann::json as_json(const ParameterSpace& space, const CorrelationGroup& grou
 }
 
 nlohmann::json as_json(const Scenario& s, const ChannelReaders& readers) {
-  const Count c = count(s.space, readers);
+  const Count c = count(s, readers);
   nlohmann::json out = {{"name", s.name},
                         {"file", s.file},
                         {"sha256", s.sha256},

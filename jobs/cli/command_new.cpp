@@ -61,7 +61,7 @@ void check_arguments(const NewArguments& arguments) {
   check_ending(arguments.file, "a scenario is written as YAML", {".yaml", ".yml"}, Endings::needed, NamedBy::word);
   check_new_file(arguments.file, arguments.force, {fs::path(arguments.urdf)}, NamedBy::word);
   if (const std::string problem = cannot_make(arguments.file); !problem.empty()) {
-    throw InputError(
+    throw MachineError(
         fmt::format("{}: cannot be written: {}; name a place where you may write", arguments.file, problem));
   }
 }

@@ -37,10 +37,15 @@ nlohmann::json robot_as_json(const Scenario& scenario) {
   const Model& model = scenario.model;
   const State initial = initial_state(*scenario.world, model);
   const Vec3 size = robot_extent(model, initial);
-  nlohmann::json out = {{"name", scenario.world->robot.name},     {"mass", robot_mass(model)},
-                        {"floating", model.floating_base},        {"links", scenario.world->robot.links.size()},
-                        {"size", {size.x(), size.y(), size.z()}}, {"joints", nlohmann::json::array()},
-                        {"shapes", nlohmann::json::object()},     {"pairs", model.pairs.size()},
+  nlohmann::json out = {{"name", scenario.world->robot.name},
+                        {"mass", whole_mass(scenario.world->robot)},
+                        {"moving_mass", robot_mass(model)},
+                        {"floating", model.floating_base},
+                        {"links", scenario.world->robot.links.size()},
+                        {"size", {size.x(), size.y(), size.z()}},
+                        {"joints", nlohmann::json::array()},
+                        {"shapes", nlohmann::json::object()},
+                        {"pairs", model.pairs.size()},
                         {"mimic", nlohmann::json::array()}};
   for (const int body : model.actuated) {
     const Body& joint = model.bodies[body];

@@ -49,6 +49,7 @@ SizeEstimate base(const Scenario& s, const ParticleRange& part) {
   SizeEstimate out;
   out.particles = part.count(s.particles);
   out.policies = s.policies.size();
+  out.logs_events = s.recording.events;
   if (s.space.size() > 0)
     out.values = static_cast<double>(out.particles) * (4 + 8 * static_cast<double>(s.space.size()));
   out.traces = static_cast<double>(out.particles * out.policies) * row_bytes(s);
@@ -122,13 +123,14 @@ std::string bytes_text(double bytes) {
 
 std::string size_text(const SizeEstimate& e, std::optional<double> free) {
   std::string out = fmt::format(
-      "{}{} for {} particles x {} {}: values {}, traces {}, events {}, telemetry {}, "
+      "{}{} for {} particles x {} {}: values {}, traces {}, {} {}, telemetry {}, "
       "scenario and robot {} at most",
       e.probed > 0 ? "" : "about ", bytes_text(e.total()), e.particles, e.policies,
-      e.policies == 1 ? "policy" : "policies", bytes_text(e.values), bytes_text(e.traces), bytes_text(e.events),
-      bytes_text(e.telemetry), bytes_text(e.inputs));
-  out +=
-      e.probed > 0 ? fmt::format(" (as in {} probed traces)", e.probed) : " (events and lengths of traces are guessed)";
+      e.policies == 1 ? "policy" : "policies", bytes_text(e.values), bytes_text(e.traces),
+      e.logs_events ? "contacts and events" : "contacts", bytes_text(e.events), bytes_text(e.telemetry),
+      bytes_text(e.inputs));
+  out += e.probed > 0 ? fmt::format(" (as in {} probed traces)", e.probed)
+                      : " (contacts and lengths of traces are guessed)";
   if (free) out += fmt::format("; {} are free", bytes_text(*free));
   if (e.seconds > 0) {
     out +=

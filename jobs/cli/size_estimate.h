@@ -16,6 +16,7 @@ struct SizeEstimate {
   std::uint64_t particles = 0, policies = 0;
   double values = 0, traces = 0, events = 0, telemetry = 0;  // B
   double inputs = 0;                                         // B, of the robot and all that was read, at most
+  bool logs_events = false;                                  // beside contact phases
   std::uint64_t probed = 0;                                  // traces that were simulated to find out; 0: none
   double seconds = 0;                                        // of one processor, for the whole campaign; 0: not known
   double step_seconds = 0;                                   // likewise, for one step of one particle

@@ -31,6 +31,37 @@ TEST_F(Check, WeighsTheRobotAlone) {
               HasSubstr("floating base, 1 kg"));
 }
 
+// Claim: what an archive takes for contacts is not called events where none are kept.
+TEST_F(Check, CallsEventsWhatAreEvents) {
+  EXPECT_THAT(campaign.graze("check ball.yaml").out, AllOf(HasSubstr(", contacts "), Not(HasSubstr("events"))));
+  EXPECT_THAT(campaign.graze("check ball.yaml --set record.events=true").out, HasSubstr(", contacts and events "));
+}
+
+// Claim: what is welded to the world counts in the mass, as in `sample --derived`, and is told apart; its uncertain
+// mass changes nothing, and is counted as such, also where a glob names it among others.
+TEST_F(Check, TellsWhatIsWelded) {
+  const auto link = [](const std::string& name, double mass) {
+    return "<link name='" + name + "'><inertial><mass value='" + std::to_string(mass) +
+           "'/><inertia ixx='1' iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial></link>";
+  };
+  testing::write_file(campaign.folder / "arm.urdf",
+                      "<robot name='arm'>" + link("base", 3) + link("arm", 2) +
+                          "<joint name='j' type='continuous'><parent link='base'/><child link='arm'/></joint></robot>");
+  testing::write_file(
+      campaign.folder / "arm.yaml",
+      "graze: 1\nrobot: {urdf: arm.urdf, base: fixed}\ntime: {end: 0.1 s}\nuncertain: {'*.mass': {normal: "
+      "{std: 1 %}}}\npolicies: {limp: {hold: {}, control: {joint_pd: {kp: 0}}}}\ntask: {objective: {rests: "
+      "{speed: {link: arm, below: 1 m/s}}}}\n");
+  const std::string arm = "arm.yaml";
+  const testing::Result text = campaign.graze("check " + arm);
+  EXPECT_THAT(text.out, AllOf(HasSubstr("fixed base, 5 kg, 2 kg of it moving\n"),
+                              HasSubstr("; 1 of them without effect: its link is welded to the world")))
+      << text.err;
+  const auto json = nlohmann::json::parse(campaign.graze("check --json " + arm).out);
+  EXPECT_EQ(json["robot"]["mass"], 5);
+  EXPECT_EQ(json["robot"]["moving_mass"], 2);
+}
+
 // Claim: the overview tells how particles are drawn: how many, by which design and seed, as the command line has it,
 // and what is correlated with what.
 TEST_F(Check, TellsHowParticlesAreDrawn) {

@@ -34,6 +34,39 @@ TEST_F(New, OfAQuadrupedWalksToo) {
   EXPECT_THAT(run.out, AllOf(HasSubstr("hold"), HasSubstr("trot")));
 }
 
+// Claim: a robot without driven joints gets no gains, and one of which nothing moves no task and nothing uncertain;
+// what is told of it counts what is welded, and it runs without a warning but that nothing can fail.
+TEST_F(New, OfARobotWithoutJoints) {
+  ASSERT_EQ(graze("new free.yaml ball.urdf").code, 0);
+  const std::string free = testing::read_file(folder / "free.yaml");
+  EXPECT_THAT(free, AllOf(HasSubstr(" 1 link, 0 driven joints, "), HasSubstr("rests:"), HasSubstr("*.mass"),
+                          HasSubstr("there is no driven joint"), Not(HasSubstr("N m/rad"))));
+  EXPECT_EQ(run_new("free.yaml").code, 0);
+  testing::write_file(folder / "post.urdf",
+                      "<robot name='post'><link name='world'/><joint name='weld' type='fixed'><parent link='world'/>"
+                      "<child link='post'/></joint><link name='post'><inertial><mass value='2.5'/><inertia ixx='1' "
+                      "iyy='1' izz='1' ixy='0' ixz='0' iyz='0'/></inertial></link></robot>");
+  ASSERT_EQ(graze("new post.yaml post.urdf").code, 0);
+  const std::string post = testing::read_file(folder / "post.yaml");
+  EXPECT_THAT(post, AllOf(HasSubstr("# post: 2.5 kg, 0 kg of it moving, 2 links, "), Not(HasSubstr("rests:")),
+                          Not(HasSubstr("\nuncertain:")), Not(HasSubstr("N m/rad"))));
+  const testing::Result run = graze("run post.yaml -n 3 --quiet -o post.graze");
+  EXPECT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.err, AllOf(Not(HasSubstr("welded")), Not(HasSubstr("always holds"))));
+  EXPECT_THAT(graze("explain post.graze").out,
+              HasSubstr("3 of 3 traces ran to the end: nothing moves, so that there is no state"));
+  EXPECT_THAT(graze("replay post.graze --particle 0").out,
+              AllOf(HasSubstr("digest     of nothing, as nothing moves"), Not(HasSubstr("0x0000"))));
+  EXPECT_THAT(graze("check post.yaml").out, HasSubstr("fixed base, 2.5 kg, 0 kg of it moving"));
+}
+
+// Claim: a scenario that cannot be written is the machine's doing, exit code 3, before the robot is read.
+TEST_F(New, WhereNothingCanBeWritten) {
+  const testing::Result made = graze("new ball.yaml/sub/x.yaml ball.urdf");
+  EXPECT_EQ(made.code, 3);
+  EXPECT_THAT(made.err, HasSubstr("cannot be written"));
+}
+
 /// A quadruped of 8.9 kg with the masses of a published one, whose hips weigh to the left.
 std::string skew_quadruped() {
   const auto inertia = [](double x, double y, double z) {
@@ -120,14 +153,14 @@ TEST_F(New, OfAGripperDrivesWhatOthersFollow) {
   EXPECT_EQ(made.code, 0) << made.err;
   EXPECT_THAT(
       testing::read_file(folder / "gripper.yaml"),
-      AllOf(HasSubstr("1 driven joints"), HasSubstr("zero: {normal: {std: 1 mm}}"),
+      AllOf(HasSubstr("1 driven joint,"), HasSubstr("zero: {normal: {std: 1 mm}}"),
             HasSubstr("# 'j_right' follows 'j_left' (<mimic>): -1 times"), Not(HasSubstr("      'j_right': "))));
   for (const char* physics : {"lanes", "bullet"}) {
     const testing::Result run = graze(std::string("run gripper.yaml -n 2 -o ") + physics +
                                       ".graze --set time.end='0.05 s' --quiet --set physics=" + physics);
     EXPECT_EQ(run.code, 0) << run.err;
   }
-  EXPECT_THAT(graze("check gripper.yaml").out, HasSubstr("1 driven joint (1 more follows them)"));
+  EXPECT_THAT(graze("check gripper.yaml").out, HasSubstr("1 driven joint (1 more follows it)"));
   EXPECT_THAT(graze("check gripper.yaml --json").out, AllOf(HasSubstr("\"follows\""), HasSubstr("\"j_left\"")));
   const testing::Result begins = graze("check gripper.yaml --set robot.initial.joints.j_right=0.01");
   EXPECT_EQ(begins.code, 2);
