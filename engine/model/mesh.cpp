@@ -219,6 +219,17 @@ void refuse_empty_faces(const aiScene& scene, const std::string& file) {
   }
 }
 
+/// What the library says of a file, which it knows by a name of its own.
+std::string in_its_words(std::string said, const std::string& file) {
+  constexpr std::string_view kOwn = "$$$___magic___$$$";
+  const std::filesystem::path path = file;
+  const std::string name = path.filename().string(), own = std::string(kOwn) + path.extension().string();
+  for (std::size_t at = said.find(own); at != std::string::npos; at = said.find(own, at + name.size())) {
+    said.replace(at, own.size(), name);
+  }
+  return said;
+}
+
 /// Each shape of a file: where its node moves it, or, `as_listed`, as it stands.
 enum class Nodes { moved, as_listed };
 
@@ -234,7 +245,7 @@ std::string parts_in_bytes(const std::string& file, const std::string& bytes, No
   if (scene) scene = importer.ApplyPostProcessing(aiProcess_Triangulate);
   if (!scene) {
     // What the library says of a file without any facet differs from kind to kind, and names none of what is wrong.
-    const std::string why = importer.GetErrorString();
+    const std::string why = in_its_words(importer.GetErrorString(), file);
     const bool hollow = why.find("No output meshes") != std::string::npos || why.find("no facets") != std::string::npos;
     throw InputError(hollow ? fmt::format("{}: the mesh has no triangles; it must have some", file)
                             : fmt::format("{}: cannot be read as a mesh: {}", file, why));

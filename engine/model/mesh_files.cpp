@@ -99,8 +99,13 @@ std::string MeshFiles::not_found(const std::string& name) const {
   for (auto place = places.begin(); place != places.end() && meant.empty(); ++place) {
     meant = near_path(place->string());
   }
-  return fmt::format(" (looked for its package in {}{})", text,
-                     meant.empty() ? "" : fmt::format("; did you mean '{}'?", meant));
+  if (meant.empty()) {
+    meant =
+        variable.empty() ? "; its folder may stand in 'robot.package_path' or in ROS_PACKAGE_PATH, which is empty" : "";
+  } else {
+    meant = fmt::format("; did you mean '{}'?", meant);
+  }
+  return fmt::format(" (looked for its package in {}{})", text, meant);
 }
 
 std::shared_ptr<const Mesh> MeshFiles::triangles(const fs::path& file) {

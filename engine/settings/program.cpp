@@ -3,7 +3,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
-#include <spawn.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -12,7 +12,11 @@
 #include <cerrno>
 #include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
 
 #include "engine/settings/inputs.h"
 #include "engine/settings/pipe.h"
@@ -26,34 +30,49 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kMostErrors = 64u << 10;  // bytes; no message repeats as many
 
-/// posix_spawn()'s settings: silent input, both outputs into pipes, a process group of its own, usual signals.
-class SpawnSettings {
- public:
-  SpawnSettings(const Pipe& out, const Pipe& err) {
-    posix_spawn_file_actions_init(&files);
-    posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-    posix_spawn_file_actions_adddup2(&files, out.write.number(), STDOUT_FILENO);
-    posix_spawn_file_actions_adddup2(&files, err.write.number(), STDERR_FILENO);
-    posix_spawnattr_init(&attributes);
-    sigset_t usual, none;
-    sigemptyset(&usual);
-    sigemptyset(&none);
-    for (const int signal : {SIGPIPE, SIGINT, SIGTERM, SIGHUP}) sigaddset(&usual, signal);
-    posix_spawnattr_setsigdefault(&attributes, &usual);
-    posix_spawnattr_setsigmask(&attributes, &none);
-    posix_spawnattr_setpgroup(&attributes, 0);
-    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETPGROUP);
+/// The file on PATH that a shell would run by this name, or else one that may not be run; empty: there is none.
+std::string found_on_path(const std::string& name) {
+  if (name.find('/') != std::string::npos) return name;
+  const char* path = std::getenv("PATH");
+  std::istringstream folders(path != nullptr ? path : "/bin:/usr/bin");
+  std::string locked;
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    const std::filesystem::path file = std::filesystem::path(folder.empty() ? "." : folder) / name;
+    std::error_code error;
+    if (!std::filesystem::is_regular_file(file, error)) continue;
+    if (access(file.c_str(), X_OK) == 0) return file.string();
+    if (locked.empty()) locked = file.string();
   }
-  ~SpawnSettings() {
-    posix_spawnattr_destroy(&attributes);
-    posix_spawn_file_actions_destroy(&files);
-  }
-  SpawnSettings(const SpawnSettings&) = delete;
-  SpawnSettings& operator=(const SpawnSettings&) = delete;
+  return locked;
+}
 
-  posix_spawn_file_actions_t files;
-  posix_spawnattr_t attributes;
-};
+/// Why a file that is there cannot be run: a script may name an interpreter that is not.
+std::string start_problem(const std::string& file, int error) {
+  std::string first;
+  if (error == ENOENT) std::getline(std::ifstream(file), first);
+  if (!first.starts_with("#!")) return fmt::format("cannot be started: {}", std::strerror(error));
+  return fmt::format("cannot be started: the interpreter in the first line of {}, '{}', is not there", file,
+                     clipped(first, 80));
+}
+
+/// In the child: silent input, both outputs into pipes, a process group of its own, usual signals, and death with its
+/// parent. Writes errno to `failed` if the program cannot be started.
+[[noreturn]] void become(const char* file, char* const* arguments, pid_t parent, int out, int err, int failed) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  if (getppid() != parent) _exit(1);  // it had died before
+  setpgid(0, 0);
+  sigset_t none;
+  sigemptyset(&none);
+  sigprocmask(SIG_SETMASK, &none, nullptr);
+  for (const int signal : {SIGPIPE, SIGINT, SIGTERM, SIGHUP}) std::signal(signal, SIG_DFL);
+  dup2(open("/dev/null", O_RDONLY | O_CLOEXEC), STDIN_FILENO);
+  dup2(out, STDOUT_FILENO);
+  dup2(err, STDERR_FILENO);
+  execv(file, arguments);
+  const int error = errno;
+  [[maybe_unused]] const ssize_t told = write(failed, &error, sizeof error);
+  _exit(127);
+}
 
 class Program {
  public:
@@ -66,15 +85,17 @@ class Program {
   Program& operator=(const Program&) = delete;
 
   ProgramRun run(std::vector<std::string> words) {
+    const std::string file = found_on_path(words[0]);
+    run_.there = !file.empty();
+    if (!run_.there) return std::move(run_);
     std::vector<char*> arguments;
     for (std::string& word : words) arguments.push_back(word.data());
     arguments.push_back(nullptr);
-    const int error = start(arguments);
+    const int error = start(file, arguments);
     out_.write = Descriptor();
     err_.write = Descriptor();
     if (error != 0) {
-      run_.there = error != ENOENT;
-      run_.problem = fmt::format("cannot be started: {}", std::strerror(error));
+      run_.problem = start_problem(file, error);
       return std::move(run_);
     }
     listen();
@@ -84,12 +105,29 @@ class Program {
   }
 
  private:
-  int start(std::vector<char*>& arguments) {
-    const SpawnSettings settings(out_, err_);
-    pid_t id = 0;
-    const int error = posix_spawnp(&id, arguments[0], &settings.files, &settings.attributes, arguments.data(), environ);
-    if (error == 0) id_ = id;
+  /// 0 or errno.
+  int start(const std::string& file, std::vector<char*>& arguments) {
+    Pipe failed;  // which a program that starts closes
+    const pid_t parent = getpid(), id = fork();
+    if (id < 0) throw MachineError(fmt::format("no process can be started: {}", std::strerror(errno)));
+    if (id == 0) {
+      become(file.c_str(), arguments.data(), parent, out_.write.number(), err_.write.number(), failed.write.number());
+    }
+    id_ = id;
+    failed.write = Descriptor();
+    int error = 0;
+    ssize_t got = 0;
+    while ((got = read(failed.read.number(), &error, sizeof error)) < 0 && errno == EINTR) {
+    }
+    if (got != sizeof error) return 0;
+    kill_group();
     return error;
+  }
+
+  /// Whether the program itself has ended, which stays to be waited for.
+  bool has_ended() const {
+    siginfo_t info{};
+    return waitid(P_PID, static_cast<id_t>(id_), &info, WEXITED | WNOHANG | WNOWAIT) == 0 && info.si_pid == id_;
   }
 
   /// ms until the deadline, at least 0.
@@ -98,11 +136,16 @@ class Program {
     return static_cast<int>(std::clamp<long long>(rest, 0, 1'000'000));
   }
 
-  /// Until both outputs end; nobody waits for a full pipe.
+  /// Until both outputs end, or the program has and what it wrote is read: what it has started may hold them open.
+  /// Nobody waits for a full pipe.
   void listen() {
+    constexpr int kLook = 50;  // ms between looks whether it has ended
     while (run_.problem.empty() && (out_.read || err_.read)) {
+      const bool over = has_ended();
+      if (over) kill(-id_, SIGKILL);
       std::array<pollfd, 2> ends = {{{out_.read.number(), POLLIN, 0}, {err_.read.number(), POLLIN, 0}}};
-      const int ready = poll(ends.data(), ends.size(), left());
+      const int ready = poll(ends.data(), ends.size(), over ? 0 : std::min(left(), kLook));
+      if (over && (ready == 0 || left() == 0)) return;
       if (ready == 0 && left() == 0) return took_too_long();
       if (ready <= 0) continue;
       if (ends[0].revents != 0) take(out_.read, run_.output, limits_.output + 1);

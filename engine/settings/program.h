@@ -21,8 +21,9 @@ struct ProgramRun {
 };
 
 /// Runs the program words[0] of PATH with the other words as its arguments, without a shell and with nothing on its
-/// standard input. It has a process group of its own, which is killed when it takes longer or prints more than it may.
-/// Throws MachineError where the system has no pipes or processes left.
+/// standard input. It has a process group of its own, which is killed when the program has ended, takes longer or
+/// prints more than it may; the program itself is killed with the thread that runs it. What it leaves behind outside of
+/// its group is not waited for. Throws MachineError where the system has no pipes or processes left.
 ProgramRun run_program(const std::vector<std::string>& words, const ProgramLimits& limits);
 
 }  // namespace graze

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <chrono>
+
 #include "tests/jobs/ball_campaign.h"
 
 namespace graze {
@@ -48,6 +50,38 @@ TEST_F(XacroFile, WhoseProgramFailsIsRefused) {
   EXPECT_EQ(refused.code, 2);
   EXPECT_THAT(refused.err, AllOf(HasSubstr("robot.urdf: "), HasSubstr("xacro ended with exit code 2; it said:"),
                                  HasSubstr("error: no such macro: ball")));
+}
+
+// Claim: a program that is there and whose interpreter is not is no missing program.
+TEST_F(XacroFile, WhoseInterpreterIsMissingSaysSo) {
+  stand_in("");
+  testing::write_file(folder / "bin/xacro", "#!/nowhere/python2 -u\n");
+  const testing::Result refused = with_xacro("check ball.yaml" + std::string(kSet));
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_THAT(refused.err, AllOf(HasSubstr("xacro cannot be started: the interpreter in the first line of"),
+                                 HasSubstr("'#!/nowhere/python2 -u', is not there")));
+}
+
+// Claim: what xacro leaves running is not waited for, wherever it has gone, and what xacro itself has written is read.
+TEST_F(XacroFile, IsOverWhenItsProgramHasEnded) {
+  for (const char* leave : {"sleep 50 &", "setsid sleep 50 &"}) {
+    stand_in(std::string(leave) + " echo $! >left; cat ball.urdf");
+    const auto begin = std::chrono::steady_clock::now();
+    const testing::Result read = with_xacro("check ball.yaml" + std::string(kSet));
+    EXPECT_EQ(read.code, 0) << read.err;
+    EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(20)) << leave;
+    testing::shell(folder.path(), "kill $(cat left)");
+  }
+}
+
+// Claim: xacro does not outlive a graze that is killed.
+TEST_F(XacroFile, EndsWithTheProgramThatRunsIt) {
+  stand_in("echo $$ >pid; exec sleep 50");
+  const testing::Result gone = testing::shell(
+      folder.path(), "PATH=\"$PWD/bin:$PATH\" '" + std::string(GRAZE_PROGRAM) + "' check ball.yaml" + kSet +
+                         " & graze=$!; until [ -s pid ]; do sleep 0.05; done; kill -9 $graze; wait $graze; "
+                         "for i in 1 2 3 4 5 6 7 8 9 10; do kill -0 $(cat pid) || exit 7; sleep 0.2; done");
+  EXPECT_EQ(gone.code, 7) << "xacro still runs";
 }
 
 TEST_F(XacroFile, WithoutTheProgramShowsTheCommand) {

@@ -12,6 +12,7 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::Pair;
 
 /// A tetrahedron with legs of 1, 2 and 3, in millimetres, 1 m along x by its node, of a drawing whose "up" is y.
@@ -153,6 +154,17 @@ TEST(RobotFiles, RosPackagePathIsNamed) {
   EXPECT_THAT(input_error([&] { load_urdf(file, options); }),
               HasSubstr(" is not there (looked for its package in " + options.package_path[0] + " (package_path), " +
                         here + " and above, /nowhere, " + src + " (ROS_PACKAGE_PATH); did you mean '" + near + "'?)"));
+}
+
+// Without any folder to look in, what could name one is told.
+TEST(RobotFiles, PackagesThatAreNowhereTellWhereToNameThem) {
+  const TemporaryFolder folder;
+  const std::string file = folder.write("robots/r.urdf", of_mesh("package://foo_description/meshes/a.stl"));
+  const std::string hint = "; its folder may stand in 'robot.package_path' or in ROS_PACKAGE_PATH, which is empty)";
+  const Variable none("ROS_PACKAGE_PATH", "");
+  EXPECT_THAT(input_error([&] { load_urdf(file); }), HasSubstr(hint));
+  const Variable some("ROS_PACKAGE_PATH", "/nowhere");
+  EXPECT_THAT(input_error([&] { load_urdf(file); }), Not(HasSubstr(hint)));
 }
 
 // A robot that is written elsewhere needs no variable to be read again.
