@@ -36,7 +36,9 @@ class Words {
     const double out = percent ? value / 100 : value;
     if (out > 0 && out < 1) return out;
     at_ = place;
-    const bool forgot = !percent && value > 1 && value < 100;
+    // 95 was meant as 95 %, and so was a width of 1.5; a rate of 1.5 is anything.
+    const bool narrow = example.find("ci <") != std::string::npos;
+    const bool forgot = !percent && value > 1 && value < 100 && (narrow || value >= 2);
     fail(fmt::format("{}{} is not between 0 and 1, both excluded", number, percent ? " %" : ""),
          forgot ? example.substr(0, example.find_last_of(' ') + 1) + number + "%" : example);
   }
@@ -81,7 +83,7 @@ std::string rate_in(const std::string& body) {
   const bool percent = behind != std::string::npos && body[behind] == '%';
   const double rate = percent ? value / 100 : value;
   if (rate > 0 && rate < 1) return number + (percent ? "%" : "");
-  return !percent && value > 1 && value < 100 ? number + "%" : "";
+  return !percent && value >= 2 && value < 100 ? number + "%" : "";
 }
 
 /// The right question that is nearest to a wrong one: its policy, kind, direction and number, as far as they can be

@@ -69,7 +69,7 @@ void check(const ExplainArguments& arguments) {
       throw InputError(fmt::format("--csv {}: {} is there already; choose another folder, or give --force",
                                    arguments.csv, file.string()));
     }
-    check_new_file(file, arguments.force, {arguments.archive});
+    check_new_file(file, arguments.force, {arguments.archive}, NamedBy::word);  // not by --output
   }
 }
 

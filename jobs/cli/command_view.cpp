@@ -6,6 +6,7 @@
 #include <iostream>
 #include <memory>
 #include <optional>
+#include <sstream>
 
 #include "archive/files/parent_folders.h"
 #include "archive/files/utf8.h"
@@ -27,6 +28,20 @@ struct ViewArguments {
   bool force = false;
 };
 
+/// "1,2" is no number, but two; "1,000" one that is written in an odd way.
+void refuse_list(const std::string& text) {
+  std::string options;
+  std::istringstream pieces(text);
+  bool thousands = true;
+  for (std::string piece; std::getline(pieces, piece, ',');) {
+    if (piece.empty() || piece.find_first_not_of("0123456789") != std::string::npos) return;
+    thousands = thousands && (options.empty() || piece.size() == 3);
+    options += (options.empty() ? "--particle " : " --particle ") + piece;
+  }
+  if (text.find(',') == std::string::npos || thousands) return;
+  throw InputError(fmt::format("--particle {}: takes one particle; nearest right answer: {}", text, options));
+}
+
 std::vector<ChosenTrace> chosen_traces(const ViewArguments& arguments, const CampaignInfo& info) {
   std::vector<ChosenTrace> out;
   const std::vector<std::string> policies = chosen_names(info.policies, arguments.policies, arguments.archive);
@@ -45,6 +60,7 @@ std::vector<ChosenTrace> chosen_traces(const ViewArguments& arguments, const Cam
 }
 
 int view(const ViewArguments& arguments) {
+  for (const std::string& text : arguments.particles) refuse_list(text);
   const auto first =
       static_cast<std::uint32_t>(parse_whole(arguments.particles[0], "--particle", 0, kParticleLimit - 1));
   const std::filesystem::path output =

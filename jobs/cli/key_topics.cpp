@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <functional>
 #include <set>
+#include <sstream>
 
 #include "engine/settings/units.h"
 #include "jobs/cli/description_text.h"
@@ -156,10 +157,14 @@ std::string told(const std::string& title, const std::vector<OwnedKey>& keys, st
          wrapped(fmt::format("graze help NAME tells all keys of one of them: {}.", owners), width) + "\n";
 }
 
-bool is_section(const Key& key) {
-  return std::any_of(key.forms.begin(), key.forms.end(),
-                     [](const Form& form) { return form.kind == Form::Kind::section; });
+/// What the map that it holds is called; empty: it holds none that has a name.
+std::string section_of_key(const Key& key) {
+  const auto at = std::find_if(key.forms.begin(), key.forms.end(),
+                               [](const Form& form) { return form.kind == Form::Kind::section; });
+  return at == key.forms.end() ? "" : at->what;
 }
+
+bool is_section(const Key& key) { return !section_of_key(key).empty(); }
 
 std::vector<OwnedKey> matching(const std::function<bool(const OwnedKey&)>& test) {
   std::vector<OwnedKey> out;
@@ -193,12 +198,47 @@ std::optional<std::string> part_help(const std::string& topic, std::size_t width
   return std::nullopt;
 }
 
-bool is_parameter(const std::string& topic) {
-  for (const char* begin :
-       {"robot.link.", "robot.joint.", "initial.base.", "initial.joint.", "gravity.", "environment.", "contact."}) {
-    if (topic.starts_with(begin)) return true;
+/// A path of kParameterPaths as a glob: "robot.link.*.{density,mass}".
+std::string parameter_glob(const std::string& path) {
+  constexpr std::string_view kRest = "…";
+  std::string out;
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    const bool rest = std::string_view(path).substr(i).starts_with(kRest);
+    if (rest) i += kRest.size() - 1;
+    if (rest || (path[i] >= 'A' && path[i] <= 'Z')) {
+      if (!out.ends_with('*')) out += '*';
+    } else if (path[i] != ' ') {
+      out += path[i];
+    }
   }
-  return false;
+  return out;
+}
+
+/// Those of all of them; what stands behind a ':' says how a path is used.
+const std::vector<std::string>& parameter_globs() {
+  static const std::vector<std::string> all = [] {
+    std::vector<std::string> out;
+    std::istringstream lines(kParameterPaths);
+    for (std::string line; std::getline(lines, line);) {
+      line = line.substr(0, line.find(':'));
+      int braces = 0;
+      std::size_t begin = 0;
+      for (std::size_t i = 0; i <= line.size(); ++i) {
+        if (i < line.size()) braces += line[i] == '{' ? 1 : line[i] == '}' ? -1 : 0;
+        if (i < line.size() && (line[i] != ',' || braces > 0)) continue;
+        out.push_back(parameter_glob(line.substr(begin, i - begin)));
+        begin = i + 1;
+      }
+    }
+    return out;
+  }();
+  return all;
+}
+
+/// Whether a parameter may have this path; a channel's has its own help.
+bool is_parameter(const std::string& topic) {
+  const std::vector<std::string>& globs = parameter_globs();
+  return std::any_of(globs.begin(), globs.end(), [&](const std::string& glob) { return matches(glob, topic); });
 }
 
 }  // namespace
@@ -227,6 +267,11 @@ std::optional<std::string> key_help(const std::string& topic, std::size_t width)
   const auto by_path = matching([&](const OwnedKey& key) { return dotted.ends_with("." + key.path); });
   const auto keys = [&] { return told(topic + ", a key of " + by_path.front().owner + ":", by_path, width); };
   if (!by_path.empty() && !is_section(by_path.front().key)) return keys();
+  if (!by_path.empty()) {
+    if (const std::string section = section_help(section_of_key(by_path.front().key), width); !section.empty()) {
+      return by_path.front().key.forms.size() == 1 ? section : keys() + "\n" + section;
+    }
+  }
   if (const auto part = part_help(topic, width)) return part;
   if (!by_path.empty()) return keys();
   if (is_parameter(topic)) {

@@ -186,6 +186,7 @@ TEST(Question, MistakesAreToldWithTheNearestRightAnswer) {
   expect("ci >= 0.02", 4, "'>=': an interval can only be asked to be narrow", "ci < 0.02");
   expect("p >= 95", 6, "95 is not between 0 and 1", "p >= 95%");
   expect("p >= 1", 6, "1 is not between", "p >= 0.95");
+  expect("p >= 1.5", 6, "1.5 is not between", "p >= 0.95");
   expect("p < 120%", 5, "120 % is not between", "p < 0.95");
   expect("p >= high", 6, "a number is missing", "p >= 0.95");
   expect("ci < 0.02 m", 11, "'m' behind the number", "ci < 0.02");

@@ -81,6 +81,9 @@ TEST(ExplainOfTheProgram, WritesTables) {
   EXPECT_EQ(again.code, 2);
   EXPECT_THAT(again.err, AllOf(HasSubstr("is there already"), HasSubstr("--force")));
   EXPECT_EQ(testing::read_file(balls.folder / "new/why/rates.csv"), "mine");
+  EXPECT_THAT(
+      balls.graze("explain a.graze --csv a.graze/why").err,
+      ::testing::AllOf(::testing::HasSubstr("lies within a.graze"), ::testing::Not(::testing::HasSubstr("--output"))));
   EXPECT_EQ(balls.graze("explain a.graze --csv new/why --force").code, 0);
   EXPECT_NE(testing::read_file(balls.folder / "new/why/rates.csv"), "mine");
 }

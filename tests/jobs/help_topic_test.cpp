@@ -242,6 +242,29 @@ TEST(HelpTopics, LeadFromWhatIsWritten) {
   }
 }
 
+// Claim: a path is help's if it is a parameter's or a key's; a misspelt one is answered with the nearest.
+TEST(HelpTopics, TellPathsThatThereAre) {
+  const TemporaryFolder folder;
+  for (const char* path : {"contact.friction", "robot.link.LF_SHIN.density", "robot.link.a.b.size.x", "gravity.z",
+                           "robot.joint.hip.axis", "environment.curb.position.y", "initial.base.velocity.x"}) {
+    EXPECT_EQ(graze(folder.path(), std::string("help ") + path).code, 0) << path;
+  }
+  EXPECT_THAT(graze(folder.path(), "help contact.slover").err,
+              HasSubstr("'contact.slover' is not a verb, and no topic of help (did you mean 'contact.solver'?)"));
+  for (const char* path : {"contact.nothing.at.all", "robot.link.foot", "gravity.w", "environment."}) {
+    EXPECT_THAT(graze(folder.path(), std::string("help ") + path).err, HasSubstr("no topic of help")) << path;
+  }
+}
+
+// Claim: of a key that holds a map its own keys are told, not those of another thing that is called the same.
+TEST(HelpTopics, TellTheMapOfAKey) {
+  const TemporaryFolder folder;
+  const std::string told = graze(folder.path(), "help robot.mesh").out;
+  EXPECT_THAT(told, HasSubstr("robot.mesh, a key of robot"));
+  EXPECT_THAT(told, HasSubstr("concave meshes as several hulls"));
+  EXPECT_THAT(told, ::testing::Not(HasSubstr("a shape")));
+}
+
 // Claim: what is no topic is answered with the nearest, verb or topic, if one is near; the overview names the topics.
 TEST(HelpTopics, RefuseUnknownOnes) {
   const TemporaryFolder folder;

@@ -109,6 +109,8 @@ TEST_F(Report, ViewShowsWhatIsAskedFor) {
   ASSERT_EQ(graze("view a.graze --particle 3 --particle 5 -o v.html").code, 0);
   EXPECT_THAT(page("v.html"),
               AllOf(HasSubstr("\"kind\":\"view\""), HasSubstr("\"particle\":3"), HasSubstr("\"particle\":5")));
+  EXPECT_THAT(graze("view a.graze --particle 3,5").err,
+              HasSubstr("--particle 3,5: takes one particle; nearest right answer: --particle 3 --particle 5"));
   EXPECT_EQ(graze("view a.graze --particle 3").code, 0);
   EXPECT_TRUE(testing::fs::exists(campaign.folder / "a.p3.html"));
   refused("view a.graze --particle 20 -o w.html", {"--particle 20", "a.graze has particles 0 to 19"});
