@@ -50,6 +50,11 @@ std::vector<std::string> contact_models_of(const std::string& physics) {
 std::unique_ptr<BlockPhysics> make_physics(const std::string& name, const Model& nominal) {
   const Entry& entry = entry_of(name);
   contact_model_index(nominal.contact_model, name, contact_models_of(name));
+  for (const Body& body : nominal.bodies) {
+    if (entry.text.knows_rotors || body.armature == 0) continue;
+    throw InputError(
+        fmt::format("physics: {}: does not know rotors of drives, and joint {} has one; take lanes", name, body.joint));
+  }
   return entry.make(nominal);
 }
 

@@ -17,6 +17,7 @@ struct PhysicsText {
   std::string help;                          // what it is, in one line
   std::vector<ContactModel> contact_models;  // in the order of contact.model's choices; the first is the default
   std::string library = {};                  // version of the library that does the work, if it is one
+  bool knows_rotors = true;                  // Body::armature counts
 };
 
 /// `nominal`: any particle of the campaign (all share its numbering).
@@ -35,7 +36,7 @@ std::vector<std::string> physics_names();
 const PhysicsText& physics_text(const std::string& physics);
 /// Contact models that a back end knows, in the order of contact.model's choices.
 std::vector<std::string> contact_models_of(const std::string& physics);
-/// Throws InputError also for a contact model that the back end does not have.
+/// Throws InputError also for a contact model, or rotors of drives, that the back end does not have.
 std::unique_ptr<BlockPhysics> make_physics(const std::string& name, const Model& nominal);
 
 }  // namespace graze

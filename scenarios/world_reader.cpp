@@ -15,6 +15,7 @@
 #include "scenarios/limits.h"
 #include "scenarios/names.h"
 #include "scenarios/robot_file.h"
+#include "scenarios/rotors.h"
 #include "scenarios/springs.h"
 
 namespace graze {
@@ -35,7 +36,9 @@ class WorldReader {
 
   ReadWorld read() {
     world().contact_models = contact_models_of(options_.physics);
+    world().knows_rotors = physics_text(options_.physics).knows_rotors;
     read_robot(root_.at("robot"));
+    read_rotors(root_, options_.physics, world());
     read_contact();
     if (const auto environment = root_.find("environment")) {
       const auto objects = environment->entries();

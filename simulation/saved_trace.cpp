@@ -96,7 +96,7 @@ std::uint64_t own_numbers_of(const Particle& particle) {
     add_pose(body.X_PB, digest);
     digest.add_all(body.axis), digest.add_all(body.com), digest.add_all(body.inertia);
     for (const double number :
-         {body.mass, body.lower, body.upper, body.effort, body.velocity, body.damping, body.friction}) {
+         {body.mass, body.lower, body.upper, body.effort, body.velocity, body.damping, body.friction, body.armature}) {
       digest.add(number);
     }
   }

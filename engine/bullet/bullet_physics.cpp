@@ -98,7 +98,7 @@ namespace {
 const PhysicsRegistration bullet_registration(
     kBullet,
     {"multibodies and contact solvers of Bullet in double precision, one particle after the other", contact_models(),
-     bullet_version()},
+     bullet_version(), false},
     [](const Model& nominal) { return std::make_unique<BulletPhysics>(nominal); });
 
 }  // namespace

@@ -27,6 +27,10 @@ const Description& sinusoid_description() {
         "of the motion"},
        {"frequency", {Form::joint_numbers(Quantity::angular_velocity)}, Default::required(), "angular frequency"},
        {"phase", {Form::joint_numbers(Quantity::angle)}, Default::value("0 rad"), "at the start"},
+       {"from_start",
+        {Form::flag()},
+        Default::value("false"),
+        "q0 is where the motion begins, not its middle: with a phase of 90 deg it begins at rest"},
        {"until",
         {Form::number(Quantity::time, Bound::not_negative), Form::word({kNever})},
         Default::words(kNever),
@@ -62,6 +66,9 @@ class Sinusoid : public Motion {
     amplitude_ = read_joint_values(context.nominal, settings.at("amplitude"), Quantity::angle, 0.0, Quantity::length);
     frequency_ = read_joint_values(context.nominal, settings.at("frequency"), Quantity::angular_velocity, 0.0);
     phase_ = read_joint_values_or(context.nominal, own, "phase");
+    if (own.flag("from_start")) {
+      for (std::size_t k = 0; k < q0_.size(); ++k) q0_[k] -= amplitude_[k] * pinned::sin(phase_[k]);
+    }
     const auto until = settings.find("until");
     if (until && !(until->is_scalar() && until->text() == kNever)) until_ = own.number("until");
     for (int k = 0; k < static_cast<int>(q0_.size()); ++k) {

@@ -41,6 +41,7 @@ ChainJointView joint_view(const Body& body, const Pose& X_PB, int actuator) {
   const Mat3& I = body.inertia;
   const double inertia[6] = {I(0, 0), I(0, 1), I(0, 2), I(1, 1), I(1, 2), I(2, 2)};
   std::copy(inertia, inertia + 6, out.inertia);
+  out.armature = body.armature;
   return out;
 }
 

@@ -173,6 +173,7 @@ inline void chain_inertia(const ChainView& chain, const ChainPose<T, N>& pose, C
       M[i * row + j] =
           chain.joint[j].prismatic ? dot(b, force) : dot_add(b, moment, dot(cross(pose.origin[j], b), force));
     }
+    M[i * row + i] += T(chain.joint[i].armature);
   }
 }
 

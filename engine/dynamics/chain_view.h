@@ -19,6 +19,7 @@ struct ChainJointView {
   double mass;                          // kg
   double com[3];                        // in the body's frame, m
   double inertia[6];                    // about com, axes of the body's frame: xx, xy, xz, yy, yz, zz, kg m^2
+  double armature;                      // Body::armature
 };
 
 struct ChainView {

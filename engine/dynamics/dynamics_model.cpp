@@ -53,6 +53,7 @@ BodyT<double> body_numbers(const Body& body) {
   numbers.ixx = inertia(0, 0), numbers.iyy = inertia(1, 1), numbers.izz = inertia(2, 2);
   numbers.ixy = inertia(0, 1), numbers.ixz = inertia(0, 2), numbers.iyz = inertia(1, 2);
   numbers.damping = body.damping;
+  numbers.armature = body.armature;
   return numbers;
 }
 

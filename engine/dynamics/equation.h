@@ -71,6 +71,7 @@ inline void inverse_dynamics(const TreeT<T>& tree, const T* v, const T* a, T* ta
     motion.F = cross_force_add(twist.V, motion.I * twist.V, motion.I * twist.A);
   }
   gather_forces(tree, tau);
+  for (int i = 0; i < t.bodies; ++i) tau[t.v[i]] = fma(tree.body[i].armature, a[t.v[i]], tau[t.v[i]]);
 }
 
 /// x := M^-1 x (nv). M is its factors: after factor_and_solve or forward_dynamics.

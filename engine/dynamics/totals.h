@@ -58,7 +58,8 @@ inline void com_jacobian(const TreeT<T>& tree, int top, Vec3T<T>* J) {
   for (int k = 0; k < t.nv; ++k) J[k] = inverse * J[k];
 }
 
-/// Momentum of the tree: angular about O, N m s, and linear, N s. After update_velocities or update_bias.
+/// Momentum of the tree, without that of rotors: angular about O, N m s, and linear, N s. After update_velocities or
+/// update_bias.
 template <class T>
 inline SpatialT<T> momentum_about_origin(const TreeT<T>& tree, int top) {
   const TopologyView& t = tree.topology;
@@ -82,13 +83,15 @@ inline Vec3T<T> com_velocity(const TreeT<T>& tree, int top) {
   return recip(mass_of_tree(tree, top)) * momentum_about_origin(tree, top).l;
 }
 
-/// Kinetic energy of all trees, J; update_bias returns it, too. After update_velocities or update_bias.
+/// Kinetic energy of all trees with their rotors, J; update_bias returns it, too. After update_velocities or
+/// update_bias of v.
 template <class T>
-inline T kinetic_energy(const TreeT<T>& tree) {
+inline T kinetic_energy(const TreeT<T>& tree, const T* v) {
   T energy(0.0);
   for (int i = 0; i < tree.topology.bodies; ++i) {
     const MotionT<T>& motion = tree.motion[i];
-    energy = fma(T(0.5), dot(motion.V, motion.I * motion.V), energy);
+    const T speed = v[tree.topology.v[i]];
+    energy = fma(T(0.5), fma(tree.body[i].armature * speed, speed, dot(motion.V, motion.I * motion.V)), energy);
   }
   return energy;
 }

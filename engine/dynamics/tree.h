@@ -3,6 +3,9 @@
 // are (angular, linear); the motion subspace of joint i at p_i with axis a_i is S_i = (a_i, p_i x a_i) if revolute, (0,
 // a_i) if prismatic. A joint turns about the z axis of its canonical frame, so that its rotation mixes two columns and
 // its axis in the world is the third.
+//
+// A drive's rotor turns about its joint's axis alone: it has a term on the diagonal of M and its kinetic energy, but no
+// gyroscopic forces and no part in the momentum of the tree, as if it sat in the world. Its mass is its link's.
 
 #include "engine/dynamics/topology_view.h"
 #include "engine/lanes/trig.h"
@@ -36,6 +39,7 @@ struct BodyT {
   Vec3T<T> com;                    // body frame, m
   T ixx, iyy, izz, ixy, ixz, iyz;  // about com, body axes, kg m^2
   T damping;                       // N m s/rad
+  T armature;                      // kg m^2 or kg: of the drive's rotor, as the joint feels it
 };
 
 /// What a step computes about one body.
@@ -211,7 +215,7 @@ inline void mass_row(const TreeT<T>& tree, int i, const InertiaT<T>& C) {
   const SpatialT<T> S = tree.motion[i].S, force = C * S;
   const int dof = t.v[i];
   T* row = tree.M + t.row[dof];
-  row[t.dof_depth[dof]] = dot(S, force);
+  row[t.dof_depth[dof]] = dot(S, force) + tree.body[i].armature;
   for (int j = t.parent[i]; j >= 0; j = t.parent[j]) {
     T* at = row + t.dof_depth[t.v[j]];
     if (t.kind[j] == kFloating) {
@@ -366,7 +370,8 @@ inline T update_bias(const TreeT<T>& tree, const T* v) {
     twist = twist_of(tree, i, v, up, twist);
     const InertiaT<T> I = motion.I;
     const SpatialT<T> momentum = I * twist.V;
-    energy = fma(T(0.5), dot(twist.V, momentum), energy);
+    const T speed = v[t.v[i]];  // of a joint; floating bodies have no rotor
+    energy = fma(T(0.5), fma(tree.body[i].armature * speed, speed, dot(twist.V, momentum)), energy);
     motion.F = cross_force_add(twist.V, momentum, I * twist.A);
     motion.V = twist.V;
     if (t.last_child[i] > i + 1) motion.A = twist.A;

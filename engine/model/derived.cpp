@@ -93,6 +93,7 @@ std::vector<Derived> derived_numbers(const World& world) {
     list.add(name + ".zero", slides ? "m" : "rad", joint.zero);
     list.add(name + ".damping", slides ? "N s/m" : "N m s/rad", joint.damping);
     list.add(name + ".friction", slides ? "N" : "N m", joint.friction);
+    if (joint.driven()) list.add(name + ".reflected_inertia", slides ? "kg" : "kg m^2", joint.armature());
   }
   for (const Object& object : world.objects) {
     const std::string name = "object." + object.name;

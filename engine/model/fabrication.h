@@ -18,7 +18,7 @@ namespace graze {
 ///   robot.link.<link>.{density,mass,length,radius,friction,restitution}, robot.link.<link>.size.{x,y,z}
 ///   robot.link.<link>.com.{x,y,z}
 ///   robot.joint.<joint>.axis.{tilt,heading} (conical error: the axis is tilted by `tilt` toward `heading`), .zero,
-///   .damping, .friction, .effort, .velocity
+///   .damping, .friction, .effort, .velocity; .gear, .rotor_inertia (where World::knows_rotors)
 ///   environment.<object>.{friction,restitution,density,mass,radius,length}, .size.{x,y,z}, .position.{x,y,z},
 ///   .rotation.{roll,pitch,yaw}
 ///   contact.{friction,restitution,model}

@@ -116,6 +116,7 @@ class Compiler {
     body.velocity = joint.velocity;
     body.damping = joint.damping;
     body.friction = joint.friction;
+    body.armature = joint.armature();
     if (joint.mimic.joint.empty()) model_.actuated.push_back(index);
     places_[joint.child] = {index, Pose::Identity()};
   }

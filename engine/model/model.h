@@ -25,6 +25,7 @@ struct Body {
   int mimics = -1;                       // body whose joint this one's follows, and which follows none; -1: it is free
   double multiplier = 1, offset = 0;     // then q = multiplier q_other + offset; offset in rad or m
   double lower, upper, effort, velocity, damping, friction;  // as Joint
+  double armature = 0;  // Joint::armature(): in M only, neither in the momentum nor in the gyroscopic forces
 };
 
 /// A collision shape on a body, or on the world (body == -1).

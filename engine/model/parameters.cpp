@@ -30,6 +30,8 @@ constexpr Bounds kPositive{0, kNoBound, true};
 constexpr Bounds kNonNegative{0, kNoBound, false};
 constexpr Bounds kUnit{0, 1, false};
 constexpr Bounds kStiffness{kMinStiffness, kMaxStiffness, false};
+constexpr Bounds kGear{0, kMaxGear, true};
+constexpr Bounds kRotor{0, kMaxRotor, false};
 constexpr Bounds kDamping{0, kMaxDamping, false};
 
 /// What a joint's channel measures; `turns`: its joint does.
@@ -149,6 +151,9 @@ class Lister {
     if (!joint.driven()) return;
     member("effort", &Joint::effort, turns ? Quantity::torque : Quantity::force, kNonNegative);
     member("velocity", &Joint::velocity, turns ? Quantity::angular_velocity : Quantity::velocity, kNonNegative);
+    if (!world_.knows_rotors) return;
+    member("gear", &Joint::gear, Quantity::dimensionless, kGear);
+    member("rotor_inertia", &Joint::rotor_inertia, Quantity::inertia, kRotor);
   }
 
   // ---- environment

@@ -107,11 +107,15 @@ struct Joint {
   double damping = 0;                                         // N m s/rad
   double friction = 0;                                        // N m, dry
   double zero = 0;                                            // rad: encoder tare; the encoder reads q - zero
+  double gear = 1;           // turns of the drive's rotor per turn of the joint; of a prismatic joint rad/m
+  double rotor_inertia = 0;  // kg m^2, of the drive's rotor about its own axis
   Mimic mimic;
   std::string source;
 
   /// It moves, and no other joint says how: such joints have drives, encoders and initial positions of their own.
   bool driven() const { return type != JointType::fixed && type != JointType::floating && mimic.joint.empty(); }
+  /// What the rotor adds to the joint's own entry of the mass matrix, kg m^2 or kg.
+  double armature() const { return gear * gear * rotor_inertia; }
 };
 
 /// A kinematic tree with a fixed or floating base.
@@ -198,6 +202,7 @@ struct World {
   std::vector<Object> objects;
   ContactSettings contact;
   std::vector<std::string> contact_models = {""};  // of the back end, in the order of a choice's index; "": its first
+  bool knows_rotors = true;                        // the back end has Body::armature
   InitialState initial;
   Vec3 gravity = {0, 0, -9.81};
   double control_lag = 0;                     // s, between the policy's command and the tracker that follows it

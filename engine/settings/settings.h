@@ -45,6 +45,7 @@ enum class Quantity {
   rotational_stiffness,  // N m/rad
   damping,               // N s/m
   rotational_damping,    // N m s/rad
+  inertia,               // kg m^2, kg cm^2, g cm^2
 };
 
 /// The SI unit as written in tables and archives, e.g. "kg/m^3"; "1" for dimensionless.

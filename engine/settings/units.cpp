@@ -45,13 +45,15 @@ const std::vector<Measured>& quantities() {
       {"rotational_stiffness", {{"N m/rad", 1}, {"Nm/rad", 1}}},
       {"damping", {{"N s/m", 1}, {"Ns/m", 1}}},
       {"rotational_damping", {{"N m s/rad", 1}, {"Nms/rad", 1}}},
+      {"inertia",
+       {{"kg m^2", 1}, {"kgm^2", 1}, {"kg cm^2", 1, 1e4}, {"kgcm^2", 1, 1e4}, {"g cm^2", 1, 1e7}, {"gcm^2", 1, 1e7}}},
   };
   return table;
 }
 
 const std::vector<Unit>& units(Quantity quantity) { return quantities()[static_cast<std::size_t>(quantity)].units; }
 
-constexpr int kQuantities = static_cast<int>(Quantity::rotational_damping) + 1;
+constexpr int kQuantities = static_cast<int>(Quantity::inertia) + 1;
 
 std::string_view trimmed(std::string_view text) {
   while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
@@ -127,6 +129,9 @@ std::string unlikely(Quantity quantity, double value, std::string_view unit) {
       break;
     case Quantity::velocity:
       if (size > 50) return fmt::format("is {:.3g} km/h{}", 3.6 * size, meant("mm/s"));
+      break;
+    case Quantity::inertia:  // of rotors, the only ones that are written
+      if (size > 0.1) return fmt::format("is a flywheel's{}", meant("g cm^2"));
       break;
     case Quantity::acceleration:
       if (size > 500) return fmt::format("is {:.3g} times the earth's gravity; m/s^2 is meant", size / 9.81);

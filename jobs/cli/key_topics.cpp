@@ -21,6 +21,7 @@ constexpr const char* kParameterPaths =
     R"(  robot.link.LINK.{density,mass,length,radius,friction,restitution}
   robot.link.LINK.size.{x,y,z}, robot.link.LINK.com.{x,y,z}
   robot.joint.JOINT.{zero,damping,friction,effort,velocity}
+  robot.joint.JOINT.{gear,rotor_inertia}
   robot.joint.JOINT.axis: {cone: {std: …}}
   environment.OBJECT.{friction,restitution,stiffness,damping}
   environment.OBJECT.{density,mass,radius,length}

@@ -56,6 +56,9 @@ nlohmann::json robot_as_json(const Scenario& scenario) {
                              {"effort", limit(joint.effort)},
                              {"velocity", limit(joint.velocity)},
                              {"damping", joint.damping},
+                             {"gear", scenario.world->robot.joint(joint.joint).gear},
+                             {"rotor_inertia", scenario.world->robot.joint(joint.joint).rotor_inertia},
+                             {"reflected_inertia", joint.armature},
                              {"initial", initial.q[joint.q]}});
   }
   for (const Body& joint : model.bodies) {

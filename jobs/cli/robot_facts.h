@@ -12,8 +12,9 @@ namespace graze {
 std::string shapes_text(const Model& model);
 
 /// name, mass (kg), floating, links, size (m, of the box about it as it begins), joints (of each: name, kind, lower,
-/// upper, effort, velocity, damping, initial; in rad or m and what follows from them; null: no limit), shapes (how many
-/// of each kind, with those of the environment), pairs (that may touch).
+/// upper, effort, velocity, damping, gear, rotor_inertia (kg m^2), reflected_inertia (of the rotor, as the joint feels
+/// it), initial; in rad or m and what follows from them; null: no limit), shapes (how many of each kind, with those of
+/// the environment), pairs (that may touch).
 nlohmann::json robot_as_json(const Scenario& scenario);
 
 }  // namespace graze

@@ -125,6 +125,50 @@ TEST(Scenario, TakesDistributionsInTheWorld) {
   EXPECT_NEAR(s.world->control_lag, 0.005, 1e-8);  // cut at 5 standard deviations below the mean
 }
 
+// Claim: gears and rotors are read by joint globs with their units, later entries win, and what the joint feels, gear^2
+// times rotor, is compiled and drawn as every other number of the robot.
+TEST(Scenario, ReadsRotors) {
+  const Scenario s =
+      read(hopper("actuators: {gear: {\"*\": 50, hip: 100}, rotor_inertia: {hip: 20 g cm^2, \"sl*\": 1e-6}}\n"
+                  "uncertain: {robot.joint.hip.rotor_inertia: {normal: {std: 10 %}}, robot.joint.*.gear: {uniform: "
+                  "[90, 110]}}\n"));
+  const Joint& hip = s.world->robot.joint("hip");
+  EXPECT_EQ(hip.gear, 100);
+  EXPECT_DOUBLE_EQ(hip.rotor_inertia, 2e-6);
+  EXPECT_EQ(s.world->robot.joint("slide").gear, 50);
+  EXPECT_DOUBLE_EQ(s.model.bodies[s.model.joint("hip")].armature, 0.02);
+  EXPECT_DOUBLE_EQ(s.model.bodies[s.model.joint("slide")].armature, 2.5e-3);
+  EXPECT_EQ(s.model.bodies[s.model.joint("wheel")].armature, 0) << "its rotor has no inertia";
+  EXPECT_DOUBLE_EQ(parameter(s, "robot.joint.hip.rotor_inertia").persistent.std(), 2e-7);
+  const Fabricator fabricator(s.world, {"robot.joint.hip.gear", "robot.joint.hip.rotor_inertia"});
+  const Model drawn = fabricator.fabricate(1, std::vector<double>{90, 3e-6}).model;
+  EXPECT_DOUBLE_EQ(drawn.bodies[drawn.joint("hip")].armature, 90 * 90 * 3e-6);
+  EXPECT_EQ(read(hopper("")).model.bodies[s.model.joint("hip")].armature, 0);
+}
+
+// Claim: wrong gears and rotors are refused with their place, also by a back end that would leave them out.
+TEST(Scenario, RefusesRotors) {
+  const std::vector<std::array<std::string, 2>> cases = {
+      {"actuators: {gear: 0}", "actuators.gear: 0"},
+      {"actuators: {gear: {hipp: 3}}", "hipp: matches no driven joint; did you mean 'hip'?"},
+      {"actuators: {rotor_inertia: -1}", "actuators.rotor_inertia: -1"},
+      {"actuators: {rotor_inertia: 1e4 kg m^2}", "at most 1000 kg m^2"},
+      {"actuators: {rotor_inertia: 1 kg}", "kg m^2, kgm^2"},
+      {"actuators: {rotor: 1}", "rotor_inertia"},
+      {"physics: bullet\nactuators: {rotor_inertia: 1e-6}", "did you mean physics: lanes?"},
+      {"physics: bullet\nuncertain: {robot.joint.*.rotor_inertia: {uniform: [0, 1e-6]}}", "physics: bullet"}};
+  for (const auto& [keys, message] : cases) {
+    try {
+      read(hopper(keys + "\n"));
+      ADD_FAILURE() << keys << ": taken";
+    } catch (const InputError& error) {
+      EXPECT_THAT(error.what(), HasSubstr(message));
+    }
+  }
+  EXPECT_THAT(read(hopper("actuators: {gear: 3}\n")).warnings, Contains(HasSubstr("does nothing without")));
+  EXPECT_THAT(read(hopper("actuators: {rotor_inertia: 30}\n")).warnings, Contains(HasSubstr("did you mean 30 g cm^2")));
+}
+
 // Claim: springs of contacts are read into the world with their units, and drawn as every other number of it; % of one
 // that is not given is of the one derived from the mass of all that moves, objects that stand further down included.
 TEST(Scenario, ReadsSprings) {

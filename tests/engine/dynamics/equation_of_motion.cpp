@@ -43,6 +43,7 @@ Model mixed_tree(bool floating) {
     joint.X_PJ.linear() = rotation_from_rpy(Vec3::Random());
     joint.X_PJ.translation() = 0.5 * Vec3::Random();
     joint.axis = i == 4 ? Vec3(0, 0, -1) : Vec3(Vec3::Random().normalized());
+    if (i % 2 == 0) joint.gear = 20, joint.rotor_inertia = 1e-3;
     robot.joints.push_back(joint);
   }
   world.gravity = {1.0, -2.0, -9.0};

@@ -39,6 +39,8 @@ inline Eigen::MatrixXd reference_mass_matrix(const Model& model, const Eigen::Ve
   for (std::size_t i = 0; i < model.bodies.size(); ++i) {
     const BodyJacobian J = body_jacobian(model, q, static_cast<int>(i));
     M += model.bodies[i].mass * J.linear.transpose() * J.linear + J.angular.transpose() * J.inertia_W * J.angular;
+    if (model.bodies[i].type != JointType::floating)
+      M(model.bodies[i].v, model.bodies[i].v) += model.bodies[i].armature;
   }
   return M;
 }

@@ -59,6 +59,7 @@ inline Model random_tree(unsigned seed, const TreePlan& plan) {
     joint.X_PJ.linear() = rotation_from_rpy(2 * vec());
     joint.X_PJ.translation() = plan.length * vec();
     joint.axis = i % 4 == 0 ? Vec3(-Vec3::Unit(i % 3)) : Vec3(vec().normalized());
+    if (i % 3 == 1) joint.gear = 10 + i, joint.rotor_inertia = 1e-4 * (1 + i % 5);  // a tenth of a link's inertia
     robot.joints.push_back(joint);
   }
   for (int i = 0; i < plan.objects; ++i) {

@@ -164,10 +164,17 @@ class Comparison {
     for (int i = 0; i < kCount; ++i) {
       Particle particle = random_particle(world, i, contact_models_of(back_end_), dice);
       particle.initial.v *= speed;
+      if (back_end_ == "lanes" && i % 3 == 2) add_rotors(particle.model);
       const int na = particle.model.na();
       out.push_back({std::move(particle), Driver(na, alone, dice), kSteps / 2 + dice.below(kSteps)});
     }
     return out;
+  }
+
+  /// Drives with rotors, by dice of their own, so that all else stays as it is.
+  void add_rotors(Model& model) const {
+    Dice dice(seed_ + 1);
+    for (const int body : model.actuated) model.bodies[body].armature = dice.decades(1e-4, 1);
   }
 
   std::string back_end_;

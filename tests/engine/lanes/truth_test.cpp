@@ -122,6 +122,98 @@ TEST(Pendulum, HasItsPeriod) {
   EXPECT_NEAR(crossed / (crossings - 0.75), 2 * kPi * std::sqrt(length / kGravity), 1e-4);
 }
 
+/// A rod of 2 kg and 0.6 m on a hinge at its end, with a drive whose rotor doubles its inertia.
+World geared_rod() {
+  World world;
+  world.robot.floating_base = false;
+  world.robot.links.push_back(link("base", sphere(0.01), 1, Pose::Identity(), false));
+  world.robot.links.push_back(link("rod", box(0.01, 0.01, 0.6), 2, at(0, 0, -0.3), false));
+  world.robot.joints.push_back(joint("hinge", "base", "rod", JointType::revolute, Pose::Identity(), Vec3(0, 1, 0)));
+  world.robot.joints[0].gear = 80;
+  world.robot.joints[0].rotor_inertia = (2 * (0.6 * 0.6 + 0.01 * 0.01) / 12 + 2 * 0.3 * 0.3) / (80 * 80);
+  return world;
+}
+
+// A rotor behind a gear swings with its joint: period 2 pi sqrt((I + n^2 J) / (m g l)). Without it the period is
+// shorter by a factor of sqrt(2).
+TEST(Rotor, SlowsAPendulumByItsReflectedInertia) {
+  World world = geared_rod();
+  world.initial.joint_position["hinge"] = 0.01;
+  Bench run("lanes", world);
+  const double h = 1e-4, inertia = 2 * run.model().bodies[0].armature;
+  double crossed = 0, last = run.q(0);
+  int crossings = 0, steps = 0;
+  run.run(6, h, [&] {
+    ++steps;
+    if (last > 0 && run.q(0) <= 0) crossed = h * (steps - run.q(0) / (run.q(0) - last)), ++crossings;
+    last = run.q(0);
+  });
+  ASSERT_GT(crossings, 2);
+  EXPECT_NEAR(crossed / (crossings - 0.75), 2 * kPi * std::sqrt(inertia / (2 * kGravity * 0.3)), 1e-4);
+}
+
+// A constant torque turns rod and rotor alike, by a damper or not: w = tau t / (I + n^2 J) without one.
+TEST(Rotor, SpinsUpWithItsJoint) {
+  World world = geared_rod();
+  world.gravity = Vec3::Zero();
+  Bench run("lanes", world);
+  const double inertia = 2 * run.model().bodies[0].armature;
+  run.tau(0, 0) = 0.5;
+  run.run(0.5, 1e-3, [] {});
+  EXPECT_NEAR(run.v()[0], 0.5 * 0.5 / inertia, 1e-12);
+}
+
+// The audit knows the rotors' energy: LINKS with geared drives flies with its energy and its momentum, which rotors
+// have no part in.
+TEST(Rotor, KeepsEnergyAndMomentumOfFreeFlight) {
+  World world = busy_world();
+  world.objects.clear();
+  world.contact.ignore = {{"*", "*"}};
+  world.gravity = Vec3::Zero();
+  world.initial.angular_velocity = Vec3(3, -2, 5);
+  for (Joint& joint : world.robot.joints) {
+    world.initial.joint_velocity[joint.name] = 10;
+    joint.lower = -1e9, joint.upper = 1e9;
+    joint.gear = 50, joint.rotor_inertia = 1e-7;  // 2.5e-4 kg m^2: what a leg has
+  }
+  Bench run("lanes", world);
+  auto& physics = dynamic_cast<LanePhysics&>(run.physics());
+  const double start = physics.energy(0);
+  EXPECT_GT(start, 0.5 * 12 * 2.5e-4 * 100) << "the rotors alone";
+  const Eigen::VectorXd before = momentum(run);
+  run.run(0.5, 1e-3, [&] { EXPECT_NEAR(physics.energy(0), start, 1e-12 * start); });
+  EXPECT_EQ(run.fault(), "");
+  EXPECT_LT((momentum(run) - before).norm(), 1e-13);
+}
+
+// A geared arm that swings under gravity keeps its energy to the first order of the step, without growth.
+TEST(Rotor, KeepsEnergyUnderGravity) {
+  double error[2];
+  for (int i = 0; i < 2; ++i) {
+    const double h = i == 0 ? 1e-3 : 5e-4;
+    World world = geared_rod();
+    world.initial.joint_position["hinge"] = 1.5;
+    Bench run("lanes", world);
+    auto& physics = dynamic_cast<LanePhysics&>(run.physics());
+    const double start = physics.energy(0);
+    error[i] = 0;
+    run.run(5, h, [&] { error[i] = std::max(error[i], std::abs(physics.energy(0) - start)); });
+    EXPECT_EQ(run.fault(), "");
+  }
+  EXPECT_NEAR(error[0] / error[1], 2, 0.1);
+  EXPECT_LT(error[0], 0.02);
+}
+
+// Bullet's multibodies have no such term: a model with rotors is refused, not simulated without them.
+TEST(Rotor, IsRefusedByBullet) {
+  try {
+    make_physics("bullet", compile(geared_rod()));
+    ADD_FAILURE() << "taken";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("joint hinge has one; take lanes"), std::string::npos) << error.what();
+  }
+}
+
 // A block that slides with v stops after v^2 / (2 mu g) (exactly v (v + mu g h) / (2 mu g) for this scheme, to a step).
 TEST(Friction, StopsASlidingBlock) {
   World world = on_plane(box(0.2, 0.2, 0.05), 2);
