@@ -102,6 +102,14 @@ std::vector<std::string> cells(const StepRow& row, bool reference) {
           number(row.cost, 1e3)};
 }
 
+/// Nothing is as it should be where the reference is not: the errors are of traces that end early.
+std::string doubt(const StepRow& reference) {
+  const int good = reference.outcomes[static_cast<std::size_t>(Outcome::success)];
+  if (good == reference.traces) return "";
+  return fmt::format("At the reference's {} ms {} of {} traces do not succeed: is that the robot, or the task? {}\n",
+                     milliseconds(reference.timing.step), reference.traces - good, reference.traces, reference.reason);
+}
+
 /// What to take, in a sentence or two.
 std::string advice(const StepStudy& study, double own) {
   const StepRow* largest = study.largest_stable();
@@ -129,7 +137,8 @@ std::string text_of(const std::vector<PolicyStudy>& all, const std::string& link
         {"step ms", "control ms", "traces", "", "joints mrad", link + " mm", "tracking mrad", "cost ms/s"}};
     table.push_back(cells(one.study.reference, true));
     for (const StepRow& row : one.study.rows) table.push_back(cells(row, false));
-    out += fmt::format("{}{}\n{}{}", out.empty() ? "" : "\n", one.policy, text_table(table, 4), advice(one.study, own));
+    out += fmt::format("{}{}\n{}{}", out.empty() ? "" : "\n", one.policy, text_table(table, 4),
+                       doubt(one.study.reference) + advice(one.study, own));
     for (const StepRow& row : one.study.rows) {
       if (row.reason.empty()) continue;
       out += fmt::format("{} ms: {}\n", milliseconds(row.timing.step), row.reason);

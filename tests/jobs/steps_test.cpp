@@ -87,6 +87,14 @@ TEST_F(Steps, PrintATableWithAdvice) {
                              HasSubstr("\ntorque,0,0.004,0.004,1,1,0,")));
 }
 
+// Where the reference's own traces fail, as with a damper of 1000 N m s/rad that no step bears, the table says so.
+TEST_F(Steps, DoubtAReferenceThatFails) {
+  const testing::Result run =
+      graze("steps swing.yaml --policy torque --steps 2ms -n 2 --set policies.torque.control.joint_pd.kd=1000");
+  EXPECT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.out, HasSubstr("At the reference's 0.5 ms 2 of 2 traces do not succeed"));
+}
+
 TEST_F(Steps, RefuseWhatCannotBe) {
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"--steps 0", "--steps 0: a step is longer than 0"},
