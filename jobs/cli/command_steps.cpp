@@ -111,7 +111,7 @@ std::string doubt(const StepRow& reference) {
 }
 
 /// What to take, in a sentence or two.
-std::string advice(const StepStudy& study, double own) {
+std::string recommendation(const StepStudy& study, double own) {
   const StepRow* largest = study.largest_stable();
   if (largest == nullptr) {
     return fmt::format(
@@ -138,7 +138,7 @@ std::string text_of(const std::vector<PolicyStudy>& all, const std::string& link
     table.push_back(cells(one.study.reference, true));
     for (const StepRow& row : one.study.rows) table.push_back(cells(row, false));
     out += fmt::format("{}{}\n{}{}", out.empty() ? "" : "\n", one.policy, text_table(table, 4),
-                       doubt(one.study.reference) + advice(one.study, own));
+                       doubt(one.study.reference) + recommendation(one.study, own));
     for (const StepRow& row : one.study.rows) {
       if (row.reason.empty()) continue;
       out += fmt::format("{} ms: {}\n", milliseconds(row.timing.step), row.reason);
