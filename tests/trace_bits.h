@@ -3,11 +3,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
 #include <vector>
 
+#include "engine/model/model.h"
 #include "simulation/trace.h"
 
 namespace graze::testing {
@@ -69,6 +71,11 @@ inline std::string all_bits_of(const TraceRecord& trace) {
             log.median_residual, log.braked_steps, log.most_braked},
            out);
   return out;
+}
+
+/// Whether drives have rotors, which some back ends refuse.
+inline bool has_rotors(const Model& model) {
+  return std::any_of(model.bodies.begin(), model.bodies.end(), [](const Body& body) { return body.armature != 0; });
 }
 
 }  // namespace graze::testing

@@ -132,11 +132,6 @@ TEST(GoldenDigests, WholeRuns) {
   for (const auto& path : scenarios()) expect_golden(path.stem().string(), load(path, {}));
 }
 
-bool has_rotors(const Scenario& scenario) {
-  const std::vector<Body>& bodies = scenario.model.bodies;
-  return std::any_of(bodies.begin(), bodies.end(), [](const Body& body) { return body.armature != 0; });
-}
-
 // Bullet and the C library have bits of their own: those of other versions are compared with nothing.
 TEST(GoldenDigests, OfBullet) {
   Table table;
@@ -146,7 +141,7 @@ TEST(GoldenDigests, OfBullet) {
     GTEST_SKIP() << "the table is of " << table.at("bullet's libraries") << ", this is " << libraries;
   }
   for (const auto& path : scenarios()) {
-    if (has_rotors(load(path, {}))) continue;  // which Bullet refuses
+    if (testing::has_rotors(load(path, {}).model)) continue;  // which Bullet refuses
     expect_golden(path.stem().string() + ", bullet, 0.1 s",
                   load(path, {{"physics", "bullet"},
                               {"uncertain.contact.model", "{choice: [sequential_impulse, dantzig]}"},
