@@ -3,10 +3,9 @@
 
 #include <cstddef>
 
-namespace graze {
+#include "engine/model/newton_limit.h"
 
-/// Beyond, Newton's matrix and its elimination cost too much (our choice).
-inline constexpr int kMostNewtonDofs = 160;
+namespace graze {
 
 /// Working memory of one lane's solve, reused by all lanes. `numbers` begins on a cache line.
 struct NewtonMemory {
@@ -17,7 +16,7 @@ struct NewtonMemory {
 /// Doubles of a register of eight contacts or joints with its pointers, and of a row: bounds, which newton.h checks.
 inline constexpr std::size_t kNewtonEight = 256, kNewtonRow = 8;
 /// Words of a set of degrees of freedom.
-inline constexpr int kDofWords = (kMostNewtonDofs + 63) / 64;
+inline constexpr int kDofWords = static_cast<int>((kMostNewtonDofs + 63) / 64);
 
 constexpr std::size_t eights(std::size_t count) { return (count + 7) / 8; }
 

@@ -5,6 +5,7 @@
 #include <cstddef>
 
 #include "engine/control/gait_planner.h"
+#include "engine/control/inverse_dynamics.h"
 #include "engine/control/leg_ik.h"
 #include "engine/control/operational_pd.h"
 
@@ -177,6 +178,7 @@ const ControlKernel& GRAZE_OF_ISA(find_control_kernel)() {
   static constexpr ControlKernel kernel{static_cast<int>(sizeof(FootPlan<T>) / sizeof(double)),
                                         &gait<T>,
                                         &operational_pd<T>,
+                                        &inverse_dynamics<T>,
                                         &foot_modes<T>,
                                         kFootRows<T> + 3,
                                         &copy_feet<T>};

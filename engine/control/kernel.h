@@ -3,7 +3,9 @@
 // of the nominal model and pointers to rows of lanes, [quantity][lane]; each row has kLanes. Lanes that
 // are not active (bit l is lane l) keep what they have.
 
+#include "engine/contact/manifold.h"
 #include "engine/control/gait_parameters.h"
+#include "engine/dynamics/topology_view.h"
 
 namespace graze {
 
@@ -56,11 +58,80 @@ struct OperationalPdCall {
   double *tau, *kp, *kd, *ki;                     // na each: what the actuators are asked for
 };
 
+/// Laws of contact that inverse dynamics knows.
+enum class PredictedContact : int { none, coulomb };
+
+/// A shape of the robot and one that stands in the nominal world.
+struct GroundPairView {
+  struct Part {
+    ShapeKind kind;
+    double size[3];   // Shape::size
+    double pose[12];  // R row by row, then p: in the body's frame, of the standing part in the world's (m)
+    const HeightView* terrain;
+    const HullView* hull;
+  };
+  Part own, ground;
+  int body;         // that carries the robot's shape
+  int dof;          // the last degree of freedom that moves it
+  double friction;  // of the pair
+  int frames;       // rows of link_force that count as the body's
+  const int* frame;
+};
+
+/// A joint that follows another.
+struct FollowerView {
+  int q, v, other_q, other_v;
+  double multiplier, offset;  // position = multiplier times the other's + offset
+};
+
+/// Numbers of a ProgramContactT (contact_program.h).
+inline constexpr int kProgramContactRows = 30;
+
+/// Working memory of inverse dynamics, rows of kLanes each; inverse_dynamics.h says what is in them.
+struct InverseDynamicsMemory {
+  double *body, *gravity, *motion, *pose, *origin, *M, *inverse_D, *bias;  // as TreeT
+  double *q, *v;                                                           // nq, nv
+  double *want, *free, *z, *step, *trial, *gradient, *torque, *weight;     // nv each
+  double *H, *contacts, *jacobian;
+  int* dof_of_contact;         // the last that moves it
+  unsigned* lanes_of_contact;  // where it is
+  int room;                    // contacts
+};
+
+/// The nominal robot, without movable objects, and how its torques are found. h: control period, s.
+struct InverseDynamicsView {
+  TopologyView topology;
+  bool floating;
+  int na;
+  const int *q, *v;  // of each actuated joint
+  int follower_count;
+  const FollowerView* followers;
+  const double* damping;        // nv, N m s/rad
+  const double *kp, *kd;        // na, 1/s^2 and 1/s
+  double h, weight, stiffness;  // s; N, of the robot; weight of torques against energy (contact_program.h)
+  PredictedContact law;
+  bool by_flags;         // contacts are where link_force says so
+  double within, force;  // m, N: what counts as a contact
+  int pair_count;
+  const GroundPairView* pairs;
+  InverseDynamicsMemory memory;
+};
+
+struct InverseDynamicsCall {
+  unsigned active;
+  const double *joint_position, *joint_velocity;                       // na each, sensed
+  const double *base_position, *base_rpy, *base_velocity, *base_rate;  // 3 each, sensed, world; or null
+  const double* link_force;                                            // sensed, or null
+  const double *target_q, *target_v, *target_tau;                      // na each
+  double *tau, *kp, *kd, *ki;                                          // na each: what the actuators are asked for
+};
+
 /// The functions of one instruction set.
 struct ControlKernel {
   int foot_doubles;  // memory of a foot, all lanes
   void (*gait)(const GaitView& view, const GaitCall& call);
   void (*operational_pd)(const OperationalPdView& view, const OperationalPdCall& call);
+  void (*inverse_dynamics)(const InverseDynamicsView& view, const InverseDynamicsCall& call);
   /// Modes of a lane's feet, out[count], as FootMode; `feet`: memory of the gait.
   void (*foot_modes)(const double* feet, int count, int lane, double* out);
   int foot_numbers;  // memory of a foot, one lane

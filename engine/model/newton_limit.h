@@ -5,7 +5,7 @@
 namespace graze {
 
 /// Degrees of freedom, of the robot and of movable objects, beyond which the lanes sweep only: Newton's matrix and its
-/// elimination cost too much (our choice: 1.6 MB for eight lanes).
+/// elimination cost too much (our choice).
 inline constexpr std::size_t kMostNewtonDofs = 160;
 
 }  // namespace graze

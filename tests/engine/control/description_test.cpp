@@ -18,6 +18,7 @@ std::vector<std::string> least() {
       "{hold: {}, control: {joint_pd: {kp: 20}}}",
       "{hold: {}, control: {prescribed: {}}}",
       "{torque: {}, control: {torque: {}}}",
+      "{hold: {}, control: {inverse_dynamics: {kp: 1000}}}",
       "{joint_trajectory: {sinusoid: {amplitude: 0.1, frequency: 3}}, control: {joint_pd: {kp: 20}}}",
       "{" + walks + ", control: {operational_pd: {kp: 1000, kd: 20}}}",
       "{" + walks + ", control: {joint_pd: {kp: 20, kd: 0.1}}}",

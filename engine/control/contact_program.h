@@ -1,0 +1,196 @@
+#pragma once
+// The convex program of inverse dynamics with contact (dissertation §7.5, Eqs. 103-108 and 136-137). Joints move as
+// they are told, so that only the base's six velocities x are free: with A, the base's block of M, and impulses lambda
+// on Coulomb's cones K (no pyramid),
+//   stage I    least  1/2 lambda^T J_b A^-1 J_b^T lambda + lambda^T (J_b x_free + J_q v_q + gap terms)
+//   stage II   of its solutions the one of least  1/2 |t|^2,  t = t_free - J_q^T lambda   (joint impulses).
+// Both are one program with the weight eps on the second. It is that of a robot whose joints give way a little: mass
+// diag(A, 1/eps), free velocities z_free = (x_free, v_q - eps t_free). In velocities z = (x, y) it has one unknown per
+// degree of freedom however many contacts there are:
+//   least  1/2 |z - z_free|^2   with  J z + gap terms  in the dual cones of K.
+// Where the joints' velocities contradict the contacts, y tells the nearest ones that do not (Eqs. 78-82).
+//
+// The method of multipliers (Hestenes 1969; Rockafellar 1976): lambda(z) = P_K(kept - u / R), Newton on the convex
+// function that results, then kept := lambda. R falls below eps, so that stage II converges as well.
+
+#include "engine/contact/newton.h"
+
+namespace graze {
+inline namespace GRAZE_ISA_NAMESPACE {
+
+/// A point of the robot on standing ground. All numbers are T: memory is counted in doubles.
+template <class T>
+struct ProgramContactT : ContactFrameT<T> {
+  T friction;
+  T gap;                   // gap term, m/s
+  T a;                     // about the contact's own A, 1/kg
+  NewtonContactT<T> cone;  // kept, lambda (N s) and d lambda / d u
+};
+
+/// R as a share of the contact's A: at first, its factors after a success and a failure, and at last (a share of eps).
+inline constexpr double kFirstR = 1e-3, kShrinkR = 0.1, kGrowR = 30, kLastR = 0.1;
+inline constexpr int kMultiplierSteps = 40, kProgramNewtonSteps = 20, kProgramHalvings = 8;
+/// Where the wrench on the base and the impulses count as found, as shares of weight times time and of the largest
+/// impulse (our choice: the first is far below what an engine resolves, the second below what a motor does).
+inline constexpr double kWrenchError = 1e-10, kImpulseError = 1e-5;
+
+/// What the sums of gradients round: as shares of the largest impulse, of the joints' momenta and of velocities.
+inline constexpr double kRounding = 1e-12, kRoundingOfSums = 2e-15, kRoundingOfVelocities = 1e-16;
+
+template <class T>
+struct ContactProgramT {
+  TreeT<T> tree;  // M is H, the Hessian, which has the zeros of M
+  const T* A;     // the base's rows of M
+  int count;
+  ProgramContactT<T>* contacts;
+  Vec3T<T>* jacobian;  // `room` per contact: local columns of the dofs above it, from the base
+  int room;
+  const int* last_dof;     // per contact
+  const unsigned* lanes;   // per contact
+  const T *free, *weight;  // nv; weight of joints, 1/eps
+  T *z, *step, *trial, *gradient;
+
+  int dofs_above(int i) const { return tree.topology.dof_depth[last_dof[i]] + 1; }
+  const int* path(int i) const { return tree.topology.chain + tree.topology.row[last_dof[i]]; }
+
+  /// lambda and its derivative at z.
+  void project(const T& share, int i, const T* at) const {
+    ProgramContactT<T>& c = contacts[i];
+    const Vec3T<T>* J = jacobian + room * i;
+    const int* dofs = path(i);
+    Vec3T<T> u{c.gap, T(0.0), T(0.0)};
+    for (int d = 0; d < dofs_above(i); ++d) u = axpy(at[dofs[d]], J[d], u);
+    const T w = recip(share * c.a);
+    const Vec3T<T> x = c.cone.kept - w * u;
+    project_cone<T>(c.friction, x, w, c.cone);
+    const auto valid = mask_from_bits<T>(lanes[i]);
+    const Vec3T<T> none{T(0.0), T(0.0), T(0.0)};
+    c.cone.lambda = select(valid, c.cone.lambda, none);
+    c.cone.n = select(valid, c.cone.n, none);
+    c.cone.s = select(valid, c.cone.s, none), c.cone.t = select(valid, c.cone.t, none);
+  }
+
+  /// All lambda at `at`; gradient = mass (at - free) - J^T lambda.
+  GRAZE_OUT_OF_LINE void evaluate(const T& share, const T* at) const {
+    for (int k = 6; k < tree.topology.nv; ++k) gradient[k] = weight[k] * (at[k] - free[k]);
+    T off[6];
+    for (int k = 0; k < 6; ++k) off[k] = at[k] - free[k];
+    for (int k = 0; k < 6; ++k) {
+      T sum(0.0);
+      for (int d = 0; d < 6; ++d) sum = fma(A[k > d ? base_entry(k, d) : base_entry(d, k)], off[d], sum);
+      gradient[k] = sum;
+    }
+    for (int i = 0; i < count; ++i) {
+      project(share, i, at);
+      const Vec3T<T>* J = jacobian + room * i;
+      const int* dofs = path(i);
+      for (int d = 0; d < dofs_above(i); ++d) gradient[dofs[d]] -= dot(J[d], contacts[i].cone.lambda);
+    }
+  }
+
+  /// step = -H^-1 gradient with H = mass + J^T G J.
+  GRAZE_OUT_OF_LINE void find_step() const {
+    const TopologyView& t = tree.topology;
+    for (int k = 0; k < t.nv; ++k) {
+      for (int d = 0; d < t.dof_depth[k]; ++d) tree.M[t.row[k] + d] = T(0.0);
+      tree.M[t.row[k] + t.dof_depth[k]] = weight[k];
+      step[k] = -gradient[k];
+    }
+    for (int i = 0; i < 21; ++i) tree.M[t.row[0] + i] = A[i];
+    for (int i = 0; i < count; ++i) {
+      const NewtonContactT<T>& c = contacts[i].cone;
+      const Vec3T<T>* J = jacobian + room * i;
+      const int* dofs = path(i);
+      for (int a = 0; a < dofs_above(i); ++a) {
+        const Vec3T<T> left = J[a].x * c.n + J[a].y * c.s + J[a].z * c.t;
+        T* row = tree.M + t.row[dofs[a]];
+        for (int b = 0; b <= a; ++b) row[b] = dot_add(left, J[b], row[b]);
+      }
+    }
+    factor_and_solve<T>(tree, step);
+    solve_L<T>(tree, step);
+  }
+
+  T slope() const {
+    T sum(0.0);
+    for (int k = 0; k < tree.topology.nv; ++k) sum = fma(gradient[k], step[k], sum);
+    return sum;
+  }
+
+  /// What is left of the balance of impulses beyond what rounds: sums of impulses and momenta, and velocities, which
+  /// 1/R makes impulses of.
+  T unbalanced(const T& share) const {
+    T most(0.0), impulse(0.0), stiffest(0.0), speed(0.0);
+    for (int k = 0; k < tree.topology.nv; ++k) {
+      most = max(most, fnma(T(kRoundingOfSums) * weight[k], abs(z[k]) + abs(free[k]), abs(gradient[k])));
+      speed = max(speed, abs(z[k]));
+    }
+    for (int i = 0; i < count; ++i) {
+      impulse = max(impulse, norm2(contacts[i].cone.lambda));
+      stiffest = max(stiffest, select(mask_from_bits<T>(lanes[i]), recip(share * contacts[i].a), T(0.0)));
+    }
+    return most - fma(T(kRounding), sqrt(impulse), T(kRoundingOfVelocities) * speed * stiffest);
+  }
+
+  /// Along the step to where the slope is downhill or uphill by less than it was: no energies, whose differences round.
+  /// Evaluates there.
+  GRAZE_OUT_OF_LINE void move(const T& share, const mask_of<T>& open) const {
+    const int nv = tree.topology.nv;
+    const T downhill = slope();
+    T length(1.0);
+    mask_of<T> searching = open;
+    for (int n = 0; any(searching); ++n) {
+      for (int k = 0; k < nv; ++k) trial[k] = select(open, fma(length, step[k], z[k]), z[k]);
+      evaluate(share, trial);
+      if (n == kProgramHalvings) break;
+      const T now = slope();
+      searching = searching & (now > T(-0.8) * downhill);
+      const T secant = length * downhill * recip(downhill - now);
+      length = select(searching, secant, length);
+    }
+    for (int k = 0; k < nv; ++k) z[k] = trial[k];
+  }
+
+  /// Newton's method for one R, in the lanes of `open`. wrench: N s, error that counts as none. Returns where it has
+  /// not got there.
+  mask_of<T> minimise(const T& share, mask_of<T> open, const T& wrench) const {
+    evaluate(share, z);
+    open = open & (unbalanced(share) > wrench);
+    for (int n = 0; n < kProgramNewtonSteps && any(open); ++n) {
+      find_step();
+      move(share, open);
+      open = open & (unbalanced(share) > wrench);
+    }
+    return open;
+  }
+
+  /// kept := lambda in `open`. Returns where they differ by too much.
+  mask_of<T> keep(const mask_of<T>& open) const {
+    T most(0.0), change(0.0);
+    for (int i = 0; i < count; ++i) {
+      NewtonContactT<T>& c = contacts[i].cone;
+      const Vec3T<T> off = c.lambda - c.kept;
+      most = max(most, norm2(c.lambda));
+      change = max(change, norm2(off));
+      c.kept = select(open, c.lambda, c.kept);
+    }
+    return open & (change > T(kImpulseError * kImpulseError) * most);
+  }
+
+  /// Solves in the lanes of `open`, from z and the impulses that are kept. share: R at first. eps: as the weights have
+  /// it, without its unit. wrench: as minimise(). `final`: until stage II has settled; else the wrench on the base
+  /// does.
+  void solve(mask_of<T> open, T share, double eps, const T& wrench, bool final) const {
+    const T last(kLastR * eps);
+    for (int n = 0; n < kMultiplierSteps && any(open); ++n) {
+      const mask_of<T> failed = minimise(share, open, wrench);
+      const mask_of<T> changes = keep(open & !failed);
+      const mask_of<T> early = failed | (share > last);  // no R but the last tells
+      open = open & (final ? early | changes : early);
+      share = select(failed, min(T(kGrowR) * share, T(1.0)), max(T(kShrinkR) * share, last));
+    }
+  }
+};
+
+}  // namespace GRAZE_ISA_NAMESPACE
+}  // namespace graze
