@@ -188,7 +188,7 @@ void LaneEngine::number_mimics(const Model& nominal) {
 
 void LaneEngine::choose_solver(const Model& nominal) {
   SolverSettings& settings = block_.settings;
-  if (nominal.contact_solver == ContactSolver::sweeps || nominal.nv > kMostNewtonDofs) {
+  if (nominal.contact_solver == ContactSolver::sweeps || static_cast<std::size_t>(nominal.nv) > kMostNewtonDofs) {
     settings.newton_after = settings.most_sweeps;
     return;
   }
