@@ -248,11 +248,13 @@ class InverseDynamics : public Tracker {
   InverseDynamics(const ControlContext& context, const Described& own, const std::vector<int>& effectors)
       : kernel_(GRAZE_KERNEL(chosen_isa(), find_control_kernel)), robot_(context.nominal) {
     const Model& model = context.nominal;
+    static_cast<void>(own.at("kp"));  // refuses what is missing
     kp_ = read_gains(model, own, "kp");
     kd_ = read_gains(model, own, "kd");
     if (const auto servo = own.find("servo")) {
       static const Description text = *inverse_dynamics_description().find("servo")->forms.front().inner;
       const Described described(*servo, text);
+      static_cast<void>(described.at("kp"));
       servo_kp_ = read_gains(model, described, "kp", Quantity::stiffness);
       servo_kd_ = read_gains(model, described, "kd", Quantity::damping);
     }
