@@ -1,6 +1,8 @@
 #pragma once
 // One lane's contacts and joints, taken out of all lanes' for Newton's method, and its results put back.
 
+#include <type_traits>
+
 #include "engine/contact/newton.h"
 
 namespace graze {
@@ -33,7 +35,7 @@ class NewtonLane {
     p_.nv = nv;
     p_.width = 8 * static_cast<int>(eights(static_cast<std::size_t>(nv)));
     p_.convex = number_of(law.convex, lane) > 0.0;
-    p_.H = take(nv * p_.width);
+    p_.H = reserve(nv * p_.width);  // assemble() clears it
     double** rows[] = {&p_.D, &p_.inverse_D, &p_.free, &p_.gradient, &p_.step, &p_.z, &p_.trial, &p_.start};
     for (double** row : rows) *row = take(p_.width);
     for (int k = 0; k < nv; ++k) {
@@ -44,8 +46,12 @@ class NewtonLane {
     p_.filled = reinterpret_cast<std::uint64_t*>(take(nv * kDofWords));
     columns_of_ = take_indices(nv);
     count_rows();
-    lay_out_contacts();
-    lay_out_joints();
+    lay_out(
+        set.contacts, set.contact_count, p_.contact_count, 3,
+        [&](const ContactT<T>& c) -> const PathView& { return set.paths[c.path]; }, p_.contacts, p_.contact_packs);
+    lay_out(
+        set.joints, set.joint_count, p_.joint_count, 1,
+        [](const JointRowT<T>& joint) -> const JointRowT<T>& { return joint; }, p_.joints, p_.joint_packs);
     find_pattern();
   }
 
@@ -66,9 +72,14 @@ class NewtonLane {
   }
 
  private:
-  double* take(int count) {
+  double* reserve(int count) {
     double* place = numbers_;
     numbers_ += (count + 7) / 8 * 8;
+    return place;
+  }
+  /// Filled with zeros.
+  double* take(int count) {
+    double* place = reserve(count);
     for (double* p = place; p != numbers_; ++p) *p = 0.0;
     return place;
   }
@@ -127,30 +138,35 @@ class NewtonLane {
     return found;
   }
 
-  void lay_out_contacts() {
-    const int count = p_.contact_count;
-    p_.contacts = take_array<NewtonRow>(count, kNewtonRow);
-    p_.contact_packs = take_array<ContactsOfEight>((count + 7) / 8, kNewtonEight);
+  /// Rows and packs of those of `all` that are in the lane. dofs_of: what moves one, as something with count and dofs.
+  template <class Pack, class Constraint, class DofsOf>
+  void lay_out(const Constraint* all, int total, int count, int directions, const DofsOf& dofs_of, NewtonRow*& rows,
+               Pack*& packs) {
+    using Column = std::remove_pointer_t<decltype(Pack::columns)>;
+    rows = take_array<NewtonRow>(count, kNewtonRow);
+    packs = take_array<Pack>((count + 7) / 8, kNewtonEight);
     int* source = take_indices(count);
-    for (int i = 0, n = 0; i < set_.contact_count; ++i) {
-      const ContactT<T>& c = set_.contacts[i];
-      if (!(c.lanes >> lane_ & 1u)) continue;
-      const PathView& path = set_.paths[c.path];
-      lay_out_row(p_.contacts[n], n > 0 ? &p_.contacts[n - 1] : nullptr, path.count, path.dofs, 3);
+    for (int i = 0, n = 0; i < total; ++i) {
+      if (!(all[i].lanes >> lane_ & 1u)) continue;
+      const auto& path = dofs_of(all[i]);
+      lay_out_row(rows[n], n > 0 ? &rows[n - 1] : nullptr, path.count, path.dofs, directions);
       source[n++] = i;
     }
     for (int first = 0; first < count; first += 8) {
-      ContactsOfEight& pack = p_.contact_packs[first / 8];
+      Pack& pack = packs[first / 8];
       pack.first = first, pack.count = count - first < 8 ? count - first : 8;
       int* dofs = take_indices(p_.nv);
-      pack.dof_count = find_columns(p_.contacts + first, pack.count, dofs);
+      pack.dof_count = find_columns(rows + first, pack.count, dofs);
       pack.dofs = dofs;
-      pack.columns = reinterpret_cast<Vec3T<Eight>*>(take(24 * pack.dof_count));
-      pack.compliance = pack.guard = Eight(0.0);
-      pack.rn = pack.rt = Eight(1.0);
-      for (int i = 0; i < pack.count; ++i) fill(pack, i, set_.contacts[source[first + i]]);
+      pack.columns = take_array<Column>(pack.dof_count, sizeof(Column) / sizeof(double));
+      leave_open(pack);
+      for (int i = 0; i < pack.count; ++i) fill(pack, i, all[source[first + i]]);
     }
   }
+
+  /// What no constraint fills has no impulse; all else is zero.
+  static void leave_open(ContactsOfEight& pack) { pack.rn = pack.rt = Eight(1.0); }
+  static void leave_open(JointsOfEight& pack) { pack.r = pack.lower_gap = pack.upper_gap = Eight(1.0); }
 
   void fill(ContactsOfEight& pack, int i, const ContactT<T>& c) {
     const NewtonRow& row = p_.contacts[pack.first + i];
@@ -177,29 +193,6 @@ class NewtonLane {
     const double all = (1.0 / 3.0) * (ann + ass + att);
     set_number(pack.rn, i, p_.convex ? all : ann);
     set_number(pack.rt, i, p_.convex ? all : max(ass, att));
-  }
-
-  void lay_out_joints() {
-    const int count = p_.joint_count;
-    p_.joints = take_array<NewtonRow>(count, kNewtonRow);
-    p_.joint_packs = take_array<JointsOfEight>((count + 7) / 8, kNewtonEight);
-    int* source = take_indices(count);
-    for (int i = 0, n = 0; i < set_.joint_count; ++i) {
-      const JointRowT<T>& joint = set_.joints[i];
-      if (!(joint.lanes >> lane_ & 1u)) continue;
-      lay_out_row(p_.joints[n], n > 0 ? &p_.joints[n - 1] : nullptr, joint.count, joint.dofs, 1);
-      source[n++] = i;
-    }
-    for (int first = 0; first < count; first += 8) {
-      JointsOfEight& pack = p_.joint_packs[first / 8];
-      pack.first = first, pack.count = count - first < 8 ? count - first : 8;
-      int* dofs = take_indices(p_.nv);
-      pack.dof_count = find_columns(p_.joints + first, pack.count, dofs);
-      pack.dofs = dofs;
-      pack.columns = reinterpret_cast<Eight*>(take(8 * pack.dof_count));
-      pack.r = pack.lower_gap = pack.upper_gap = Eight(1.0);
-      for (int i = 0; i < pack.count; ++i) fill(pack, i, set_.joints[source[first + i]]);
-    }
   }
 
   void fill(JointsOfEight& pack, int i, const JointRowT<T>& joint) {

@@ -35,17 +35,7 @@ const Description& inverse_dynamics_description() {
         Default::value("0"),
         "acceleration for each rad/s (m/s) off its velocity, 1/s"},
        {"servo",
-        {Form::map({"a servo in each joint beside",
-                    {{"kp",
-                      {Form::joint_numbers(Quantity::rotational_stiffness, Bound::not_negative),
-                       Form::joint_numbers(Quantity::stiffness, Bound::not_negative)},
-                      Default::required(),
-                      "spring"},
-                     {"kd",
-                      {Form::joint_numbers(Quantity::rotational_damping, Bound::not_negative),
-                       Form::joint_numbers(Quantity::damping, Bound::not_negative)},
-                      Default::value("0"),
-                      "damper"}}})},
+        {Form::map({"a servo in each joint beside", {servo_spring(), servo_damper()}})},
         Default::words("none"),
         "a servo in each joint beside, as `joint_pd` has it: for robots that are not what the model says"},
        {"model",
@@ -248,13 +238,11 @@ class InverseDynamics : public Tracker {
   InverseDynamics(const ControlContext& context, const Described& own, const std::vector<int>& effectors)
       : kernel_(GRAZE_KERNEL(chosen_isa(), find_control_kernel)), robot_(context.nominal) {
     const Model& model = context.nominal;
-    static_cast<void>(own.at("kp"));  // refuses what is missing
     kp_ = read_gains(model, own, "kp");
     kd_ = read_gains(model, own, "kd");
     if (const auto servo = own.find("servo")) {
       static const Description text = *inverse_dynamics_description().find("servo")->forms.front().inner;
       const Described described(*servo, text);
-      static_cast<void>(described.at("kp"));
       servo_kp_ = read_gains(model, described, "kp", Quantity::stiffness);
       servo_kd_ = read_gains(model, described, "kd", Quantity::damping);
     }

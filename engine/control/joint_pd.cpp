@@ -16,16 +16,8 @@ namespace {
 const Description& joint_pd_description() {
   static const Description text = {
       "a servo in each joint: spring kp, damper kd and integral ki towards the policy's positions",
-      {{"kp",
-        {Form::joint_numbers(Quantity::rotational_stiffness, Bound::not_negative),
-         Form::joint_numbers(Quantity::stiffness, Bound::not_negative)},
-        Default::required(),
-        "spring"},
-       {"kd",
-        {Form::joint_numbers(Quantity::rotational_damping, Bound::not_negative),
-         Form::joint_numbers(Quantity::damping, Bound::not_negative)},
-        Default::value("0"),
-        "damper"},
+      {servo_spring(),
+       servo_damper(),
        {"ki",
         {Form::joint_numbers(Quantity::dimensionless, Bound::not_negative)},
         Default::value("0"),

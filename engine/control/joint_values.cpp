@@ -151,6 +151,22 @@ void doubt_targets(const Model& model, int k, double low, double high, const Set
                           meant ? fmt::format("; are they meant in {}?", room.turns ? "deg" : "mm") : ""));
 }
 
+Key servo_spring() {
+  return {"kp",
+          {Form::joint_numbers(Quantity::rotational_stiffness, Bound::not_negative),
+           Form::joint_numbers(Quantity::stiffness, Bound::not_negative)},
+          Default::required(),
+          "spring"};
+}
+
+Key servo_damper() {
+  return {"kd",
+          {Form::joint_numbers(Quantity::rotational_damping, Bound::not_negative),
+           Form::joint_numbers(Quantity::damping, Bound::not_negative)},
+          Default::value("0"),
+          "damper"};
+}
+
 std::vector<double> read_gains(const Model& model, const Described& settings, std::string_view key,
                                std::optional<Quantity> sliding) {
   const std::vector<double> gains = read_joint_values_or(model, settings, key, sliding);

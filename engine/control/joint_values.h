@@ -23,6 +23,9 @@ std::vector<std::string> actuated_names(const Model& model);
 /// Positions of the actuated joints in a state, in order.
 std::vector<double> actuated_positions(const Model& model, const State& state);
 
+/// The keys kp and kd of a servo in each joint, required and 0.
+Key servo_spring();
+Key servo_damper();
 /// Gains of a servo: stiffness and damping must not be negative.
 std::vector<double> read_gains(const Model& model, const Described& settings, std::string_view key,
                                std::optional<Quantity> sliding = std::nullopt);

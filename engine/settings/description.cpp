@@ -389,6 +389,8 @@ std::optional<double> Described::find_number(std::string_view name) const {
 
 double Described::default_number(std::string_view name) const {
   const Key& key = key_of(name);
+  if (key.otherwise.kind == Default::Kind::required)
+    static_cast<void>(settings_.at(key.name));  // says that it is missing
   const auto written = split_number(key.otherwise.text);
   const auto value = written ? to_si(key.forms.front().quantity, written->value, written->unit) : std::nullopt;
   assert(value && "a default that is no number of its quantity");

@@ -177,7 +177,8 @@ class Described {
   std::string word(std::string_view key) const;
   /// Nothing if it is not written and has no default value.
   std::optional<double> find_number(std::string_view key) const;
-  /// The default value and the quantity of a number, or of numbers by joint.
+  /// The default value and the quantity of a number, or of numbers by joint. A required key has none: says that it is
+  /// missing.
   double default_number(std::string_view key) const;
   Quantity quantity(std::string_view key) const;
 

@@ -9,11 +9,12 @@ namespace graze {
 class ClosedLoop {
  public:
   /// Control and physics both step by `step`, s.
-  ClosedLoop(const Scene& scene, const std::string& policy_yaml, double step = 1e-3)
+  ClosedLoop(const Scene& scene, const std::string& policy_yaml, double step = 1e-3,
+             const std::string& back_end = "bullet")
       : step_(step),
-        physics_(make_physics("bullet", scene.model)),
+        physics_(make_physics(back_end, scene.model)),
         sensors_(scene.model, channel_names(scene.world.robot), SensorNoise{}),
-        actuators_(scene.model, false),
+        actuators_(scene.model, false, physics_->solves_drives()),
         controller_(scene.context(step), Settings::parse(policy_yaml, "policy.yaml")),
         command_(scene.model.na()),
         tau_(scene.model.na()) {}
@@ -29,18 +30,21 @@ class ClosedLoop {
     for (int k = 0; k < tau_.rows(); ++k) tau_(k, lane) = 0;
   }
 
+  void stop(int lane) { active_.set(lane, false); }
+
   void advance() {
     sensors_.sense(*physics_, tau_, step_, count_, time_, active_, observation_);
     controller_.act(observation_, nullptr, active_, command_);
-    actuators_.apply(command_, physics_->state(), sensors_, step_, active_, tau_);
-    physics_->step(step_, active_, tau_);
+    actuators_.step(command_, *physics_, sensors_, step_, active_, tau_);
     for (int lane = 0; lane < kLanes; ++lane) {
       if (active_[lane]) time_[lane] = ++count_[lane] * step_;
     }
   }
 
   const BlockPhysics& physics() const { return *physics_; }
+  const BlockState& state() const { return physics_->state(); }
   const Controller& controller() const { return controller_; }
+  const ActuatorCommand& command() const { return command_; }
   const Observation& observation() const { return observation_; }
   const BlockArray& tau() const { return tau_; }
   double step() const { return step_; }

@@ -11,63 +11,15 @@
 #include "engine/dynamics/dynamics_model.h"
 #include "engine/lanes/isa.h"
 #include "engine/model/rotation.h"
-#include "engine/physics.h"
-#include "tests/engine/control/support.h"
+#include "tests/engine/control/closed_loop.h"
 
 namespace graze {
 namespace {
 
 /// A robot under a policy on the lane engine, all with one step.
-class LaneLoop {
- public:
+struct LaneLoop : ClosedLoop {
   LaneLoop(const Scene& nominal, const std::string& policy, double h = 1e-3)
-      : h_(h),
-        physics_(make_physics("lanes", nominal.model)),
-        sensors_(nominal.model, channel_names(nominal.world.robot), SensorNoise{}),
-        actuators_(nominal.model, false, true),
-        controller_(nominal.context(h), Settings::parse(policy, "policy.yaml")),
-        command_(nominal.model.na()),
-        tau_(nominal.model.na()) {}
-
-  void start(int lane, const Particle& particle) {
-    physics_->start(lane, particle);
-    sensors_.start(lane, particle);
-    actuators_.start(lane, particle);
-    controller_.start(lane, 0, particle.id);
-    active_.set(lane);
-    count_[lane] = 0, time_[lane] = 0;
-  }
-
-  void stop(int lane) { active_.set(lane, false); }
-
-  void advance() {
-    sensors_.sense(*physics_, tau_, h_, count_, time_, active_, observation_);
-    controller_.act(observation_, nullptr, active_, command_);
-    actuators_.step(command_, *physics_, sensors_, h_, active_, tau_);
-    for (int lane = 0; lane < kLanes; ++lane) {
-      if (active_[lane]) time_[lane] = ++count_[lane] * h_;
-    }
-  }
-
-  const BlockPhysics& physics() const { return *physics_; }
-  const BlockState& state() const { return physics_->state(); }
-  const Observation& sensed() const { return observation_; }
-  const Targets& targets() const { return controller_.targets(); }
-  const BlockArray& tau() const { return tau_; }
-  const ActuatorCommand& command() const { return command_; }
-
- private:
-  double h_;
-  std::unique_ptr<BlockPhysics> physics_;
-  Sensors sensors_;
-  Actuators actuators_;
-  Controller controller_;
-  ActuatorCommand command_;
-  BlockArray tau_;
-  Observation observation_;
-  LaneMask active_;
-  std::array<std::uint32_t, kLanes> count_{};
-  std::array<double, kLanes> time_{};
+      : ClosedLoop(nominal, policy, h, "lanes") {}
 };
 
 constexpr double kKp = 5e4, kKd = 100;  // facts c.6: acceleration gains of the published joint controller
@@ -96,8 +48,8 @@ double worst_miss(const Scene& scene, const LaneLoop& loop, const Eigen::VectorX
   for (int k = 0; k < scene.model.na(); ++k) {
     const Body& body = scene.model.bodies[scene.model.actuated[k]];
     const double got = (loop.state().q(body.q, 0) - q[body.q]) / h;  // joints move at the velocity of the solve
-    const double asked =
-        v[body.v] + h * (kKp * (loop.targets().q(k, 0) - q[body.q]) + kKd * (loop.targets().v(k, 0) - v[body.v]));
+    const double asked = v[body.v] + h * (kKp * (loop.controller().targets().q(k, 0) - q[body.q]) +
+                                          kKd * (loop.controller().targets().v(k, 0) - v[body.v]));
     worst = std::max(worst, std::abs(got - asked));
   }
   return worst;
