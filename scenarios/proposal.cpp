@@ -104,9 +104,9 @@ class Proposal {
     if (!out.model.floating_base) out = read_own(head() + body(""));
     return out;
   }
-  /// Enough to be read.
+  /// Enough to be read. No link is called as its ground.
   static std::string body(const std::string& initial) {
-    return initial + "environment: {ground: {plane: z}}\n" +
+    return initial + "environment: {ground of this proposal: {plane: z}}\n" +
            "policies: {hold: {hold: {}, control: {joint_pd: {kp: 1}}}}\n";
   }
 

@@ -39,6 +39,13 @@ double lowest_reach(const Model& model, const Eigen::VectorXd& begin) {
   return out;
 }
 
+/// "ground", unless a link of the robot is called so.
+std::string ground_name(const Model& model) {
+  std::string name = "ground";
+  for (int i = 1; model.frame(name) >= 0; ++i) name = i == 1 ? "floor" : fmt::format("floor_{}", i);
+  return name;
+}
+
 }  // namespace
 
 bool stands_clear(const Model& model, const State& initial) {
@@ -46,14 +53,14 @@ bool stands_clear(const Model& model, const State& initial) {
 }
 
 std::string proposed_ground(const Model& model, const State& initial) {
-  const std::string ground = "environment:\n  ground: {plane: z}";
+  const std::string name = ground_name(model), ground = fmt::format("environment:\n  {}: {{plane: z}}", name);
   if (model.floating_base) return ground + "\n";
   const double reach = lowest_reach(model, initial.q);
   if (!stands_clear(model, initial)) {
     return fmt::format(
         "# No ground: the robot is fixed to the world and begins with parts {:.2g} m below z = 0. One below its "
-        "reach:\n# environment: {{ground: {{plane: z, position: [0, 0, {:g} m]}}}}\n",
-        -lowest_part(model, initial.q), std::floor(10 * reach - 1) / 10);
+        "reach:\n# environment: {{{}: {{plane: z, position: [0, 0, {:g} m]}}}}\n",
+        -lowest_part(model, initial.q), name, std::floor(10 * reach - 1) / 10);
   }
   return ground + (reach < -kSlack ? fmt::format("  # its joints can take it {:.2g} m below\n", -reach) : "\n");
 }

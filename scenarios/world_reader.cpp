@@ -261,7 +261,8 @@ class WorldReader {
       settings.fail_key("an object's name must have none of * ? { }, which globs of names are made of");
     }
     for (const Link& link : world().robot.links) {
-      if (link.name == name) settings.fail_key("a link of the robot has this name");
+      if (link.name == name)
+        settings.fail_key("a link of the robot has this name; call the object otherwise (graze new does)");
     }
     object.shape = read_shape(settings);
     object.X_WO = read_object_pose(settings, object.shape);

@@ -211,6 +211,18 @@ inline T guard_of(const ContactT<T>& c) {
 /// such a contact holds back but for a thousandth is pushed out anyhow (our choice).
 inline constexpr double kDeepGuard = 1e-3;
 
+/// Least A along the normal, in units of what a free body of the lighter mass has: a lever of 1e-7 of its radius of
+/// gyration (our choice). What is less is rounding, as where a ball lies on its joint's axis, and what an overlap asks
+/// of it ends in impulses of 1e17 N s.
+inline constexpr double kImmovable = 1e-14;
+
+template <class T>
+inline T lighter_of(const TreeT<T>& tree, const PathView& path) {
+  if (path.body_a < 0) return tree.body[path.body_b].mass;
+  const T mass = tree.body[path.body_a].mass;
+  return path.body_b < 0 ? mass : min(mass, tree.body[path.body_b].mass);
+}
+
 /// Everything about a contact that holds during the step. `dz`: change of L v by all but contacts and joint rows (nv).
 template <class T>
 inline void set_up_contact(const TreeT<T>& tree, const PathView& path, const MimicsT<T>& mimics,
@@ -228,8 +240,8 @@ inline void set_up_contact(const TreeT<T>& tree, const PathView& path, const Mim
   const T gap = gap_term(law, c, h, before, free);
   c.b.x += gap;
   c.target = max(-gap, T(0.0));
-  // Where nothing can move (prescribed joints hold both sides) no impulse helps, and none is sought.
-  const auto held = !(c.ann > T(0.0));
+  // Where nothing can move (prescribed joints hold both sides, or none turns it) no impulse helps, and none is sought.
+  const auto held = !(c.ann * lighter_of(tree, path) > T(kImmovable));
   c.ann = select(held, T(1.0), c.ann);
   c.b.x = select(held, T(1e30), c.b.x);
   const auto deep = c.phi < -c.deep;

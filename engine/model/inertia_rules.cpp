@@ -63,6 +63,11 @@ std::string inertia_problem(const Mat3& inertia) {
   return "";
 }
 
+bool is_of_point(const Mat3& inertia, double mass) {
+  constexpr double kGyration = 1e-7;  // m
+  return inertia.norm() < kGyration * kGyration * std::abs(mass);
+}
+
 Mat3 nearest_physical_inertia(const Mat3& inertia) {
   constexpr double kMargin = 1e-6;  // of the largest moment, for each second moment
   const Eigen::SelfAdjointEigenSolver<Mat3> solver(inertia);

@@ -14,6 +14,10 @@ std::string mass_problem(double mass);
 /// against the triangle inequality. Empty: nothing.
 std::string inertia_problem(const Mat3& inertia);
 
+/// Whether an inertia is that of a mere point but for rounding: zeros that have been turned or moved about. `mass` in
+/// kg.
+bool is_of_point(const Mat3& inertia, double mass);
+
 /// The inertia of a rigid body that is nearest to the symmetric matrix `inertia` in the Frobenius norm. It has the same
 /// principal axes; its principal moments are the projection of those given onto the cone of the triangle inequality
 /// I_i <= I_j + I_k (which makes them positive, too), less a margin of a millionth of the largest, so that no rounding

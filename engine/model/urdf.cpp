@@ -252,6 +252,7 @@ class Builder {
     Mat3 inertia;
     inertia << from.ixx, from.ixy, from.ixz, from.ixy, from.iyy, from.iyz, from.ixz, from.iyz, from.izz;
     const Pose X_LI = pose(from.origin, entry.inertial_rpy);
+    if (is_of_point(inertia, from.mass)) inertia.setZero();
     const MassMoments about_com = MassMoments::from_inertia(from.mass, Vec3::Zero(), physical(inertia, entry));
     return about_com.transformed(X_LI.linear(), X_LI.translation());
   }

@@ -193,7 +193,7 @@ class Bodies {
     const double mass = link.inertia.mass, trace = body.moments.inertia_about_com().trace();
     Mat3 inertia = link.inertia.inertia_about_com();
     std::string how;
-    if (inertia.isZero(0) || !(inertia.trace() > 0)) {
+    if (is_of_point(inertia, mass) || !(inertia.trace() > 0)) {
       const MadeUp made = from_shapes(link, options_.density);
       constexpr double kPoint = 1e-2;  // shapes of less than this share of the mass are mere contact points
       const bool shaped = made.moments.mass > kPoint * mass;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <set>
 #include <string_view>
 
@@ -31,12 +32,13 @@ class Reader {
     if (const auto use = xacro_use(document); use && use->element) {
       fail(use->line, fmt::format("{}: this is a xacro file; {}", use->what, xacro_advice(problems_.name())));
     }
+    leave_out_macros(robot);
     check_spelling(robot, problems_);
-    out_.robot = values_.required(robot, "name", "robot");
+    name_robot(robot);
     printer_.OpenElement("robot");
     printer_.PushAttribute("name", out_.robot.c_str());
     for (XMLElement* e = robot.FirstChildElement(); e; e = e->NextSiblingElement()) read_part(*e);
-    declare_world(robot);
+    declare_parents(robot);
     printer_.CloseElement();
     if (nameless_) problems_.raise();
     out_.xml = printer_.CStr();
@@ -58,22 +60,54 @@ class Reader {
     return *root;
   }
 
-  /// Some files join their robot to a `world` that they do not have.
-  void declare_world(XMLElement& robot) {
-    if (link_names_.count("world") > 0) return;
-    const auto joint = std::find_if(out_.joints.begin(), out_.joints.end(),
-                                    [](const UrdfOutline::JointEntry& j) { return j.parent == "world"; });
-    if (joint == out_.joints.end()) return;
-    problems_.repair(joint->line,
-                     fmt::format("joint '{}': parent link 'world' is not there; write <link name=\"world\"/> into the "
-                                 "file, which fixes what is joined to it, or leave the joint out and say 'base: "
-                                 "fixed' in the scenario",
-                                 joint->name),
-                     "writes <link name=\"world\"/>");
-    XMLElement* link = robot.GetDocument()->NewElement("link");
-    link->SetAttribute("name", "world");
-    robot.InsertFirstChild(link);
-    read_link(*link);
+  /// What xacro left of macros that nothing defines.
+  void leave_out_macros(XMLElement& e) {
+    for (XMLElement* child = e.FirstChildElement(); child;) {
+      XMLElement* const next = child->NextSiblingElement();
+      if (is_of_xacro(*child)) {
+        problems_.repair(line_of(*child),
+                         fmt::format("<{}>: a call of a macro that xacro did not know and left as it was",
+                                     clipped(child->Name(), 40)),
+                         "leaves it out");
+        e.DeleteChild(child);
+      } else {
+        leave_out_macros(*child);
+      }
+      child = next;
+    }
+  }
+
+  void name_robot(XMLElement& robot) {
+    const char* const name = robot.Attribute("name");
+    const std::string file = std::filesystem::path(problems_.name()).stem().string();
+    if ((!name || !*name) && !file.empty()) {
+      problems_.repair(line_of(robot), "robot: <robot> needs a non-empty name" + misspelt_attribute(robot, "name"),
+                       fmt::format("takes the file's, '{}'", clipped(file, 40)));
+      robot.SetAttribute("name", file.substr(0, kMaxAttributeBytes).c_str());
+    }
+    out_.robot = values_.required(robot, "name", "robot");
+  }
+
+  /// Some files join their robot to a `world`, or to the flange of an arm, that they do not have.
+  void declare_parents(XMLElement& robot) {
+    for (const UrdfOutline::JointEntry& joint : out_.joints) {
+      const std::string& parent = joint.parent;
+      if (parent.empty() || link_names_.count(parent) > 0) continue;
+      const bool world = parent == "world";
+      if (!world && !nearest(parent, {link_names_.begin(), link_names_.end()}).empty()) continue;  // misspelt
+      problems_.repair(
+          joint.line,
+          fmt::format("joint '{}': parent link '{}' is not there; write <link name=\"{}\"/> into the file{}",
+                      joint.name, clipped(parent, 80), clipped(parent, 80),
+                      world ? ", which fixes what is joined to it, or leave the joint out and say 'base: fixed' in the "
+                              "scenario"
+                            : ", or leave the joint out"),
+          fmt::format("writes <link name=\"{}\"/>", clipped(parent, 80)));
+      XMLElement* link = robot.GetDocument()->NewElement("link");
+      link->SetAttribute("name", parent.c_str());
+      robot.InsertFirstChild(link);
+      read_link(*link);
+    }
   }
 
   void read_part(XMLElement& e) {

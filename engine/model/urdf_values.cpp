@@ -27,6 +27,12 @@ bool infinite(std::string text) {
   return words.size() == 1 && (words[0] == "inf" || words[0] == "+inf" || words[0] == "infinity");
 }
 
+/// A number with a comma, semicolon or full stop behind it, which parsers in C pass over.
+std::optional<double> without_sign_behind(std::string_view word) {
+  if (word.size() < 2 || std::string_view(",;.").find(word.back()) == std::string_view::npos) return std::nullopt;
+  return parse_number(word.substr(0, word.size() - 1));
+}
+
 }  // namespace
 
 int line_of(const XMLElement& element) {
@@ -79,17 +85,24 @@ void UrdfValues::print(const char* attribute, const std::vector<double>& numbers
   printer_.PushAttribute(attribute, number_text(numbers).c_str());
 }
 
-std::optional<std::vector<double>> UrdfValues::parsed(const XMLElement& e, const char* attribute,
-                                                      const std::string& text, const std::string& where) {
+std::optional<std::vector<double>> UrdfValues::parsed(XMLElement& e, const char* attribute, const std::string& text,
+                                                      const std::string& where) {
   std::vector<double> out;
+  bool mended = false;
   for (std::string_view word : words_of(text)) {
-    const std::optional<double> value = parse_number(word);
+    std::optional<double> value = parse_number(word);
+    const std::string what = fmt::format("{}: <{}> {}: '{}' is not a number", where, e.Name(), attribute, word);
+    if (!value && (value = without_sign_behind(word))) {
+      problems_.repair(line_of(e), what, fmt::format("takes {}", *value));
+      mended = true;
+    }
     if (!value) {
-      problems_.refuse(line_of(e), fmt::format("{}: <{}> {}: '{}' is not a number", where, e.Name(), attribute, word));
+      problems_.refuse(line_of(e), what);
       return std::nullopt;
     }
     out.push_back(*value);
   }
+  if (mended) e.SetAttribute(attribute, number_text(out).c_str());
   return out;
 }
 
@@ -155,14 +168,18 @@ double UrdfValues::non_negative(XMLElement& e, const char* attribute, const std:
 
 void UrdfValues::bound(XMLElement& limit, const char* attribute, const std::string& where) {
   const char* text = limit.Attribute(attribute);
-  if (!text || infinite(text)) {
+  std::string problem;
+  if (!text) {
+    problem = fmt::format("needs a non-empty {}{}", attribute, misspelt_attribute(limit, attribute));
+  } else if (infinite(text)) {
+    problem = fmt::format("{}: '{}' is not a number", attribute, text);
+  } else if (const auto value = parse_number(text); value && *value < 0) {
+    problem = fmt::format("{}: {} is negative; it must be >= 0", attribute, *value);
+  }
+  if (!problem.empty()) {
     const std::string none = number_text({kNoBound});
-    problems_.repair(
-        line_of(limit),
-        fmt::format("{}: <limit> {}", where,
-                    text ? fmt::format("{}: '{}' is not a number", attribute, text)
-                         : fmt::format("needs a non-empty {}{}", attribute, misspelt_attribute(limit, attribute))),
-        fmt::format("writes {}, which is no limit", none));
+    problems_.repair(line_of(limit), fmt::format("{}: <limit> {}", where, problem),
+                     fmt::format("writes {}, which is no limit", none));
     limit.SetAttribute(attribute, none.c_str());
   }
   non_negative(limit, attribute, where);

@@ -58,8 +58,8 @@ class UrdfValues {
   tinyxml2::XMLPrinter& printer() { return printer_; }
 
  private:
-  std::optional<std::vector<double>> parsed(const tinyxml2::XMLElement& e, const char* attribute,
-                                            const std::string& text, const std::string& where);
+  std::optional<std::vector<double>> parsed(tinyxml2::XMLElement& e, const char* attribute, const std::string& text,
+                                            const std::string& where);
   bool brought_to_three(tinyxml2::XMLElement& e, const char* attribute, const std::string& text,
                         std::vector<double>& numbers, const std::string& where);
   std::vector<double> read(tinyxml2::XMLElement& e, const char* attribute, std::size_t count, const std::string& where,

@@ -17,9 +17,16 @@ struct XacroUse {
   bool element;      // an element of xacro, which no reader of URDF may pass over; else an expression in an attribute
 };
 
-/// The first of them, or nothing: elements of xacro anywhere, and expressions in attributes of links and joints. What
-/// is declared and not used (`xmlns:xacro`) is none, since expanded files keep it.
+/// The first of them, or nothing: elements of xacro anywhere but in what it printed itself, and expressions in
+/// attributes of links and joints. What is declared and not used (`xmlns:xacro`) is none, since expanded files keep it.
 std::optional<XacroUse> xacro_use(const tinyxml2::XMLDocument& document);
+
+/// Whether its name is <xacro:…>.
+bool is_of_xacro(const tinyxml2::XMLElement& e);
+
+/// Whether a comment before the robot says so. Releases of xacro up to that of ROS Kinetic leave calls of macros that
+/// nothing defines in what they print.
+bool is_printed_by_xacro(const tinyxml2::XMLDocument& document);
 
 /// The command that makes a URDF of a xacro file: "xacro r.urdf.xacro > r.urdf".
 std::string xacro_command(const std::string& file);

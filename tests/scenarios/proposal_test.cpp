@@ -39,6 +39,22 @@ TEST(Proposal, NamesStayInTheirComment) {
   EXPECT_THAT(text, ::testing::Not(::testing::HasSubstr("\ninclude")));
 }
 
+// Nor is its ground called as a link of the robot is.
+TEST(Proposal, FindsAFreeNameForItsGround) {
+  const auto proposed = [](const std::string& links) {
+    const std::string urdf = "<robot name=\"r\">" + links + "</robot>";
+    const InputReplay files({{"/r.urdf", urdf}}, "/");
+    return propose_scenario({"/r.urdf", "/r.yaml"});
+  };
+  const auto link = [](const std::string& name) {
+    return "<link name=\"" + name + "\"><collision><geometry><sphere radius=\"0.1\"/></geometry></collision></link>";
+  };
+  EXPECT_THAT(proposed(link("ground")), ::testing::HasSubstr("\n  floor: {plane: z}"));
+  EXPECT_THAT(proposed(link("ground") + link("floor") +
+                       "<joint name=\"j\" type=\"fixed\"><parent link=\"ground\"/><child link=\"floor\"/></joint>"),
+              ::testing::HasSubstr("\n  floor_2: {plane: z}"));
+}
+
 // A proposal that its own reading refuses is our mistake: it is said so, without a line of a file that is not there.
 TEST(Proposal, CallsItsOwnMistakesDefects) {
   const ProposalRequest request{"box.urdf", "box.yaml"};

@@ -123,6 +123,29 @@ TEST_P(Overlapping, NothingWhirlsAboutItsHinge) {
   EXPECT_EQ(run.fault(), "");
 }
 
+// Balls at one place, each about a hinge through its own centre: no turn parts them, and what rounding leaves of their
+// levers while the robot tumbles must not be pressed on.
+TEST_P(Overlapping, BallsOnTheirHingesAreLeftAlone) {
+  World world = empty();
+  world.robot.floating_base = true;
+  for (const auto& [name, axis] :
+       {std::pair("thumb", Vec3(1, 2, 3)), std::pair("index", Vec3(-2, 1, 1)), std::pair("others", Vec3(1, -1, 2))}) {
+    world.robot.links.push_back(link(name, sphere(0.001), 0.05));
+    world.robot.joints.push_back(
+        joint(std::string("j_") + name, "base", name, JointType::revolute, at(0.11, 0.07, -0.03), axis.normalized()));
+  }
+  world.initial.linear_velocity = {0.1, 0.2, -0.3};
+  world.initial.angular_velocity = {1, 2, -3};
+  Bench run("lanes", world);
+  auto& physics = dynamic_cast<LanePhysics&>(run.physics());
+  const double energy = physics.energy(0);
+  double largest = 0;
+  run.run(0.5, 1e-3, [&] { largest = std::max(largest, run.contact_impulse().norm()); });
+  EXPECT_EQ(run.fault(), "");
+  EXPECT_EQ(largest, 0);
+  EXPECT_NEAR(physics.energy(0), energy, 1e-3 * energy);
+}
+
 // A slider between two posts that it is in both of, free and held by equal limits: it can part from neither.
 TEST_P(Overlapping, WhatIsWedgedStays) {
   for (const double limit : {1.0, 0.0}) {
