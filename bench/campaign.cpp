@@ -1,5 +1,6 @@
-// What a campaign costs and where its time goes: the whole curb campaign (policy, sensing, witnesses, events, archive)
-// on one thread, by phase, on both back ends; and how it scales to two threads.
+// What a campaign costs and where its time goes, by phase, on one thread: the whole curb campaign (policy, sensing,
+// witnesses, events, archive) on both back ends, and a trot by joint servos without noise; and how the first scales to
+// two threads.
 #include "jobs/campaign/campaign.h"
 
 #include <benchmark/benchmark.h>
@@ -17,6 +18,7 @@ namespace graze {
 namespace {
 
 constexpr const char* kScenario = GRAZE_SOURCE_DIR "/data/scenarios/quadruped_curb.yaml";
+constexpr const char* kServoTrot = GRAZE_SOURCE_DIR "/bench/servo_trot.yaml";
 constexpr std::uint64_t kParticles = 16;
 
 /// The curb campaign as it stands in data/, on a back end, with all contact models that this one has.
@@ -96,8 +98,7 @@ void run_all(const Scenario& scenario, const std::filesystem::path& folder, RunC
 }
 
 /// Rate, and nanoseconds per particle-step of each phase.
-void campaign(benchmark::State& state, const std::string& physics) {
-  const Scenario scenario = curb(physics);
+void campaign(benchmark::State& state, const Scenario& scenario) {
   const TemporaryFolder folder;
   RunCost cost;
   cost.timed = true;
@@ -111,8 +112,9 @@ void campaign(benchmark::State& state, const std::string& physics) {
   state.counters["fabrication_ns"] = 1e9 * around.fabrication / steps;
   state.counters["archive_ns"] = 1e9 * around.archive / steps;
 }
-BENCHMARK_CAPTURE(campaign, lanes, "lanes")->Unit(benchmark::kMillisecond)->UseRealTime();
-BENCHMARK_CAPTURE(campaign, bullet, "bullet")->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK_CAPTURE(campaign, lanes, curb("lanes"))->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK_CAPTURE(campaign, bullet, curb("bullet"))->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK_CAPTURE(campaign, servo_trot, load_scenario(kServoTrot))->Unit(benchmark::kMillisecond)->UseRealTime();
 
 /// The runner as `graze run` uses it, without an archive, on one and two threads.
 void threads(benchmark::State& state, const std::string& physics) {

@@ -25,7 +25,7 @@ namespace graze {
 namespace {
 
 /// Two digits, as a person would write a gain.
-double rounded(double x) { return std::stod(fmt::format("{:.1e}", x)); }
+double rounded(double x) { return std::strtod(fmt::format("{:.1e}", x).c_str(), nullptr); }
 
 /// The first line of a message, without the place if that is in `file`, which is not there yet.
 std::string without_place(const std::string& file, const std::string& message) {
@@ -403,6 +403,30 @@ class Proposal {
         base, base, 0.5 * z);
   }
 
+  /// What brakes the joints. What the URDF says of one stands; where it says nothing the joint shall have some.
+  std::string dampers() const {
+    std::vector<int> turning, sliding, damped;
+    for (int i = 0; i < static_cast<int>(model_.bodies.size()); ++i) {  // also of those that follow others
+      const Body& body = model_.bodies[i];
+      if (body.type != JointType::revolute && body.type != JointType::prismatic) continue;
+      (body.damping > 0 ? damped : slides(i) ? sliding : turning).push_back(i);
+    }
+    const auto path = [&](int i) { return quoted(fmt::format("robot.joint.{}.damping", model_.bodies[i].joint)); };
+    std::string out;
+    if (!damped.empty()) {
+      out += fmt::format("  # {} damping as the URDF has it.\n",
+                         damped.size() == 1 ? "One joint keeps its" : "Joints keep their");
+      for (const int i : turning) out += fmt::format("  {}: {:g}  # N m s/rad\n", path(i), joint_damping());
+    } else if (!all_slide()) {
+      out += fmt::format("  robot.joint.*.damping: {:g}  # N m s/rad, the same for all: what brakes the joints\n",
+                         joint_damping());
+    }
+    for (const int i : sliding) {
+      out += fmt::format("  {}: {:g}  # N s/m\n", path(i), rounded(0.05 * sliding_damping(i)));
+    }
+    return out;
+  }
+
   std::string uncertain_joints() const {
     if (model_.na() == 0) return "";
     std::string out;
@@ -412,14 +436,7 @@ class Proposal {
     const auto path = [&](int joint, const char* what) {
       return quoted(fmt::format("robot.joint.{}.{}", model_.bodies[joint].joint, what));
     };
-    if (!all_slide()) {
-      out += fmt::format("  robot.joint.*.damping: {:g}  # N m s/rad, the same for all: what brakes the joints\n",
-                         joint_damping());
-    }
-    for (int i = 0; i < static_cast<int>(model_.bodies.size()); ++i) {  // also of those that follow others
-      if (slides(i))
-        out += fmt::format("  {}: {:g}  # N s/m\n", path(i, "damping"), rounded(0.05 * sliding_damping(i)));
-    }
+    out += dampers();
     if (sliding().empty() || all_slide()) {
       zero("robot.joint.*.zero", all_slide());
       return out;

@@ -1,6 +1,7 @@
 #pragma once
 // Names that may be anybody's, in the text of a proposed scenario.
 
+#include <algorithm>
 #include <cctype>
 #include <cstddef>
 #include <string>
@@ -14,8 +15,22 @@ inline std::string counted(std::size_t n, const std::string& noun) {
   return std::to_string(n) + " " + noun + (n == 1 ? "" : "s");
 }
 
-/// A text as YAML has it in quotes.
+/// A text as YAML has it in quotes; what is no printable character, and would end or change it there, in double ones.
 inline std::string quoted(const std::string& text) {
+  const auto control = [](char c) { return std::iscntrl(static_cast<unsigned char>(c)) != 0; };
+  if (std::any_of(text.begin(), text.end(), control)) {
+    std::string out = "\"";
+    for (const char c : text) {
+      if (control(c)) {
+        constexpr const char* kDigits = "0123456789abcdef";
+        const auto byte = static_cast<unsigned char>(c);
+        out += std::string("\\x") + kDigits[byte >> 4] + kDigits[byte & 15];
+      } else {
+        out += (c == '"' || c == '\\' ? "\\" : "") + std::string(1, c);
+      }
+    }
+    return out + "\"";
+  }
   std::string out = "'";
   for (const char c : text) out += c == '\'' ? std::string("''") : std::string(1, c);
   return out + "'";

@@ -234,7 +234,11 @@ class UncertainReader {
     const auto of_it = [&](const Parameter& one) { return one.path.starts_with(thing); };
     if (std::any_of(table_.all().begin(), table_.all().end(), of_it)) return "";
     const std::vector<int> others = table_.match(pattern.substr(0, begin + 1) + "*" + pattern.substr(end));
-    return others.empty() ? "" : fmt::format("; there is '{}'", table_.all()[others.front()].path);
+    if (others.empty()) return "";
+    std::vector<std::string> paths;
+    for (const int other : others) paths.push_back(table_.all()[other].path);
+    const std::string near = nearest(pattern, paths);
+    return fmt::format("; there is '{}'", near.empty() ? paths.front() : near);
   }
 
   /// `robot: {link: {foot: {mass: …}}}`: a name in parts, down the maps to the first distribution.

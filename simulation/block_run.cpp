@@ -341,9 +341,9 @@ struct BlockRun::Impl final : TraceSaver {
     clock.ended(Phase::bookkeeping);
     sensors.sense(*physics, tau, scenario.timing.step, step, now, due, observation);
     if (observer) watched->sense(*physics, tau, scenario.timing.step, step, now, due);
-    lag_jitter.draw(particle, step, due, no_lag, lag);
+    if (!lag_jitter.empty()) lag_jitter.draw(particle, step, due, no_lag, lag);
     clock.ended(Phase::sensing);
-    controller.act(observation, lag.row(0), due, command);
+    controller.act(observation, lag_jitter.empty() ? nullptr : lag.row(0), due, command);
     clock.ended(Phase::control);
   }
 

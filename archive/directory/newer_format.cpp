@@ -35,9 +35,27 @@ Descriptor open_within(const fs::path& path, const Directory& directory) {
   return open_archive_file(path, static_cast<int>(std::distance(name.begin(), name.end())));
 }
 
+bool is_sealed(const fs::path& path, const Directory& directory) {
+  try {
+    check_seal(open_within(path, directory).number(), path);
+    return true;
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+/// A small file whose seal does not fit is damaged, whatever it seems to tell, and HDF5 may be busy with it for long.
+bool is_worth_a_look(const fs::path& path, const Directory& directory) {
+  constexpr std::uintmax_t kSmall = 1 << 20;  // bytes: descriptions
+  std::error_code error;
+  const std::uintmax_t size = fs::file_size(path, error);
+  return error || size > kSmall || is_sealed(path, directory);
+}
+
 /// Throws kFound and what the file tells, if it is newer. What else may be wrong with it, whoever reads it tells.
 void look_at(const fs::path& path, const Directory& directory) {
   std::string why;
+  if (!is_worth_a_look(path, directory)) return;
   try {
     const Descriptor file = open_within(path, directory);
     const hdf5::Lock lock;
@@ -48,15 +66,6 @@ void look_at(const fs::path& path, const Directory& directory) {
     return;
   }
   if (!why.empty()) throw InputError(kFound + why);
-}
-
-bool is_sealed(const fs::path& path, const Directory& directory) {
-  try {
-    check_seal(open_within(path, directory).number(), path);
-    return true;
-  } catch (const InputError&) {
-    return false;
-  }
 }
 
 }  // namespace

@@ -114,6 +114,12 @@ Controller::Controller(const ControlContext& given, const Settings& settings) : 
       policy_registry().at(policy).make(context, Described(policy_settings, policy_text(policy)), entry.kind);
   const std::vector<int> effectors = impl_->policy->effectors();
   impl_->tracker = entry.make(context, Described(tracker_settings, entry.text), effectors);
+  if (tracker == "torque" && (policy == "joint_trajectory" || policy == "gait")) {
+    warn(settings,
+         fmt::format("'{}' wants places, which the tracker 'torque' passes over: the robot is limp; use control: "
+                     "{{joint_pd: {{kp: …}}}}",
+                     policy));
+  }
   if (tracker == "prescribed") doubt_jump(context, policy_settings, *impl_->policy);
   impl_->targets = initial_targets(context, effectors);
   impl_->buffer.emplace(impl_->targets, context.period, context.end, entry.kind);
@@ -148,7 +154,10 @@ void Controller::act(const Observation& observation, const double* lag_jitter, L
   std::array<double, kLanes>& lag = own.momentary_lag;
   lag = own.lag;
   for (int lane = 0; lane < kLanes && lag_jitter != nullptr; ++lane) lag[lane] += lag_jitter[lane];
-  own.in_force = &own.buffer->pass(observation.time, lag, active, own.targets);
+  bool lagged = lag_jitter != nullptr;
+  for (int lane = 0; lane < kLanes; ++lane) lagged = lagged || (active[lane] && lag[lane] > 0);
+  // Where none ever lags nothing is recorded.
+  own.in_force = lagged ? &own.buffer->pass(observation.time, lag, active, own.targets) : &own.targets;
   own.tracker->track(observation, *own.in_force, active, command);
 }
 

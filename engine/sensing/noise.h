@@ -24,6 +24,7 @@ class LaneNoise {
 
   LaneNoise() = default;
   explicit LaneNoise(std::uint64_t seed, const std::vector<Channel>& channels, Isa isa = chosen_isa());
+  bool empty() const { return channels_.empty(); }
 
   /// out(row) = mean(row) + quantile(uniform(seed, particle, name, step)) of each channel, in the active lanes. Equal
   /// to Distribution::quantile but for normal and truncated normal channels, which have the lanes' own arithmetic (the

@@ -238,6 +238,13 @@ NodePtr parse(const std::string& text, const std::string& name, bool lines) {
   if (text.size() > kMaxBytes) {
     throw InputError(fmt::format("{}: {} bytes; at most {} are read", name, text.size(), bytes_in_words(kMaxBytes)));
   }
+  if (const std::size_t zero = text.find('\0'); zero != std::string::npos) {
+    const auto begin = text.begin(), end = begin + static_cast<std::ptrdiff_t>(zero);
+    const std::size_t line_begin = zero == 0 ? std::string::npos : text.rfind('\n', zero - 1);
+    throw InputError(fmt::format("{}:{}:{}: not YAML: a byte 0, which no text has", name,
+                                 1 + std::count(begin, end, '\n'),
+                                 line_begin == std::string::npos ? zero + 1 : zero - line_begin));
+  }
   TreeBuilder builder(name, lines, text);
   std::istringstream stream(text);
   try {

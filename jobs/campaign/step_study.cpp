@@ -134,7 +134,7 @@ int frame_of(const Scenario& scenario, const std::string& link) {
   for (const Frame& one : model.frames) {
     if (one.body >= 0) names.push_back(one.name);
   }
-  throw InputError(link + (frame < 0 ? ": no link or movable object of that name; " : ": does not move; ") +
+  throw InputError("--link " + link + (frame < 0 ? ": no link or movable object of that name; " : ": does not move; ") +
                    nearest_or_all(link, names));
 }
 
@@ -199,6 +199,12 @@ StepRow row_of(const Timing& timing, Run& run, Run& reference, const StepQuestio
 }
 
 }  // namespace
+
+double study_bytes(const Scenario& scenario, const std::vector<double>& steps) {
+  double instants = 0;
+  for (const double step : steps) instants += std::min(2.0 * kInstants, scenario.timing.end / step);
+  return instants * (sizeof(std::vector<double>) + 2 * sizeof(double) + sizeof(double) * (scenario.model.na() + 3.0));
+}
 
 Timing timing_at(const Timing& timing, double step) {
   const auto whole = [&](double time) { return std::max(1.0, std::ceil(time / step - 1e-6)); };

@@ -3,6 +3,7 @@
 // (dissertation, §8.5, Tables 15 and 16).
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -16,6 +17,9 @@ namespace graze {
 /// next larger one; the end is the nearest whole number of steps, one control period at least.
 Timing timing_at(const Timing& timing, double step);
 
+/// Memory that study_steps() takes for each particle, bytes.
+double study_bytes(const Scenario& scenario, const std::vector<double>& steps);
+
 /// What came of some particles at one physics step.
 struct StepRow {
   Timing timing;
@@ -28,8 +32,8 @@ struct StepRow {
   double cost = 0;                // processor time per simulated time of one trace
   std::string reason;             // of the first invalid trace
 
-  /// Every trace is valid and ends as it does in the reference.
-  bool stable() const { return same == traces; }
+  /// Every trace is valid and ends as it does in the reference, and some could be compared on its way.
+  bool stable() const { return same == traces && !std::isnan(link_error); }
 };
 
 struct StepQuestion {

@@ -131,13 +131,14 @@ void add_report(CLI::App& app, Action& action) {
                "The page is one file, which needs no network. Trajectories and replays are simulated again from what\n"
                "the archive keeps; where that cannot be, the page and the terminal say why.\n");
   add_archive(*verb, arguments->archive);
-  verb->add_option("-o,--output", arguments->output, "The page, a file ending in .html (default: ARCHIVE with .html)");
+  CLI::Option* output = verb->add_option("-o,--output", arguments->output,
+                                         "The page, a file ending in .html (default: ARCHIVE with .html)");
   add_policies(*verb, arguments->policies);
   add_whole(*verb, "--replays", arguments->replays, 0, kMostReplays, "Traces shown in three dimensions (default: 12)");
   add_whole(*verb, "--trajectories", arguments->trajectories, 0, kMostTrajectories,
             "Traces whose channels are plotted against time (default: 60)");
   verb->add_flag("--force", arguments->force, "Replace the page if it exists");
-  verb->add_flag("--json", arguments->json, "Print the page's data as JSON, and write no page");
+  verb->add_flag("--json", arguments->json, "Print the page's data as JSON, and write no page")->excludes(output);
   verb->callback([arguments, &action] {
     // Beside reading, some tests of many policies take seconds for few megabytes, as those of explain.
     action = [arguments] {

@@ -20,11 +20,13 @@ namespace {
 
 constexpr double kLeastStep = 1e-7, kMostStep = 1;  // s
 constexpr double kMostSteps = 1e9;                  // of all runs together, about an hour
+constexpr double kMostBytes = 2e9;                  // of what runs are compared by
+constexpr const char* kUsualSteps = "0.1ms,0.2ms,0.5ms,1ms,2ms,5ms,10ms";
 
 struct StepsArguments {
   ScenarioArguments scenario;
   std::vector<std::string> policies;
-  std::string steps = "0.1ms,0.2ms,0.5ms,1ms,2ms,5ms,10ms", reference, link;
+  std::string steps, reference, link;  // empty: the usual steps
   std::uint32_t particles = 8;
   std::optional<std::uint64_t> seed;
   bool control_each_step = false, json = false, csv = false;
@@ -36,6 +38,7 @@ struct PolicyStudy {
 };
 
 double read_step(const std::string& text, const std::string& option) {
+  if (text.empty()) throw InputError(option + ": nothing stands before, behind or between two commas; a step must");
   const double out = parse_seconds(text, option, kLeastStep, kMostStep);
   if (out == 0) {
     throw InputError(
@@ -45,12 +48,22 @@ double read_step(const std::string& text, const std::string& option) {
 }
 
 /// The steps that were asked for and the scenario's own, ascending, each once.
-std::vector<double> read_steps(const std::string& text, double own) {
-  std::vector<double> out = {own};
+std::vector<double> read_steps(const std::string& asked, const Timing& own) {
+  const std::string text = asked.empty() ? kUsualSteps : asked;
+  std::vector<double> out = {own.step};
   for (std::size_t begin = 0; begin <= text.size();) {
     const std::size_t end = std::min(text.find(',', begin), text.size());
-    out.push_back(read_step(text.substr(begin, end - begin), "--steps"));
+    const std::string word = text.substr(begin, end - begin);
     begin = end + 1;
+    const double step = read_step(word, "--steps");
+    if (step <= own.end) {
+      out.push_back(step);
+    } else if (!asked.empty()) {
+      throw InputError(
+          fmt::format("--steps {}: longer than a trace, which ends at {:g} s (time.end); nearest right answer: "
+                      "--steps {:g}",
+                      word, own.end, own.end));
+    }
   }
   std::sort(out.begin(), out.end());
   const auto same = [](double a, double b) { return std::abs(a - b) < 1e-9 * b; };
@@ -58,11 +71,28 @@ std::vector<double> read_steps(const std::string& text, double own) {
   return out;
 }
 
+double read_reference(const std::string& text, double smallest) {
+  if (text.empty()) return smallest / 2;
+  const double out = read_step(text, "--reference");
+  if (out <= smallest * (1 + 1e-9)) return out;
+  throw InputError(
+      fmt::format("--reference {}: is longer than the smallest step, {:g} ms, which it is to judge; nearest right "
+                  "answer: --reference {:g}ms",
+                  text, 1e3 * smallest, 1e3 * smallest / 2));
+}
+
 void check_effort(const StepsArguments& arguments, const Scenario& scenario, const std::vector<double>& steps,
                   double reference, std::size_t policies) {
   double all = scenario.timing.end / reference;
   for (const double step : steps) all += scenario.timing.end / step;
   all *= 2.0 * arguments.particles * static_cast<double>(policies);
+  const double bytes = arguments.particles * study_bytes(scenario, steps);
+  if (bytes > kMostBytes) {
+    throw InputError(
+        fmt::format("steps: {:.2g} bytes for what the runs are compared by; at most {:.2g}: fewer particles (-n) or "
+                    "--steps",
+                    bytes, kMostBytes));
+  }
   if (all <= kMostSteps) return;
   throw InputError(
       fmt::format("steps: {:.2g} physics steps of a particle; at most {:.2g}: fewer particles (-n), policies "
@@ -73,7 +103,13 @@ void check_effort(const StepsArguments& arguments, const Scenario& scenario, con
 /// Where the error of a robot is looked at: its base, or the end of the arm.
 std::string default_link(const Scenario& scenario) {
   const std::vector<Link>& links = scenario.world->robot.links;
-  return scenario.model.floating_base ? links.front().name : links.back().name;
+  if (scenario.model.floating_base) return links.front().name;
+  const auto moves = [&](const Link& link) {
+    const int frame = scenario.model.frame(link.name);
+    return frame >= 0 && scenario.model.frames[frame].body >= 0;
+  };
+  const auto last = std::find_if(links.rbegin(), links.rend(), moves);
+  return last == links.rend() ? links.back().name : last->name;
 }
 
 std::string milliseconds(double seconds) { return fmt::format("{:g}", 1e3 * seconds); }
@@ -92,9 +128,10 @@ std::string verdict(const StepRow& row) {
 std::vector<std::string> cells(const StepRow& row, bool reference) {
   return {milliseconds(row.timing.step),
           milliseconds(row.timing.control),
-          reference      ? "reference"
-          : row.stable() ? "stable"
-                         : fmt::format("{} differ", row.traces - row.same),
+          reference                ? "reference"
+          : row.stable()           ? "stable"
+          : row.same == row.traces ? "too short to compare"
+                                   : fmt::format("{} differ", row.traces - row.same),
           verdict(row),
           reference ? "0" : number(row.joint_error, 1e3),
           reference ? "0" : number(row.link_error, 1e3),
@@ -106,8 +143,9 @@ std::vector<std::string> cells(const StepRow& row, bool reference) {
 std::string doubt(const StepRow& reference) {
   const int good = reference.outcomes[static_cast<std::size_t>(Outcome::success)];
   if (good == reference.traces) return "";
-  return fmt::format("At the reference's {} ms {} of {} traces do not succeed: is that the robot, or the task? {}\n",
-                     milliseconds(reference.timing.step), reference.traces - good, reference.traces, reference.reason);
+  return fmt::format("At the reference's {} ms {} of {} traces do not succeed: is that the robot, or the task?{}{}\n",
+                     milliseconds(reference.timing.step), reference.traces - good, reference.traces,
+                     reference.reason.empty() ? "" : " ", reference.reason);
 }
 
 /// What to take, in a sentence or two.
@@ -205,9 +243,18 @@ Scenario load_at(const ScenarioSource& source, const Timing& timing, const Steps
   set("step", timing.step);
   set("control", timing.control);
   set("end", timing.end);
+  other.options.overrides.push_back({"record.telemetry", "none"});
   Scenario out = reload_scenario(other);
   if (arguments.seed) out.seed = *arguments.seed;
   return out;
+}
+
+/// Prescribed motion takes each control step's way within one physics step (docs/control.md).
+bool is_prescribed(const Scenario& scenario, const std::string& policy) {
+  const auto named = [&](const PolicySpec& one) { return one.name == policy; };
+  const auto spec = std::find_if(scenario.policies.begin(), scenario.policies.end(), named);
+  const auto control = spec == scenario.policies.end() ? std::nullopt : spec->settings.find("control");
+  return control && control->is_map() && control->find("prescribed");
 }
 
 int steps(const StepsArguments& arguments) {
@@ -218,16 +265,15 @@ int steps(const StepsArguments& arguments) {
   StepQuestion question;
   question.link = arguments.link.empty() ? default_link(scenario) : arguments.link;
   question.particles = arguments.particles;
-  question.steps = read_steps(arguments.steps, scenario.timing.step);
-  question.reference =
-      arguments.reference.empty() ? question.steps.front() / 2 : read_step(arguments.reference, "--reference");
+  question.steps = read_steps(arguments.steps, scenario.timing);
+  question.reference = read_reference(arguments.reference, question.steps.front());
   check_effort(arguments, scenario, question.steps, question.reference, policies.size());
   const InputReplay replay(scenario.source.inputs, scenario.source.folder);
   const LoadAt load = [&](const Timing& timing) { return load_at(scenario.source, timing, arguments); };
-  Timing timing = scenario.timing;
-  if (arguments.control_each_step) timing.control = 0;  // the next whole number of steps is one
   std::vector<PolicyStudy> all;
   for (const std::string& policy : policies) {
+    Timing timing = scenario.timing;
+    if (arguments.control_each_step || is_prescribed(scenario, policy)) timing.control = 0;  // each step
     question.policy = policy;
     all.push_back({policy, study_steps(load, timing, question)});
   }
@@ -252,7 +298,7 @@ void add_steps(CLI::App& app, Action& action) {
   arguments->scenario.add_to(*verb);
   verb->add_option("--steps", arguments->steps, "Physics steps, beside the scenario's own")
       ->type_name("TIME,…")
-      ->capture_default_str();
+      ->default_str(kUsualSteps);
   verb->add_option("--reference", arguments->reference,
                    "Step of the run that the others are compared with (default: half of the smallest)")
       ->type_name("TIME");

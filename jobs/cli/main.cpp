@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <exception>
 #include <iostream>
 #include <string_view>
@@ -99,6 +100,7 @@ int main(int argc, char** argv) {
   using namespace graze;
   open_standard_streams();
   contain_crashes();
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error to tell, not the end
   try {
     log_to_stderr();
     const EscapedOutput out(std::cout), err(std::cerr);

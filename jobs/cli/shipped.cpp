@@ -49,7 +49,13 @@ std::string scenario_file(const std::string& given) {
   if (given == "-" || given.find('/') != std::string::npos) return given;
   if (fs::symlink_status(given, error).type() != fs::file_type::not_found) return given;
   const fs::path folder = data_folder();
-  if (folder.empty()) return given;
+  if (folder.empty()) {
+    if (given.find('.') != std::string::npos) return given;
+    throw InputError(fmt::format(
+        "{}: there is no such file, and no shipped scenarios were found beside this program; the environment "
+        "variable GRAZE_DATA names their folder",
+        given));
+  }
   const std::string name = given.ends_with(".yaml") ? given : given + ".yaml";
   const fs::path shipped = folder / "scenarios" / name;
   if (fs::is_regular_file(shipped, error)) return shipped.string();

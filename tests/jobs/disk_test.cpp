@@ -75,6 +75,18 @@ TEST_F(Disk, AFileThatMayNotGrow) {
   EXPECT_THAT(result.err, AllOf(HasSubstr("a.graze/shards/000001.h5: cannot be written: File too large")));
 }
 
+// Whatever writes it.
+TEST_F(Disk, AFileThatMayNotGrowOfAnyVerb) {
+  ASSERT_EQ(graze("run ball.yaml -n 400 --quiet --telemetry all --every 1 -o a.graze").code, 0);
+  for (const std::string verb : {"pack a.graze -o b.h5", "replay a.graze --particle 0 --policy still -o c.csv",
+                                 "sample ball.yaml -n 5000 -o s.csv"}) {
+    SCOPED_TRACE(verb);
+    const Result result = testing::shell(folder.path(), "ulimit -f 4; '" + std::string(GRAZE_PROGRAM) + "' " + verb);
+    EXPECT_EQ(result.code, 3) << result.err;
+    EXPECT_THAT(result.err, HasSubstr("File too large"));
+  }
+}
+
 TEST_F(Disk, ReadOnly) {
   if (!mounted) GTEST_SKIP() << "mounting is not permitted";
   ASSERT_EQ(graze("run ball.yaml -n 40 --quiet -o disk/a.graze").code, 0);

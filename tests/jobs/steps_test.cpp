@@ -70,6 +70,35 @@ TEST_F(Steps, ErrorsFallWithTheStep) {
   EXPECT_EQ(same["policies"][0]["rows"][0]["link_error"], 0);
 }
 
+// A step is judged beside a smaller one, and within a trace; what could not be compared is not called stable.
+TEST_F(Steps, JudgeNothingThatCannotBeSeen) {
+  const auto refused = [&](const std::string& options) {
+    const testing::Result run = graze("steps swing.yaml " + options);
+    EXPECT_EQ(run.code, 2) << options;
+    return run.err;
+  };
+  EXPECT_THAT(
+      refused("--steps 1ms --reference 2ms"),
+      AllOf(HasSubstr("--reference 2ms: is longer than the smallest step, 1 ms"), HasSubstr("--reference 0.5ms")));
+  EXPECT_THAT(refused("--steps 60ms --set time.end='50 ms'"),
+              HasSubstr("--steps 60ms: longer than a trace, which ends at 0.05 s"));
+  EXPECT_THAT(refused("--steps 1ms,,2ms"), HasSubstr("between two commas"));
+  EXPECT_THAT(
+      refused("-n 10000 --set time.end='10 s' --steps 20ms,21ms,22ms,23ms,24ms,25ms,26ms --set time.step='10 ms' --set "
+              "time.control='10 ms'"),
+      HasSubstr("bytes for what the runs are compared by"));
+  EXPECT_THAT(refused("--link nobody"), HasSubstr("--link nobody: no link"));
+}
+
+// Prescribed motion is controlled at every step; what the scenario records does not matter.
+TEST_F(Steps, ControlPrescribedMotionAtEachStep) {
+  const nlohmann::json found = study(
+      "--policy servo --steps 0.5ms,2ms --set policies.servo.control='!replace {prescribed: {}}' --set "
+      "record.telemetry=all --set record.every=1 --set time.end='20 s'");
+  EXPECT_DOUBLE_EQ(found["policies"][0]["reference"]["control"], 0.00025);
+  EXPECT_DOUBLE_EQ(found["policies"][0]["largest_stable_step"], 0.002);
+}
+
 // As the published study had it: the control period is the step, also below the scenario's.
 TEST_F(Steps, MayControlAtEachStep) {
   const nlohmann::json found = study("--policy servo --steps 0.5ms,2ms --control-each-step");

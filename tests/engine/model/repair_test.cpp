@@ -265,6 +265,7 @@ TEST(UrdfProblems, SomeStay) {
       {arm(inertial("-1", "1", "1", "1")), "-1 is negative"},
       {arm(inertial("nan", "1", "1", "1")), "'nan' is not a number"},
       {arm(inertial("1e308", "1e308", "1e308", "1e308")), "b"},
+      {arm(inertial("1e100", "1", "1", "1")), "link 'b': <mass> value: 1e+100 kg is out of range"},
       {arm(kSolid, "<axis xyz=\"0 0 0\"/>"), "no direction"},
       {arm(kSolid, "<axis xyz=\"0 1\"/>"), "has 2 numbers; it needs 3"},
       {arm(kSolid, "", "floating"), "a floating joint may only"},
