@@ -1,16 +1,18 @@
-// Motion in contact, against closed forms, for every contact model of every back end.
+// Motion in contact, against closed forms, for every contact model and solver of every back end.
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
 #include "tests/engine/bullet/worlds.h"
+#include "tests/engine/lanes/solvers.h"
 
 namespace graze::test {
 namespace {
 
 struct Choice {
   std::string physics, contact;
+  NamedSolver solver = {"", ContactSolver::automatic};  // of lanes
 };
 /// The convex model lifts what slides and the compliant one sinks and does not bounce, by their nature: what holds for
 /// them is in tests/engine/lanes.
@@ -18,7 +20,11 @@ std::vector<Choice> choices() {
   std::vector<Choice> out;
   for (const std::string& physics : physics_names()) {
     for (const std::string& contact : contact_models_of(physics)) {
-      if (contact != "complementarity_free" && contact != "compliant") out.push_back({physics, contact});
+      if (contact == "complementarity_free" || contact == "compliant") continue;
+      if (physics != "lanes") out.push_back({physics, contact});
+      for (const NamedSolver& solver : contact_solvers()) {
+        if (physics == "lanes") out.push_back({physics, contact, solver});
+      }
     }
   }
   return out;
@@ -28,11 +34,15 @@ class ContactMotion : public testing::TestWithParam<Choice> {
  protected:
   Bench bench(World world) const {
     world.contact.model = GetParam().contact;
+    world.contact.solver = GetParam().solver.solver;
     return Bench(GetParam().physics, world);
   }
 };
-INSTANTIATE_TEST_SUITE_P(Models, ContactMotion, testing::ValuesIn(choices()),
-                         [](const auto& info) { return info.param.physics + "_" + info.param.contact; });
+INSTANTIATE_TEST_SUITE_P(Models, ContactMotion, testing::ValuesIn(choices()), [](const auto& info) {
+  const Choice& choice = info.param;
+  const std::string solver = choice.solver.name.empty() ? "" : "_" + choice.solver.name;
+  return choice.physics + "_" + choice.contact + solver;
+});
 
 /// A free body of one shape, `z` above a plane.
 World on_plane(const Shape& shape, double mass, double z, double friction) {

@@ -1,8 +1,9 @@
-// Claims: each contact model of the lane engine has the nature that docs/physics.md states, in numbers, and all three
-// agree on what Coulomb says of sliding and rolling, to first order in the step.
+// Claims: each contact model of the lane engine has the nature that docs/physics.md states, in numbers, under each
+// solver, and all three agree on what Coulomb says of sliding and rolling, to first order in the step.
 
 #include <gtest/gtest.h>
 
+#include "tests/engine/lanes/solvers.h"
 #include "tests/engine/lanes/worlds.h"
 
 namespace graze::test {
@@ -10,21 +11,21 @@ namespace {
 
 constexpr double kSink = 0.5e-3;  // m, of all mass on one point's spring (lane_engine.cpp)
 
-class Nature : public testing::TestWithParam<std::string> {
+class Nature : public testing::TestWithParam<ContactChoice> {
  protected:
   /// On a plane, `low` above (m) where the rigid models touch it.
   World on_plane(const Shape& shape, double z, double mu, double low) const {
     World world = free_body(shape, 1);
     world.objects.push_back(fixed("ground", plane()));
-    world.contact.model = GetParam();
+    GetParam().apply_to(world.contact);
     world.contact.friction = mu;
     world.initial.position = {0, 0, z + low};
     return world;
   }
   /// Gap (m) at which a body with `points` contacts slides at v without rising or falling.
   double steady(double h, double mu, double v, int points) const {
-    if (GetParam() == "complementarity_free") return h * mu * v;
-    return GetParam() == "compliant" ? -kSink / points : 0;
+    if (GetParam().model == "complementarity_free") return h * mu * v;
+    return GetParam().model == "compliant" ? -kSink / points : 0;
   }
   World sliding_block(double h, double mu, double v) const {
     World world = on_plane(box(0.2, 0.2, 0.04), 0.02, mu, steady(h, mu, v, 4));
@@ -32,8 +33,7 @@ class Nature : public testing::TestWithParam<std::string> {
     return world;
   }
 };
-INSTANTIATE_TEST_SUITE_P(Models, Nature, testing::ValuesIn(lane_contact_models()),
-                         [](const auto& info) { return info.param; });
+INSTANTIATE_TEST_SUITE_P(Models, Nature, testing::ValuesIn(contact_choices()), name_of_choice);
 
 // The gap of what slides: zero; h mu |v_t| for the convex model; -m g / k for the spring. At rest: zero, zero, -m g /
 // k.
@@ -42,7 +42,7 @@ TEST_P(Nature, GapWhileSlidingAndAtRest) {
   Bench run(std::string("lanes"), sliding_block(h, mu, v));
   run.run(0.2, h);
   // The convex model's gap closes as the block slows, at h mu (mu g), which relieves it once of mu times that.
-  const double relief = GetParam() == "complementarity_free" ? mu * h * mu * mu * kGravity : 0;
+  const double relief = GetParam().model == "complementarity_free" ? mu * h * mu * mu * kGravity : 0;
   const double now = v - mu * kGravity * 0.2 + relief;
   EXPECT_NEAR(run.v(3), now, 1e-6);
   for (const Contact& c : run.contacts()) EXPECT_EQ(c.mode, ContactMode::slip);

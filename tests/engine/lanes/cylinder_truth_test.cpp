@@ -1,25 +1,25 @@
 // Claim: cylinders stand, roll and carry, and capsules lie in a valley of terrain, where geometry says, in every
-// contact model of the lane engine.
+// contact model and under every solver of the lane engine.
 
 #include <gtest/gtest.h>
 
+#include "tests/engine/lanes/solvers.h"
 #include "tests/engine/lanes/worlds.h"
 
 namespace graze::test {
 namespace {
 
-class CylinderTruth : public testing::TestWithParam<std::string> {
+class CylinderTruth : public testing::TestWithParam<ContactChoice> {
  protected:
   Bench bench(World world) const {
-    world.contact.model = GetParam();
+    GetParam().apply_to(world.contact);
     world.contact.friction = 0.5;
     return Bench(std::string("lanes"), world);
   }
   /// What a body may sink: half a millimetre where it stands on one point's spring (lane_engine.cpp).
-  double sink() const { return GetParam() == "compliant" ? 0.5e-3 + 1e-6 : 1e-6; }
+  double sink() const { return GetParam().model == "compliant" ? 0.5e-3 + 1e-6 : 1e-6; }
 };
-INSTANTIATE_TEST_SUITE_P(Models, CylinderTruth, testing::ValuesIn(lane_contact_models()),
-                         [](const auto& info) { return info.param; });
+INSTANTIATE_TEST_SUITE_P(Models, CylinderTruth, testing::ValuesIn(contact_choices()), name_of_choice);
 
 Object table() { return fixed("table", box(4, 1, 0.2), at(0, 0, -0.1)); }
 

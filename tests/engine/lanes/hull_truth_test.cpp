@@ -1,12 +1,15 @@
 // Claims: a box or cylinder that is given as a mesh behaves as the shape itself: it stands, falls back or tips over
-// alike, on a plane, on terrain and on another one; a stack of five boxes stands; and a foot with a rounded rim comes
+// alike under each
+// solver, on a plane, on terrain and on another one; a stack of five boxes stands; and a foot with a rounded rim comes
 // to rest on its sole.
 
 #include <gtest/gtest.h>
 
 #include <numbers>
+#include <tuple>
 
 #include "engine/model/convex_hull.h"
+#include "tests/engine/lanes/solvers.h"
 #include "tests/engine/lanes/worlds.h"
 
 namespace graze::test {
@@ -72,18 +75,24 @@ double height_on_edge(double a, double c, double tilt) { return a * std::sin(til
 
 double upright(const Bench& run) { return reference_poses(run.model(), run.q())[0].linear()(2, 2); }
 
-class HullBox : public ::testing::TestWithParam<int> {
+class HullBox : public ::testing::TestWithParam<std::tuple<int, NamedSolver>> {
  protected:
   Shape ground() const {
     const Shape all[] = {plane(), flat_terrain(), box(1, 1, 0.1), box_of_mesh(1, 1, 0.1), cylinder(0.5, 0.1)};
-    return all[GetParam()];
+    return all[std::get<0>(GetParam())];
+  }
+  World on(const Shape& shape, const Shape& ground, const Vec3& position, double tilt) const {
+    World world = test::on(shape, ground, position, tilt);
+    world.contact.solver = std::get<1>(GetParam()).solver;
+    return world;
   }
 };
-std::string ground_name(const ::testing::TestParamInfo<int>& info) {
+std::string ground_name(const ::testing::TestParamInfo<std::tuple<int, NamedSolver>>& info) {
   const char* const names[] = {"plane", "terrain", "box", "mesh", "cylinder"};
-  return names[info.param];
+  return std::string(names[std::get<0>(info.param)]) + "_" + std::get<1>(info.param).name;
 }
-INSTANTIATE_TEST_SUITE_P(, HullBox, ::testing::Range(0, 5), ground_name);
+INSTANTIATE_TEST_SUITE_P(, HullBox, ::testing::Combine(::testing::Range(0, 5), ::testing::ValuesIn(contact_solvers())),
+                         ground_name);
 
 // It neither sinks by more than the 1e-5 m that a gap's correction leaves nor creeps.
 TEST_P(HullBox, Stands) {
@@ -152,9 +161,13 @@ TEST_P(HullBox, RocksAsTheBox) {
   EXPECT_LT(most, 1e-6);
 }
 
+class HullStack : public ::testing::TestWithParam<NamedSolver> {};
+INSTANTIATE_TEST_SUITE_P(, HullStack, ::testing::ValuesIn(contact_solvers()), name_of_solver);
+
 // Each carries those above; nothing sinks, slides or turns by more than the gaps' corrections in two seconds.
-TEST(HullStack, OfFiveStands) {
+TEST_P(HullStack, OfFiveStands) {
   World world = on(box_of_mesh(0.2, 0.2, 0.1), plane(), {0, 0, 0.05}, 0);
+  world.contact.solver = GetParam().solver;
   for (int i = 1; i < 5; ++i) {
     const double aside = i % 2 ? 0.01 : -0.01;
     world.objects.push_back(
