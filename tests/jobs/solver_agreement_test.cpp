@@ -26,19 +26,19 @@ testing::Traces traces_of(const std::string& file, const std::string& policy, st
 
 bool many() { return std::getenv("GRAZE_LONG") != nullptr; }
 
-struct Campaign {
+struct ShippedCampaign {
   const char *file, *policy;
 };
 
 // The same particles under both solvers. False alarms: equal rates are told apart by one seed in a hundred, all four
 // campaigns taken together (Bonferroni; Newcombe's interval for paired rates).
-TEST(Solvers, GiveTheSameVerdicts) {
+TEST(Solvers, SlowSameVerdicts) {
   const std::uint64_t particles = many() ? 400 : 32;
-  const Campaign campaigns[] = {{"quadruped_curb.yaml", "step/3cm"},
-                                {"quadruped_curb.yaml", "step/4cm"},
-                                {"quadruped_walk.yaml", "walk"},
-                                {"quadruped_trot.yaml", "trot"}};
-  for (const Campaign& campaign : campaigns) {
+  const ShippedCampaign campaigns[] = {{"quadruped_curb.yaml", "step/3cm"},
+                                       {"quadruped_curb.yaml", "step/4cm"},
+                                       {"quadruped_walk.yaml", "walk"},
+                                       {"quadruped_trot.yaml", "trot"}};
+  for (const ShippedCampaign& campaign : campaigns) {
     const testing::Traces sweeps = traces_of(campaign.file, campaign.policy, particles, {{"contact.solver", "sweeps"}});
     const testing::Traces newton = traces_of(campaign.file, campaign.policy, particles, {{"contact.solver", "newton"}});
     PairedTable table;
@@ -73,7 +73,7 @@ double height(const TraceRecord& trace, double seconds) {
 struct TwoSteps {
   testing::Traces fine, coarse;
 
-  TwoSteps(const Campaign& campaign, std::uint64_t particles, const std::vector<Override>& overrides)
+  TwoSteps(const ShippedCampaign& campaign, std::uint64_t particles, const std::vector<Override>& overrides)
       : fine(run(campaign, particles, overrides, "1 ms", "5")),
         coarse(run(campaign, particles, overrides, "5 ms", "1")) {}
 
@@ -97,7 +97,7 @@ struct TwoSteps {
   }
 
  private:
-  static testing::Traces run(const Campaign& campaign, std::uint64_t particles, std::vector<Override> overrides,
+  static testing::Traces run(const ShippedCampaign& campaign, std::uint64_t particles, std::vector<Override> overrides,
                              const std::string& step, const std::string& every) {
     for (const auto& [path, value] : {std::pair{"time.step", step},
                                       {"time.control", step},
