@@ -158,7 +158,8 @@ World gripper(const World& floor, double finger, double held) {
 }
 
 TEST_P(Residual, OfAGripperThatSqueezesABox) {
-  for (const auto& [finger, held] : {std::pair{1.0, 1e-3}, {1e-3, 1.0}}) {
+  for (const double finger : {1.0, 1e-3}) {
+    const double held = 1e-3 / finger;
     const World world = gripper(this->world(sphere(0.1), 1), finger, held);
     expect_converged(1.3, [&](double tolerance) {
       auto run = std::make_unique<Measured>(world, tolerance, 0, 1.0);
