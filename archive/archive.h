@@ -42,6 +42,9 @@ class CampaignWriter {
   void add_unfinished(const UnfinishedTrace& trace);
   /// Writes what is buffered.
   void flush();
+  /// The campaign stays on disk to be resumed, though nothing of it may be written: without this one that ends without
+  /// a trace goes again. Throws MachineError.
+  void keep();
   /// Writes what is buffered; marks the campaign complete unless it was stopped early. `answered_at`: so many particles
   /// answered its questions (info.until), and it has no more than these from now on; 0: all that were asked for.
   void finish(bool complete = true, std::uint64_t answered_at = 0);

@@ -97,6 +97,8 @@ void CampaignWriter::finish(bool complete, std::uint64_t answered_at) {
   if (complete && !impl_->queue.failed()) impl_->directory.complete(answered_at);
 }
 
+void CampaignWriter::keep() { impl_->directory.keep_begun(); }
+
 int CampaignWriter::shards() const {
   impl_->queue.drain();
   return impl_->directory.shards();

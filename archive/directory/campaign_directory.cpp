@@ -276,6 +276,11 @@ void CampaignDirectory::add_unfinished(const UnfinishedTrace& trace) {
   graze::add_unfinished(directory_, trace);
 }
 
+void CampaignDirectory::keep_begun() {
+  check_in_place();
+  keep();
+}
+
 void CampaignDirectory::complete(std::uint64_t answered_at) {
   check_in_place();
   manifest_.reset();

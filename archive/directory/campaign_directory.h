@@ -52,6 +52,8 @@ class CampaignDirectory {
   /// Writes it under its name, then tells the manifest. Before that as keep_described().
   void add_shard(ShardBuffer shard);
   void add_unfinished(const UnfinishedTrace& trace);
+  /// As CampaignWriter::keep().
+  void keep_begun();
   /// Makes one file of the manifest and writes campaign.h5 anew, marked complete; `answered_at` as
   /// CampaignWriter::finish.
   void complete(std::uint64_t answered_at = 0);

@@ -22,6 +22,7 @@
 #include "jobs/cli/gnuplot.h"
 #include "jobs/cli/option_values.h"
 #include "jobs/cli/page.h"
+#include "jobs/cli/picture_file.h"
 #include "jobs/cli/reading_verb.h"
 #include "jobs/cli/shared_options.h"
 
@@ -287,14 +288,6 @@ class PlotMaker {
   std::optional<Json> page_;
 };
 
-void write_picture(const fs::path& path, bool force, const std::string& bytes) {
-  NewFile file(path, force);
-  const int error = write_all(file.descriptor(), std::as_bytes(std::span(bytes)));
-  if (error != 0) fail_writing(path, error);
-  file.publish();
-  std::cout << fmt::format("{}: {:.1f} kB\n", printable(path.string()), static_cast<double>(bytes.size()) / 1e3);
-}
-
 int plot(const PlotArguments& arguments, const PlotOrder& order) {
   const ParentFolders folders(order.files.front());
   PlotMaker maker(arguments, order);
@@ -302,8 +295,7 @@ int plot(const PlotArguments& arguments, const PlotOrder& order) {
   std::vector<std::string> drawn(figures.size());  // all of them before the first is written
   for (std::size_t i = 0; i < figures.size(); ++i) {
     if (!figures[i]) continue;
-    drawn[i] = drawn_by_gnuplot(gnuplot_script(*figures[i], order.style), order.files[i].string());
-    if (order.style.format == PlotStyle::Format::svg) drawn[i] = finished_svg(std::move(drawn[i]));
+    drawn[i] = drawn_figure(*figures[i], order.style, order.files[i]);
   }
   for (std::size_t i = 0; i < drawn.size(); ++i) {
     if (!drawn[i].empty()) write_picture(order.files[i], arguments.force, drawn[i]);

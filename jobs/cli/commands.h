@@ -18,6 +18,7 @@ using Action = std::function<int()>;
 void add_check(CLI::App& app, Action& action);
 void add_steps(CLI::App& app, Action& action);
 void add_sample(CLI::App& app, Action& action);
+void add_sweep(CLI::App& app, Action& action, const std::string& command_line);
 void add_run(CLI::App& app, Action& action, const std::string& command_line);
 void add_resume(CLI::App& app, Action& action);
 void add_status(CLI::App& app, Action& action);

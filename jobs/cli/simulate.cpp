@@ -123,7 +123,7 @@ ExitCode close(CampaignWriter& writer, bool complete, std::uint64_t answered_at,
   // The table takes as long as it takes to read everything, which the sender of a signal may not grant.
   if (!complete && !stop_signal().empty()) return kMachineFailed;
   const Score result = score(Archive(writer.directory()), printing.archive);
-  print_table(result, printing);
+  if (printing.table) print_table(result, printing);
   if (!complete) return kMachineFailed;
   if (printing.completed) printing.completed();
   return verdict_of(result);

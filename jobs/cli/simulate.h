@@ -21,6 +21,7 @@ struct Printing {
   bool json = false, quiet = false;
   std::string archive = {};              // as replay commands shall name it; empty: the directory
   std::function<void()> completed = {};  // what else there is to do with a complete campaign
+  bool table = true;                     // print it
 };
 
 /// Some lines, each begun by a line break: unfinished traces, why, and how to replay them.

@@ -1,0 +1,274 @@
+// A sweep for people and scripts: tables, JSON, CSV, a picture.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "analysis/json_of.h"
+#include "analysis/number_words.h"
+#include "analysis/plots_text.h"
+#include "analysis/sweep.h"
+#include "analysis/text_table.h"
+#include "archive/files/csv.h"
+
+namespace graze {
+namespace {
+
+constexpr double kCurveLow = -0.03, kCurveHigh = 1.03;  // of a picture's axis
+
+using Row = std::vector<std::string>;
+
+double rate_of(const SweepCount& count) {
+  return count.valid() > 0 ? static_cast<double>(count.success) / static_cast<double>(count.valid())
+                           : std::numeric_limits<double>::quiet_NaN();
+}
+
+std::string interval_text(const Interval& interval, int digits = 4) {
+  return fmt::format("{:.{}f} .. {:.{}f}", interval.low, digits, interval.high, digits);
+}
+
+const std::string& value_text(const Sweep& sweep, const SweepPoint& point, std::size_t axis) {
+  return sweep.axes[axis].texts[point.at[axis]];
+}
+
+/// "contact.friction", or of two "contact.friction and time.end".
+std::string paths_text(const Sweep& sweep) {
+  std::string out;
+  for (const SweepAxis& axis : sweep.axes) out += (out.empty() ? "" : " and ") + axis.path;
+  return out;
+}
+
+std::string rates_table(const Sweep& sweep) {
+  std::vector<Row> rows(1);
+  for (const SweepAxis& axis : sweep.axes) rows[0].push_back(axis.path);
+  const std::size_t left = sweep.axes.size() + 1;
+  for (const char* head : {"policy", "N", "S", "K", "U", "invalid", "rate", "95 % interval", "campaign"}) {
+    rows[0].emplace_back(head);
+  }
+  for (std::size_t policy = 0; policy < sweep.policies.size(); ++policy) {
+    for (std::size_t i = 0; i < sweep.points.size(); ++i) {
+      const SweepCount count = sweep.count(i, policy);
+      Row& row = rows.emplace_back();
+      for (std::size_t axis = 0; axis < sweep.axes.size(); ++axis) {
+        row.push_back(value_text(sweep, sweep.points[i], axis));
+      }
+      row.push_back(sweep.policies[policy]);
+      for (const std::uint64_t n : {count.valid(), count.success, count.known, count.unknown, count.invalid}) {
+        row.push_back(std::to_string(n));
+      }
+      row.push_back(count.valid() > 0 ? fmt::format("{:.4f}", rate_of(count)) : "-");
+      row.push_back(interval_text(sweep.interval(count)));
+      row.push_back(sweep.points[i].campaign);
+    }
+  }
+  return text_table(rows, left);
+}
+
+/// "0.5 -> 0.6", with what the second axis is at.
+std::string step_text(const Sweep& sweep, const SweepChange& change) {
+  const SweepPoint &from = sweep.points[change.from], &to = sweep.points[change.to];
+  std::string out = value_text(sweep, from, 0) + " -> " + value_text(sweep, to, 0);
+  if (sweep.axes.size() > 1) out += " at " + value_text(sweep, to, 1);
+  return out;
+}
+
+std::string changes_table(const Sweep& sweep) {
+  const std::vector<SweepChange> changes = sweep_changes(sweep);
+  if (changes.empty()) return "";
+  std::vector<Row> rows = {{sweep.axes[0].path, "policy", "pairs", "mended", "broke", "change", "95 % interval", "p"}};
+  for (const SweepChange& one : changes) {
+    rows.push_back({step_text(sweep, one), sweep.policies[one.policy], std::to_string(one.pairs.n()),
+                    std::to_string(one.pairs.only_b), std::to_string(one.pairs.only_a),
+                    one.pairs.n() > 0 ? fmt::format("{:+.4f}", paired_difference(one.pairs)) : "-",
+                    fmt::format("{:+.4f} .. {:+.4f}", one.interval.low, one.interval.high), p_text(one.corrected, 3)});
+  }
+  return "\nFrom value to value, on the same particles (p: McNemar, exact, corrected by Holm)\n" + text_table(rows, 2);
+}
+
+std::string particles_text(const Sweep& sweep) {
+  std::uint64_t least = std::numeric_limits<std::uint64_t>::max(), most = 0;
+  for (const SweepPoint& point : sweep.points) {
+    least = std::min(least, point.particles);
+    most = std::max(most, point.particles);
+  }
+  return least == most ? fmt::format("{} particles, the same at every value", most)
+                       : fmt::format("{} to {} particles, the first ones the same at every value", least, most);
+}
+
+nlohmann::ordered_json values_json(const Sweep& sweep, const SweepPoint& point) {
+  nlohmann::ordered_json out;
+  for (std::size_t axis = 0; axis < sweep.axes.size(); ++axis) {
+    out[sweep.axes[axis].path] = value_text(sweep, point, axis);
+  }
+  return out;
+}
+
+nlohmann::ordered_json rates_json(const Sweep& sweep) {
+  nlohmann::ordered_json out = nlohmann::ordered_json::array();
+  for (std::size_t policy = 0; policy < sweep.policies.size(); ++policy) {
+    for (std::size_t i = 0; i < sweep.points.size(); ++i) {
+      const SweepCount count = sweep.count(i, policy);
+      nlohmann::ordered_json numbers = nlohmann::ordered_json::array();
+      for (std::size_t axis = 0; axis < sweep.axes.size(); ++axis) {
+        numbers.push_back(sweep.axes[axis].values[sweep.points[i].at[axis]]);
+      }
+      out.push_back({{"values", values_json(sweep, sweep.points[i])},
+                     {"numbers", std::move(numbers)},
+                     {"policy", sweep.policies[policy]},
+                     {"n", count.valid()},
+                     {"success", count.success},
+                     {"known_failure", count.known},
+                     {"unknown_failure", count.unknown},
+                     {"invalid", count.invalid},
+                     {"rate", json_of(rate_of(count))},
+                     {"interval", json_of(sweep.interval(count))},
+                     {"campaign", sweep.points[i].campaign}});
+    }
+  }
+  return out;
+}
+
+nlohmann::ordered_json changes_json(const Sweep& sweep) {
+  return json_list(sweep_changes(sweep), [&](const SweepChange& one) {
+    return nlohmann::ordered_json{{"from", values_json(sweep, sweep.points[one.from])},
+                                  {"to", values_json(sweep, sweep.points[one.to])},
+                                  {"policy", sweep.policies[one.policy]},
+                                  {"pairs", one.pairs.n()},
+                                  {"mended", one.pairs.only_b},
+                                  {"broke", one.pairs.only_a},
+                                  {"change", json_of(paired_difference(one.pairs))},
+                                  {"interval", json_of(one.interval)},
+                                  {"p_value", json_of(one.p_value)},
+                                  {"p_corrected", json_of(one.corrected)}};
+  });
+}
+
+/// Success of a policy along the first axis, where the second is at `second`.
+PlotSeries curve(const Sweep& sweep, std::size_t policy, std::size_t second) {
+  PlotSeries out;
+  const std::size_t values = sweep.axes[0].texts.size();
+  for (std::size_t i = 0; i < values; ++i) {
+    const SweepCount count = sweep.count(second * values + i, policy);
+    if (count.valid() == 0) continue;
+    const Interval interval = sweep.interval(count);
+    out.x.push_back(sweep.axes[0].values[i]);
+    out.y.push_back(rate_of(count));
+    out.low.push_back(interval.low);
+    out.high.push_back(interval.high);
+  }
+  return out;
+}
+
+/// The i-th of so many curves. They stand a little beside each other, so that none hides another's bars; bands are
+/// drawn as long as they can be told apart.
+void add_curve(PlotSeries line, std::size_t i, std::size_t curves, const SweepAxis& axis, PlotPanel& panel) {
+  constexpr double kBeside = 0.008;  // of the axis, at most 0.06 for all curves together
+  constexpr std::size_t kMostBands = 2;
+  const auto [low, high] = std::minmax_element(axis.values.begin(), axis.values.end());
+  const double step = std::min(kBeside, 0.06 / static_cast<double>(curves)) * (*high - *low);
+  const double middle = 0.5 * static_cast<double>(curves - 1);
+  for (double& x : line.x) x += (static_cast<double>(i) - middle) * step;
+  line.color = policy_color(i);
+  line.width = 2;
+  PlotSeries marks = line;
+  marks.kind = PlotSeries::Kind::tall;
+  marks.width = 7;
+  if (curves > kMostBands) line.low.clear(), line.high.clear();
+  if (axis.numeric) panel.series.push_back(std::move(line));
+  panel.series.push_back(std::move(marks));
+}
+
+PlotPanel empty_panel(const SweepAxis& axis) {
+  constexpr std::size_t kMostLabels = 10;
+  PlotPanel out;
+  out.x.title = plot_titled(axis.path, axis.unit);
+  out.y = {"Success rate", kCurveLow, kCurveHigh};
+  if (axis.texts.size() > kMostLabels && axis.numeric) return out;
+  for (std::size_t i = 0; i < axis.values.size(); ++i) {
+    out.x.labels.emplace_back(axis.values[i], axis.numeric ? plot_number(axis.values[i]) : axis.texts[i]);
+  }
+  out.x.grid = false;
+  return out;
+}
+
+}  // namespace
+
+std::string format_sweep(const Sweep& sweep) {
+  std::string out = fmt::format("{}: success against {}, {}{}\n\n", sweep.scenario, paths_text(sweep),
+                                particles_text(sweep), sweep.complete ? "" : "; not complete");
+  out += rates_table(sweep);
+  if (sweep.adaptive) {
+    out += fmt::format(
+        "\nIntervals: 95 % confidence sequence at each value, which allows for having looked after every turn. More "
+        "particles went\nwhere it was wider than {:g} and held {:g}, or allowed a change of more than {:g} from a "
+        "neighbour.\n",
+        sweep.rule.width, sweep.rule.level, kSteepWidths * sweep.rule.width);
+  }
+  return out + changes_table(sweep);
+}
+
+std::string sweep_json(const Sweep& sweep) {
+  nlohmann::ordered_json out = {{"scenario", sweep.scenario}, {"complete", sweep.complete}};
+  out["axes"] = json_list(sweep.axes, [](const SweepAxis& axis) {
+    return nlohmann::ordered_json{{"path", axis.path},
+                                  {"unit", axis.unit},
+                                  {"numeric", axis.numeric},
+                                  {"texts", axis.texts},
+                                  {"values", axis.values}};
+  });
+  out["policies"] = sweep.policies;
+  out["interval"] = sweep.adaptive ? "95 % confidence sequence" : "95 % Clopper-Pearson";
+  out["adaptive"] = nullptr;
+  if (sweep.adaptive) out["adaptive"] = {{"width", sweep.rule.width}, {"level", sweep.rule.level}};
+  out["rates"] = rates_json(sweep);
+  out["changes"] = changes_json(sweep);
+  return out.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+}
+
+std::string sweep_csv(const Sweep& sweep) {
+  std::string out;
+  for (const SweepAxis& axis : sweep.axes) out += csv_cell(plot_titled(axis.path, axis.unit)) + ",";
+  out += "policy,n,success,known_failure,unknown_failure,invalid,rate,low,high,campaign\n";
+  for (std::size_t policy = 0; policy < sweep.policies.size(); ++policy) {
+    for (std::size_t i = 0; i < sweep.points.size(); ++i) {
+      const SweepPoint& point = sweep.points[i];
+      const SweepCount count = sweep.count(i, policy);
+      const Interval interval = sweep.interval(count);
+      for (std::size_t axis = 0; axis < sweep.axes.size(); ++axis) {
+        const SweepAxis& own = sweep.axes[axis];
+        out += (own.numeric ? csv_number(own.values[point.at[axis]]) : csv_cell(own.texts[point.at[axis]])) + ",";
+      }
+      out += fmt::format("{},{},{},{},{},{},{},{},{},{}\n", csv_cell(sweep.policies[policy]), count.valid(),
+                         count.success, count.known, count.unknown, count.invalid, csv_number(rate_of(count)),
+                         csv_number(interval.low), csv_number(interval.high), point.campaign);
+    }
+  }
+  return out;
+}
+
+Figure sweep_figure(const Sweep& sweep) {
+  Figure out{"sweep", "Success against " + paths_text(sweep)};
+  const bool grid = sweep.axes.size() > 1;
+  const std::size_t seconds = grid ? sweep.axes[1].texts.size() : 1;
+  const std::size_t curves = grid ? seconds : sweep.policies.size();  // of a panel
+  for (std::size_t policy = 0; policy < sweep.policies.size(); ++policy) {
+    if (grid || policy == 0) out.panels.push_back(empty_panel(sweep.axes[0]));
+    PlotPanel& panel = out.panels.back();
+    if (grid && sweep.policies.size() > 1) panel.title = sweep.policies[policy];
+    for (std::size_t second = 0; second < seconds; ++second) {
+      const std::size_t color = grid ? second : policy;
+      add_curve(curve(sweep, policy, second), color, curves, sweep.axes[0], panel);
+      if (grid ? policy > 0 : sweep.policies.size() == 1) continue;
+      out.legend.push_back({grid ? sweep.axes[1].path + ": " + sweep.axes[1].texts[second] : sweep.policies[policy],
+                            policy_color(color), PlotLegend::Kind::line});
+    }
+  }
+  out.subtitle = fmt::format("{}, {}{}", sweep.scenario, particles_text(sweep), sweep.complete ? "" : "; not complete");
+  out.notes.push_back(sweep.adaptive ? "Bars and bands: 95 % confidence sequence."
+                                     : "Bars and bands: 95 % intervals (Clopper and Pearson).");
+  if (curves > 1) out.notes.push_back("Curves stand a little beside each other, so that none hides another.");
+  return out;
+}
+
+}  // namespace graze

@@ -1,0 +1,159 @@
+#include "jobs/campaign/sweep_directory.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+#include <span>
+
+#include "archive/archive.h"
+#include "archive/files/files.h"
+
+namespace graze {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr int kFormat = 1;
+constexpr std::size_t kMostBytes = std::size_t{1} << 26;
+
+SweepPlan plan_of(const Json& json) {
+  SweepPlan out;
+  Sweep& sweep = out.sweep;
+  json.at("scenario").get_to(sweep.scenario);
+  json.at("policies").get_to(sweep.policies);
+  json.at("particles").get_to(out.particles);
+  for (const Json& one : json.at("axes")) {
+    SweepAxis& axis = sweep.axes.emplace_back();
+    one.at("path").get_to(axis.path);
+    one.at("unit").get_to(axis.unit);
+    one.at("numeric").get_to(axis.numeric);
+    one.at("texts").get_to(axis.texts);
+    one.at("values").get_to(axis.values);
+    if (axis.texts.empty() || axis.texts.size() != axis.values.size()) throw InputError("an axis without its values");
+  }
+  if (sweep.axes.empty() || sweep.axes.size() > 2 || sweep.policies.empty() || out.particles == 0) {
+    throw InputError("a sweep has one axis or two, policies and particles");
+  }
+  if (const Json& adaptive = json.at("adaptive"); !adaptive.is_null()) {
+    sweep.adaptive = true;
+    adaptive.at("width").get_to(sweep.rule.width);
+    adaptive.at("level").get_to(sweep.rule.level);
+    adaptive.at("least").get_to(sweep.rule.least);
+    const SweepRule& rule = sweep.rule;
+    if (!(rule.width > 0 && rule.width < 1 && rule.level > 0 && rule.level < 1 && rule.least > 0)) {
+      throw InputError("an adaptive sweep whose numbers are out of range");
+    }
+  }
+  number_points(sweep);
+  return out;
+}
+
+}  // namespace
+
+void number_points(Sweep& sweep) {
+  std::size_t count = 1;
+  for (const SweepAxis& axis : sweep.axes) count *= axis.texts.size();
+  if (count > kMostSweepPoints) {
+    throw InputError(fmt::format("--over: {} values in all; at most {}: larger steps, or one --over alone", count,
+                                 kMostSweepPoints));
+  }
+  sweep.points.clear();
+  for (std::size_t i = 0; i < count; ++i) {
+    SweepPoint& point = sweep.points.emplace_back();
+    std::size_t rest = i;
+    for (const SweepAxis& axis : sweep.axes) {
+      point.at.push_back(rest % axis.texts.size());
+      rest /= axis.texts.size();
+    }
+    point.campaign = fmt::format("{:03}.graze", i);
+    point.traces.resize(sweep.policies.size());
+  }
+}
+
+void write_plan(const fs::path& folder, const SweepPlan& plan, const std::string& command_line) {
+  const Sweep& sweep = plan.sweep;
+  Json json = {{"format", "graze sweep"},      {"format_version", kFormat},   {"scenario", sweep.scenario},
+               {"command_line", command_line}, {"particles", plan.particles}, {"policies", sweep.policies},
+               {"adaptive", nullptr},          {"axes", Json::array()},       {"points", Json::array()}};
+  if (sweep.adaptive) {
+    json["adaptive"] = {{"width", sweep.rule.width}, {"level", sweep.rule.level}, {"least", sweep.rule.least}};
+  }
+  for (const SweepAxis& axis : sweep.axes) {
+    json["axes"].push_back({{"path", axis.path},
+                            {"unit", axis.unit},
+                            {"numeric", axis.numeric},
+                            {"texts", axis.texts},
+                            {"values", axis.values}});
+  }
+  for (const SweepPoint& point : sweep.points) {  // for people and scripts; read_plan() numbers them itself
+    Json one = {{"campaign", point.campaign}};
+    for (std::size_t axis = 0; axis < sweep.axes.size(); ++axis) {
+      one[sweep.axes[axis].path] = sweep.axes[axis].texts[point.at[axis]];
+    }
+    json["points"].push_back(std::move(one));
+  }
+  const std::string text = json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+  NewFile file(Directory(folder), kSweepFile);
+  const int error = write_all(file.descriptor(), std::as_bytes(std::span(text)));
+  if (error != 0) fail_writing(folder / kSweepFile, error);
+  file.publish();
+}
+
+bool is_sweep(const fs::path& folder) {
+  std::error_code error;
+  return fs::is_regular_file(folder / kSweepFile, error);
+}
+
+SweepPlan read_plan(const fs::path& folder) {
+  const std::string file = (folder / kSweepFile).string();
+  const std::string text = read_input(file, "", kMostBytes);
+  try {
+    const Json json = Json::parse(text);
+    if (json.at("format") != "graze sweep") throw InputError("is not described as a sweep");
+    if (const int version = json.at("format_version").get<int>(); version > kFormat) {
+      throw InputError(
+          fmt::format("has format version {}, newer than version {}, which this program knows; use a "
+                      "newer Graze",
+                      version, kFormat));
+    }
+    return plan_of(json);
+  } catch (const nlohmann::json::exception& error) {
+    throw InputError(fmt::format("{}: is damaged, or no description of a sweep: {}", file, error.what()));
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: {}", file, error.what()));
+  }
+}
+
+bool has_particles(const fs::path& campaign, std::uint64_t particles) {
+  const Archive archive(campaign);
+  return archive.complete() && archive.info().particles >= particles;
+}
+
+std::uint64_t described_particles(const fs::path& campaign) {
+  try {
+    return Archive(campaign).info().particles;
+  } catch (const InputError&) {
+    return 0;
+  }
+}
+
+void read_traces(const fs::path& folder, const Sweep& sweep, SweepPoint& point) {
+  const Archive archive(folder / point.campaign);
+  if (archive.info().policies != sweep.policies) {
+    throw InputError(fmt::format("{}: its policies are not those of {}", (folder / point.campaign).string(),
+                                 (folder / kSweepFile).string()));
+  }
+  point.particles = archive.info().particles;
+  for (std::size_t policy = 0; policy < sweep.policies.size(); ++policy) {
+    std::vector<std::int8_t>& traces = point.traces[policy];
+    traces.assign(point.particles, kNoTrace);
+    archive.scan(sweep.policies[policy], 0, [&](const TraceRows& rows) {
+      for (std::size_t i = 0; i < rows.size(); ++i) {
+        traces.at(rows.particle(i)) = static_cast<std::int8_t>(rows.outcome(i));
+      }
+    });
+  }
+}
+
+}  // namespace graze

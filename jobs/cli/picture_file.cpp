@@ -1,0 +1,28 @@
+#include "jobs/cli/picture_file.h"
+
+#include <fmt/format.h>
+
+#include <iostream>
+#include <span>
+
+#include "archive/files/files.h"
+#include "archive/files/utf8.h"
+#include "jobs/cli/gnuplot.h"
+
+namespace graze {
+
+std::string drawn_figure(const Figure& figure, const PlotStyle& style, const std::filesystem::path& path) {
+  std::string out = drawn_by_gnuplot(gnuplot_script(figure, style), path.string());
+  return style.format == PlotStyle::Format::svg ? finished_svg(std::move(out)) : out;
+}
+
+void write_picture(const std::filesystem::path& path, bool force, const std::string& bytes, bool tell) {
+  NewFile file(path, force);
+  const int error = write_all(file.descriptor(), std::as_bytes(std::span(bytes)));
+  if (error != 0) fail_writing(path, error);
+  file.publish();
+  if (tell)
+    std::cout << fmt::format("{}: {:.1f} kB\n", printable(path.string()), static_cast<double>(bytes.size()) / 1e3);
+}
+
+}  // namespace graze

@@ -1,0 +1,159 @@
+// Claim: `graze sweep` is as many campaigns as it has values, on the same particles, whatever interrupts it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "jobs/campaign/sweep_axis.h"
+#include "tests/jobs/ball_campaign.h"
+
+namespace graze {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+class SweepVerb : public ::testing::Test, public testing::BallCampaign {
+ protected:
+  /// How low the ball must have fallen from 15 to 25 cm in 50 ms: so that none, some and all succeed.
+  static constexpr const char* kBound = "task.objective.low.height.below='13:25:3 cm'";
+
+  nlohmann::json run(const std::string& arguments) const {
+    const testing::Result result = graze("sweep " + arguments + " --json --quiet");
+    EXPECT_EQ(result.code, 0) << result.err;
+    return nlohmann::json::parse(result.out);
+  }
+};
+
+// Each value is the campaign that `graze run` makes of it, bit for bit, and a ball that is low enough for one bound is
+// low enough for all higher ones.
+TEST_F(SweepVerb, RunsEachValueOnTheSameParticles) {
+  const nlohmann::json found = run(std::string("ball.yaml -n 40 -o a.sweep --over ") + kBound);
+  ASSERT_EQ(found["rates"].size(), 5u);
+  EXPECT_EQ(found["rates"][1]["values"]["task.objective.low.height.below"], "16 cm");
+  EXPECT_EQ(found["rates"][0]["success"], 0);
+  EXPECT_EQ(found["rates"][4]["success"], 40);
+  for (const nlohmann::json& change : found["changes"]) EXPECT_EQ(change["broke"], 0);
+  ASSERT_EQ(graze("run ball.yaml -n 40 --quiet -o b.graze --set task.objective.low.height.below='19 cm'").code, 0);
+  EXPECT_EQ(testing::digests(folder / "a.sweep/002.graze"), testing::digests(folder / "b.graze"));
+  const testing::Result score = graze("score a.sweep/002.graze --json");
+  EXPECT_EQ(nlohmann::json::parse(score.out)["policies"][0]["success"], found["rates"][2]["success"]);
+}
+
+// Whatever the number of threads, and whatever of it was lost on the way, a sweep comes out the same; a whole one
+// simulates nothing.
+TEST_F(SweepVerb, IsTheSameForAnyThreadsAndAfterARestart) {
+  const std::string over = std::string(" --adaptive -n 512 --over ") + kBound;
+  const nlohmann::json one = run("ball.yaml --threads 1 -o one.sweep" + over);
+  EXPECT_EQ(run("ball.yaml --threads 3 -o two.sweep" + over), one);
+  const fs::path shard = fs::directory_iterator(folder / "two.sweep/002.graze/shards")->path();
+  fs::remove(shard);
+  fs::remove_all(folder / "two.sweep/003.graze/shards");
+  EXPECT_EQ(run("two.sweep"), one);
+  for (const char* campaign : {"002.graze", "003.graze"}) {
+    EXPECT_EQ(testing::digests(folder / "two.sweep" / campaign), testing::digests(folder / "one.sweep" / campaign));
+  }
+  fs::remove(folder / "ball.yaml");  // the campaigns keep what they were read from
+  const testing::Result again = graze("sweep two.sweep");
+  EXPECT_EQ(again.code, 0) << again.err;
+  EXPECT_THAT(again.err, ::testing::Not(HasSubstr("particles"))) << "nothing is simulated anew";
+}
+
+// A sweep that was killed goes on where it was.
+TEST_F(SweepVerb, GoesOnAfterAKill) {
+  const nlohmann::json whole = run(std::string("ball.yaml -n 2000 -o whole.sweep --over ") + kBound);
+  testing::shell(folder.path(), std::string("'") + GRAZE_PROGRAM + "' sweep ball.yaml -n 2000 -o cut.sweep --over " +
+                                    kBound +
+                                    " --quiet & pid=$!; while [ ! -e cut.sweep/001.graze/shards/000001.h5 ] && kill -0 "
+                                    "$pid; do sleep 0.01; done; kill -9 $pid; wait");
+  ASSERT_TRUE(fs::exists(folder / "cut.sweep/sweep.json"));
+  EXPECT_EQ(run("cut.sweep"), whole);
+}
+
+// Flat ends of the curve get the least, its slope more; all readers know why the number is what it is.
+TEST_F(SweepVerb, SpendsParticlesOnTheSlope) {
+  const nlohmann::json found =
+      run("ball.yaml --adaptive -n 1024 -o a.sweep --over task.objective.low.height.below='3:35:4 cm'");
+  EXPECT_EQ(found["rates"][0]["n"], 64);
+  EXPECT_EQ(found["rates"][8]["n"], 64);
+  EXPECT_GE(found["rates"][4]["n"], 512) << "half of the balls are below 19 cm";
+  EXPECT_EQ(found["interval"], "95 % confidence sequence");
+  const nlohmann::json score = nlohmann::json::parse(graze("score a.sweep/004.graze --json").out);
+  EXPECT_EQ(score["policies"][0]["interval"], found["rates"][4]["interval"]);
+}
+
+TEST_F(SweepVerb, GoesOverTwoValuesAndDraws) {
+  const testing::Result result = graze(
+      "sweep ball.yaml -n 8 --over contact.friction=0.5,1 --over 'physics=lanes,bullet' -o two.sweep --plot two.svg");
+  EXPECT_EQ(result.code, 0) << result.err;
+  EXPECT_THAT(result.out, AllOf(HasSubstr("success against contact.friction and physics"), HasSubstr("0.5 -> 1 at")));
+  EXPECT_THAT(testing::read_file(folder / "two.svg"), AllOf(HasSubstr("physics: bullet"), HasSubstr("Success rate")));
+  EXPECT_THAT(graze("sweep two.sweep --csv").out, HasSubstr("\n1,bullet,still,8,"));
+}
+
+// What particles draw for themselves is not what its nominal value is.
+TEST_F(SweepVerb, DoubtsWhatIsUncertain) {
+  const std::string set = " -n 2 --quiet --set 'uncertain.contact.friction={uniform: [0.5, 1]}' --over ";
+  EXPECT_THAT(graze("sweep ball.yaml -o a.sweep" + set + "contact.friction=0.5,1").err,
+              HasSubstr("did you mean --over uncertain.contact.friction=…"));
+  EXPECT_EQ(graze("sweep ball.yaml -o b.sweep" + set + "uncertain.contact.friction=0.5,1").err, "");
+}
+
+TEST_F(SweepVerb, RefusesWhatCannotBe) {
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {"ball.yaml", "no --over"},
+      {"ball.yaml --over environment.grund.friction=0:1:0.5", "did you mean --over environment.ground.friction=…?"},
+      {"ball.yaml --over time.ende=1,2", "did you mean 'end'?"},
+      {"ball.yaml --over time.end=1kg,2kg", "the unit 'kg' does not fit; one of: s, ms, us"},
+      {"ball.yaml --over contact.friction=1:0:0.1", "nearest right answer: --over contact.friction=1:0:-0.1"},
+      {"ball.yaml --over contact.friction=0:1:0", "a step of 0 never comes to the last value"},
+      {"ball.yaml --over contact.friction=1:1:1", "is one value; a sweep has two or more"},
+      {"ball.yaml --over contact.friction=1", "is one value; a sweep has two or more"},
+      {"ball.yaml --over contact.friction=0:1:1e-6", "1e+06 values; at most 1000"},
+      {"ball.yaml --over contact.friction=0:1:0.002 --over time.end='20:400:1 ms'", "at most 10000"},
+      {"ball.yaml --over contact.friction=1,,2", "an empty value"},
+      {"ball.yaml --over contact.friction=1,2,1", "the same value twice; nearest right answer: --over "},
+      {"ball.yaml --over contact.friction=0:1", "a range is FIRST:LAST:STEP"},
+      {"ball.yaml --over 'time.end=1 s:2 kg:1 s'", "one quantity; nearest right answer: --over time.end=1 s:2 s:1 s"},
+      {"ball.yaml --over contact.friction=1,2 --width 5%", "--width: is for --adaptive"},
+      {"ball.yaml --over contact.friction=1,2 --adaptive --width 2", "--width"},
+      {"ball.yaml --over contact.friction=1,2 --adaptive --set sampling.design=latin_hypercube", "Latin hypercube"},
+      {"ball.yaml --over contact.friction=1,2 -o x.graze", "nearest right answer: x.sweep"},
+      {"ball.yaml --over contact.friction=1,2 --plot x.pdf", "x.pdf: ends in .pdf, but a picture is one SVG or PNG"},
+      {"- --over contact.friction=1,2", "give a file instead of -"},
+      {".", "holds no sweep"}};
+  for (const auto& [arguments, message] : cases) {
+    const testing::Result result = graze("sweep " + arguments);
+    EXPECT_EQ(result.code, 2) << arguments;
+    EXPECT_THAT(result.err, HasSubstr(message)) << arguments;
+  }
+  EXPECT_FALSE(fs::exists(folder / "ball.sweep")) << "nothing is left of what was refused";
+  ASSERT_EQ(graze("sweep ball.yaml -n 2 --quiet --over contact.friction=1,2").code, 0);
+  EXPECT_THAT(graze("sweep ball.yaml -n 2 --over contact.friction=1,2").err, HasSubstr("graze sweep ball.sweep"));
+  EXPECT_THAT(graze("sweep ball.sweep -n 3").err, HasSubstr("-n: ball.sweep says itself what is swept"));
+  testing::write_file(folder / "ball.sweep/sweep.json", "{\"format\": \"graze sweep\"}");
+  EXPECT_THAT(graze("sweep ball.sweep").err, HasSubstr("is damaged, or no description of a sweep"));
+}
+
+// Values of a range are written without the rounding of their sum; units may stand behind each number or behind the
+// last.
+TEST(SweepAxis, ReadsRangesAndLists) {
+  const SweepAxis plain = parse_sweep_axis("a.b=0.1:0.5:0.1");
+  EXPECT_THAT(plain.texts, ElementsAre("0.1", "0.2", "0.3", "0.4", "0.5"));
+  EXPECT_THAT(parse_sweep_axis("a=1:4:1 cm").texts, ElementsAre("1 cm", "2 cm", "3 cm", "4 cm"));
+  const SweepAxis mixed = parse_sweep_axis("a=5 mm:2 cm:5 mm");
+  EXPECT_EQ(mixed.unit, "m");
+  EXPECT_THAT(mixed.texts, ElementsAre("0.005 m", "0.01 m", "0.015 m", "0.02 m"));
+  EXPECT_THAT(parse_sweep_axis("a=1:0:-0.4").values, ElementsAre(1, 0.6, ::testing::DoubleNear(0.2, 1e-15)));
+  const SweepAxis words = parse_sweep_axis("contact.model=complementarity, compliant");
+  EXPECT_FALSE(words.numeric);
+  EXPECT_THAT(words.texts, ElementsAre("complementarity", "compliant"));
+  EXPECT_THAT(parse_sweep_axis("robot.initial.position=[0, 0, 1],[0, 0, 2]").texts,
+              ElementsAre("[0, 0, 1]", "[0, 0, 2]"));
+  EXPECT_THAT(parse_sweep_axis("a=1 cm,25 mm").values, ElementsAre(0.01, 0.025));
+}
+
+}  // namespace
+}  // namespace graze
