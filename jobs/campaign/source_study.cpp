@@ -1,0 +1,87 @@
+#include "jobs/campaign/source_study.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <mutex>
+#include <set>
+
+#include "jobs/campaign/campaign.h"
+#include "jobs/campaign/exit_code.h"
+#include "jobs/campaign/ranks.h"
+
+namespace graze {
+namespace {
+
+/// Those that the scenario has, between "none" and "all".
+std::vector<std::string> sources_of(const Scenario& scenario) {
+  std::set<std::string> there;
+  for (const UncertainParameter& parameter : scenario.space.parameters) there.insert(source_of(parameter.name));
+  std::vector<std::string> out = {"none"};
+  for (const std::string& name : source_names()) {
+    if (there.count(name) > 0) out.push_back(name);
+  }
+  if (!there.empty()) out.emplace_back("all");
+  return out;
+}
+
+SourceLayout layout_of(const Model& model) {
+  SourceLayout out;
+  if (model.floating_base) out.base = model.bodies.front().q;
+  for (const int body : model.actuated) out.joints.push_back(model.bodies[static_cast<std::size_t>(body)].q);
+  return out;
+}
+
+/// Traces of all policies, [policy][particle].
+std::vector<std::vector<SourceTrace>> simulate(const Scenario& scenario, const SourceQuestion& question,
+                                               std::uint64_t particles) {
+  std::vector<std::vector<SourceTrace>> out(scenario.policies.size());
+  for (auto& policy : out) policy.resize(particles);
+  CampaignOptions options;
+  options.particles = particles;
+  options.seed = question.seed;
+  options.threads = question.threads;
+  options.watchdog = question.watchdog;
+  std::mutex mutex;
+  const double end = scenario.timing.end, step = scenario.timing.step;
+  const TraceSink sink = [&](int policy, std::vector<TraceRecord> traces, const std::vector<double>&) {
+    const std::lock_guard lock(mutex);
+    for (TraceRecord& one : traces) {
+      const bool lasted = one.end_time > end - 0.5 * step;
+      out[static_cast<std::size_t>(policy)][one.particle] = {one.outcome, one.end_time, lasted, std::move(one.q)};
+    }
+  };
+  const auto comm = make_local_communicator();
+  const CampaignEnd run = run_campaign(scenario, options, *comm, sink);
+  std::exception_ptr error = run.error;
+  if (!error && !run.complete()) {
+    error = std::make_exception_ptr(MachineError(
+        fmt::format("sources: {} traces took longer than the watchdog lets them; --watchdog 0 waits", run.unfinished)));
+  }
+  if (!run.hanging.empty()) leave_hanging(*comm, report_error(error));
+  if (error) std::rethrow_exception(error);
+  return out;
+}
+
+}  // namespace
+
+std::vector<SourceSpread> study_sources(const Scenario& scenario, const SourceQuestion& question) {
+  std::vector<SourceSpread> out;
+  const SourceLayout layout = layout_of(scenario.model);
+  for (const std::string& source : sources_of(scenario)) {
+    Scenario alone = scenario;
+    alone.space = space_of_source(scenario.space, source);
+    const std::uint64_t particles = source == "none" ? 1 : question.particles;
+    const auto traces = simulate(alone, question, particles);
+    for (std::size_t policy = 0; policy < traces.size(); ++policy) {
+      SourceSpread& row = out.emplace_back();
+      row.source = source;
+      row.policy = scenario.policies[policy].name;
+      row.parameters = alone.space.parameters.size();
+      summarise_source(traces[policy], layout, row);
+    }
+  }
+  return out;
+}
+
+}  // namespace graze
