@@ -96,6 +96,12 @@ void BlockPhysics::drive(double, LaneMask, const Drive&, DriveResult&) { assert(
 
 SolverEffort BlockPhysics::effort(int) const { return {}; }
 
+void BlockPhysics::push(int, int, const Vec3&, const Vec3&) {
+  throw std::logic_error("this back end does not push bodies");
+}
+
+void BlockPhysics::load(int, int, const Vec3&, double) { throw std::logic_error("this back end does not load bodies"); }
+
 std::shared_ptr<const SavedLane> BlockPhysics::save(int) const {
   throw std::logic_error("this back end does not save lanes");
 }

@@ -101,6 +101,13 @@ class BlockPhysics {
   /// Of the last step; zero where the back end does not tell.
   virtual SolverEffort effort(int lane) const;
 
+  /// Before a step: gives a body an impulse (N s, world axes) at p_B (body frame, m), which acts within that step. The
+  /// state may show it at once or after the step. Costs nothing where it is not called. Throws std::logic_error, as
+  /// load() does, where a back end cannot do it.
+  virtual void push(int lane, int body, const Vec3& p_B, const Vec3& impulse_W);
+  /// Before a step: a point mass (kg) at p_B becomes part of a body. Velocities stay as they are.
+  virtual void load(int lane, int body, const Vec3& p_B, double mass);
+
   /// The lane as it is. A particle must have been started or restored in it.
   virtual std::shared_ptr<const SavedLane> save(int lane) const;
   /// Puts a lane back as it was saved, in this or another lane of this or another block: state, contacts and fault are

@@ -40,6 +40,7 @@ Description scenario() {
         Default::value("9.81 m/s^2"),
         "downward, or a vector `[x, y, z]`"},
        {"contact", {Form::section("contact")}, {}, "how parts meet"},
+       {"disturbances", {Form::section("disturbances")}, {}, "pushes and payloads by name"},
        {"physics", {Form::word(physics_names())}, Default::value("lanes"), "back end (docs/physics.md)"},
        {"time", {Form::section("time")}, {}, "steps and end of a trace"},
        {"actuators", {Form::section("actuators")}, {}, "what the motors can do"},
@@ -126,6 +127,27 @@ Description object() {
   out.keys.insert(out.keys.end(), rest.begin(), rest.end());
   out.one_of = {shape_names()};
   return out;
+}
+
+Description disturbance() {
+  const Default none = Default::value("0 rad");
+  return {"what is done to the robot during a trace: a push, or a payload that is put on it",
+          {{"push", {Form::text("LINK")}, {}, "a link, or a movable object, is pushed"},
+           {"payload", {Form::text("LINK")}, {}, "a point mass becomes part of it, and stays"},
+           number_or_spread("at", Quantity::time, Bound::not_negative, Default::required(), "when it begins"),
+           number_or_spread("impulse", Quantity::impulse, Bound::none, {}, "of a push, all of it; or its force"),
+           number_or_spread("force", Quantity::force, Bound::none, {}, "of a push, even over its duration"),
+           number_or_spread("duration", Quantity::time, Bound::not_negative, Default::value("0 s"),
+                            "of a push; 0: within one step (an impulse alone)"),
+           number_or_spread("azimuth", Quantity::angle, Bound::none, none,
+                            "of a push: where it goes, about z from x, world axes"),
+           number_or_spread("elevation", Quantity::angle, Bound::none, none, "of a push: how far it points upward"),
+           number_or_spread("mass", Quantity::mass, Bound::not_negative, {}, "of a payload"),
+           {"point",
+            {Form::numbers(3, Quantity::length)},
+            Default::value("[0, 0, 0]"),
+            "where, `[x, y, z]` in the link's frame"}},
+          {{"push", "payload"}}};
 }
 
 Description pair() {
@@ -286,6 +308,7 @@ const std::map<std::string, Description>& scenario_sections() {
       {"initial", initial()},
       {"object", object()},
       {"contact", contact()},
+      {"disturbance", disturbance()},
       {"pair", pair()},
       {"spread", spread()},
       {"jitter", jitter()},

@@ -20,6 +20,7 @@
 #include "engine/settings/warnings.h"
 #include "sampling/design_name.h"
 #include "scenarios/at_start.h"
+#include "scenarios/disturbances.h"
 #include "scenarios/doubts.h"
 #include "scenarios/keys.h"
 #include "scenarios/limits.h"
@@ -352,6 +353,7 @@ Scenario read_scenario(const Settings& root, const std::string& file, const Scen
   doubt_gravity(root);
   doubt_solver(root, out.model, out.physics);
   out.timing = read_time(root);
+  check_disturbances(root, out.model, *out.world, out.timing.end);
   const Vec3 extent = robot_extent(out.model, initial_state(*out.world, out.model));
   doubt_clearance(root, extent);
   doubt_places(root, *out.world, out.model, initial_state(*out.world, out.model));

@@ -10,6 +10,7 @@
 #include "engine/model/srdf.h"
 #include "engine/physics.h"
 #include "engine/settings/warnings.h"
+#include "scenarios/disturbances.h"
 #include "scenarios/doubts.h"
 #include "scenarios/keys.h"
 #include "scenarios/limits.h"
@@ -49,6 +50,10 @@ class WorldReader {
                  [this](const Settings& map, const char* key, const Parameter& parameter, double& value) {
                    number(map, key, parameter, value);
                  });
+    read_disturbances(root_, world(),
+                      [this](const Settings& map, const char* key, const Parameter& parameter, double& value) {
+                        number(map, key, parameter, value);
+                      });
     if (root_.has("gravity")) read_gravity(root_.at("gravity"));
     if (const auto control = root_.find("control")) {
       control->allow(keys_of("control"));

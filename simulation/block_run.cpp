@@ -11,7 +11,9 @@
 #include "engine/model/limits.h"
 #include "engine/physics.h"
 #include "sampling/stream.h"
+#include "simulation/beginnings.h"
 #include "simulation/change_counts.h"
+#include "simulation/disturbances.h"
 #include "simulation/invalid_reason.h"
 #include "simulation/names.h"
 #include "simulation/telemetry.h"
@@ -51,18 +53,6 @@ LaneNoise lag_noise(const Scenario& scenario, std::uint64_t seed) {
     }
   }
   return LaneNoise(seed, channels);
-}
-
-/// The step at which a trace begins.
-std::uint32_t first_step(const Timing& timing, const Beginning& beginning) {
-  return static_cast<std::uint32_t>(std::round(beginning.time / timing.control)) *
-         static_cast<std::uint32_t>(timing.steps_per_control());
-}
-
-std::vector<Particle> begun_elsewhere(std::span<const Particle> particles, std::span<const Beginning> beginnings) {
-  std::vector<Particle> out(particles.begin(), particles.end());
-  for (std::size_t i = 0; i < out.size(); ++i) out[i].initial = beginnings[i].state;
-  return out;
 }
 
 }  // namespace
@@ -362,8 +352,17 @@ struct BlockRun::Impl final : TraceSaver {
     last_changes[at].add(effort.residual);
   }
 
+  void disturb_lanes() {
+    if (scenario.world->disturbances.empty()) return;
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const Lane& l = lanes[lane];
+      if (active[lane]) disturb(lane, *l.particle, {l.step, l.first, scenario.timing.step}, *physics);
+    }
+  }
+
   void advance() {
     control();
+    disturb_lanes();
     actuators.step(command, *physics, sensors, scenario.timing.step, active, tau);
     clock.ended(Phase::physics);  // with what little the actuators do around it
     for (int lane = 0; lane < kLanes; ++lane) {
@@ -402,34 +401,6 @@ struct BlockRun::Impl final : TraceSaver {
     return true;
   }
 };
-
-void check_beginnings(const Scenario& scenario, std::size_t particles, std::span<const Beginning> beginnings) {
-  if (beginnings.empty()) return;
-  if (beginnings.size() != particles) {
-    throw InputError(fmt::format("{} beginnings for {} particles; each needs its own", beginnings.size(), particles));
-  }
-  const Model& model = scenario.model;
-  const Timing& timing = scenario.timing;
-  for (const auto& [time, state] : beginnings) {
-    const double periods = std::round(time / timing.control);
-    if (!(time >= 0 && time < timing.end) || std::abs(time - periods * timing.control) > 1e-9 * timing.control) {
-      throw InputError(
-          fmt::format("a trace cannot begin at {} s: it begins at a control step (every {} s) before the end ({} s)",
-                      time, timing.control, timing.end));
-    }
-    if (state.q.size() != model.nq || state.v.size() != model.nv || !state.q.allFinite() || !state.v.allFinite()) {
-      throw InputError(
-          fmt::format("a trace cannot begin in a state of {} positions and {} velocities; it has {} and "
-                      "{}, all finite",
-                      state.q.size(), state.v.size(), model.nq, model.nv));
-    }
-    for (const Body& body : model.bodies) {
-      if (body.type != JointType::floating || std::abs(state.q.segment<4>(body.q).norm() - 1) < 1e-6) continue;
-      throw InputError(fmt::format("a trace cannot begin with {} turned by a quaternion of length {}; it has length 1",
-                                   body.name, state.q.segment<4>(body.q).norm()));
-    }
-  }
-}
 
 void check_saved(const Scenario& scenario, const PolicySpec& policy, std::span<const Particle> particles,
                  const RunOptions& options) {

@@ -115,6 +115,11 @@ std::uint64_t own_numbers_of(const Particle& particle) {
   digest.add(particle.control_lag);
   for (const double zero : particle.joint_zero) digest.add(zero);
   for (const double bias : particle.sensor_bias) digest.add(bias);
+  for (const BodyDisturbance& one : particle.disturbances) {
+    digest.add(static_cast<int>(one.kind)), digest.add(one.body);
+    digest.add_all(one.p_B), digest.add_all(one.impulse_W);
+    for (const double number : {one.at, one.duration, one.mass}) digest.add(number);
+  }
   return digest.value();
 }
 

@@ -46,6 +46,17 @@ void BulletPhysics::start(int lane, const Particle& particle) {
   for (int i = 0; i < state_.a.rows(); ++i) state_.a(i, lane) = 0;
 }
 
+void BulletPhysics::push(int lane, int body, const Vec3& p_B, const Vec3& impulse_W) {
+  assert(worlds_[lane]);
+  worlds_[lane]->push({body, p_B, impulse_W});
+}
+
+void BulletPhysics::load(int lane, int body, const Vec3& p_B, double mass) {
+  assert(worlds_[lane]);
+  worlds_[lane] = std::make_unique<World>(*worlds_[lane], body, p_B, mass, hulls_);
+  publish(lane);
+}
+
 std::shared_ptr<const SavedLane> BulletPhysics::save(int lane) const {
   if (!worlds_[lane]) throw std::invalid_argument(fmt::format("lane {} has no particle that could be saved", lane));
   return std::make_shared<Saved>(numbering_, worlds_[lane]->save(), state_.a.column(lane));

@@ -22,6 +22,8 @@ class BulletPhysics : public BlockPhysics {
   explicit BulletPhysics(const Model& nominal);
   void start(int lane, const Particle& particle) override;
   void step(double h, LaneMask active, const BlockArray& tau) override;
+  void push(int lane, int body, const Vec3& p_B, const Vec3& impulse_W) override;
+  void load(int lane, int body, const Vec3& p_B, double mass) override;
   std::shared_ptr<const SavedLane> save(int lane) const override;
   void restore(int lane, const SavedLane& saved) override;
 

@@ -219,6 +219,19 @@ void Forest::set_forces(const Eigen::VectorXd& joint_force) {
   }
 }
 
+void Forest::add_force(int i, const Vec3& p_B, const Vec3& force) {
+  btMultiBody& multibody = *this->multibody(i);
+  const Vec3 arm = X_WB_[i].linear() * (p_B - model_.bodies[i].com);  // Bullet's frames are at the centres of mass
+  const btVector3 f = to_bt(force), torque = to_bt(Vec3(arm.cross(force)));
+  if (floats(model_.bodies[i])) {
+    multibody.addBaseForce(f);
+    multibody.addBaseTorque(torque);
+  } else {
+    multibody.addLinkForce(link(i), f);
+    multibody.addLinkTorque(link(i), torque);
+  }
+}
+
 void Forest::accelerate(double h) {
   for (Tree& tree : trees_) {
     tree.body->computeAccelerationsArticulatedBodyAlgorithmMultiDof(h, scratch_r_, scratch_v_, scratch_m_,

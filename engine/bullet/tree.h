@@ -60,6 +60,8 @@ class Forest {
 
   /// Adds gravity and joint forces (indexed by v) for the next step; clears the old ones.
   void set_forces(const Eigen::VectorXd& joint_force);
+  /// Adds a force (N, world axes) on a body at p_B (body frame, m) to those of set_forces().
+  void add_force(int body, const Vec3& p_B, const Vec3& force);
   /// Velocities change by h times the acceleration of the unconstrained, undamped motion.
   void accelerate(double h);
   /// Viscous joint damping, implicit in all joint velocities of a tree together: with A = the damped joints' block of

@@ -43,6 +43,31 @@ World::World(const Saved& saved, HullCache& hulls) : World(saved.model, saved.st
   fault_ = saved.fault;
 }
 
+namespace {
+
+std::shared_ptr<const Model> loaded(const Model& model, int body, const Vec3& p_B, double mass) {
+  auto out = std::make_shared<Model>(model);
+  add_point_mass(out->bodies.at(static_cast<std::size_t>(body)), p_B, mass);
+  return out;
+}
+
+}  // namespace
+
+World::World(const World& other, int body, const Vec3& p_B, double mass, HullCache& hulls)
+    : World(loaded(other.model_, body, p_B, mass), {other.forest_.q(), other.forest_.v()}, hulls) {
+  narrow_phase_.restore(other.narrow_phase_.memory());
+  EnergyWatch::Audit audit = energy_.audit();  // of the new masses; what has been is kept
+  audit.created = other.energy_.audit().created;
+  audit.peak_kinetic = std::max(audit.peak_kinetic, other.energy_.audit().peak_kinetic);
+  energy_.restore(audit);
+  contacts_ = other.contacts_;
+  fault_ = other.fault_;
+}
+
+Vec3 World::velocity_at(const Push& push) const {
+  return forest_.twist(push.body).at(forest_.pose(push.body).linear() * push.p_B);
+}
+
 World::Saved World::save() const {
   return {shared_model_, {forest_.q(), forest_.v()}, forest_.raw(), narrow_phase_.memory(), energy_.audit(), contacts_,
           fault_};
@@ -69,6 +94,12 @@ void World::step(double h, const Eigen::VectorXd& tau) {
   for (int k = 0; k < model_.na(); ++k) joint_force_[model_.bodies[model_.actuated[k]].v] = tau[k];
   contact_set_.prepare(narrow_phase_.detect(reach(h)), forest_, h);
   forest_.set_forces(joint_force_);
+  double push_work = 0;  // J, the most that the pushes can do
+  std::vector<double> power;
+  for (const Push& push : pushes_) {
+    forest_.add_force(push.body, push.p_B, push.impulse_W / h);
+    power.push_back(push.impulse_W.dot(velocity_at(push)));
+  }
   forest_.accelerate(h);
   forest_.damp(h);
   const ContactSolver* used = solve(h);
@@ -77,11 +108,16 @@ void World::step(double h, const Eigen::VectorXd& tau) {
   contact_set_.read(used, forest_, h);
   forest_.move(h);
   forest_.refresh();
+  for (std::size_t i = 0; i < pushes_.size(); ++i) {
+    push_work += std::max(power[i], pushes_[i].impulse_W.dot(velocity_at(pushes_[i])));
+  }
+  pushes_.clear();
   place_solids(solids_, forest_);
   contact_set_.place(contacts_);
   StepInput input;
   input.h = h;
-  input.work = h * joint_force_.cwiseProduct(v_before_).cwiseMax(joint_force_.cwiseProduct(forest_.v())).sum();
+  input.work =
+      h * joint_force_.cwiseProduct(v_before_).cwiseMax(joint_force_.cwiseProduct(forest_.v())).sum() + push_work;
   for (const Contact& contact : contacts_) input.contact_impulse += contact.normal_impulse();
   for (const auto& rows : joint_rows_) input.limit_impulse += rows->limit_impulse();
   for (const auto& row : mimic_rows_) input.limit_impulse += std::abs(row->impulse());

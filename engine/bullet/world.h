@@ -32,6 +32,18 @@ class World {
   Saved save() const;
   World(const Saved& saved, HullCache& hulls);
 
+  /// As another, with a point mass (kg) at p_B (body frame, m) on a body: Bullet's trees are made anew, since their
+  /// frames are at the centres of mass.
+  World(const World& other, int body, const Vec3& p_B, double mass, HullCache& hulls);
+
+  /// An impulse on a body, which acts evenly within the next step.
+  struct Push {
+    int body;
+    Vec3 p_B;        // body frame, m
+    Vec3 impulse_W;  // world axes, N s
+  };
+  void push(const Push& push) { pushes_.push_back(push); }
+
   /// tau: force of each actuator, in the order of Model::actuated.
   void step(double h, const Eigen::VectorXd& tau);
   const Forest& forest() const { return forest_; }
@@ -43,6 +55,7 @@ class World {
   World(std::shared_ptr<const Model> model, const State& initial, HullCache& hulls);
   /// Contact impulses and joint rows; the solver that was used, or null if nothing was near.
   const ContactSolver* solve(double h);
+  Vec3 velocity_at(const Push& push) const;
 
   const std::shared_ptr<const Model> shared_model_;  // with what is saved of this world
   const Model& model_;
@@ -58,6 +71,7 @@ class World {
   std::vector<Contact> contacts_;
   std::optional<std::string> fault_;
   Eigen::VectorXd joint_force_, v_before_;  // nv
+  std::vector<Push> pushes_;                // of the next step
 };
 
 }  // namespace graze::bullet

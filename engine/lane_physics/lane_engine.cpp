@@ -493,6 +493,7 @@ void LaneEngine::drive(double h, unsigned active, const DriveView& drive) {
   kernel_.begin(block_, h, active, drive);
   make_room_for_contacts();
   kernel_.finish(block_, h, active, drive);
+  if (pushed_lanes_ != 0) show_pushes(h, active);
 }
 
 }  // namespace graze

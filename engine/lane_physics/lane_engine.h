@@ -58,6 +58,12 @@ class LaneEngine {
   /// `saved` is of an engine that was made for a model with the same numbering.
   void restore(int lane, const Saved& saved);
 
+  /// Before a step, of a lane: an impulse (N s, world axes) on a body at p_B (body frame, m); a point mass (kg) that
+  /// becomes part of the body (lane_disturbance.cpp). No kernel knows of them: the velocity changes, and all that
+  /// follows from it is settled anew.
+  void push(int lane, int body, const Vec3& p_B, const Vec3& impulse_W);
+  void load(int lane, int body, const Vec3& p_B, double mass);
+
   /// tau: [na][lane]. `active`: bit l is lane l.
   void step(double h, unsigned active, const double* tau);
   void drive(double h, unsigned active, const DriveView& drive);
@@ -107,8 +113,12 @@ class LaneEngine {
   void make_room_for_contacts();
   void make_room_for_newton(std::size_t contacts);
 
+  void show_pushes(double h, unsigned active);
+
   const LaneKernel& kernel_;
   Topology topology_;
+  std::vector<double> pushed_;  // what push() has added to v since the last step, nv rows; empty: it never has
+  unsigned pushed_lanes_ = 0;
   Paths paths_;
   std::vector<int> actuated_dof_, actuated_body_, watched_, near_, slot_used_, report_pair_;
   std::vector<unsigned> near_lanes_, report_lanes_, locked_;

@@ -125,6 +125,18 @@ void LanePhysics::start(int lane, const Particle& particle) {
   fault_[lane].reset();
 }
 
+void LanePhysics::push(int lane, int body, const Vec3& p_B, const Vec3& impulse_W) {
+  const Part& part = *parts_[static_cast<std::size_t>(lane / width_)];
+  part.engine->push(lane % width_, body, p_B, impulse_W);
+  take_state(part);
+}
+
+void LanePhysics::load(int lane, int body, const Vec3& p_B, double mass) {
+  const Part& part = *parts_[static_cast<std::size_t>(lane / width_)];
+  part.engine->load(lane % width_, body, p_B, mass);
+  take_state(part);
+}
+
 void LanePhysics::forget_points(int lane) {
   for (ContactPoint& point : points_) point.lanes.set(lane, false);
   // Not one is left that has no lane: its rows may be those of an earlier restore.

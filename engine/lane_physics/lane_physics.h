@@ -25,6 +25,9 @@ class LanePhysics : public BlockPhysics {
   void drive(double h, LaneMask active, const Drive& drive, DriveResult& result) override;
   SolverEffort effort(int lane) const override;
 
+  void push(int lane, int body, const Vec3& p_B, const Vec3& impulse_W) override;
+  void load(int lane, int body, const Vec3& p_B, double mass) override;
+
   std::shared_ptr<const SavedLane> save(int lane) const override;
   void restore(int lane, const SavedLane& saved) override;
 

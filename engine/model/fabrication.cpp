@@ -70,6 +70,21 @@ std::vector<double> joint_zeros(const World& world) {
   return zeros;
 }
 
+BodyDisturbance on_body(const Disturbance& from, const Model& model) {
+  const Frame& frame = model.frames.at(static_cast<std::size_t>(model.frame(from.link)));
+  BodyDisturbance out;
+  out.kind = from.kind;
+  out.body = frame.body;
+  out.p_B = frame.X_BF * from.point;
+  out.at = from.at;
+  out.duration = from.duration;
+  out.mass = from.mass;
+  const double flat = pinned::cos(from.elevation);
+  const Vec3 direction(flat * pinned::cos(from.azimuth), flat * pinned::sin(from.azimuth), pinned::sin(from.elevation));
+  out.impulse_W = (from.is_force ? from.strength * from.duration : from.strength) * direction;
+  return out;
+}
+
 Particle particle_of(std::uint32_t id, const World& world, std::vector<double> sensor_bias) {
   Particle particle;
   particle.id = id;
@@ -78,6 +93,7 @@ Particle particle_of(std::uint32_t id, const World& world, std::vector<double> s
   particle.control_lag = world.control_lag;
   particle.joint_zero = joint_zeros(world);
   particle.sensor_bias = std::move(sensor_bias);
+  for (const Disturbance& one : world.disturbances) particle.disturbances.push_back(on_body(one, particle.model));
   return particle;
 }
 

@@ -26,6 +26,8 @@ namespace graze {
 ///   initial.base.{x,y,z,roll,pitch,yaw} (offsets), initial.base.velocity.{x,y,z,roll,pitch,yaw},
 ///   initial.joint.<joint>.{position,velocity}; (offsets from the scenario's initial state)
 ///   control.lag; gravity.{x,y,z}; every channel of channel_names()
+///   disturbances.<name>.{at,point.x,point.y,point.z}, of pushes .{force or impulse,azimuth,elevation,duration}, of
+///   payloads .mass
 /// Offsets have nominal value 0.
 struct Parameter {
   std::string path;
@@ -63,6 +65,7 @@ struct Particle {
   double control_lag = 0;           // s, persistent value
   std::vector<double> joint_zero;   // per actuator, rad: encoder reads q - zero
   std::vector<double> sensor_bias;  // per channel, in the order of channel_names()
+  std::vector<BodyDisturbance> disturbances = {};
 };
 
 /// Builds particles of one world. Thread-safe.

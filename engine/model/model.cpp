@@ -381,6 +381,16 @@ State initial_state(const World& world, const Model& model) {
   return state;
 }
 
+void add_point_mass(Body& body, const Vec3& p_B, double mass) {
+  const double sum = body.mass + mass;
+  if (!(sum > 0)) return;
+  const Vec3 com = (body.mass * body.com + mass * p_B) / sum;
+  const auto about = [](const Vec3& r) { return Mat3(r.squaredNorm() * Mat3::Identity() - r * r.transpose()); };
+  body.inertia += body.mass * about(body.com - com) + mass * about(p_B - com);
+  body.com = com;
+  body.mass = sum;
+}
+
 double moving_mass(const Model& model) {
   double mass = 0;
   for (const Body& body : model.bodies) mass += body.mass;

@@ -81,6 +81,9 @@ struct State {
 /// inequality.
 Model compile(const World& world);
 
+/// A point mass (kg) at p_B (body frame, m) becomes part of a body: its mass, centre of mass and inertia.
+void add_point_mass(Body& body, const Vec3& p_B, double mass);
+
 /// Of all bodies, kg.
 double moving_mass(const Model& model);
 

@@ -71,6 +71,7 @@ class Lister {
     add_contact();
     add_initial();
     add_rest();
+    for (std::size_t i = 0; i < world_.disturbances.size(); ++i) add_disturbance(i);
     return std::move(out_);
   }
 
@@ -308,6 +309,29 @@ class Lister {
       add(
           channels[i], bias[i], probability ? Quantity::dimensionless : channel_quantity(channels[i], prismatic),
           probability ? kUnit : kAny, [i](Draft& d, double x) { d.sensor_bias[i] = x; }, !probability);
+    }
+  }
+
+  void add_disturbance(std::size_t i) {
+    const Disturbance& one = world_.disturbances[i];
+    const std::string path = "disturbances." + one.name + ".";
+    const auto number = [&](const char* name, double Disturbance::*member, Quantity quantity, const Bounds& bounds) {
+      add(path + name, one.*member, quantity, bounds,
+          [i, member](Draft& d, double x) { d.world.disturbances[i].*member = x; });
+    };
+    number("at", &Disturbance::at, Quantity::time, kNonNegative);
+    if (one.kind == Disturbance::Kind::payload) {
+      number("mass", &Disturbance::mass, Quantity::mass, kNonNegative);
+    } else {
+      number(one.is_force ? "force" : "impulse", &Disturbance::strength,
+             one.is_force ? Quantity::force : Quantity::impulse, kAny);
+      number("azimuth", &Disturbance::azimuth, Quantity::angle, kTurn);
+      number("elevation", &Disturbance::elevation, Quantity::angle, kTurn);
+      number("duration", &Disturbance::duration, Quantity::time, kNonNegative);
+    }
+    for (int k = 0; k < 3; ++k) {
+      add(path + "point." + kAxes[k], one.point[k], Quantity::length, kPlace,
+          [i, k](Draft& d, double x) { d.world.disturbances[i].point[k] = x; });
     }
   }
 

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/model/disturbance.h"
 #include "engine/model/geometry.h"
 
 namespace graze {
@@ -207,6 +208,7 @@ struct World {
   Vec3 gravity = {0, 0, -9.81};
   double control_lag = 0;                     // s, between the policy's command and the tracker that follows it
   std::map<std::string, double> sensor_bias;  // by channel name (engine/sensing), persistent error
+  std::vector<Disturbance> disturbances = {};
 
   /// Mass of the movable objects and of the robot without what is welded to the world, kg: moving_mass() of the model.
   double moving_mass() const;

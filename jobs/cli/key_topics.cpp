@@ -30,6 +30,8 @@ constexpr const char* kParameterPaths =
   contact.{friction,restitution,stiffness,damping,model}, gravity.{x,y,z}, control.lag
   initial.base.{x,y,z,roll,pitch,yaw}, initial.base.velocity.{…}
   initial.joint.JOINT.{position,velocity}
+  disturbances.NAME.{at,impulse,force,duration,azimuth,elevation,mass}
+  disturbances.NAME.point.{x,y,z}
   sensor.…, actuator.…: graze help sensors
 )";
 
@@ -55,6 +57,14 @@ std::string environment_help(std::size_t width) {
              "Example: environment: {ground: {plane: z}, step: {box: [1, 1, 3 cm]}}\n\n",
              width) +
          section_help("object", width) + "\n" + list_of("shapes", width);
+}
+
+std::string disturbances_help(std::size_t width) {
+  return wrapped(
+             "disturbances, a map of a scenario: pushes and payloads by names that you give\n"
+             "Example: disturbances: {shove: {push: BODY0, impulse: 0.3 N s, azimuth: 90 deg, at: 1 s}}\n\n",
+             width) +
+         section_help("disturbance", width);
 }
 
 std::string uncertain_help(std::size_t width) {
@@ -113,6 +123,7 @@ using MapHelp = std::function<std::string(std::size_t)>;
 const std::vector<std::pair<std::string, MapHelp>>& maps() {
   static const std::vector<std::pair<std::string, MapHelp>> all = {
       {"environment", environment_help},
+      {"disturbances", disturbances_help},
       {"uncertain", uncertain_help},
       {"over", [](std::size_t width) { return wrapped(plain(kOver), width); }},
       {"include", [](std::size_t width) { return wrapped(plain(kInclude), width); }},

@@ -306,6 +306,7 @@ class SchemaWriter {
   void add_world() {
     defs_["object"] = choice("shape", section_of("object"), named_["shape"]);
     defs_["environment"] = by_name("Objects by name", reference("object"), "object");
+    defs_["disturbances"] = by_name("Pushes and payloads by name", reference("disturbance"), "disturbance");
   }
 
   void add_spreads() {
