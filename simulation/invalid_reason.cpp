@@ -72,4 +72,13 @@ std::string invalid_reason(const std::string& fault, std::uint32_t step, double 
   return fmt::format("step {} ({:.6g} s){}{}: {}", step, time, who.empty() ? "" : ", ", who, fault);
 }
 
+std::string controller_failure(const Model& model, const BlockArray& tau, int lane) {
+  for (int k = 0; k < tau.rows(); ++k) {
+    if (std::isfinite(tau(k, lane))) continue;
+    return fmt::format("the controller asks joint {} for a torque that is not finite: ",
+                       model.bodies[model.actuated[k]].joint);
+  }
+  return "";
+}
+
 }  // namespace graze

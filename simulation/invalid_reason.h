@@ -15,4 +15,8 @@ namespace graze {
 std::string invalid_reason(const std::string& fault, std::uint32_t step, double time, const Model& model,
                            const BlockPhysics& physics, int lane);
 
+/// "the controller asks joint KNEE for a torque that is not finite: ", which comes before `fault` as its cause, or
+/// nothing. tau: what the controller asked for.
+std::string controller_failure(const Model& model, const BlockArray& tau, int lane);
+
 }  // namespace graze

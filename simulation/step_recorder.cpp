@@ -151,6 +151,9 @@ std::vector<FrameTable> tables(const Scenario& scenario, const TraceNames& names
   std::vector<NamedColumn> inside;
   for (const auto& [name, unit] : controller.policy().inside()) inside.push_back({name, unit});
   out.push_back({"policy", inside});
+  inside.clear();
+  for (const auto& [name, unit] : controller.tracker().inside()) inside.push_back({name, unit});
+  if (!inside.empty()) out.push_back({"tracker", inside});
   add_observation("sensed/", scenario, names, out);
   add_observation("truth/", scenario, names, out);
   add_targets("targets/", scenario, names, controller, out);
@@ -235,6 +238,9 @@ void StepRecorder::append_control(const StepView& step) {
     std::vector<double> inside(log_.tables[table_].columns.size());
     controller.policy().look_inside(step.lane, inside.data());
     append(inside.data(), inside.size());
+    inside.resize(controller.tracker().inside().size());
+    controller.tracker().look_inside(step.lane, inside.data());
+    if (!inside.empty()) append(inside.data(), inside.size());
     append_observation(step, step.sensed);
     append_observation(step, step.truth);
     append_targets(step, controller.targets());

@@ -37,6 +37,17 @@ inline constexpr double kWrenchError = 1e-10, kImpulseError = 1e-5;
 /// What the sums of gradients round: as shares of the largest impulse, of the joints' momenta and of velocities.
 inline constexpr double kRounding = 1e-12, kRoundingOfSums = 2e-15, kRoundingOfVelocities = 1e-16;
 
+/// As project_cone(), on the impulses that press: friction without bound.
+template <class T>
+inline void project_half_space(const Vec3T<T>& x, const T& w, NewtonContactT<T>& out) {
+  const T zero(0.0);
+  const auto presses = x.x > zero;
+  out.lambda = {select(presses, x.x, zero), x.y, x.z};
+  out.n = {select(presses, w, zero), zero, zero};
+  out.s = {zero, w, zero};
+  out.t = {zero, zero, w};
+}
+
 template <class T>
 struct ContactProgramT {
   TreeT<T> tree;  // M is H, the Hessian, which has the zeros of M
@@ -49,6 +60,7 @@ struct ContactProgramT {
   const unsigned* lanes;   // per contact
   const T *free, *weight;  // nv; weight of joints, 1/eps
   T *z, *step, *trial, *gradient;
+  bool slips;  // Coulomb's cones; else forces along the ground have no bound, and stop what slides
 
   int dofs_above(int i) const { return tree.topology.dof_depth[last_dof[i]] + 1; }
   const int* path(int i) const { return tree.topology.chain + tree.topology.row[last_dof[i]]; }
@@ -62,7 +74,11 @@ struct ContactProgramT {
     for (int d = 0; d < dofs_above(i); ++d) u = axpy(at[dofs[d]], J[d], u);
     const T w = recip(share * c.a);
     const Vec3T<T> x = c.cone.kept - w * u;
-    project_cone<T>(c.friction, x, w, c.cone);
+    if (slips) {
+      project_cone<T>(c.friction, x, w, c.cone);
+    } else {
+      project_half_space<T>(x, w, c.cone);
+    }
     const auto valid = mask_from_bits<T>(lanes[i]);
     const Vec3T<T> none{T(0.0), T(0.0), T(0.0)};
     c.cone.lambda = select(valid, c.cone.lambda, none);

@@ -131,15 +131,17 @@ void Controller::start(int lane, double lag, std::uint32_t particle) {
   impl_->lag[lane] = lag;
   impl_->draws.start(lane, particle);
   impl_->policy->start(lane);
+  impl_->tracker->start(lane);
   impl_->buffer->start(lane, lag);
 }
 
 void Controller::carry(int lane, LaneTape& tape) {
   Policy& policy = *impl_->policy;
-  const Tracker& tracker = *impl_->tracker;
+  Tracker& tracker = *impl_->tracker;
   tape.same(typeid(policy).name());
   policy.carry(lane, tape);
   tape.same(typeid(tracker).name());
+  tracker.carry(lane, tape);
   tape.carry(impl_->lag[lane]);
   Targets& targets = impl_->targets;
   for (BlockArray* rows : {&targets.q, &targets.v, &targets.tau, &targets.x, &targets.xd}) tape.carry(*rows, lane);
@@ -166,6 +168,8 @@ unsigned Controller::reads() const { return impl_->policy->reads() | impl_->trac
 TargetKind Controller::kind() const { return impl_->kind; }
 
 const Policy& Controller::policy() const { return *impl_->policy; }
+
+const Tracker& Controller::tracker() const { return *impl_->tracker; }
 
 const Targets& Controller::targets() const { return impl_->targets; }
 

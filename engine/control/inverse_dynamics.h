@@ -71,7 +71,10 @@ inline void wish(const InverseDynamicsView& view, const InverseDynamicsCall& cal
   for (int k = 0; k < view.na; ++k) {
     const T off = load<T>(call.target_q + k * kWidth<T>) - q[view.q[k]];
     const T slow = load<T>(call.target_v + k * kWidth<T>) - v[view.v[k]];
-    const T acceleration = fma(T(view.kp[k]), off, T(view.kd[k]) * slow);
+    T acceleration = fma(T(view.kp[k]), off, T(view.kd[k]) * slow);
+    if (call.error_sum != nullptr) {
+      acceleration = fma(T(view.ki[k]), load<T>(call.error_sum + k * kWidth<T>), acceleration);
+    }
     want[view.v[k]] = fma(T(view.h), acceleration, v[view.v[k]]);
   }
   for (int i = 0; i < view.follower_count; ++i) {
@@ -111,9 +114,10 @@ inline PoseT<T> pose_of(const GroundPairView::Part& part) {
 /// Lanes in which a pair may have contacts.
 template <class T>
 inline unsigned watched(const InverseDynamicsView& view, const InverseDynamicsCall& call, const GroundPairView& pair) {
-  if (!view.by_flags) return call.active;
+  if (!view.told) return call.active;
+  const TouchingLinkView& link = view.links[pair.link];
   T force(0.0);
-  for (int i = 0; i < pair.frames; ++i) force += load<T>(call.link_force + pair.frame[i] * kWidth<T>);
+  for (int i = 0; i < link.frames; ++i) force += load<T>(call.link_force + link.frame[i] * kWidth<T>);
   return call.active & bits(force > T(view.force));
 }
 
@@ -134,28 +138,25 @@ inline ContactProgramT<T> program_of(const InverseDynamicsView& view, const Tree
   out.free = rows_of<T>(m.free), out.weight = rows_of<T>(m.weight);
   out.z = rows_of<T>(m.z), out.step = rows_of<T>(m.step), out.trial = rows_of<T>(m.trial);
   out.gradient = rows_of<T>(m.gradient);
+  out.slips = view.law != PredictedContact::no_slip;
   return out;
 }
 
-/// A point of a manifold becomes a contact. free: velocities of all dofs but for contacts.
+/// A contact of a link in some lanes, about the frame whose normal and point it has. What it says in other lanes does
+/// not matter, but that it is a number.
 template <class T>
-inline void add_program_contact(const InverseDynamicsView& view, const TreeT<T>& tree, const GroundPairView& pair,
-                                const ContactPointT<T>& point, unsigned lanes, ContactProgramT<T>& program) {
+inline ProgramContactT<T>& add_program_contact(const InverseDynamicsView& view, const TreeT<T>& tree, int link,
+                                               unsigned lanes, const Vec3T<T>& n, const Vec3T<T>& p,
+                                               ContactProgramT<T>& program) {
   const int i = program.count++;
   const TopologyView& t = tree.topology;
   ProgramContactT<T>& c = program.contacts[i];
   const auto valid = mask_from_bits<T>(lanes);
-  c.n = select(valid, point.n, Vec3T<T>{T(0.0), T(0.0), T(1.0)});
-  c.p = select(valid, point.p, tree.origin[0]);
+  c.n = select(valid, n, Vec3T<T>{T(0.0), T(0.0), T(1.0)});
+  c.p = select(valid, p, tree.origin[0]);
   make_tangents(c);
-  c.friction = T(pair.friction);
-  // A contact that is told of touches, whatever the geometry says.
-  T phi = select(valid, point.phi, T(0.0));
-  if (view.by_flags) phi = min(phi, T(0.0));
-  const T rate = T(1.0 / view.h) * phi;
-  c.gap = select(rate < T(0.0), max(T(kOverlapShare) * rate, T(-kOverlapSpeed)), rate);
   Vec3T<T>* J = program.jacobian + program.room * i;
-  for (int body = pair.body; body > 0; body = t.parent[body]) {
+  for (int body = view.links[link].body; body > 0; body = t.parent[body]) {
     J[t.dof_depth[t.v[body]]] = joint_jacobian(tree, body, 1.0, c);
   }
   Vec3T<T> base[6];
@@ -163,8 +164,20 @@ inline void add_program_contact(const InverseDynamicsView& view, const TreeT<T>&
   for (int k = 0; k < 6; ++k) J[k] = base[k];
   const T moment = T(1.0 / 3.0) * (program.A[0] + program.A[2] + program.A[5]);
   c.a = fma(norm2(c.p - tree.origin[0]), recip(moment), T(9.81 / view.weight));
-  view.memory.dof_of_contact[i] = pair.dof;
+  c.friction = c.gap = T(0.0);
+  c.cone.kept = {T(0.0), T(0.0), T(0.0)};
+  view.memory.dof_of_contact[i] = view.links[link].dof;
+  view.memory.link_of_contact[i] = link;
   view.memory.lanes_of_contact[i] = lanes;
+  return c;
+}
+
+/// Gap term of a point. One that the controller is told of touches, whatever its own geometry says.
+template <class T>
+inline T gap_of(const InverseDynamicsView& view, const ContactPointT<T>& point, unsigned lanes) {
+  if (view.told) return T(0.0);
+  const T rate = T(1.0 / view.h) * select(mask_from_bits<T>(lanes), point.phi, T(0.0));
+  return select(rate < T(0.0), max(T(kOverlapShare) * rate, T(-kOverlapSpeed)), rate);
 }
 
 /// All contacts that the nominal robot may have within the step.
@@ -176,11 +189,34 @@ GRAZE_OUT_OF_LINE void find_program_contacts(const InverseDynamicsView& view, co
     const unsigned watch = watched<T>(view, call, pair);
     if (watch == 0) continue;
     ManifoldT<T> manifold;
-    collide<T>(pair.own.kind, shape_of<T>(pair.own), tree.pose[pair.body] * pose_of<T>(pair.own), pair.ground.kind,
-               shape_of<T>(pair.ground), pose_of<T>(pair.ground), T(view.within), manifold);
+    const PoseT<T> pose = tree.pose[view.links[pair.link].body] * pose_of<T>(pair.own);
+    collide<T>(pair.own.kind, shape_of<T>(pair.own), pose, pair.ground.kind, shape_of<T>(pair.ground),
+               pose_of<T>(pair.ground), T(view.within), manifold);
     for (int i = 0; i < manifold.count && program.count < view.memory.room; ++i) {
-      const unsigned lanes = bits(manifold.point[i].valid) & watch;
-      if (lanes != 0) add_program_contact(view, tree, pair, manifold.point[i], lanes, program);
+      const ContactPointT<T>& point = manifold.point[i];
+      const unsigned lanes = bits(point.valid) & watch;
+      if (lanes == 0) continue;
+      ProgramContactT<T>& c = add_program_contact(view, tree, pair.link, lanes, point.n, point.p, program);
+      c.friction = T(pair.friction);
+      c.gap = gap_of(view, point, lanes);
+    }
+  }
+}
+
+/// Forces on links as they were sensed become contacts with their impulses, each frame at its point.
+template <class T>
+GRAZE_OUT_OF_LINE void find_sensed_contacts(const InverseDynamicsView& view, const InverseDynamicsCall& call,
+                                            const TreeT<T>& tree, ContactProgramT<T>& program) {
+  const Vec3T<T> up{T(0.0), T(0.0), T(1.0)};
+  for (int k = 0; k < view.link_count; ++k) {
+    for (int i = 0; i < view.links[k].frames; ++i) {
+      const double* row = call.link_push + 6 * kWidth<T> * view.links[k].frame[i];
+      const Vec3T<T> force = load_vec3<T>(row);
+      const unsigned lanes = call.active & bits(norm2(force) > T(0.0));
+      if (lanes == 0) continue;
+      ProgramContactT<T>& c = add_program_contact(view, tree, k, lanes, up, load_vec3<T>(row + 3 * kWidth<T>), program);
+      const Vec3T<T> impulse = T(view.h) * select(mask_from_bits<T>(lanes), force, Vec3T<T>{T(0.0), T(0.0), T(0.0)});
+      c.cone.kept = to_local(c, impulse);
     }
   }
 }
@@ -272,6 +308,79 @@ GRAZE_OUT_OF_LINE void predict_contacts(const InverseDynamicsView& view, const I
   for (int k = 0; k < 6; ++k) want[k] = select(open, z[k], want[k]);
 }
 
+/// The base's velocity in `want`, which is that without contacts, becomes that under the impulses that are kept.
+template <class T>
+inline void push_base(const TreeT<T>& tree, const ContactProgramT<T>& program, T* want) {
+  T x[6], A[36];
+  for (int k = 0; k < 6; ++k) {
+    x[k] = T(0.0);
+    for (int i = 0; i < program.count; ++i) {
+      x[k] += dot(program.jacobian[program.room * i + k], program.contacts[i].cone.kept);
+    }
+    for (int d = 0; d <= k; ++d) A[6 * k + d] = tree.M[base_entry(k, d)];
+  }
+  solve_spd<T, 6, 6>(6, A, x);
+  for (int k = 0; k < 6; ++k) want[k] += x[k];
+}
+
+/// The program's impulses give way to those of the lanes' complementarity problems, for the same joint velocities.
+template <class T>
+GRAZE_OUT_OF_LINE void pivot_contacts(const InverseDynamicsView& view, const InverseDynamicsCall& call,
+                                      const TreeT<T>& tree, const T* v, T* want, const ContactProgramT<T>& program) {
+  move_base(view, tree, v, want);
+  T* const pivot = rows_of<T>(view.memory.pivot);
+  unsigned touched = 0;
+  for (int i = 0; i < program.count; ++i) {
+    const ProgramContactT<T>& c = program.contacts[i];
+    const Vec3T<T>* J = program.jacobian + program.room * i;
+    const int* dofs = program.path(i);
+    Vec3T<T> u{c.gap, T(0.0), T(0.0)};
+    for (int d = 0; d < program.dofs_above(i); ++d) u = axpy(want[dofs[d]], J[d], u);
+    T* row = pivot + kPivotRows * i;
+    row[kPivotFriction] = c.friction;
+    row[kPivotVelocity] = u.x, row[kPivotVelocity + 1] = u.y, row[kPivotVelocity + 2] = u.z;
+    row[kPivotImpulse] = c.cone.kept.x, row[kPivotImpulse + 1] = c.cone.kept.y, row[kPivotImpulse + 2] = c.cone.kept.z;
+    touched |= program.lanes[i];
+  }
+  for (int lane = 0; lane < kWidth<T>; ++lane) {
+    if ((touched & call.active) >> lane & 1u) view.pivot(view.solver, lane, program.count);
+  }
+  for (int i = 0; i < program.count; ++i) {
+    const T* found = pivot + kPivotRows * i + kPivotImpulse;
+    program.contacts[i].cone.kept = {found[0], found[1], found[2]};
+  }
+  push_base(tree, program, want);
+}
+
+/// Impulses of what touches, and the base's velocity that goes with them.
+template <class T>
+GRAZE_OUT_OF_LINE void find_impulses(const InverseDynamicsView& view, const InverseDynamicsCall& call,
+                                     const TreeT<T>& tree, const T* v, T* want, ContactProgramT<T>& program) {
+  if (view.law == PredictedContact::none) return;
+  if (view.law == PredictedContact::sensed) {
+    find_sensed_contacts(view, call, tree, program);
+    push_base(tree, program, want);
+    return;
+  }
+  find_program_contacts(view, call, tree, program);
+  if (program.count == 0) return;
+  predict_contacts(view, call, tree, v, want, program);
+  if (view.law == PredictedContact::pivoted) pivot_contacts(view, call, tree, v, want, program);
+}
+
+/// Normal forces on the links that the torques count on.
+template <class T>
+inline void sum_forces(const InverseDynamicsView& view, unsigned active, const ContactProgramT<T>& program) {
+  const T rate(1.0 / view.h);
+  T* force = rows_of<T>(view.memory.normal_force);
+  for (int k = 0; k < view.link_count; ++k) force[k] = select(mask_from_bits<T>(active), T(0.0), force[k]);
+  for (int i = 0; i < program.count; ++i) {
+    const auto valid = mask_from_bits<T>(program.lanes[i]);
+    T& sum = force[view.memory.link_of_contact[i]];
+    sum = select(valid, fma(rate, program.contacts[i].cone.kept.x, sum), sum);
+  }
+}
+
 /// One control step of all lanes.
 template <class T>
 void inverse_dynamics(const InverseDynamicsView& view, const InverseDynamicsCall& call) {
@@ -287,8 +396,8 @@ void inverse_dynamics(const InverseDynamicsView& view, const InverseDynamicsCall
     update_mass<T>(tree);
     update_bias<T>(tree, v);
     move_base(view, tree, v, want);
-    if (view.law != PredictedContact::none) find_program_contacts(view, call, tree, program);
-    if (program.count > 0) predict_contacts(view, call, tree, v, want, program);
+    find_impulses(view, call, tree, v, want, program);
+    sum_forces(view, call.active, program);
   }
   joint_torques(view, tree, program, v, want, torque);
   for (int i = 0; i < view.follower_count; ++i) {

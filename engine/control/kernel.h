@@ -58,8 +58,17 @@ struct OperationalPdCall {
   double *tau, *kp, *kd, *ki;                     // na each: what the actuators are asked for
 };
 
-/// Laws of contact that inverse dynamics knows.
-enum class PredictedContact : int { none, coulomb };
+/// Where inverse dynamics has contact forces from: none, the convex program with Coulomb's cones or without slip, what
+/// was sensed, or a complementarity problem that is solved lane by lane.
+enum class PredictedContact : int { none, coulomb, no_slip, sensed, pivoted };
+
+/// A body of the robot whose contacts count.
+struct TouchingLinkView {
+  int body;
+  int dof;     // the last degree of freedom that moves it
+  int frames;  // rows of link_force that count as the body's
+  const int* frame;
+};
 
 /// A shape of the robot and one that stands in the nominal world.
 struct GroundPairView {
@@ -71,11 +80,8 @@ struct GroundPairView {
     const HullView* hull;
   };
   Part own, ground;
-  int body;         // that carries the robot's shape
-  int dof;          // the last degree of freedom that moves it
+  int link;         // that carries the robot's shape
   double friction;  // of the pair
-  int frames;       // rows of link_force that count as the body's
-  const int* frame;
 };
 
 /// A joint that follows another.
@@ -93,12 +99,22 @@ struct InverseDynamicsMemory {
   double *q, *v;                                                           // nq, nv
   double *want, *free, *z, *step, *trial, *gradient, *torque, *weight;     // nv each
   double *H, *contacts, *jacobian;
-  int* dof_of_contact;         // the last that moves it
+  double* pivot;         // PivotRow of each contact
+  double* normal_force;  // of each link, N: what the torques count on
+  int* dof_of_contact;   // the last that moves it
+  int* link_of_contact;
   unsigned* lanes_of_contact;  // where it is
   int room;                    // contacts
 };
 
-/// The nominal robot, without movable objects, and how its torques are found. h: control period, s.
+/// What a scalar solver is told of a contact, and its answer: velocity without impulses plus gap term (3), friction,
+/// and impulse (3), which is that of the convex program before it is found.
+enum PivotRow : int { kPivotVelocity = 0, kPivotFriction = 3, kPivotImpulse = 4, kPivotRows = 7 };
+/// Finds the impulses of one lane's contacts, of which there are `count` in any lane.
+using PivotContacts = void (*)(void* solver, int lane, int count);
+
+/// The nominal robot, without movable objects, and how its torques are found. h: time in which joints and contacts
+/// shall move as asked, s.
 struct InverseDynamicsView {
   TopologyView topology;
   bool floating;
@@ -107,13 +123,17 @@ struct InverseDynamicsView {
   int follower_count;
   const FollowerView* followers;
   const double* damping;        // nv, N m s/rad
-  const double *kp, *kd;        // na, 1/s^2 and 1/s
+  const double *kp, *kd, *ki;   // na, 1/s^2, 1/s and 1/s^3
   double h, weight, stiffness;  // s; N, of the robot; weight of torques against energy (contact_program.h)
   PredictedContact law;
-  bool by_flags;         // contacts are where link_force says so
+  bool told;             // contacts are where link_force says so
   double within, force;  // m, N: what counts as a contact
+  int link_count;
+  const TouchingLinkView* links;
   int pair_count;
   const GroundPairView* pairs;
+  PivotContacts pivot;
+  void* solver;
   InverseDynamicsMemory memory;
 };
 
@@ -121,7 +141,8 @@ struct InverseDynamicsCall {
   unsigned active;
   const double *joint_position, *joint_velocity;                       // na each, sensed
   const double *base_position, *base_rpy, *base_velocity, *base_rate;  // 3 each, sensed, world; or null
-  const double* link_force;                                            // sensed, or null
+  const double *link_force, *link_push;                                // sensed, or null
+  const double* error_sum;                                             // na, rad s or m s, or null
   const double *target_q, *target_v, *target_tau;                      // na each
   double *tau, *kp, *kd, *ki;                                          // na each: what the actuators are asked for
 };

@@ -43,6 +43,11 @@ struct ControlContext {
   PolicyDraws* draws = nullptr;                          // set by the Controller; outlives the policy
 };
 
+/// Name and unit of an internal quantity.
+struct Inside {
+  std::string name, unit;
+};
+
 class Policy {
  public:
   virtual ~Policy() = default;
@@ -56,27 +61,29 @@ class Policy {
   virtual void carry(int /*lane*/, LaneTape& /*tape*/) {
     throw std::logic_error("the policy does not tell what it keeps of a trace (Policy::carry), so it cannot be saved");
   }
-  /// Internal quantities of the policy, for records of a trace: names and units, and the numbers of a lane after
-  /// act(), out[inside().size()].
-  struct Inside {
-    std::string name, unit;
-  };
+  /// Internal quantities of the policy, for records of a trace, and the numbers of a lane after act(),
+  /// out[inside().size()].
   virtual std::vector<Inside> inside() const { return {}; }
   virtual void look_inside(int /*lane*/, double* /*out*/) const {}
   /// Frames (indices into Model::frames) that the effector targets are for; empty if it has joint targets only.
   virtual std::vector<int> effectors() const { return {}; }
 };
 
-/// Keeps nothing of a lane from call to call.
 class Tracker {
  public:
   virtual ~Tracker() = default;
   virtual TargetKind kind() const = 0;
+  /// As of a policy, for trackers that keep something of a lane from call to call.
+  virtual void start(int /*lane*/) {}
+  virtual void carry(int /*lane*/, LaneTape& /*tape*/) {}
   /// Groups of the observation that track reads, as Policy::reads, and kServoPosition or kServoVelocity if the servos
   /// that it commands look at their encoders.
   virtual unsigned reads() const { return kAllGroups; }
   virtual void track(const Observation& observation, const Targets& targets, LaneMask active,
                      ActuatorCommand& command) = 0;
+  /// As of a policy, after track().
+  virtual std::vector<Inside> inside() const { return {}; }
+  virtual void look_inside(int /*lane*/, double* /*out*/) const {}
 };
 
 /// Given what is written for a policy or tracker, whose keys are known to be described ones. `kind`: what the chosen
@@ -120,6 +127,7 @@ class Controller {
   // What follows is for records of a trace, and of the last act.
   TargetKind kind() const;                  // of what the tracker follows
   const Policy& policy() const;             // its effectors and what it keeps to itself
+  const Tracker& tracker() const;           // what it keeps to itself
   const Targets& targets() const;           // before the lag
   const Targets& targets_in_force() const;  // behind it: what the tracker followed in the lanes that acted
   double lag(int lane) const;               // s, with its jitter

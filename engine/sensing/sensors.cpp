@@ -174,6 +174,7 @@ void Sensors::resize(Observation& out) const {
   resize_group(out.imu_linear, 3, reads(kImuLinear));
   resize_group(out.imu_angular, 3, reads(kImuAngular));
   resize_group(out.link_force, static_cast<int>(nominal_.frames.size()), reads(kLinkForce));
+  resize_group(out.link_push, 6 * static_cast<int>(nominal_.frames.size()), reads(kLinkPush));
   if (!fresh || nominal_.floating_base) return;
   const Pose X_WB = fixed_base_pose(nominal_);
   if (reads(kBasePosition)) fill(out.base_position, X_WB.translation());
@@ -246,6 +247,33 @@ void Sensors::list_forces(const BlockPhysics& physics) {
   }
 }
 
+/// Contact forces on links, and where they act.
+void Sensors::sum_pushes(const BlockPhysics& physics, double h, LaneMask active, BlockArray& push) const {
+  BlockArray pressed(push.rows() / 6);  // N s
+  for (int lane = 0; lane < kLanes; ++lane) {
+    for (int k = 0; active[lane] && k < push.rows(); ++k) push(k, lane) = 0;
+  }
+  for (const ContactPoint& point : physics.contact_points()) {
+    for (const int collider : {point.a, point.b}) {
+      const int frame = frame_of_collider_[collider];
+      if (frame < 0) continue;
+      const double side = collider == point.a ? 1 : -1;
+      for (int lane = 0; lane < kLanes; ++lane) {
+        const double normal = point.lanes[lane] && active[lane] ? point(kNormalImpulse, lane) : 0.0;
+        if (!(normal > 0)) continue;
+        pressed(frame, lane) += normal;
+        const double share = normal / pressed(frame, lane);
+        for (int k = 0; k < 3; ++k) {
+          const auto impulse = static_cast<ContactRow>(kImpulse + k), place = static_cast<ContactRow>(kPoint + k);
+          push(6 * frame + k, lane) += side * point(impulse, lane) / h;
+          double& at = push(6 * frame + 3 + k, lane);
+          at += share * (point(place, lane) - at);
+        }
+      }
+    }
+  }
+}
+
 void Sensors::sense(const BlockPhysics& physics, const BlockArray& tau, double h,
                     const std::array<std::uint32_t, kLanes>& step, const std::array<double, kLanes>& time,
                     LaneMask active, Observation& out) {
@@ -286,6 +314,7 @@ void Sensors::sense(const BlockPhysics& physics, const BlockArray& tau, double h
     if (!reads(kBaseYaw)) std::fill_n(out.base_rpy.row(2), kLanes, kNotRead);
   }
   if (reads(kLinkForce)) mistake_contacts(step, active, out.link_force);
+  if (reads(kLinkPush)) sum_pushes(physics, h, active, out.link_push);
 }
 
 }  // namespace graze

@@ -33,7 +33,8 @@ enum SensedGroup : unsigned {
   kBaseYaw = 1u << 14,     // yaw of base_rpy
   kBasePosition = kBasePlace | kBaseHeight,
   kBaseRpy = kBaseTilt | kBaseYaw,
-  kAllGroups = (1u << 15) - 1u
+  kLinkPush = 1u << 15,  // contact forces on links as vectors
+  kAllGroups = (1u << 16) - 1u
 };
 
 /// What is sensed at a control step, all lanes. Rows in the order of Model::actuated (na), SI units, world axes. What
@@ -51,6 +52,9 @@ struct Observation {
   // One row per Model::frames: sum of normal contact forces on the link, N. Exact, but that a touch may be missed (0)
   // or be seen where there is none (the robot's weight): channels sensor.contact.LINK.{missed,false}.
   BlockArray link_force;
+  // Six rows per frame: contact force on the link, N, and the point that it acts at, m, which is the mean of its
+  // contact points by normal force; both in the world, exact. Zero where nothing presses.
+  BlockArray link_push;
 };
 
 /// The jitter of each channel, in the order of channel_names(), and where its draws come from.
@@ -89,6 +93,7 @@ class Sensors {
   void copy_errors();
   void list_readings();
   void list_forces(const BlockPhysics& physics);
+  void sum_pushes(const BlockPhysics& physics, double h, LaneMask active, BlockArray& push) const;
   void add_flag_noise(int lane);
   void mistake_contacts(const std::array<std::uint32_t, kLanes>& step, LaneMask active, BlockArray& force);
 

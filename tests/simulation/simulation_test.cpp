@@ -203,5 +203,16 @@ TEST(Simulation, ATraceThatGoesAstrayIsInvalid) {
   EXPECT_NEAR(astray.end_time, 0.010, 0.0015);
 }
 
+// A controller that asks for what is no number makes its traces invalid, and the reason names it and the joint.
+TEST(Simulation, NamesAControllerThatFails) {
+  ScenarioOptions options;
+  options.overrides = {{"time.end", "0.1 s"}, {"policies.trot.control", "{inverse_dynamics: {kp: 1e308, kd: 1e308}}"}};
+  const Simulation robot(load_scenario(testing::data("scenarios/quadruped_trot.yaml"), options));
+  for (const TraceRecord& trace : Simulator(robot, "trot").run(0, 3)) {
+    EXPECT_EQ(trace.outcome, Outcome::invalid);
+    EXPECT_THAT(trace.invalid_reason, HasSubstr("the controller asks joint LF_X_1 for a torque that is not finite"));
+  }
+}
+
 }  // namespace
 }  // namespace graze

@@ -11,35 +11,10 @@
 #include "engine/dynamics/dynamics_model.h"
 #include "engine/lanes/isa.h"
 #include "engine/model/rotation.h"
-#include "tests/engine/control/closed_loop.h"
+#include "tests/engine/control/inverse_dynamics_support.h"
 
 namespace graze {
 namespace {
-
-/// A robot under a policy on the lane engine, all with one step.
-struct LaneLoop : ClosedLoop {
-  LaneLoop(const Scene& nominal, const std::string& policy, double h = 1e-3)
-      : ClosedLoop(nominal, policy, h, "lanes") {}
-};
-
-constexpr double kKp = 5e4, kKd = 100;  // facts c.6: acceleration gains of the published joint controller
-std::string tracker(const std::string& more = "") { return "inverse_dynamics: {kp: 5e4, kd: 100" + more + "}"; }
-std::string hold(const std::string& control) { return "{hold: {}, control: {" + control + "}}"; }
-std::string trot(const std::string& control) {
-  return "{gait: {velocity: [0.2, 0, 0], duration: 0.3 s, duty: 60 %, touchdown: '[25, 75, 75, 25] %', step_height: "
-         "1.5 "
-         "cm, stance: {length: 120 %, width: 200 %, height: 90 %}}, control: {" +
-         control + "}}";
-}
-
-/// LINKS whose motors are strong enough for anything, with contacts of the convex model.
-World strong_links(double friction = 1.0) {
-  World world = links_world();
-  for (Joint& joint : world.robot.joints) joint.effort = joint.velocity = 1e9;
-  world.contact.model = "complementarity_free";
-  world.contact.friction = friction;
-  return world;
-}
 
 /// How far the joints' velocities of a step are from what was asked, of all joints the most, rad/s.
 double worst_miss(const Scene& scene, const LaneLoop& loop, const Eigen::VectorXd& q, const Eigen::VectorXd& v,
@@ -85,7 +60,7 @@ TEST(InverseDynamics, StandsWithPredictedForces) {
 /// A random program on LINKS: its mass matrix in a random posture, contacts anywhere on it in any direction, some of
 /// them twice, and random velocities, gaps and friction.
 struct RandomProgram {
-  explicit RandomProgram(const DynamicsModel& robot, std::mt19937& generator, double friction)
+  explicit RandomProgram(const DynamicsModel& robot, std::mt19937& generator, double friction, bool slips = true)
       : data(robot), nv(robot.nv()) {
     const auto u = [&](double low, double high) {
       return std::uniform_real_distribution<double>(low, high)(generator);
@@ -108,7 +83,7 @@ struct RandomProgram {
     for (int k = 6; k < nv; ++k) weight[k] = 1 / (kEps * 100);
     program = {data.tree(), data.tree().M, count,        contacts.data(), jacobian.data(),
                nv,          dofs.data(),   lanes.data(), free.data(),     weight.data(),
-               z.data(),    step.data(),   trial.data(), gradient.data()};
+               z.data(),    step.data(),   trial.data(), gradient.data(), slips};
     program.tree.M = H.data();
     z = free;
   }
@@ -275,18 +250,6 @@ TEST(InverseDynamics, TrotsWithPredictedForces) {
   EXPECT_GT(loop.state().q(4, 0), 0.1);
 }
 
-/// LINKS, heavier by `mass`, on ground of `friction`, with a hind foot longer by 3 mm.
-Particle other_robot(double mass, double friction, std::uint32_t id) {
-  World world = links_world();
-  for (Link& link : world.robot.links) link.inertia = link.inertia.scaled(mass);
-  world.contact.friction = friction;
-  for (Joint& joint : world.robot.joints) {
-    if (joint.child == "LH_FOOT") joint.X_PJ.translation() *= 1.03;
-  }
-  Particle out = Scene(world).particle(id);
-  return out;
-}
-
 // Robots with a fifth more or less mass, other friction and another foot than the tracker believes, standing and
 // trotting: commands stay numbers, torques within their limits, and a trace that ends says why.
 TEST(InverseDynamics, ForgivesAnotherRobot) {
@@ -341,7 +304,9 @@ std::vector<double> trace_of(const std::string& policy, Isa isa, int lane, bool 
 // The same bits with every instruction set, in every lane, alone and beside robots that differ, fall and begin at other
 // times.
 TEST(InverseDynamics, BitsDependOnTheTraceAlone) {
-  for (const char* more : {"", ", contacts: {from: flags}"}) {
+  for (const char* more : {"", ", contacts: {from: flags}", ", contacts: {from: force, delay: 3 ms}",
+                           ", model: sensed, contacts: {delay: 1 ms}", ", model: qp_no_slip", ", model: lcp_coulomb",
+                           ", model: lcp_no_slip, ki: 10", ", horizon: 10 ms"}) {
     const std::string policy = trot(tracker(more));
     const std::vector<double> want = trace_of(policy, Isa::portable, 0, false);
     for (const double value : want) ASSERT_TRUE(std::isfinite(value));
@@ -375,7 +340,13 @@ TEST(InverseDynamics, RefusesWhatItCannotDo) {
   EXPECT_EQ(error(scene, hold("inverse_dynamics: {kp: 1, model: qp_coulom}")).rfind("policy.yaml:1:", 0), 0u);
   EXPECT_NE(error(scene, hold("inverse_dynamics: {kp: 1, model: qp_coulom}")).find("qp_coulomb"), std::string::npos);
   EXPECT_NE(error(scene, hold("inverse_dynamics: {kp: -1}")).find("-1"), std::string::npos);
-  EXPECT_NE(error(scene, hold("inverse_dynamics: {kp: 1, contacts: {force: 2 N}}")).find("from: flags"),
+  EXPECT_NE(error(scene, hold("inverse_dynamics: {kp: 1, contacts: {force: 2 N}}")).find("from: force"),
+            std::string::npos);
+  EXPECT_NE(error(scene, hold("inverse_dynamics: {kp: 1, contacts: {delay: 2 ms}}")).find("from: flags"),
+            std::string::npos);
+  EXPECT_NE(error(scene, hold("inverse_dynamics: {kp: 1, model: sensed, contacts: {within: 1 cm}}")).find("sensed"),
+            std::string::npos);
+  EXPECT_NE(error(scene, hold("inverse_dynamics: {kp: 1, contacts: {from: flags, delay: 2 s}}")).find("2 s is more"),
             std::string::npos);
   World fixed = links_world();
   fixed.robot.floating_base = false;

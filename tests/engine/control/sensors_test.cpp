@@ -258,7 +258,7 @@ TEST_F(SensorsAndActuators, UnreadGroupsChangeNoOther) {
   const auto arrays = [](const Observation& o) {
     return std::array{&o.joint_position, &o.joint_velocity, &o.joint_acceleration, &o.joint_torque,
                       &o.base_position,  &o.base_rpy,       &o.base_velocity,      &o.base_rate,
-                      &o.imu_linear,     &o.imu_angular,    &o.link_force};
+                      &o.imu_linear,     &o.imu_angular,    &o.link_force,         &o.link_push};
   };
   const Particle particle = scene.particle(5);
   const auto sensed = [&](unsigned reads) {
@@ -276,7 +276,7 @@ TEST_F(SensorsAndActuators, UnreadGroupsChangeNoOther) {
   // In the order of `arrays`.
   constexpr unsigned kGroups[] = {kJointPosition, kJointVelocity, kJointAcceleration, kJointTorque,
                                   kBasePosition,  kBaseRpy,       kBaseVelocity,      kBaseRate,
-                                  kImuLinear,     kImuAngular,    kLinkForce};
+                                  kImuLinear,     kImuAngular,    kLinkForce,         kLinkPush};
   ASSERT_EQ(std::size(kGroups), want.size());
   for (const unsigned group : kGroups) {
     for (const unsigned reads : {group, kAllGroups & ~group}) {

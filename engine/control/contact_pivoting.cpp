@@ -1,0 +1,141 @@
+#include "engine/control/contact_pivoting.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/contact/lcp.h"
+#include "engine/dynamics/factor.h"
+
+namespace graze {
+
+namespace {
+
+using Eigen::MatrixXd, Eigen::VectorXd;
+
+constexpr int kEdges = 4;  // of the friction pyramid, as published
+/// A tangent whose part that is independent of those before is less than this share of it counts as dependent.
+constexpr double kIndependent = 1e-9;
+
+/// Algorithm 3: rows of the tangents (in the numbering of J) on which forces can be told apart, found by a Cholesky
+/// factorisation that grows row by row.
+std::vector<int> independent_tangents(const MatrixXd& W) {
+  std::vector<int> rows;
+  MatrixXd L(6, 6);
+  for (int i = 0; i < W.rows() && rows.size() < 6; ++i) {
+    if (i % 3 == 0) continue;  // a normal
+    const int n = static_cast<int>(rows.size());
+    VectorXd a(n);
+    for (int k = 0; k < n; ++k) a[k] = W(i, rows[k]);
+    const VectorXd l = L.topLeftCorner(n, n).triangularView<Eigen::Lower>().solve(a);
+    const double rest = W(i, i) - l.squaredNorm();
+    if (!(rest > kIndependent * W(i, i))) continue;
+    L.row(n).head(n) = l.transpose();
+    L(n, n) = std::sqrt(rest);
+    rows.push_back(i);
+  }
+  return rows;
+}
+
+bool is_solution(const LcpSolution& solution) { return solution.solved && solution.z.allFinite(); }
+
+}  // namespace
+
+VectorXd pivot_coulomb(const BaseContacts& contacts) {
+  const int n = static_cast<int>(contacts.friction.size()), f = n, e = n + kEdges * n, size = e + n;
+  // Directions of the impulses: normals, then the edges s, -s, t, -t of each contact.
+  MatrixXd D = MatrixXd::Zero(3 * n, e);
+  for (int i = 0; i < n; ++i) {
+    D(3 * i, i) = 1;
+    const int at = f + kEdges * i;
+    D(3 * i + 1, at) = 1, D(3 * i + 1, at + 1) = -1, D(3 * i + 2, at + 2) = 1, D(3 * i + 2, at + 3) = -1;
+  }
+  MatrixXd M = MatrixXd::Zero(size, size);
+  M.topLeftCorner(e, e) = D.transpose() * contacts.delassus() * D;
+  VectorXd q = VectorXd::Zero(size);
+  q.head(e) = D.transpose() * contacts.u;
+  for (int i = 0; i < n; ++i) {
+    M.block(f + kEdges * i, e + i, kEdges, 1).setOnes();
+    M.block(e + i, f + kEdges * i, 1, kEdges).setConstant(-1);
+    M(e + i, i) = contacts.friction[i];
+  }
+  const LcpSolution solution = solve_lemke(M, q);
+  if (!is_solution(solution)) return {};
+  return D * solution.z.head(e);
+}
+
+VectorXd pivot_no_slip(const BaseContacts& contacts, std::vector<int>& active) {
+  const int n = static_cast<int>(contacts.friction.size());
+  const MatrixXd W = contacts.delassus();
+  const std::vector<int> tangents = independent_tangents(W);
+  std::vector<int> normals(n);
+  for (int i = 0; i < n; ++i) normals[i] = 3 * i;
+  // The tangents' forces are what keeps their velocities at zero (Eqs. 72, 73), whatever the normals do.
+  const MatrixXd B = W(tangents, normals);
+  const Eigen::LLT<MatrixXd> factor(MatrixXd(W(tangents, tangents)));
+  const VectorXd still = factor.solve(contacts.u(tangents));
+  const MatrixXd with = factor.solve(B);
+  const MatrixXd Q = W(normals, normals) - B.transpose() * with;
+  const VectorXd r = contacts.u(normals) - B.transpose() * still;
+  const LcpSolution solution = solve_ppm(0.5 * (Q + Q.transpose()), r, active);
+  active.clear();
+  if (!is_solution(solution)) return {};
+  active = solution.active;
+  const VectorXd along = -(still + with * solution.z);
+  VectorXd out = VectorXd::Zero(3 * n);
+  for (int i = 0; i < n; ++i) out[3 * i] = solution.z[i];
+  for (std::size_t k = 0; k < tangents.size(); ++k) out[tangents[k]] = along[k];
+  return out;
+}
+
+void ContactPivoting::serve(InverseDynamicsView& view) {
+  view_ = &view;
+  view.solver = this;
+  view.pivot = [](void* self, int lane, int count) { static_cast<ContactPivoting*>(self)->solve(lane, count); };
+}
+
+BaseContacts ContactPivoting::read(int lane, int count) {
+  const InverseDynamicsMemory& m = view_->memory;
+  contacts_.clear();
+  for (int i = 0; i < count; ++i) {
+    if (m.lanes_of_contact[i] >> lane & 1u) contacts_.push_back(i);
+  }
+  const int n = static_cast<int>(contacts_.size()), nv = view_->topology.nv;
+  BaseContacts out{{}, MatrixXd(3 * n, 6), VectorXd(3 * n), VectorXd(n)};
+  for (int k = 0; k < 6; ++k) {
+    for (int d = 0; d <= k; ++d) out.A(k, d) = out.A(d, k) = m.M[kLanes * base_entry(k, d) + lane];
+  }
+  for (int i = 0; i < n; ++i) {
+    const double* row = m.pivot + kLanes * kPivotRows * contacts_[i] + lane;
+    const double* jacobian = m.jacobian + kLanes * 3 * nv * contacts_[i] + lane;
+    for (int k = 0; k < 3; ++k) {
+      out.u[3 * i + k] = row[kLanes * (kPivotVelocity + k)];
+      for (int d = 0; d < 6; ++d) out.J(3 * i + k, d) = jacobian[kLanes * (3 * d + k)];
+    }
+    out.friction[i] = row[kLanes * kPivotFriction];
+  }
+  return out;
+}
+
+void ContactPivoting::solve(int lane, int count) {
+  const BaseContacts contacts = read(lane, count);
+  const InverseDynamicsMemory& m = view_->memory;
+  std::vector<int>& pressing = pressing_[lane];
+  VectorXd impulse;
+  if (slips_) {
+    impulse = pivot_coulomb(contacts);
+  } else {
+    std::vector<int> active;
+    for (std::size_t i = 0; i < contacts_.size(); ++i) {
+      const int link = m.link_of_contact[contacts_[i]];
+      if (std::find(pressing.begin(), pressing.end(), link) != pressing.end()) active.push_back(static_cast<int>(i));
+    }
+    impulse = pivot_no_slip(contacts, active);
+    pressing.clear();
+    for (const int i : active) pressing.push_back(m.link_of_contact[contacts_[i]]);
+  }
+  for (int k = 0; k < impulse.size(); ++k) {
+    m.pivot[kLanes * (kPivotRows * contacts_[k / 3] + kPivotImpulse + k % 3) + lane] = impulse[k];
+  }
+}
+
+}  // namespace graze

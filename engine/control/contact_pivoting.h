@@ -1,0 +1,54 @@
+#pragma once
+// Contact impulses of one lane of inverse dynamics as complementarity problems (dissertation §7.3 and §7.4): joints
+// move as they are told, so that contacts feel the inertia A of the base alone. Scalar: the same bits for every
+// instruction set.
+
+#include <Eigen/Dense>
+#include <array>
+#include <vector>
+
+#include "engine/control/kernel.h"
+#include "engine/lanes/lane_tape.h"
+
+namespace graze {
+
+/// Contacts of a robot whose joints move as they are told.
+struct BaseContacts {
+  Eigen::Matrix<double, 6, 6> A;  // inertia of the base
+  Eigen::MatrixXd J;              // 3 n x 6: normal and two tangents of each contact
+  Eigen::VectorXd u;              // 3 n: velocities without impulses plus gap terms
+  Eigen::VectorXd friction;       // n
+  Eigen::MatrixXd delassus() const { return J * A.llt().solve(J.transpose()); }
+};
+
+/// Impulses [3 n] of contacts with pyramids of four edges as friction cones (Eqs. 86 to 101), by Lemke's algorithm, or
+/// none if it ends on a ray.
+Eigen::VectorXd pivot_coulomb(const BaseContacts& contacts);
+
+/// Impulses [3 n] of contacts that do not slip (Eqs. 68 to 77), or none if what the joints do contradicts them. Of
+/// the tangents those count that Algorithm 3 finds independent. `active`: contacts that pressed in the last solution,
+/// with which the principal pivoting begins (Algorithm 4), and then those of this one.
+Eigen::VectorXd pivot_no_slip(const BaseContacts& contacts, std::vector<int>& active);
+
+/// The solver behind InverseDynamicsView::pivot.
+class ContactPivoting {
+ public:
+  ContactPivoting() = default;
+  explicit ContactPivoting(bool slips) : slips_(slips) {}
+  void start(int lane) { pressing_[lane].clear(); }
+  /// `view`: whose contacts are solved; outlives the calls. Sets its solver.
+  void serve(InverseDynamicsView& view);
+  /// What a lane keeps from call to call.
+  void carry(int lane, LaneTape& tape) { tape.carry(pressing_[lane]); }
+
+ private:
+  void solve(int lane, int count);
+  BaseContacts read(int lane, int count);
+
+  bool slips_ = true;
+  const InverseDynamicsView* view_ = nullptr;
+  std::vector<int> contacts_;                      // of the lane, indices into the memory
+  std::array<std::vector<int>, kLanes> pressing_;  // links, of the last solution
+};
+
+}  // namespace graze
