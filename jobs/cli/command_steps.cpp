@@ -38,7 +38,6 @@ struct PolicyStudy {
 };
 
 double read_step(const std::string& text, const std::string& option) {
-  if (text.empty()) throw InputError(option + ": nothing stands before, behind or between two commas; a step must");
   const double out = parse_seconds(text, option, kLeastStep, kMostStep);
   if (out == 0) {
     throw InputError(
@@ -55,6 +54,10 @@ std::vector<double> read_steps(const std::string& asked, const Timing& own) {
     const std::size_t end = std::min(text.find(',', begin), text.size());
     const std::string word = text.substr(begin, end - begin);
     begin = end + 1;
+    if (word.empty()) {
+      throw InputError(
+          fmt::format("--steps {}: nothing stands before, behind or between two commas; a step must", text));
+    }
     const double step = read_step(word, "--steps");
     if (step <= own.end) {
       out.push_back(step);
