@@ -31,6 +31,9 @@ constexpr double kFeltShare = 0.1;
 /// Control steps: no delay of a sensor is longer.
 constexpr double kMostDelay = 1000;
 
+/// s: with that of a control step of 1 ms a robot on rigid ground throws its own legs (our choice, docs/control.md).
+constexpr double kHorizon = 20e-3;
+
 const Description& inverse_dynamics_description() {
   static const Description text = {
       "torques that give the nominal robot's joints the accelerations kp (q_des − q) + kd (q̇_des − q̇), with predicted "
@@ -60,8 +63,8 @@ const Description& inverse_dynamics_description() {
         "as they were sensed; or as if the robot were in the air"},
        {"horizon",
         {Form::number(Quantity::time, Bound::positive)},
-        Default::words("the control step"),
-        "in which contacts take up what moves against them: longer ones leave impacts out"},
+        Default::words("20 ms, or the control step if that is longer"),
+        "in which contacts take up what moves against them: long ones leave impacts out"},
        {"regularization",
         {Form::number(Quantity::dimensionless, Bound::fraction)},
         Default::value("1e-6"),
@@ -110,7 +113,7 @@ class InverseDynamics : public Tracker {
     watch(model, own, word, effectors);
     view_ = robot_.view();
     view_.kp = kp_.data(), view_.kd = kd_.data(), view_.ki = ki_.data();
-    view_.h = own.has("horizon") ? own.number("horizon") : context.period;
+    view_.h = own.has("horizon") ? own.number("horizon") : std::max(kHorizon, context.period);
     view_.law = law;
     view_.stiffness = std::max(own.number("regularization"), 1e-9);  // below, rounding decides
     view_.within = 5e-3;

@@ -116,7 +116,7 @@ int upright(const std::string& control, int steps) {
 // impacts that come early or late are torques without a reaction. With a horizon of twenty steps all trot on, whether
 // contacts are predicted by distance or told.
 TEST(ContactKnowledge, HorizonLeavesImpactsOut) {
-  EXPECT_LE(upright("inverse_dynamics: {kp: 5e3, kd: 100}", 1500), 2);
+  EXPECT_LE(upright("inverse_dynamics: {kp: 5e3, kd: 100, horizon: 1 ms}", 1500), 2);
   for (const char* more : {"", ", contacts: {within: 1 cm}", ", model: lcp_coulomb"}) {
     EXPECT_EQ(upright("inverse_dynamics: {kp: 5e3, kd: 100, horizon: 20 ms" + std::string(more) + "}", 1500), kLanes)
         << more;
@@ -192,7 +192,7 @@ TEST(ContactKnowledge, SensedForcesAreThoseOfAStepBefore) {
   for (const int delay : {0, 1}) {
     const Scene scene(links_world());
     const std::string more = delay == 0 ? ", model: sensed" : ", model: sensed, contacts: {delay: 1 ms}";
-    LaneLoop loop(scene, hold("inverse_dynamics: {kp: 1e3, kd: 50" + more + "}"));
+    LaneLoop loop(scene, hold("inverse_dynamics: {kp: 1e3, kd: 50, horizon: 1 ms" + more + "}"));
     loop.start(0, scene.particle());
     std::vector<std::vector<double>> pressed;
     std::vector<double> counted(loop.controller().tracker().inside().size());
@@ -207,6 +207,21 @@ TEST(ContactKnowledge, SensedForcesAreThoseOfAStepBefore) {
       pressed.push_back(pressed_by_engine(scene, loop, 1e-3));
     }
     EXPECT_GT(loop.state().position(0, 0).z(), 0.1);
+  }
+}
+
+// The published gains, and nothing else written: the nominal robot stands, whatever contact is like.
+TEST(ContactKnowledge, PublishedGainsStandAsTheyAre) {
+  for (const char* contact : {"complementarity", "complementarity_free", "compliant"}) {
+    World world = links_world();
+    world.contact.model = contact;
+    const Scene scene(std::move(world));
+    LaneLoop loop(scene, hold("inverse_dynamics: {kp: 5e4, kd: 100}"));
+    loop.start(0, scene.particle());
+    const double height = loop.state().position(0, 0).z();
+    for (int step = 0; step < 2000; ++step) loop.advance();
+    ASSERT_FALSE(loop.physics().fault(0)) << contact;
+    EXPECT_NEAR(loop.state().position(0, 0).z(), height, 0.01) << contact;
   }
 }
 

@@ -12,7 +12,11 @@ struct LaneLoop : ClosedLoop {
 };
 
 inline constexpr double kKp = 5e4, kKd = 100;  // facts c.6: acceleration gains of the published joint controller
-inline std::string tracker(const std::string& more = "") { return "inverse_dynamics: {kp: 5e4, kd: 100" + more + "}"; }
+/// Unless it says otherwise, contacts take up within a step what moves against them, as in the engine.
+inline std::string tracker(const std::string& more = "") {
+  const bool told = more.find("horizon") != std::string::npos;
+  return "inverse_dynamics: {kp: 5e4, kd: 100" + more + (told ? "" : ", horizon: 1 ms") + "}";
+}
 inline std::string hold(const std::string& control) { return "{hold: {}, control: {" + control + "}}"; }
 inline std::string trot(const std::string& control) {
   return "{gait: {velocity: [0.2, 0, 0], duration: 0.3 s, duty: 60 %, touchdown: '[25, 75, 75, 25] %', step_height: "

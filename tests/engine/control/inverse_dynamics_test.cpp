@@ -257,7 +257,7 @@ TEST(InverseDynamics, ForgivesAnotherRobot) {
   for (const char* more : {"", ", contacts: {from: flags}", ", model: none"}) {
     for (const bool trots : {false, true}) {
       const std::string control =
-          "inverse_dynamics: {kp: 1e3, kd: 10, servo: {kp: 10, kd: 0.1}" + std::string(more) + "}";
+          "inverse_dynamics: {kp: 1e3, kd: 10, servo: {kp: 10, kd: 0.1}, horizon: 1 ms" + std::string(more) + "}";
       LaneLoop loop(nominal, trots ? trot(control) : hold(control));
       const std::pair<double, double> robots[] = {{1.2, 0.6}, {0.8, 1.2}, {1.0, 0.1}};
       for (int lane = 0; lane < 3; ++lane) {
