@@ -24,17 +24,6 @@
 namespace graze {
 namespace {
 
-/// Two digits, as a person would write a gain.
-double rounded(double x) { return std::strtod(fmt::format("{:.1e}", x).c_str(), nullptr); }
-
-/// The first line of a message, without the place if that is in `file`, which is not there yet.
-std::string without_place(const std::string& file, const std::string& message) {
-  std::string out = message.substr(0, message.find('\n'));
-  if (!out.starts_with(file + ":")) return out;
-  const std::size_t end = out.find(": ", file.size());
-  return end == std::string::npos ? out : out.substr(end + 2);
-}
-
 /// The end of a limb; a foot, if it reaches down to the lowest quarter of the robot as it begins.
 struct Foot {
   std::string link;
@@ -414,16 +403,14 @@ class Proposal {
     const auto path = [&](int i) { return quoted(fmt::format("robot.joint.{}.damping", model_.bodies[i].joint)); };
     std::string out;
     if (!damped.empty()) {
-      out += fmt::format("  # {} damping as the URDF has it.\n",
-                         damped.size() == 1 ? "One joint keeps its" : "Joints keep their");
+      out += fmt::format("  # {} of the URDF stays.\n", damped.size() > 1 ? "Dampers" : "The damper");
       for (const int i : turning) out += fmt::format("  {}: {:g}  # N m s/rad\n", path(i), joint_damping());
     } else if (!all_slide()) {
       out += fmt::format("  robot.joint.*.damping: {:g}  # N m s/rad, the same for all: what brakes the joints\n",
                          joint_damping());
     }
-    for (const int i : sliding) {
+    for (const int i : sliding)
       out += fmt::format("  {}: {:g}  # N s/m\n", path(i), rounded(0.05 * sliding_damping(i)));
-    }
     return out;
   }
 

@@ -1,14 +1,28 @@
 #pragma once
 // Names that may be anybody's, in the text of a proposed scenario.
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cctype>
 #include <cstddef>
+#include <cstdlib>
 #include <string>
 
 #include "engine/settings/settings.h"
 
 namespace graze {
+
+/// Two digits, as a person would write a gain.
+inline double rounded(double x) { return std::strtod(fmt::format("{:.1e}", x).c_str(), nullptr); }
+
+/// The first line of a message, without the place if that is in `file`, which is not there yet.
+inline std::string without_place(const std::string& file, const std::string& message) {
+  std::string out = message.substr(0, message.find('\n'));
+  if (!out.starts_with(file + ":")) return out;
+  const std::size_t end = out.find(": ", file.size());
+  return end == std::string::npos ? out : out.substr(end + 2);
+}
 
 /// "1 link", "2 links"
 inline std::string counted(std::size_t n, const std::string& noun) {

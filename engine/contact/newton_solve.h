@@ -27,7 +27,9 @@ class NewtonRun {
  public:
   enum class End { converged, jammed, failed };
 
-  NewtonRun(NewtonProblem& problem, double tolerance) : p_(problem), tolerance_(tolerance) {
+  /// `accepted`: what may be left of the laws where the tolerance cannot be reached, m/s.
+  NewtonRun(NewtonProblem& problem, double tolerance, double accepted)
+      : p_(problem), tolerance_(tolerance), accepted_(max(accepted, tolerance)) {
     // f^T D f bounds the error of a velocity by its own A: (delta u)^2 <= A f^T D f.
     double stiffest = 1e-300;
     for (int i = 0; i < (p_.contact_count + 7) / 8; ++i) {
@@ -54,16 +56,18 @@ class NewtonRun {
       const bool there = outcome == Outcome::there;
       if (there) {
         best_ = p_.left(eps_);
+        squeezed_ = soft ? 0.0 : p_.squeezed();
         p_.keep();
-        if (best_ <= tolerance_ && (soft || p_.squeezed() <= tolerance_)) return End::converged;
+        if (max(best_, squeezed_) <= tolerance_) return End::converged;
       }
       const bool ended = there && (best_ <= tolerance_ || eps_ <= kLeastEps);
-      if (ended || (!there && eps_ >= kLargestEps)) return soft ? End::failed : End::jammed;
+      if (ended || (!there && eps_ >= kLargestEps))
+        return is_accepted() ? End::converged : soft ? End::failed : End::jammed;
       eps_ = there ? max(kShrink * eps_, kLeastEps) : kGrow * eps_;
       since_ = 0;
       merit_ = p_.evaluate(eps_, p_.z);
     }
-    return best_ <= tolerance_ ? End::converged : End::failed;
+    return is_accepted() ? End::converged : End::failed;
   }
 
   int steps() const { return steps_; }
@@ -71,6 +75,9 @@ class NewtonRun {
 
  private:
   enum class Outcome { going, there, failed };
+
+  /// Of the impulses that are kept.
+  bool is_accepted() const { return max(best_, squeezed_) <= accepted_; }
 
   void copy(double* to, const double* from) const {
     for (int k = 0; k < p_.width; k += 8) store(to + k, load<Eight>(from + k));
@@ -103,8 +110,8 @@ class NewtonRun {
   }
 
   NewtonProblem& p_;
-  double tolerance_, goal_;
-  double eps_ = kFirstEps, merit_ = 0.0, best_ = 1e300;
+  double tolerance_, accepted_, goal_;
+  double eps_ = kFirstEps, merit_ = 0.0, best_ = 1e300, squeezed_ = 1e300;
   int steps_ = 0, since_ = 0;  // of all, and of this proximal step
 };
 
@@ -165,6 +172,7 @@ struct SolveBounds {
   int newton_after;       // sweeps; from most_sweeps on: no Newton's method
   int most_newton_steps;  // all proximal steps together
   double tolerance;       // m/s (rad/s)
+  double accepted = 0.0;  // likewise, of Newton's method where it cannot reach the tolerance
 };
 
 /// What Newton's method works on beside the constraints.
@@ -192,7 +200,7 @@ GRAZE_OUT_OF_LINE bool solve_by_newton(const ContactLawT<T>& law, const NewtonT<
     } else {
       of_lane.begin(dz);
     }
-    NewtonRun run(of_lane.problem(), bounds.tolerance);
+    NewtonRun run(of_lane.problem(), bounds.tolerance, bounds.accepted);
     const End end = run.run(bounds.most_newton_steps - taken, soft);
     taken += run.steps();
     if (end == End::jammed) continue;

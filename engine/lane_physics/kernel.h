@@ -44,6 +44,7 @@ struct SolverSettings {
   // m/s (rad/s): a lane ends when a sweep changes no velocity of a constraint by more. Where many contacts share a body
   // up to five times that is left of the laws, which shall be less than 1e-6 m/s (our choice).
   double tolerance = 3e-7;
+  double accepted = 1e-6;     // likewise: what is left of a step that has converged, if it cannot be less
   bool sweep_servos = false;  // solve every servo as a row of the sweeps, for comparison
   bool measure = false;       // fills `measured`, which no step needs
   int newton_after = 16;      // sweeps, where they have not converged (newton.h); most_sweeps: never

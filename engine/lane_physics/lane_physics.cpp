@@ -228,8 +228,8 @@ SolverEffort LanePhysics::effort(int lane) const {
   const int at = lane % width_;
   const SolverSettings& settings = of.block().settings;
   const double sweeps = of.sweeps(at), residual = of.residual(at);
-  // Whatever bound ended the solve: one that has converged leaves no more than the tolerance.
-  return {sweeps, residual, residual > settings.tolerance, of.braked(at)};
+  // Whatever bound ended the solve: one that has converged leaves no more than is accepted.
+  return {sweeps, residual, residual > settings.accepted, of.braked(at)};
 }
 
 void LanePhysics::find_faults() {

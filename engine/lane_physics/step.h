@@ -180,7 +180,8 @@ inline T solve(LaneBlock& block, const TreeT<T>& tree, double h, unsigned active
   T* effort = rows<T>(block.effort);
   const NewtonT<T> newton{tree.topology.nv, tree.inverse_D, free, block.newton};
   const SolverSettings& settings = block.settings;
-  const SolveBounds bounds{settings.most_sweeps, settings.newton_after, settings.most_newton_steps, settings.tolerance};
+  const SolveBounds bounds{settings.most_sweeps, settings.newton_after, settings.most_newton_steps, settings.tolerance,
+                           settings.accepted};
   solve_constraints<T>(law, bounds, active, newton, set, dz, effort[0], effort[1]);
   if (block.settings.measure) {
     *reinterpret_cast<ContactResidualsT<T>*>(block.measured) = contact_residuals<T>(law, set, dz);

@@ -20,7 +20,7 @@ namespace {
 
 constexpr double kLeastStep = 1e-7, kMostStep = 1;  // s
 constexpr double kMostSteps = 1e9;                  // of all runs together, about an hour
-constexpr double kMostBytes = 2e9;                  // of what runs are compared by
+constexpr double kMostStudyBytes = 2e9;             // of what runs are compared by
 constexpr const char* kUsualSteps = "0.1ms,0.2ms,0.5ms,1ms,2ms,5ms,10ms";
 
 struct StepsArguments {
@@ -90,11 +90,11 @@ void check_effort(const StepsArguments& arguments, const Scenario& scenario, con
   for (const double step : steps) all += scenario.timing.end / step;
   all *= 2.0 * arguments.particles * static_cast<double>(policies);
   const double bytes = arguments.particles * study_bytes(scenario, steps);
-  if (bytes > kMostBytes) {
+  if (bytes > kMostStudyBytes) {
     throw InputError(
         fmt::format("steps: {:.2g} bytes for what the runs are compared by; at most {:.2g}: fewer particles (-n) or "
                     "--steps",
-                    bytes, kMostBytes));
+                    bytes, kMostStudyBytes));
   }
   if (all <= kMostSteps) return;
   throw InputError(
