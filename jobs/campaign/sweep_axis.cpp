@@ -117,7 +117,7 @@ SweepAxis range_axis(const std::string& text, const std::string& path, const std
   const double count = std::floor((last - first) / step + kHit) + 1;
   if (count > static_cast<double>(kMostSweepValues)) {
     refuse(text, fmt::format("{:.4g} values; at most {}", count, kMostSweepValues),
-           right(last, (last - first) / static_cast<double>(kMostSweepValues / 10)));
+           right(last, (last - first) / (static_cast<double>(kMostSweepValues) / 10)));
   }
   if (count < 2) refuse(text, "is one value; a sweep has two or more", right(last, last - first));
   SweepAxis out;
