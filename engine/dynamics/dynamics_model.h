@@ -59,38 +59,30 @@ inline void set_lane_of(S& all, int lane, const double* one) {
   for (std::size_t i = 0; i < sizeof(S) / sizeof(T); ++i) rows[i * kWidth<T> + lane] = one[i];
 }
 
-/// Working memory of a DynamicsModel, which must outlive it. Nothing is allocated after construction. All numbers begin
-/// as those of the model, the same in all lanes; poses and the like are unset until they are computed.
+/// Room for what functions on trees compute, and for the bodies' numbers, which whoever makes it sets. Nothing is
+/// allocated after construction; moved about, the memory stays where it is.
 template <class T>
-class DynamicsData {
+class TreeMemory {
  public:
-  explicit DynamicsData(const DynamicsModel& model)
-      : body_(model.bodies()),
+  /// What `topology` points into must outlive this.
+  explicit TreeMemory(const TopologyView& topology)
+      : body_(topology.bodies),
         gravity_(3),
-        motion_(model.bodies()),
-        pose_(model.bodies()),
-        origin_(model.bodies()),
-        M_(model.topology().row[model.nv()]),
-        inverse_D_(model.nv()),
-        bias_(model.nv()) {
-    tree_ = {model.topology(), body_.data(), gravity_.data(),   motion_.data(), pose_.data(),
-             origin_.data(),   M_.data(),    inverse_D_.data(), bias_.data()};
-    for (int lane = 0; lane < kWidth<T>; ++lane) set_lane(lane, model);
+        motion_(topology.bodies),
+        pose_(topology.bodies),
+        origin_(topology.bodies),
+        M_(topology.row[topology.nv]),
+        inverse_D_(topology.nv),
+        bias_(topology.nv) {
+    tree_ = {topology,       body_.data(), gravity_.data(),   motion_.data(), pose_.data(),
+             origin_.data(), M_.data(),    inverse_D_.data(), bias_.data()};
   }
-  DynamicsData(const DynamicsData&) = delete;
-  DynamicsData& operator=(const DynamicsData&) = delete;
-  DynamicsData(DynamicsData&&) = default;  // memory stays where it is
+  TreeMemory(const TreeMemory&) = delete;
+  TreeMemory& operator=(const TreeMemory&) = delete;
+  TreeMemory(TreeMemory&&) = default;
 
-  /// Sets a lane to the numbers of another model of the same shape (a particle's, for example).
-  void set_lane(int lane, const DynamicsModel& numbers) {
-    assert(lane < kWidth<T> && numbers.bodies() == static_cast<int>(body_.size()));
-    for (int i = 0; i < numbers.bodies(); ++i) {
-      set_lane_of<T>(body_[i], lane, reinterpret_cast<const double*>(&numbers.body(i)));
-    }
-    for (int k = 0; k < 3; ++k) set_lane_of<T>(gravity_[k], lane, &numbers.gravity()[k]);
-  }
-
-  /// What the functions of tree.h, equation.h, frames.h and totals.h take.
+  std::vector<BodyT<T>>& bodies() { return body_; }
+  std::vector<T>& gravity() { return gravity_; }
   const TreeT<T>& tree() const { return tree_; }
 
  private:
@@ -101,6 +93,31 @@ class DynamicsData {
   std::vector<Vec3T<T>> origin_;
   std::vector<T> M_, inverse_D_, bias_;
   TreeT<T> tree_;
+};
+
+/// Working memory of a DynamicsModel, which must outlive it. All numbers begin as those of the model, the same in all
+/// lanes; poses and the like are unset until they are computed.
+template <class T>
+class DynamicsData {
+ public:
+  explicit DynamicsData(const DynamicsModel& model) : memory_(model.topology()) {
+    for (int lane = 0; lane < kWidth<T>; ++lane) set_lane(lane, model);
+  }
+
+  /// Sets a lane to the numbers of another model of the same shape (a particle's, for example).
+  void set_lane(int lane, const DynamicsModel& numbers) {
+    assert(lane < kWidth<T> && numbers.bodies() == static_cast<int>(memory_.bodies().size()));
+    for (int i = 0; i < numbers.bodies(); ++i) {
+      set_lane_of<T>(memory_.bodies()[i], lane, reinterpret_cast<const double*>(&numbers.body(i)));
+    }
+    for (int k = 0; k < 3; ++k) set_lane_of<T>(memory_.gravity()[k], lane, &numbers.gravity()[k]);
+  }
+
+  /// What the functions of tree.h, equation.h, frames.h and totals.h take.
+  const TreeT<T>& tree() const { return memory_.tree(); }
+
+ private:
+  TreeMemory<T> memory_;
 };
 
 }  // namespace graze

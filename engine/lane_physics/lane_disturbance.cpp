@@ -36,53 +36,31 @@ std::vector<double> lane_numbers(const double* rows, int count, int lanes, int l
   return out;
 }
 
-/// One lane's trees, with the numbers that they have by now.
-class LaneTree {
- public:
-  LaneTree(const LaneBlock& block, int lanes, int lane)
-      : gravity_(3),
-        motion_(block.topology.bodies),
-        pose_(block.topology.bodies),
-        origin_(block.topology.bodies),
-        M_(block.topology.row[block.topology.nv]),
-        inverse_D_(block.topology.nv),
-        bias_(block.topology.nv) {
-    constexpr std::size_t kRows = sizeof(BodyT<double>) / sizeof(double);
-    for (int i = 0; i < block.topology.bodies; ++i) {
-      body_.push_back(lane_of<BodyT<double>>(block.body + i * kRows * lanes, lanes, lane));
-    }
-    tree_ = {block.topology, body_.data(), gravity_.data(),   motion_.data(), pose_.data(),
-             origin_.data(), M_.data(),    inverse_D_.data(), bias_.data()};
-    const std::vector<double> q = lane_numbers(block.q, block.topology.nq, lanes, lane);
-    update_poses(tree_, q.data());
-    update_mass(tree_);
+/// The change of v of one lane by an impulse on a body: M^-1 J^T p, with the numbers that its trees have by now.
+std::vector<double> response(const LaneBlock& block, int lanes, int lane, int body, const Vec3& p_B,
+                             const Vec3& impulse_W) {
+  constexpr std::size_t kRows = sizeof(BodyT<double>) / sizeof(double);
+  const TopologyView& topology = block.topology;
+  TreeMemory<double> memory(topology);
+  for (int i = 0; i < topology.bodies; ++i) {
+    memory.bodies()[static_cast<std::size_t>(i)] = lane_of<BodyT<double>>(block.body + i * kRows * lanes, lanes, lane);
   }
-
-  /// The change of v by an impulse on a body: M^-1 J^T p. M becomes its factors.
-  std::vector<double> response(int body, const Vec3& p_B, const Vec3& impulse_W) {
-    std::vector<double> out(bias_.size());
-    const PoseT<double>& X = pose_[static_cast<std::size_t>(body)];
-    add_force(tree_, body, X.p + X.R * to_kernel(p_B), to_kernel(impulse_W), out.data());
-    factor_and_solve(tree_, out.data());
-    solve_L(tree_, out.data());
-    return out;
-  }
-
- private:
-  std::vector<BodyT<double>> body_;
-  std::vector<double> gravity_;
-  std::vector<MotionT<double>> motion_;
-  std::vector<PoseT<double>> pose_;
-  std::vector<Vec3T<double>> origin_;
-  std::vector<double> M_, inverse_D_, bias_;
-  TreeT<double> tree_;
-};
+  const TreeT<double>& tree = memory.tree();
+  update_poses(tree, lane_numbers(block.q, topology.nq, lanes, lane).data());
+  update_mass(tree);
+  std::vector<double> out(static_cast<std::size_t>(topology.nv));
+  const PoseT<double>& X = tree.pose[body];
+  add_force(tree, body, X.p + X.R * to_kernel(p_B), to_kernel(impulse_W), out.data());
+  factor_and_solve(tree, out.data());
+  solve_L(tree, out.data());
+  return out;
+}
 
 }  // namespace
 
 void LaneEngine::push(int lane, int body, const Vec3& p_B, const Vec3& impulse_W) {
   const int W = kernel_.lanes, nv = block_.topology.nv;
-  const std::vector<double> change = LaneTree(block_, W, lane).response(body, p_B, impulse_W);
+  const std::vector<double> change = response(block_, W, lane, body, p_B, impulse_W);
   pushed_.resize(static_cast<std::size_t>(nv) * W);
   for (int k = 0; k < nv; ++k) {
     block_.v[k * W + lane] += change[k];

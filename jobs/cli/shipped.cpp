@@ -37,7 +37,9 @@ fs::path data_folder() {
 std::vector<std::string> shipped_scenarios() {
   std::vector<std::string> out;
   std::error_code error;
-  for (const auto& entry : fs::directory_iterator(data_folder() / "scenarios", error)) {
+  const fs::path folder = data_folder();
+  if (folder.empty()) return out;
+  for (const auto& entry : fs::directory_iterator(folder / "scenarios", error)) {
     if (entry.path().extension() == ".yaml") out.push_back(entry.path().stem().string());
   }
   std::sort(out.begin(), out.end());
@@ -49,17 +51,17 @@ std::string scenario_file(const std::string& given) {
   if (given == "-" || given.find('/') != std::string::npos) return given;
   if (fs::symlink_status(given, error).type() != fs::file_type::not_found) return given;
   const fs::path folder = data_folder();
-  if (folder.empty()) {
-    if (given.find('.') != std::string::npos) return given;
-    throw InputError(fmt::format(
-        "{}: there is no such file, and no shipped scenarios were found beside this program; the environment "
-        "variable GRAZE_DATA names their folder",
-        given));
-  }
   const std::string name = given.ends_with(".yaml") ? given : given + ".yaml";
   const fs::path shipped = folder / "scenarios" / name;
-  if (fs::is_regular_file(shipped, error)) return shipped.string();
-  const std::string near = nearest(fs::path(name).stem().string(), shipped_scenarios());
+  if (!folder.empty() && fs::is_regular_file(shipped, error)) return shipped.string();
+  const std::vector<std::string> names = shipped_scenarios();
+  if (names.empty() && given.find('.') == std::string::npos) {
+    throw InputError(fmt::format(
+        "{}: there is no such file, and no shipped scenarios were found; the environment variable GRAZE_DATA "
+        "names their folder",
+        given));
+  }
+  const std::string near = nearest(fs::path(name).stem().string(), names);
   const bool like_a_name = given.find('.') == std::string::npos || given.ends_with(".yaml");
   if (!near.empty() && like_a_name && path_suggestion(given, {".yaml", ".yml"}).empty()) {
     throw InputError(fmt::format("{}: there is no such file; did you mean the shipped scenario '{}'?", given, near));

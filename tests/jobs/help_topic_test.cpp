@@ -132,6 +132,9 @@ TEST(HelpTopics, NameTheShippedScenarios) {
   EXPECT_THAT(own.out, HasSubstr("\n  good    A good one\n"));
   EXPECT_THAT(shell(folder.path(), "GRAZE_DATA=/nowhere '" + std::string(GRAZE_PROGRAM) + "' help scenarios").out,
               HasSubstr("GRAZE_DATA names the folder"));
+  EXPECT_THAT(shell(folder.path(), "GRAZE_DATA=/nowhere '" + std::string(GRAZE_PROGRAM) + "' check quadruped_walk").err,
+              HasSubstr("quadruped_walk: there is no such file, and no shipped scenarios were found; the environment "
+                        "variable GRAZE_DATA"));
   EXPECT_THAT(graze(folder.path(), "check quadruped_wak").err,
               HasSubstr("quadruped_wak: there is no such file; did you mean the shipped scenario 'quadruped_walk'?"));
   EXPECT_THAT(graze(folder.path(), "check rabbit").err, ::testing::Not(HasSubstr("did you mean")));

@@ -101,6 +101,7 @@ TEST_F(Report, OutputsAreGuarded) {
   }
   refused("report nowhere.graze -o x.html", {"nowhere.graze"});
   EXPECT_FALSE(testing::fs::exists(campaign.folder / "x.html"));
+  refused("report a.graze --json -o x.html", {"--json", "--output"});
   refused("report a.graze --policy stil --force", {"nearest: still"});
 }
 

@@ -39,7 +39,43 @@ TEST(Proposal, NamesStayInTheirComment) {
   EXPECT_THAT(text, ::testing::Not(::testing::HasSubstr("\ninclude")));
 }
 
-// Nor is its ground called as a link of the robot is.
+// Nor can a joint's, whatever stands in it, and masses may be as small as they like.
+TEST(Proposal, TakesAnyNameAndMass) {
+  const std::string urdf =
+      "<robot name=\"r\"><link name=\"a\"><inertial><mass value=\"1e-320\"/><inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" "
+      "iyy=\"1\" "
+      "iyz=\"0\" izz=\"1\"/></inertial><collision><geometry><sphere radius=\"0.1\"/></geometry></collision></link>"
+      "<link name=\"b\"><collision><geometry><sphere radius=\"0.1\"/></geometry></collision></link>"
+      "<joint name=\"j&#10;'k&#9;\" type=\"continuous\"><parent link=\"a\"/><child link=\"b\"/><origin xyz=\"1 0 "
+      "0\"/></joint>"
+      "</robot>";
+  const InputReplay files({{"/r.urdf", urdf}}, "/");
+  EXPECT_THAT(propose_scenario({"/r.urdf", "/r.yaml"}), ::testing::HasSubstr("\"j\\x0a'k\\x09\""));
+}
+
+// Damping of the file stays; joints without get some.
+TEST(Proposal, KeepsTheDampingOfTheUrdf) {
+  const auto proposed = [](const std::string& damping) {
+    const auto link = [](const std::string& name) {
+      return "<link name=\"" + name + "\"><collision><geometry><sphere radius=\"0.1\"/></geometry></collision></link>";
+    };
+    const auto joint = [](const std::string& name, const std::string& child, const std::string& more) {
+      return "<joint name=\"" + name + "\" type=\"continuous\"><parent link=\"a\"/><child link=\"" + child +
+             "\"/><origin xyz=\"0 0 1\"/>" + more + "</joint>";
+    };
+    const std::string urdf = "<robot name=\"r\">" + link("a") + link("b") + link("c") + joint("j1", "b", damping) +
+                             joint("j2", "c", "") + "</robot>";
+    const InputReplay files({{"/r.urdf", urdf}}, "/");
+    return propose_scenario({"/r.urdf", "/r.yaml"});
+  };
+  const std::string own = proposed("<dynamics damping=\"0.5\"/>");
+  EXPECT_THAT(own, ::testing::HasSubstr("  'robot.joint.j2.damping': "));
+  EXPECT_THAT(own, ::testing::Not(::testing::HasSubstr("j1.damping")));
+  EXPECT_THAT(own, ::testing::Not(::testing::HasSubstr("joint.*.damping")));
+  EXPECT_THAT(proposed(""), ::testing::HasSubstr("  robot.joint.*.damping: "));
+}
+
+// Its ground is not called as a link of the robot is.
 TEST(Proposal, FindsAFreeNameForItsGround) {
   const auto proposed = [](const std::string& links) {
     const std::string urdf = "<robot name=\"r\">" + links + "</robot>";

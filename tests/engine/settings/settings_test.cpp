@@ -250,6 +250,14 @@ std::vector<std::string> warnings_of(const std::string& text, Quantity quantity)
 }
 
 // Claim: the likely cause of a layout that YAML does not take is said: tabs, colons, indentation.
+// yaml-cpp takes a byte 0 for the beginning of an escape.
+TEST(Yaml, RefusesABinaryFile) {
+  const auto message = [](const std::string& text) { return message_of([&] { Settings::parse(text, "a.yaml"); }); };
+  using namespace std::string_literals;
+  EXPECT_EQ(message("a: 1\nname: a\0b\n"s), "a.yaml:2:8: not YAML: a byte 0, which no text has");
+  EXPECT_EQ(message("\0"s), "a.yaml:1:1: not YAML: a byte 0, which no text has");
+}
+
 TEST(Yaml, HintsAtLayout) {
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"a: 1\nb:\n\tc: 2", "; a tab stands in front of line 3: YAML indents by spaces"},
