@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <span>
+#include <utility>
 
 #include "analysis/compare.h"
 #include "analysis/failures.h"
@@ -35,14 +36,26 @@ std::string some_names(const std::vector<std::string>& names) {
   return names.size() > kShownNames ? out + fmt::format(" and {} more", names.size() - kShownNames) : out;
 }
 
+/// Two values of a scenario that differ, short: from where they begin to, if their beginnings fill the line.
+std::pair<std::string, std::string> told_apart(const std::string& a, const std::string& b) {
+  constexpr std::size_t kWidth = 40, kBefore = 12;
+  std::pair<std::string, std::string> out{clipped(a, kWidth), clipped(b, kWidth)};
+  if (out.first != out.second) return out;
+  const auto same = std::mismatch(a.begin(), a.end(), b.begin(), b.end()).first - a.begin();
+  auto from = static_cast<std::size_t>(same) - std::min<std::size_t>(kBefore, same);
+  while (from > 0 && (a[from] & 0xC0) == 0x80) --from;  // within a character of UTF-8
+  return {"…" + clipped(a.substr(from), kWidth), "…" + clipped(b.substr(from), kWidth)};
+}
+
 std::string changes_text(const std::vector<ScenarioChange>& changes) {
   constexpr std::size_t kShown = 12;
   if (changes.empty()) return "The scenarios are equal.\n";
   std::string out = fmt::format("The scenarios differ in {}:\n", counted(changes.size(), "value", "values"));
   for (std::size_t i = 0; i < std::min(kShown, changes.size()); ++i) {
     const ScenarioChange& one = changes[i];
-    out += fmt::format("  {}: {} -> {}\n", one.path, one.in_a.empty() ? "(not there)" : clipped(one.in_a, 40),
-                       one.in_b.empty() ? "(not there)" : clipped(one.in_b, 40));
+    const auto [in_a, in_b] = told_apart(one.in_a, one.in_b);
+    out += fmt::format("  {}: {} -> {}\n", one.path, in_a.empty() ? "(not there)" : in_a,
+                       in_b.empty() ? "(not there)" : in_b);
   }
   return changes.size() <= kShown ? out : out + fmt::format("  … and {} more (--json)\n", changes.size() - kShown);
 }

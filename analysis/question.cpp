@@ -10,6 +10,9 @@ namespace graze {
 namespace {
 
 /// Walks through a text; complaints name the option, the text and the place (characters, from 1).
+/// Of an interval: 4e9 particles, the most of a campaign, bring one to 3e-5.
+constexpr double kLeastWidth = 1e-5;
+
 class Words {
  public:
   Words(const std::string& text, const std::string& option, std::size_t at) : text_(text), option_(option), at_(at) {}
@@ -19,7 +22,7 @@ class Words {
   std::string relation() { return take("<>=!~"); }
 
   /// A number, in percent if it says so.
-  double fraction(const std::string& example) {
+  double fraction(const std::string& example, bool narrow) {
     skip_blanks();
     double value = 0;
     const char* const begin = text_.data() + at_;
@@ -34,10 +37,16 @@ class Words {
     skip_blanks();
     if (at_ < text_.size()) fail(fmt::format("'{}' behind the number", text_.substr(at_)), example);
     const double out = percent ? value / 100 : value;
-    if (out > 0 && out < 1) return out;
     at_ = place;
+    if (narrow && out > 0 && out < kLeastWidth) {
+      fail(fmt::format("{} is narrower than any number of particles makes an interval", number),
+           example.substr(0, example.find_last_of(' ') + 1) + fmt::format("{:g}", kLeastWidth));
+    }
+    if (out > 0 && out < 1) {
+      go_to(text_.size());
+      return out;
+    }
     // 95 was meant as 95 %, and so was a width of 1.5; a rate of 1.5 is anything.
-    const bool narrow = example.find("ci <") != std::string::npos;
     const bool forgot = !percent && value > 1 && value < 100 && (narrow || value >= 2);
     fail(fmt::format("{}{} is not between 0 and 1, both excluded", number, percent ? " %" : ""),
          forgot ? example.substr(0, example.find_last_of(' ') + 1) + number + "%" : example);
@@ -120,7 +129,11 @@ std::vector<Question> questions_of(const CampaignInfo& info) {
 }
 
 double parse_fraction(const std::string& text, const std::string& option) {
-  return Words(text, option, 0).fraction("0.95");
+  return Words(text, option, 0).fraction("0.95", false);
+}
+
+double parse_width(const std::string& text, const std::string& option) {
+  return Words(text, option, 0).fraction("0.1", true);
 }
 
 Question parse_question(const std::string& text, const std::string& option) {
@@ -152,7 +165,7 @@ Question parse_question(const std::string& text, const std::string& option) {
     words.fail(fmt::format("'{}': {}", relation, rule), right);
   }
   out.kind = what == "ci" ? Question::Kind::narrow : above ? Question::Kind::rate_above : Question::Kind::rate_below;
-  out.bound = words.fraction(right);
+  out.bound = words.fraction(right, right.find("ci <") != std::string::npos);
   return out;
 }
 

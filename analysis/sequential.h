@@ -41,6 +41,8 @@ std::vector<Question> questions_of(const CampaignInfo& info);
 
 /// A number within (0, 1), written as 0.95 or 95 %. Throws InputError as parse_question.
 double parse_fraction(const std::string& text, const std::string& option);
+/// The same of the width of an interval, which some number of particles must reach.
+double parse_width(const std::string& text, const std::string& option);
 
 enum class Verdict { open, holds, refuted };
 /// "undecided", "holds", "refuted".

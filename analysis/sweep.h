@@ -45,6 +45,7 @@ struct SweepPoint {
   std::string campaign;                          // folder in that of the sweep: "003.graze"
   std::vector<std::vector<std::int8_t>> traces;  // [policy][particle]: an Outcome, or kNoTrace
   std::uint64_t particles = 0;                   // that count
+  std::string scenario = {};                     // SHA-256 of its scenario
 };
 
 struct Sweep {

@@ -160,24 +160,40 @@ PlotSeries curve(const Sweep& sweep, std::size_t policy, std::size_t second) {
   return out;
 }
 
-/// The i-th of so many curves. They stand a little beside each other, so that none hides another's bars; bands are
-/// drawn as long as they can be told apart.
+constexpr std::size_t kMostBands = 2;  // of a panel: more hide each other
+
+/// How far curves stand beside each other, so that none hides another's bars: a little of the axis, and less than a
+/// third of the way to the next value for all together.
+double beside(const SweepAxis& axis, std::size_t curves) {
+  std::vector<double> values = axis.values;
+  std::sort(values.begin(), values.end());
+  double gap = values.back() - values.front();
+  for (std::size_t i = 1; i < values.size(); ++i) gap = std::min(gap, values[i] - values[i - 1]);
+  const double all = std::min(0.06 * (values.back() - values.front()), gap / 3);
+  return std::min(0.008 * (values.back() - values.front()), all / static_cast<double>(curves));
+}
+
+/// The i-th of so many curves; bands are drawn as long as they can be told apart. Behind the eighth colours come again,
+/// with dashes and other marks.
 void add_curve(PlotSeries line, std::size_t i, std::size_t curves, const SweepAxis& axis, PlotPanel& panel) {
-  constexpr double kBeside = 0.008;  // of the axis, at most 0.06 for all curves together
-  constexpr std::size_t kMostBands = 2;
-  const auto [low, high] = std::minmax_element(axis.values.begin(), axis.values.end());
-  const double step = std::min(kBeside, 0.06 / static_cast<double>(curves)) * (*high - *low);
+  constexpr std::size_t kMarks = 5;
   const double middle = 0.5 * static_cast<double>(curves - 1);
-  for (double& x : line.x) x += (static_cast<double>(i) - middle) * step;
+  for (double& x : line.x) x += (static_cast<double>(i) - middle) * beside(axis, curves);
   line.color = policy_color(i);
+  line.dashed = i >= kPolicyColors;
+  line.mark = static_cast<PlotMark>(i / kPolicyColors % kMarks);
   line.width = 2;
   PlotSeries marks = line;
   marks.kind = PlotSeries::Kind::tall;
+  marks.dashed = false;
   marks.width = 7;
   if (curves > kMostBands) line.low.clear(), line.high.clear();
   if (axis.numeric) panel.series.push_back(std::move(line));
   panel.series.push_back(std::move(marks));
 }
+
+/// "azimuth" of "uncertain.disturbances.shove.azimuth".
+std::string last_key(const SweepAxis& axis) { return axis.path.substr(axis.path.rfind('.') + 1); }
 
 PlotPanel empty_panel(const SweepAxis& axis) {
   constexpr std::size_t kMostLabels = 10;
@@ -248,7 +264,13 @@ std::string sweep_csv(const Sweep& sweep) {
 }
 
 Figure sweep_figure(const Sweep& sweep) {
-  Figure out{"sweep", "Success against " + paths_text(sweep)};
+  constexpr std::size_t kLongTitle = 60;  // characters, that fit
+  std::string title = "Success against " + paths_text(sweep);
+  if (title.size() > kLongTitle) {
+    title = "Success against " + last_key(sweep.axes[0]);
+    if (sweep.axes.size() > 1) title += " and " + last_key(sweep.axes[1]);
+  }
+  Figure out{"sweep", title};
   const bool grid = sweep.axes.size() > 1;
   const std::size_t seconds = grid ? sweep.axes[1].texts.size() : 1;
   const std::size_t curves = grid ? seconds : sweep.policies.size();  // of a panel
@@ -260,13 +282,14 @@ Figure sweep_figure(const Sweep& sweep) {
       const std::size_t color = grid ? second : policy;
       add_curve(curve(sweep, policy, second), color, curves, sweep.axes[0], panel);
       if (grid ? policy > 0 : sweep.policies.size() == 1) continue;
-      out.legend.push_back({grid ? sweep.axes[1].path + ": " + sweep.axes[1].texts[second] : sweep.policies[policy],
-                            policy_color(color), PlotLegend::Kind::line});
+      out.legend.push_back(
+          {grid ? last_key(sweep.axes[1]) + ": " + sweep.axes[1].texts[second] : sweep.policies[policy],
+           policy_color(color), color >= kPolicyColors ? PlotLegend::Kind::dashed : PlotLegend::Kind::line});
     }
   }
   out.subtitle = fmt::format("{}, {}{}", sweep.scenario, particles_text(sweep), sweep.complete ? "" : "; not complete");
-  out.notes.push_back(sweep.adaptive ? "Bars and bands: 95 % confidence sequence."
-                                     : "Bars and bands: 95 % intervals (Clopper and Pearson).");
+  out.notes.push_back(fmt::format("{}: 95 % {}.", curves > kMostBands ? "Bars" : "Bars and bands",
+                                  sweep.adaptive ? "confidence sequence" : "intervals (Clopper and Pearson)"));
   if (curves > 1) out.notes.push_back("Curves stand a little beside each other, so that none hides another.");
   return out;
 }

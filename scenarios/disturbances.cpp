@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
+#include "engine/model/measures.h"
+#include "engine/settings/units.h"
 #include "engine/settings/warnings.h"
 #include "scenarios/keys.h"
 #include "scenarios/limits.h"
@@ -46,7 +49,7 @@ class DisturbanceReader {
       out_.link = settings_.at("payload").text();
       refuse_keys(settings_, {"impulse", "force", "azimuth", "elevation", "duration"}, "a push");
       settings_.at("mass");
-      read_number("mass", Quantity::mass, 0, out_.mass);
+      read_number("mass", Quantity::mass, 0, out_.mass, kMostPayload);
     }
     if (const auto point = settings_.find("point")) {
       const std::vector<double> p = checked_lengths(*point, 3);
@@ -65,21 +68,26 @@ class DisturbanceReader {
     }
     constexpr double kAny = -std::numeric_limits<double>::infinity();
     if (out_.is_force) {
-      read_number("force", Quantity::force, kAny, out_.strength);
+      read_number("force", Quantity::force, -kMostPush, out_.strength, kMostPush);
       if (!settings_.has("duration")) settings_.at("force").fail("a force needs a 'duration'; or give an 'impulse'");
     } else {
-      read_number("impulse", Quantity::impulse, kAny, out_.strength);
+      read_number("impulse", Quantity::impulse, -kMostPush, out_.strength, kMostPush);
     }
     read_number("azimuth", Quantity::angle, kAny, out_.azimuth);
     read_number("elevation", Quantity::angle, kAny, out_.elevation);
     read_number("duration", Quantity::time, 0, out_.duration);
+    if (out_.is_force && out_.duration == 0) {
+      settings_.at("duration").fail("a force of no duration does nothing; give it one, or an 'impulse' in its place");
+    }
   }
 
-  void read_number(const char* key, Quantity quantity, double least, double& value) {
+  void read_number(const char* key, Quantity quantity, double least, double& value,
+                   double most = std::numeric_limits<double>::infinity()) {
     Parameter parameter;
     parameter.path = path_ + key;
     parameter.quantity = quantity;
     parameter.lower = least;
+    parameter.upper = most;
     number_(settings_, key, parameter, value);
   }
 
@@ -112,11 +120,106 @@ void check_disturbances(const Settings& scenario, const Model& model, const Worl
     if (std::find(names.begin(), names.end(), one.link) == names.end()) {
       link.fail(fmt::format("no link or movable object of that name; {}", nearest_or_all(one.link, names)));
     }
-    if (model.frames[static_cast<std::size_t>(model.frame(one.link))].body < 0) link.fail("does not move");
+    if (model.frames[static_cast<std::size_t>(model.frame(one.link))].body < 0) {
+      link.fail(fmt::format("{}: does not move, so that nothing disturbs it", one.link));
+    }
     if (one.at >= end) {
       warn(settings.at("at"), fmt::format("{:g} s: the trace is over after {:g} s", one.at, end));
     }
   }
+}
+
+namespace {
+
+/// What is drawn for a number of a disturbance, or its value.
+class Drawn {
+ public:
+  Drawn(const ParameterSpace& space, const Disturbance& one, const char* key, double value)
+      : all_(Distribution::constant(value)) {
+    const std::string name = fmt::format("disturbances.{}.{}", one.name, key);
+    for (const UncertainParameter& parameter : space.parameters) {
+      if (parameter.name == name) all_ = parameter.persistent;
+    }
+  }
+  /// But for one in a thousand.
+  double low() const { return all_.quantile(1e-3); }
+  double high() const { return all_.quantile(1 - 1e-3); }
+  double size() const { return std::max(std::abs(low()), std::abs(high())); }
+  /// Share of particles that draw `bound` or more.
+  double share_from(double bound) const {
+    double below = 0, above = 1;
+    for (int i = 0; i < 40; ++i) {
+      const double u = 0.5 * (below + above);
+      (all_.quantile(u) >= bound ? above : below) = u;
+    }
+    return 1 - above;
+  }
+
+ private:
+  Distribution all_;
+};
+
+/// Throws of more than that speed, m/s, loads of more than so many robots, and points as far off as so many of them
+/// hardly are meant.
+constexpr double kFastThrow = 50, kManyRobots = 20, kFarPoint = 5;
+
+void doubt_push(const Settings& settings, const ParameterSpace& space, const Disturbance& one, double mass,
+                double end) {
+  const Drawn strength(space, one, one.is_force ? "force" : "impulse", one.strength);
+  const Drawn duration(space, one, "duration", one.duration), at(space, one, "at", one.at);
+  const double speed = strength.size() * (one.is_force ? duration.high() : 1.0) / mass;
+  if (speed > kFastThrow) {
+    warn(settings.at(one.is_force ? "force" : "impulse"),
+         fmt::format("up to {:.3g} {}: throws all {:.3g} kg by {:.3g} m/s; is the unit meant?", strength.size(),
+                     one.is_force ? "N" : "N s", mass, speed));
+  }
+  if (at.low() < end && at.high() < end && at.high() + duration.high() > end * (1 + 1e-9)) {
+    warn(settings.at("duration"),
+         fmt::format("up to {:.4g} s: it lasts until {:.4g} s, and the trace is over after {:g} s: "
+                     "part of it never comes",
+                     duration.high(), at.high() + duration.high(), end));
+  }
+}
+
+}  // namespace
+
+void doubt_disturbances(const Settings& scenario, const ParameterSpace& space, const World& world, const Model& model,
+                        const Vec3& extent, double end, double step) {
+  for (const Disturbance& one : world.disturbances) {
+    const Settings settings = scenario.at("disturbances").at(one.name);
+    const Drawn at(space, one, "at", one.at);
+    // A payload comes with the next step that begins.
+    const double last = one.kind == Disturbance::Kind::payload ? end - step * (1 - 1e-6) : end;
+    const double late = at.share_from(last);
+    if (one.at < end && late > 1e-3) {
+      warn(settings.at("at"),
+           fmt::format("up to {:.4g} s: the trace is over after {:g} s, so that it never comes to {:.2g} % "
+                       "of the particles",
+                       at.high(), end, 100 * late));
+    }
+    const double mass = robot_mass(model);
+    if (one.kind == Disturbance::Kind::push) {
+      doubt_push(settings, space, one, mass, end);
+    } else if (const Drawn load(space, one, "mass", one.mass); load.high() > kManyRobots * mass) {
+      warn(settings.at("mass"),
+           fmt::format("up to {:.4g} kg, and the robot weighs {:.3g} kg{}", load.high(), mass,
+                       settings.at("mass").is_scalar() && is_bare(settings.at("mass")) ? "; did you mean g?" : ""));
+    }
+    if (one.point.norm() > kFarPoint * extent.norm()) {
+      warn(settings.at("point"),
+           fmt::format("{:.3g} m from the origin of {}, and the robot is {:.3g} m large; is the unit "
+                       "meant?",
+                       one.point.norm(), one.link, extent.norm()));
+    }
+  }
+}
+
+std::string disturbance_text(const Disturbance& one) {
+  if (one.kind == Disturbance::Kind::payload)
+    return fmt::format("{:g} kg on {} from {:g} s", one.mass, one.link, one.at);
+  const std::string over = one.duration > 0 ? fmt::format(" over {:g} s", one.duration) : "";
+  return fmt::format("push of {} by {:g} {}{} at {:g} s", one.link, one.strength, one.is_force ? "N" : "N s", over,
+                     one.at);
 }
 
 }  // namespace graze

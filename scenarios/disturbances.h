@@ -3,6 +3,7 @@
 
 #include "engine/model/model.h"
 #include "engine/settings/settings.h"
+#include "sampling/design.h"
 #include "scenarios/springs.h"
 
 namespace graze {
@@ -12,5 +13,13 @@ void read_disturbances(const Settings& scenario, World& world, const ReadNumber&
 
 /// After compile(): links that are none, or do not move, are refused; what comes after the end of a trace is warned of.
 void check_disturbances(const Settings& scenario, const Model& model, const World& world, double end);
+
+/// Warns of disturbances that do not come, or not wholly, within `end` s of steps of `step` s, and of masses, impulses
+/// and places that hardly are meant. `extent`: robot_extent().
+void doubt_disturbances(const Settings& scenario, const ParameterSpace& space, const World& world, const Model& model,
+                        const Vec3& extent, double end, double step);
+
+/// "push of BODY0 by 0.5 N s over 0.05 s at 1 s", at nominal values.
+std::string disturbance_text(const Disturbance& one);
 
 }  // namespace graze

@@ -182,6 +182,16 @@ void doubt_clearance(const Settings& scenario, const Vec3& extent) {
                    height, height / size, size, meant));
 }
 
+void doubt_support(const Settings& scenario, const World& world) {
+  if (!world.robot.floating_base || world.objects.empty() || world.gravity.norm() == 0) return;
+  const auto has_shape = [](const Link& link) { return !link.collisions.empty(); };
+  if (std::any_of(world.robot.links.begin(), world.robot.links.end(), has_shape)) return;
+  warn(
+      scenario.at("robot"),
+      "none of its links has a collision shape, so that it touches nothing and falls for ever; <collision> in the URDF "
+      "makes contacts");
+}
+
 void doubt_places(const Settings& scenario, const World& world, const Model& model, const State& initial) {
   const double size = robot_extent(model, initial).norm();
   if (!(size > 0)) return;

@@ -13,6 +13,9 @@ namespace graze {
 /// `robot.initial.clearance`: a fall of more than twice the robot's largest extent. `extent`: robot_extent().
 void doubt_clearance(const Settings& scenario, const Vec3& extent);
 
+/// A robot that may fall in a world with something to stand on, and has no shape to stand by.
+void doubt_support(const Settings& scenario, const World& world);
+
 /// `robot.initial` and movable objects: bare numbers that put the robot many of its sizes above all that it could stand
 /// on, or an object as far from the robot. `initial`: the state of `model` that they give.
 void doubt_places(const Settings& scenario, const World& world, const Model& model, const State& initial);

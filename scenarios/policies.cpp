@@ -82,7 +82,12 @@ std::vector<PolicySpec> read_policies(const Settings& policies) {
   std::set<std::string> names;
   for (const auto& [name, value] : policies.entries()) {
     if (name.empty() || !std::all_of(name.begin(), name.end(), name_character)) {
-      value.fail_key("a policy's name is made of letters, digits and _ - + .");
+      const std::string first = name.substr(0, name.find('/'));
+      const bool made = first != name && policies.has(first);
+      value.fail_key("a policy's name is made of letters, digits and _ - + ." +
+                     (made ? fmt::format("; {} is one that 'over' of {} makes, and its settings are policies.{}", name,
+                                         first, first)
+                           : ""));
     }
     if (name == "." || name == "..") value.fail_key("a policy's name must have a letter or a digit");
     check_name(value, name.size());
@@ -101,6 +106,23 @@ std::vector<PolicySpec> read_policies(const Settings& policies) {
   }
   if (out.empty()) policies.fail("names no policy");
   return out;
+}
+
+void refuse_hidden(const Settings& policies, const std::vector<Override>& overrides) {
+  for (const auto& [name, policy] : policies.entries()) {
+    const auto over = policy.is_map() ? policy.find("over") : std::nullopt;
+    if (!over || !over->is_map()) continue;
+    for (const auto& [path, values] : over->entries()) {
+      const std::string full = fmt::format("policies.{}.{}", name, path);
+      for (const Override& one : overrides) {
+        if (one.path != full && !one.path.starts_with(full + ".")) continue;
+        throw InputError(
+            fmt::format("--set {0}={1}: 'over' ({2}) gives each of the policies {3}/… a value of its own there; with "
+                        "--set policies.{3}.over=~ there is one policy, {3}, and this is its value",
+                        one.path, one.value, values.key_place(), name));
+      }
+    }
+  }
 }
 
 }  // namespace graze

@@ -12,4 +12,8 @@ namespace graze {
 /// last one varying fastest: step/1cm/0.3s. Throws InputError.
 std::vector<PolicySpec> read_policies(const Settings& policies);
 
+/// Refuses values that were set from outside where `over` of the policy has values of its own, which win: nobody would
+/// notice. Throws InputError.
+void refuse_hidden(const Settings& policies, const std::vector<Override>& overrides);
+
 }  // namespace graze

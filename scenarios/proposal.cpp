@@ -403,7 +403,7 @@ class Proposal {
     const auto path = [&](int i) { return quoted(fmt::format("robot.joint.{}.damping", model_.bodies[i].joint)); };
     std::string out;
     if (!damped.empty()) {
-      out += fmt::format("  # {} of the URDF stays.\n", damped.size() > 1 ? "Dampers" : "The damper");
+      out += damped.size() > 1 ? "  # Dampers of the URDF stay.\n" : "  # The damper of the URDF stays.\n";
       for (const int i : turning) out += fmt::format("  {}: {:g}  # N m s/rad\n", path(i), joint_damping());
     } else if (!all_slide()) {
       out += fmt::format("  robot.joint.*.damping: {:g}  # N m s/rad, the same for all: what brakes the joints\n",

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <openssl/evp.h>
 
 #include <algorithm>
 #include <array>
@@ -27,6 +26,7 @@
 #include "scenarios/names.h"
 #include "scenarios/overlaps.h"
 #include "scenarios/policies.h"
+#include "scenarios/sha256.h"
 #include "scenarios/uncertain.h"
 #include "scenarios/world_reader.h"
 
@@ -34,17 +34,6 @@ namespace graze {
 namespace {
 
 constexpr long long kFormat = 1;
-
-std::string sha256_of(const std::string& text) {
-  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
-  unsigned int size = 0;
-  if (EVP_Digest(text.data(), text.size(), digest.data(), &size, EVP_sha256(), nullptr) != 1) {
-    throw std::runtime_error("SHA-256 is not available in this OpenSSL");
-  }
-  std::string out;
-  for (unsigned int i = 0; i < size; ++i) out += fmt::format("{:02x}", digest[i]);
-  return out;
-}
 
 void check_format(const Settings& root) {
   const auto version = root.find("graze");
@@ -133,9 +122,11 @@ Timing read_time(const Settings& root) {
   }
   const Settings end = time->has("end") ? time->at("end") : *time;
   constexpr double kMostSteps = 1e9;  // fits an int; 11 days at 1 ms
-  if (multiple(end, out.end, out.step, "time.step") > kMostSteps) {
-    end.fail(fmt::format("more than {:g} physics steps", kMostSteps));
+  if (out.end > (kMostSteps + 0.5) * out.step) {
+    end.fail(fmt::format("{:g} s: more than {:g} physics steps of {:g} s; at most {:g} s", out.end, kMostSteps,
+                         out.step, kMostSteps * out.step));
   }
+  multiple(end, out.end, out.step, "time.step");
   return out;
 }
 
@@ -356,10 +347,12 @@ Scenario read_scenario(const Settings& root, const std::string& file, const Scen
   check_disturbances(root, out.model, *out.world, out.timing.end);
   const Vec3 extent = robot_extent(out.model, initial_state(*out.world, out.model));
   doubt_clearance(root, extent);
+  doubt_support(root, *out.world);
   doubt_places(root, *out.world, out.model, initial_state(*out.world, out.model));
   out.space = read_uncertain(root, ParameterTable(*out.world), read.uncertain, out.timing.control, extent,
                              followed_joints(out.world->robot));
   doubt_welded(root, ParameterTable(*out.world), out.model);
+  doubt_disturbances(root, out.space, *out.world, out.model, extent, out.timing.end, out.timing.step);
   check_lag(root, out);
   read_sampling(root, out);
   if (const auto actuators = root.find("actuators")) {
@@ -375,6 +368,7 @@ Scenario read_scenario(const Settings& root, const std::string& file, const Scen
   out.task = read_task(task ? *task : Settings::parse("", file), out.model, {out.timing.step, out.timing.end});
   doubt_task(root, out.task);
   out.policies = read_policies(root.at("policies"));
+  refuse_hidden(root.at("policies"), options.overrides);
   check_policies(out);
   check_fabrication(root, out);
   doubt_start(root, out);

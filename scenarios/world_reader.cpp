@@ -360,7 +360,14 @@ class WorldReader {
     if (gravity.is_list()) {
       world().gravity = read_vec3(root_, "gravity", Quantity::acceleration);
     } else {
-      world().gravity = {0, 0, -gravity.non_negative(Quantity::acceleration)};
+      const double down = gravity.number(Quantity::acceleration);
+      if (down < 0) {
+        gravity.fail(
+            fmt::format("{:g}: pulls down where it is a single number, so must be >= 0; did you mean {:g}, or "
+                        "[0, 0, {:g}] for one that lifts?",
+                        down, -down, -down));
+      }
+      world().gravity = {0, 0, -down};
     }
   }
 

@@ -7,16 +7,17 @@ namespace graze {
 namespace {
 
 constexpr double kRounding = 1e-9;  // of a step: times that are whole numbers of steps count as such
+constexpr double kInstant = 1e-6;   // of a step: shorter pushes are impulses, whose ends no clock tells apart
 
 }  // namespace
 
 double push_share(const BodyDisturbance& push, double from, double step) {
-  if (push.duration <= 0) {
+  if (push.duration <= kInstant * step) {
     const double held = std::floor(push.at / step + kRounding);  // by this step
     return std::round(from / step) == held ? 1 : 0;
   }
   const double overlap = std::min(from + step, push.at + push.duration) - std::max(from, push.at);
-  return overlap > kRounding * step ? overlap / push.duration : 0;
+  return overlap > kRounding * std::min(step, push.duration) ? overlap / push.duration : 0;
 }
 
 void disturb(int lane, const Particle& particle, const StepPlace& place, BlockPhysics& physics) {

@@ -50,6 +50,12 @@ void fail_reading(const fs::path& path, int error) {
   throw UnreadableFile(fmt::format("{}: cannot be read: {}", path.string(), std::strerror(error)));
 }
 
+void fail_opening(const fs::path& path, int error, const char* how) {
+  const std::string text = fmt::format("{}: cannot be {}: {}", path.string(), how, std::strerror(error));
+  if (error == EMFILE || error == ENFILE || error == ENOMEM || error == EIO) throw MachineError(text);
+  throw InputError(text);
+}
+
 void fail_writing(const fs::path& path, int error) {
   throw MachineError(fmt::format("{}: cannot be written: {}", path.string(), std::strerror(error)));
 }
@@ -68,7 +74,7 @@ std::optional<std::string> final_name(const std::string& name) {
 Directory::Directory(const fs::path& path) : path_(path) {
   Descriptor handle(open_directory(AT_FDCWD, path.c_str(), 0));
   if (!handle && errno == ENOTDIR) throw InputError(fmt::format("{}: is no directory", path.string()));
-  if (!handle) throw InputError(fmt::format("{}: cannot be opened: {}", path.string(), std::strerror(errno)));
+  if (!handle) fail_opening(path, errno);
   handle_ = std::make_shared<const Descriptor>(std::move(handle));
 }
 
@@ -97,9 +103,7 @@ struct stat Directory::status(const std::string& name) const {
 }
 
 std::vector<std::string> Directory::names() const {
-  const auto fail = [this](int error) {
-    throw InputError(fmt::format("{}: cannot be listed: {}", path_.string(), std::strerror(error)));
-  };
+  const auto fail = [this](int error) { fail_opening(path_, error, "listed"); };
   const int handle = open_directory(number(), ".", 0);
   if (handle < 0) fail(errno);
   const Listing listing(handle);
@@ -123,7 +127,7 @@ std::optional<Directory> Directory::find(const std::string& name) const {
   if (!S_ISDIR(found.st_mode)) refuse(name, kind_of(found.st_mode), "a directory");
   Descriptor handle(open_directory(number(), name.c_str(), O_NOFOLLOW));
   if (!handle && (errno == ELOOP || errno == ENOTDIR)) refuse(name, "no directory", "a directory");  // just exchanged
-  if (!handle) throw InputError(fmt::format("{}: cannot be opened: {}", (path_ / name).string(), std::strerror(errno)));
+  if (!handle) fail_opening(path_ / name, errno);
   return Directory(path_ / name, std::move(handle));
 }
 

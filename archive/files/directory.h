@@ -22,6 +22,9 @@ struct UnreadableFile : InputError {
 };
 /// Throws UnreadableFile("path: cannot be read: reason of the system").
 [[noreturn]] void fail_reading(const std::filesystem::path& path, int error);
+/// Throws MachineError if the machine is what is short of something (descriptors, memory, its disk), else InputError:
+/// "path: cannot be opened: reason of the system".
+[[noreturn]] void fail_opening(const std::filesystem::path& path, int error, const char* how = "opened");
 /// Throws MachineError("path: cannot be written: reason of the system").
 [[noreturn]] void fail_writing(const std::filesystem::path& path, int error);
 

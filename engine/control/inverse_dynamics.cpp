@@ -1,6 +1,7 @@
-// Tracker `inverse_dynamics` (dissertation Chapter 7): torques that give the joints of the nominal robot, where it is
-// sensed, the accelerations kp (q_des - q) + kd (v_des - v), with the contact forces that follow from them predicted by
-// a convex program (§7.5) instead of sensed. The law stands in inverse_dynamics.h, its program in contact_program.h.
+// Trackers `inverse_dynamics` and `operational_inverse_dynamics` (dissertation Chapter 7): torques that give the joints
+// of the nominal robot, where it is sensed, the accelerations kp (q_des - q) + kd (v_des - v), or those that pull its
+// effectors to their targets (operational_wish.h), with the contact forces that follow from them predicted by a convex
+// program (§7.5) instead of sensed. The law stands in inverse_dynamics.h, its program in contact_program.h.
 //
 // Where the print has a friction pyramid here is Coulomb's cone, as in the engine: Newton's method projects on it as
 // cheaply, and predictions agree with what happens. Where it minimises kinetic energy subject to N v >= -phi / h, the
@@ -18,8 +19,10 @@
 #include "engine/control/policy.h"
 #include "engine/control/rows.h"
 #include "engine/control/sensed_history.h"
+#include "engine/dynamics/chain.h"
 #include "engine/lanes/isa.h"
 #include "engine/model/measures.h"
+#include "engine/settings/units.h"
 #include "engine/settings/warnings.h"
 
 namespace graze {
@@ -30,67 +33,118 @@ namespace {
 constexpr double kFeltShare = 0.1;
 /// Control steps: no delay of a sensor is longer.
 constexpr double kMostDelay = 1000;
+/// m: a gap that no foot closes within a control step.
+constexpr double kFarContact = 0.2;
 
 /// s: with that of a control step of 1 ms a robot on rigid ground throws its own legs (our choice, docs/control.md).
 constexpr double kHorizon = 20e-3;
 
+/// What is known of contacts, and how their forces are predicted.
+std::vector<Key> contact_keys() {
+  return {
+      {"model",
+       {Form::word({"qp_coulomb", "qp_no_slip", "lcp_coulomb", "lcp_no_slip", "sensed", "none"})},
+       Default::value("qp_coulomb"),
+       "of contact: the convex program or the complementarity problem, with Coulomb's friction or without slip; forces "
+       "as they were sensed; or as if the robot were in the air"},
+      {"horizon",
+       {Form::number(Quantity::time, Bound::positive)},
+       Default::words("20 ms, or the control step if that is longer"),
+       "in which contacts take up what moves against them: long ones leave impacts out"},
+      {"regularization",
+       {Form::number(Quantity::dimensionless, Bound::fraction)},
+       Default::value("1e-6"),
+       "weight of the torques against maximal dissipation; `1e-6`: two stages, least torques of all that dissipate "
+       "most; 1e-3: one stage"},
+      {"contacts",
+       {Form::map({"what is known of contacts",
+                   {{"from",
+                     {Form::word({"distance", "flags", "force"})},
+                     Default::value("distance"),
+                     "points count by the nominal gap, by the links' contact flags, or by the force that is felt"},
+                    {"within", {Form::number(Quantity::length, Bound::positive)}, Default::value("5 mm"), "this gap"},
+                    {"force",
+                     {Form::number(Quantity::force, Bound::not_negative), Form::text("% of the robot's weight")},
+                     Default::words(fmt::format("{:g} % of the robot's weight", 100 * kFeltShare)),
+                     "a link touches where it is pressed by more than this (with `from: force`)"},
+                    {"delay",
+                     {Form::number(Quantity::time, Bound::not_negative)},
+                     Default::value("0 s"),
+                     "of flags and sensed forces, in whole control steps"}}})},
+       Default::words("by distance"),
+       "what is known of contacts"}};
+}
+
+const char* const kKnows =
+    "Contacts are of the policy's feet, or of all links if it has none, with what stands in the nominal world. It "
+    "knows nominal masses, friction and world, and sensed joints, base, flags and forces.";
+
 const Description& inverse_dynamics_description() {
-  static const Description text = {
-      "torques that give the nominal robot's joints the accelerations kp (q_des − q) + kd (q̇_des − q̇), with predicted "
-      "contact forces",
-      {{"kp",
-        {Form::joint_numbers(Quantity::dimensionless, Bound::not_negative)},
-        Default::required(),
-        "acceleration for each rad (m) off the target, 1/s²"},
-       {"kd",
-        {Form::joint_numbers(Quantity::dimensionless, Bound::not_negative)},
-        Default::value("0"),
-        "acceleration for each rad/s (m/s) off its velocity, 1/s"},
-       {"servo",
-        {Form::map({"a servo in each joint beside", {servo_spring(), servo_damper()}})},
-        Default::words("none"),
-        "a servo in each joint beside, as `joint_pd` has it: for robots that are not what the model says"},
-       {"ki",
-        {Form::joint_numbers(Quantity::dimensionless, Bound::not_negative)},
-        Default::value("0"),
-        "acceleration for each rad s (m s) that it was off, 1/s³; the sum stands still while the motor is at its "
-        "limit"},
-       {"model",
-        {Form::word({"qp_coulomb", "qp_no_slip", "lcp_coulomb", "lcp_no_slip", "sensed", "none"})},
-        Default::value("qp_coulomb"),
-        "of contact: the convex program or the complementarity problem, with Coulomb's friction or without slip; "
-        "forces "
-        "as they were sensed; or as if the robot were in the air"},
-       {"horizon",
-        {Form::number(Quantity::time, Bound::positive)},
-        Default::words("20 ms, or the control step if that is longer"),
-        "in which contacts take up what moves against them: long ones leave impacts out"},
-       {"regularization",
-        {Form::number(Quantity::dimensionless, Bound::fraction)},
-        Default::value("1e-6"),
-        "weight of the torques against maximal dissipation; `1e-6`: two stages, least torques of all that dissipate "
-        "most; 1e-3: one stage"},
-       {"contacts",
-        {Form::map({"what is known of contacts",
-                    {{"from",
-                      {Form::word({"distance", "flags", "force"})},
-                      Default::value("distance"),
-                      "points count by the nominal gap, by the links' contact flags, or by the force that is felt"},
-                     {"within", {Form::number(Quantity::length, Bound::positive)}, Default::value("5 mm"), "this gap"},
-                     {"force",
-                      {Form::number(Quantity::force, Bound::not_negative), Form::text("% of the robot's weight")},
-                      Default::words(fmt::format("{:g} % of the robot's weight", 100 * kFeltShare)),
-                      "a link touches where it is pressed by more than this (with `from: force`)"},
-                     {"delay",
-                      {Form::number(Quantity::time, Bound::not_negative)},
-                      Default::value("0 s"),
-                      "of flags and sensed forces, in whole control steps"}}})},
-        Default::words("by distance"),
-        "what is known of contacts"}},
-      {},
-      {},
-      "Contacts are of the policy's feet, or of all links if it has none, with what stands in the nominal world. It "
-      "knows nominal masses, friction and world, and sensed joints, base, flags and forces."};
+  static const Description text = [] {
+    Description out = {
+        "torques that give the nominal robot's joints the accelerations kp (q_des − q) + kd (q̇_des − q̇), with "
+        "predicted "
+        "contact forces",
+        {{"kp",
+          {Form::joint_numbers(Quantity::dimensionless, Bound::not_negative)},
+          Default::required(),
+          "acceleration for each rad (m) off the target, 1/s²"},
+         {"kd",
+          {Form::joint_numbers(Quantity::dimensionless, Bound::not_negative)},
+          Default::value("0"),
+          "acceleration for each rad/s (m/s) off its velocity, 1/s"},
+         {"servo",
+          {Form::map({"a servo in each joint beside", {servo_spring(), servo_damper()}})},
+          Default::words("none"),
+          "a servo in each joint beside, as `joint_pd` has it: for robots that are not what the model says"},
+         {"ki",
+          {Form::joint_numbers(Quantity::dimensionless, Bound::not_negative)},
+          Default::value("0"),
+          "acceleration for each rad s (m s) that it was off, 1/s³; the sum stands still while the motor is at its "
+          "limit"}},
+        {},
+        {},
+        kKnows};
+    for (Key& key : contact_keys()) out.keys.push_back(std::move(key));
+    return out;
+  }();
+  return text;
+}
+
+const Description& operational_description() {
+  static const Description text = [] {
+    Description out = {
+        "torques that pull the nominal robot's feet to their targets by accelerations, with predicted contact forces, "
+        "and "
+        "by a spring and a damper beside",
+        {{"kp",
+          {Form::number(Quantity::dimensionless, Bound::not_negative)},
+          Default::required(),
+          "acceleration for each metre off the target, 1/s²"},
+         {"kd",
+          {Form::number(Quantity::dimensionless, Bound::not_negative)},
+          Default::value("0"),
+          "acceleration for each m/s off its velocity, 1/s"},
+         {"map",
+          {Form::word({"inverse", "transposed"})},
+          Default::value("inverse"),
+          "joint accelerations that give a foot that acceleration, by least squares; `transposed`: Jᵀ times it, as "
+          "published: kp and kd are then per kg m² in effect"},
+         {"servo",
+          {Form::map({"a spring and a damper between each foot and its target",
+                      {{"kp", {Form::number(Quantity::stiffness, Bound::not_negative)}, Default::required(), "spring"},
+                       {"kd",
+                        {Form::number(Quantity::damping, Bound::not_negative)},
+                        Default::value("0 N s/m"),
+                        "damper, by the velocity that follows"}}})},
+          Default::words("none"),
+          "a spring and a damper between each foot and its target beside, as `operational_pd` has them"}},
+        {},
+        {},
+        std::string("Joints that move no foot keep their velocities. ") + kKnows};
+    for (Key& key : contact_keys()) out.keys.push_back(std::move(key));
+    return out;
+  }();
   return text;
 }
 
@@ -104,15 +158,25 @@ PredictedContact law_of(const std::string& word) {
 
 class InverseDynamics : public Tracker {
  public:
-  InverseDynamics(const ControlContext& context, const Described& own, const std::vector<int>& effectors)
-      : kernel_(GRAZE_KERNEL(chosen_isa(), find_control_kernel)), robot_(context.nominal), period_(context.period) {
+  /// kind: what has targets, the joints or the effectors.
+  InverseDynamics(const ControlContext& context, const Described& own, const std::vector<int>& effectors,
+                  TargetKind kind)
+      : kernel_(GRAZE_KERNEL(chosen_isa(), find_control_kernel)),
+        kind_(kind),
+        robot_(context.nominal),
+        period_(context.period) {
     const Model& model = context.nominal;
-    read_gains_of(model, own);
+    if (kind == TargetKind::joint) {
+      read_gains_of(model, own);
+    } else {
+      read_effectors(context, own, effectors);
+    }
     const std::string word = own.word("model");
     const PredictedContact law = law_of(word);
     watch(model, own, word, effectors);
     view_ = robot_.view();
     view_.kp = kp_.data(), view_.kd = kd_.data(), view_.ki = ki_.data();
+    view_.operational = operational_;
     view_.h = own.has("horizon") ? own.number("horizon") : std::max(kHorizon, context.period);
     view_.law = law;
     view_.stiffness = std::max(own.number("regularization"), 1e-9);  // below, rounding decides
@@ -122,12 +186,13 @@ class InverseDynamics : public Tracker {
       pivoting_.serve(view_);
     }
     read_contacts(model, own);
+    doubt_horizon(own, law);
     const bool sensed = law == PredictedContact::sensed;
     const int frames = static_cast<int>(model.frames.size());
     felt_ = SensedHistory(sensed ? 6 * frames : view_.told ? frames : 0, delay_);
   }
 
-  TargetKind kind() const override { return TargetKind::joint; }
+  TargetKind kind() const override { return kind_; }
   unsigned reads() const override {
     const unsigned base = kBasePosition | kBaseRpy | kBaseVelocity | kBaseRate;
     const unsigned servo = servo_kp_.empty() ? 0u : kServoPosition | kServoVelocity;
@@ -157,8 +222,14 @@ class InverseDynamics : public Tracker {
         view_, {active.bits(), observation.joint_position.row(0), observation.joint_velocity.row(0),
                 base(observation.base_position), base(observation.base_rpy), base(observation.base_velocity),
                 base(observation.base_rate), sensed ? nullptr : felt, sensed ? felt : nullptr, sum, targets.q.row(0),
-                targets.v.row(0), targets.tau.row(0), command.tau.row(0), command.kp.row(0), command.kd.row(0),
-                command.ki.row(0)});
+                targets.v.row(0), targets.tau.row(0), rows(targets.x), rows(targets.xd), command.tau.row(0),
+                command.kp.row(0), command.kd.row(0), command.ki.row(0)});
+    if (spring_.effectors > 0) {
+      kernel_.operational_pd(
+          spring_, {active.bits(), observation.joint_position.row(0), observation.joint_velocity.row(0),
+                    command.tau.row(0), rows(targets.x), rows(targets.xd), command.tau.row(0), command.kp.row(0),
+                    command.kd.row(0), command.ki.row(0)});
+    }
     sum_errors(observation, targets, active, command);
     for (std::size_t k = 0; k < servo_kp_.size(); ++k) {
       const int row = static_cast<int>(k);
@@ -176,6 +247,7 @@ class InverseDynamics : public Tracker {
 
  private:
   void read_gains_of(const Model& model, const Described& own) {
+    doubt_unnamed(model, own.at("kp"), "accelerate by no error");
     kp_ = read_gains(model, own, "kp");
     kd_ = read_gains(model, own, "kd");
     ki_ = read_gains(model, own, "ki");
@@ -189,12 +261,27 @@ class InverseDynamics : public Tracker {
     servo_kd_ = read_gains(model, described, "kd", Quantity::damping);
   }
 
+  static const double* rows(const BlockArray& all) { return all.rows() > 0 ? all.row(0) : nullptr; }
+
+  void read_effectors(const ControlContext& context, const Described& own, const std::vector<int>& effectors) {
+    for (const int frame : effectors) chains_.emplace_back(context.nominal, frame);
+    for (const Chain& chain : chains_) chain_views_.push_back(chain.view());
+    const int count = static_cast<int>(chain_views_.size());
+    operational_ = {count, chain_views_.data(), own.number("kp"), own.number("kd"), own.word("map") == "transposed"};
+    const auto servo = own.find("servo");
+    if (!servo) return;
+    static const Description text = *operational_description().find("servo")->forms.front().inner;
+    const Described spring(*servo, text);
+    spring_ = {count,          chain_views_.data(), spring.number("kp"), spring.number("kd"),
+               context.period, context.nominal.na()};
+  }
+
   void watch(const Model& model, const Described& own, const std::string& word, const std::vector<int>& effectors) {
     if (word == "none") return;
     if (!robot_.floating()) {
       own.settings().fail("model: " + word +
-                          ": contact forces are found from how they move the base, and this one is "
-                          "fixed to the world; here it is model: none");
+                          ": contact forces count by how they move the base, and this one is fixed to the "
+                          "world; here it is model: none");
     }
     std::vector<int> bodies;
     for (const int frame : effectors) bodies.push_back(model.frames[frame].body);
@@ -208,9 +295,29 @@ class InverseDynamics : public Tracker {
          "contact is predicted; if that is meant: model: none");
   }
 
+  /// Keys that say how forces are predicted go with a model that predicts some.
+  void doubt_horizon(const Described& own, PredictedContact law) const {
+    const bool predicts = law != PredictedContact::none && law != PredictedContact::sensed;
+    if (!predicts && own.has("regularization")) {
+      own.at("regularization").fail_key("weighs predicted contact forces, and this model predicts none");
+    }
+    if (!own.has("horizon")) return;
+    constexpr double kLong = 0.5;  // s: a walk's step
+    const Settings horizon = own.at("horizon");
+    if (view_.h < period_ * (1 - 1e-9)) {
+      warn(horizon, fmt::format("{:g} s: is shorter than a control step of {:g} s, at whose end joints move on",
+                                view_.h, period_));
+    } else if (view_.h > kLong) {
+      warn(horizon, fmt::format("{:g} s: contacts take up nothing for so long{}", view_.h,
+                                is_bare(horizon) ? fmt::format("; did you mean {:g} ms?", view_.h) : ""));
+    }
+  }
+
   void read_contacts(const Model& model, const Described& own) {
     const auto written = own.find("contacts");
     if (!written) return;
+    if (view_.law == PredictedContact::none)
+      written->fail_key("says what is known of contacts, and model: none has none");
     static const Description text = *inverse_dynamics_description().find("contacts")->forms.front().inner;
     const Described contacts(*written, text);
     const std::string from = contacts.word("from");
@@ -227,7 +334,16 @@ class InverseDynamics : public Tracker {
       view_.force = (force->is_scalar() && force->text().ends_with('%')) ? force->non_negative() * robot_weight(model)
                                                                          : contacts.number("force");
     }
-    const double steps = std::round(contacts.number("delay") / period_);
+    if (view_.within > kFarContact && contacts.has("within")) {
+      warn(contacts.at("within"),
+           fmt::format("{:g} m: feet count as in contact that far above the ground{}", view_.within,
+                       is_bare(contacts.at("within")) ? "; did you mean mm?" : ""));
+    }
+    const double exact = contacts.number("delay") / period_, steps = std::round(exact);
+    if (std::abs(exact - steps) > 1e-6 * std::max(1.0, steps)) {
+      contacts.at("delay").fail(fmt::format("{:g} s: is no whole number of control steps of {:g} s; nearest: {:g} s",
+                                            contacts.number("delay"), period_, steps * period_));
+    }
     if (steps > 0 && !view_.told && !sensed) {
       contacts.at("delay").fail_key(
           "goes with from: flags, from: force or model: sensed: what is predicted is not late");
@@ -252,6 +368,11 @@ class InverseDynamics : public Tracker {
   }
 
   const ControlKernel& kernel_;
+  TargetKind kind_;
+  std::vector<Chain> chains_;  // of the effectors that have targets
+  std::vector<ChainView> chain_views_;
+  OperationalWishView operational_{};
+  OperationalPdView spring_{};
   NominalRobot robot_;
   double period_;
   std::vector<double> kp_, kd_, ki_, servo_kp_, servo_kd_, effort_;
@@ -263,10 +384,17 @@ class InverseDynamics : public Tracker {
   InverseDynamicsView view_{};
 };
 
-const TrackerRegistration inverse_dynamics_registration(
-    "inverse_dynamics", inverse_dynamics_description(), TargetKind::joint,
-    [](const ControlContext& context, const Described& own, const std::vector<int>& effectors)
-        -> std::unique_ptr<Tracker> { return std::make_unique<InverseDynamics>(context, own, effectors); });
+/// Makes the tracker for targets of that kind.
+template <TargetKind kKind>
+std::unique_ptr<Tracker> make_inverse_dynamics(const ControlContext& context, const Described& own,
+                                               const std::vector<int>& effectors) {
+  return std::make_unique<InverseDynamics>(context, own, effectors, kKind);
+}
+
+const TrackerRegistration inverse_dynamics_registration("inverse_dynamics", inverse_dynamics_description(),
+                                                        TargetKind::joint, make_inverse_dynamics<TargetKind::joint>);
+const TrackerRegistration operational_registration("operational_inverse_dynamics", operational_description(),
+                                                   TargetKind::effector, make_inverse_dynamics<TargetKind::effector>);
 
 }  // namespace
 

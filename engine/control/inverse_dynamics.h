@@ -6,6 +6,7 @@
 #include "engine/contact/collide.h"
 #include "engine/control/contact_program.h"
 #include "engine/control/kernel.h"
+#include "engine/control/operational_wish.h"
 #include "engine/dynamics/equation.h"
 
 namespace graze {
@@ -65,9 +66,9 @@ inline void read_state(const InverseDynamicsView& view, const InverseDynamicsCal
   }
 }
 
-/// Joint velocities at the end of the step (Eq. 71).
 template <class T>
-inline void wish(const InverseDynamicsView& view, const InverseDynamicsCall& call, const T* q, const T* v, T* want) {
+inline void wish_of_joints(const InverseDynamicsView& view, const InverseDynamicsCall& call, const T* q, const T* v,
+                           T* want) {
   for (int k = 0; k < view.na; ++k) {
     const T off = load<T>(call.target_q + k * kWidth<T>) - q[view.q[k]];
     const T slow = load<T>(call.target_v + k * kWidth<T>) - v[view.v[k]];
@@ -77,6 +78,12 @@ inline void wish(const InverseDynamicsView& view, const InverseDynamicsCall& cal
     }
     want[view.v[k]] = fma(T(view.h), acceleration, v[view.v[k]]);
   }
+}
+
+/// Joint velocities at the end of the step (Eq. 71).
+template <class T>
+inline void wish(const InverseDynamicsView& view, const InverseDynamicsCall& call, const T* q, const T* v, T* want) {
+  view.operational.effectors > 0 ? wish_of_effectors(view, call, v, want) : wish_of_joints(view, call, q, v, want);
   for (int i = 0; i < view.follower_count; ++i) {
     const FollowerView& f = view.followers[i];
     want[f.v] = T(f.multiplier) * want[f.other_v];

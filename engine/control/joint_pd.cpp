@@ -6,7 +6,6 @@
 
 #include "engine/control/joint_values.h"
 #include "engine/control/rows.h"
-#include "engine/settings/merged.h"
 #include "engine/settings/warnings.h"
 
 namespace graze {
@@ -29,29 +28,10 @@ const Description& joint_pd_description() {
   return text;
 }
 
-/// Warns of joints that a map of kp does not name: they have no spring, and a robot that leans on them falls.
-void doubt_unnamed(const Model& model, const Settings& kp) {
-  if (!kp.is_map()) return;
-  const std::vector<SettingsEntry> patterns = kp.entries();
-  std::string list;
-  int limp = 0;
-  for (const std::string& joint : actuated_names(model)) {
-    const auto names = [&](const SettingsEntry& entry) { return matches(entry.first, joint); };
-    if (std::any_of(patterns.begin(), patterns.end(), names)) continue;
-    constexpr int kShown = 6;
-    if (++limp <= kShown) list += (limp > 1 ? ", " : "") + joint;
-    if (limp == kShown + 1) list += ", …";
-  }
-  if (limp == 0) return;
-  warn(kp, fmt::format("names {} of {} joints; the others have kp 0 and are limp: {} (if that is meant: \"*\": 0 in "
-                       "front)",
-                       model.na() - limp, model.na(), list));
-}
-
 class JointPd : public Tracker {
  public:
   JointPd(const ControlContext& context, const Described& own) {
-    doubt_unnamed(context.nominal, own.at("kp"));
+    doubt_unnamed(context.nominal, own.at("kp"), "are limp");
     kp_ = read_gains(context.nominal, own, "kp", Quantity::stiffness);
     kd_ = read_gains(context.nominal, own, "kd", Quantity::damping);
     ki_ = read_gains(context.nominal, own, "ki");

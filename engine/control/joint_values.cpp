@@ -181,4 +181,21 @@ std::vector<double> read_gains(const Model& model, const Described& settings, st
   return gains;
 }
 
+void doubt_unnamed(const Model& model, const Settings& kp, const std::string& what) {
+  if (!kp.is_map()) return;
+  const std::vector<std::pair<std::string, Settings>> patterns = kp.entries();
+  std::string list;
+  int limp = 0;
+  for (const std::string& joint : actuated_names(model)) {
+    const auto names = [&](const auto& entry) { return matches(entry.first, joint); };
+    if (std::any_of(patterns.begin(), patterns.end(), names)) continue;
+    constexpr int kShown = 6;
+    if (++limp <= kShown) list += (limp > 1 ? ", " : "") + joint;
+    if (limp == kShown + 1) list += ", …";
+  }
+  if (limp == 0) return;
+  warn(kp, fmt::format("names {} of {} joints; the others have kp 0 and {}: {} (if that is meant: \"*\": 0 in front)",
+                       model.na() - limp, model.na(), what, list));
+}
+
 }  // namespace graze

@@ -30,6 +30,9 @@ Key servo_damper();
 std::vector<double> read_gains(const Model& model, const Described& settings, std::string_view key,
                                std::optional<Quantity> sliding = std::nullopt);
 
+/// Warns of joints that a map of kp does not name: a robot that leans on them falls. `what` they do then: "are limp".
+void doubt_unnamed(const Model& model, const Settings& kp, const std::string& what);
+
 /// Of a map as read_joint_values() takes it: where the value of actuated joint k stands, the last entry that names it.
 /// Else: `settings`.
 Settings joint_entry(const Model& model, const Settings& settings, int k);

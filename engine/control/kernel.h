@@ -113,6 +113,14 @@ enum PivotRow : int { kPivotVelocity = 0, kPivotFriction = 3, kPivotImpulse = 4,
 /// Finds the impulses of one lane's contacts, of which there are `count` in any lane.
 using PivotContacts = void (*)(void* solver, int lane, int count);
 
+/// What effectors shall do, if it is them and not joints that have targets.
+struct OperationalWishView {
+  int effectors;  // 0: joints have targets
+  const ChainView* chains;
+  double kp, kd;    // 1/s^2, 1/s
+  bool transposed;  // joint accelerations by the transposed Jacobian
+};
+
 /// The nominal robot, without movable objects, and how its torques are found. h: time in which joints and contacts
 /// shall move as asked, s.
 struct InverseDynamicsView {
@@ -122,8 +130,9 @@ struct InverseDynamicsView {
   const int *q, *v;  // of each actuated joint
   int follower_count;
   const FollowerView* followers;
-  const double* damping;        // nv, N m s/rad
-  const double *kp, *kd, *ki;   // na, 1/s^2, 1/s and 1/s^3
+  const double* damping;       // nv, N m s/rad
+  const double *kp, *kd, *ki;  // na, 1/s^2, 1/s and 1/s^3
+  OperationalWishView operational;
   double h, weight, stiffness;  // s; N, of the robot; weight of torques against energy (contact_program.h)
   PredictedContact law;
   bool told;             // contacts are where link_force says so
@@ -144,6 +153,7 @@ struct InverseDynamicsCall {
   const double *link_force, *link_push;                                // sensed, or null
   const double* error_sum;                                             // na, rad s or m s, or null
   const double *target_q, *target_v, *target_tau;                      // na each
+  const double *target_x, *target_xd;                                  // 3 per effector each, or null
   double *tau, *kp, *kd, *ki;                                          // na each: what the actuators are asked for
 };
 

@@ -8,6 +8,9 @@
 
 namespace graze {
 
+/// Bounds beyond which nothing is a robot's any more, as that of links' masses: kg, and N or N s.
+inline constexpr double kMostPayload = 1e9, kMostPush = 1e12;
+
 /// `disturbances` of a scenario. Lengths in m, angles in rad, times in s.
 struct Disturbance {
   enum class Kind { push, payload };

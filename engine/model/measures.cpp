@@ -68,6 +68,11 @@ Vec3 robot_extent(const Model& model, const State& state) {
     high = high.cwiseMax(p);
   }
   const Model robot = frozen(model, X_WB);
+  for (std::size_t i = 0; robot.colliders.empty() && i < model.bodies.size(); ++i) {
+    if (!is_robots(model, i)) continue;
+    const Vec3 p = X_WB[i] * model.bodies[i].com;
+    low = low.cwiseMin(p), high = high.cwiseMax(p);
+  }
   for (int axis = 0; axis < 3; ++axis) {
     const Vec3 along = Vec3::Unit(axis), down = -Vec3::UnitZ();
     const double up = reach(robot, Quat::FromTwoVectors(along, down));

@@ -21,7 +21,8 @@ std::string mass_text(const Robot& robot, const Model& model);
 /// Its weight, N: robot_mass times the magnitude of gravity.
 double robot_weight(const Model& model);
 
-/// Edges of the box along the world's axes that holds the robot's collision shapes and the origins of its links, m.
+/// Edges of the box along the world's axes that holds the robot's collision shapes and the origins of its links, m; of
+/// a robot without any shape, its centres of mass and those origins.
 Vec3 robot_extent(const Model& model, const State& state);
 
 }  // namespace graze

@@ -321,10 +321,10 @@ class Lister {
     };
     number("at", &Disturbance::at, Quantity::time, kNonNegative);
     if (one.kind == Disturbance::Kind::payload) {
-      number("mass", &Disturbance::mass, Quantity::mass, kNonNegative);
+      number("mass", &Disturbance::mass, Quantity::mass, {0, kMostPayload, false});
     } else {
       number(one.is_force ? "force" : "impulse", &Disturbance::strength,
-             one.is_force ? Quantity::force : Quantity::impulse, kAny);
+             one.is_force ? Quantity::force : Quantity::impulse, {-kMostPush, kMostPush, false});
       number("azimuth", &Disturbance::azimuth, Quantity::angle, kTurn);
       number("elevation", &Disturbance::elevation, Quantity::angle, kTurn);
       number("duration", &Disturbance::duration, Quantity::time, kNonNegative);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <set>
 #include <string_view>
@@ -60,11 +61,26 @@ class Reader {
     return *root;
   }
 
+  /// Whether a link or joint stands in an element, at any depth.
+  static bool holds_part(const XMLElement& e) {
+    for (const XMLElement* child = e.FirstChildElement(); child; child = child->NextSiblingElement()) {
+      const std::string_view name = child->Name();
+      if (name == "link" || name == "joint" || holds_part(*child)) return true;
+    }
+    return false;
+  }
+
   /// What xacro left of macros that nothing defines.
   void leave_out_macros(XMLElement& e) {
     for (XMLElement* child = e.FirstChildElement(); child;) {
       XMLElement* const next = child->NextSiblingElement();
       if (is_of_xacro(*child)) {
+        if (holds_part(*child)) {
+          fail(line_of(*child),
+               fmt::format("<{}>: xacro left it, and links or joints in it, which nobody knows the fate of; "
+                           "run xacro on the file's source, or take the element away and leave what is in it",
+                           clipped(child->Name(), 40)));
+        }
         problems_.repair(line_of(*child),
                          fmt::format("<{}>: a call of a macro that xacro did not know and left as it was",
                                      clipped(child->Name(), 40)),
@@ -88,6 +104,16 @@ class Reader {
     out_.robot = values_.required(robot, "name", "robot");
   }
 
+  /// "World", " world".
+  static bool is_nearly_world(const std::string& name) {
+    std::string bare;
+    for (const char c : name) {
+      if (std::isspace(static_cast<unsigned char>(c)) == 0)
+        bare += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    }
+    return bare == "world";
+  }
+
   /// Some files join their robot to a `world`, or to the flange of an arm, that they do not have.
   void declare_parents(XMLElement& robot) {
     for (const UrdfOutline::JointEntry& joint : out_.joints) {
@@ -95,6 +121,12 @@ class Reader {
       if (parent.empty() || link_names_.count(parent) > 0) continue;
       const bool world = parent == "world";
       if (!world && !nearest(parent, {link_names_.begin(), link_names_.end()}).empty()) continue;  // misspelt
+      if (!world && is_nearly_world(parent)) {
+        fail(joint.line,
+             fmt::format("joint '{}': parent link '{}' is not there; did you mean 'world', which fixes what is "
+                         "joined to it?",
+                         joint.name, clipped(parent, 80)));
+      }
       problems_.repair(
           joint.line,
           fmt::format("joint '{}': parent link '{}' is not there; write <link name=\"{}\"/> into the file{}",

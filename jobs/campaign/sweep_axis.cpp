@@ -115,6 +115,7 @@ SweepAxis range_axis(const std::string& text, const std::string& path, const std
            right(last, -step));
   }
   const double count = std::floor((last - first) / step + kHit) + 1;
+  if (!std::isfinite(count)) refuse(text, "the range is wider than a number holds");
   if (count > static_cast<double>(kMostSweepValues)) {
     refuse(text, fmt::format("{:.4g} values; at most {}", count, kMostSweepValues),
            right(last, (last - first) / (static_cast<double>(kMostSweepValues) / 10)));
@@ -124,8 +125,12 @@ SweepAxis range_axis(const std::string& text, const std::string& path, const std
   out.path = path;
   out.unit = range.unit;
   for (int i = 0; i < static_cast<int>(count); ++i) {
-    out.values.push_back(first + i * step);
-    out.texts.push_back(number_with_unit(out.values.back(), out.unit));
+    const double value = first + i * step;  // near 0 of a range across it, what rounding left
+    out.texts.push_back(number_with_unit(std::abs(value) < kHit * std::abs(step) ? 0.0 : value, out.unit));
+    out.values.push_back(split_number(out.texts.back())->value);  // what is simulated
+    if (i > 0 && out.texts[static_cast<std::size_t>(i)] == out.texts[static_cast<std::size_t>(i) - 1]) {
+      refuse(text, "a step that twelve digits do not tell from none", right(last, (last - first) / 10));
+    }
   }
   return out;
 }
@@ -170,6 +175,8 @@ SweepAxis list_axis(const std::string& text, const std::string& path, const std:
            different.size() > 1 ? fmt::format("{}={}", path, fmt::join(different, ",")) : "");
   }
   add_numbers(out);
+  const std::set<double> numbers(out.values.begin(), out.values.end());
+  if (out.numeric && numbers.size() < out.values.size()) refuse(text, "the same value twice, in other words");
   return out;
 }
 
@@ -180,6 +187,11 @@ SweepAxis parse_sweep_axis(const std::string& text) {
   const std::string path = trimmed(text.substr(0, equals == std::string::npos ? 0 : equals));
   if (path.empty())
     refuse(text, "not of the form PATH=FIRST:LAST:STEP or PATH=V1,V2,…, e.g. contact.friction=0.2:1:0.1");
+  if (path == "sampling" || path.starts_with("sampling.")) {
+    refuse(text,
+           "says which particles are drawn, and a sweep compares the same ones; run the scenario with each, and 'graze "
+           "compare' the campaigns");
+  }
   const std::string values = trimmed(text.substr(equals + 1));
   if (values.empty()) refuse(text, "has no values", path + "=0:1:0.1");
   const std::vector<std::string> range = parts(values, ':');

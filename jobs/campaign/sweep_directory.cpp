@@ -7,6 +7,7 @@
 
 #include "archive/archive.h"
 #include "archive/files/files.h"
+#include "scenarios/sha256.h"
 
 namespace graze {
 namespace {
@@ -49,6 +50,12 @@ SweepPlan plan_of(const Json& json) {
   return out;
 }
 
+/// Of all that the file says, but for its seal.
+std::string seal_of(Json json) {
+  json.erase("seal");
+  return sha256_of(json.dump(-1, ' ', false, Json::error_handler_t::replace));
+}
+
 }  // namespace
 
 void number_points(Sweep& sweep) {
@@ -71,7 +78,8 @@ void number_points(Sweep& sweep) {
   }
 }
 
-void write_plan(const fs::path& folder, const SweepPlan& plan, const std::string& command_line) {
+void write_plan(const fs::path& folder, const SweepPlan& plan, const std::vector<CampaignInfo>& campaigns,
+                const std::string& command_line) {
   const Sweep& sweep = plan.sweep;
   Json json = {{"format", "graze sweep"},      {"format_version", kFormat},   {"scenario", sweep.scenario},
                {"command_line", command_line}, {"particles", plan.particles}, {"policies", sweep.policies},
@@ -86,13 +94,15 @@ void write_plan(const fs::path& folder, const SweepPlan& plan, const std::string
                             {"texts", axis.texts},
                             {"values", axis.values}});
   }
-  for (const SweepPoint& point : sweep.points) {  // for people and scripts; read_plan() numbers them itself
-    Json one = {{"campaign", point.campaign}};
+  for (std::size_t i = 0; i < sweep.points.size(); ++i) {  // read_plan() numbers them itself
+    const SweepPoint& point = sweep.points[i];
+    Json one = {{"campaign", point.campaign}, {"scenario_sha256", campaigns.at(i).scenario_sha256}};
     for (std::size_t axis = 0; axis < sweep.axes.size(); ++axis) {
       one[sweep.axes[axis].path] = sweep.axes[axis].texts[point.at[axis]];
     }
     json["points"].push_back(std::move(one));
   }
+  json["seal"] = seal_of(json);
   const std::string text = json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
   NewFile file(Directory(folder), kSweepFile);
   const int error = write_all(file.descriptor(), std::as_bytes(std::span(text)));
@@ -117,7 +127,16 @@ SweepPlan read_plan(const fs::path& folder) {
                       "newer Graze",
                       version, kFormat));
     }
-    return plan_of(json);
+    if (json.at("seal") != seal_of(json)) {
+      throw InputError(
+          "is damaged: it is not as it was written (its seal differs), and values may stand at the wrong "
+          "campaigns");
+    }
+    SweepPlan out = plan_of(json);
+    for (std::size_t i = 0; i < out.sweep.points.size(); ++i) {
+      json.at("points").at(i).at("scenario_sha256").get_to(out.sweep.points[i].scenario);
+    }
+    return out;
   } catch (const nlohmann::json::exception& error) {
     throw InputError(fmt::format("{}: is damaged, or no description of a sweep: {}", file, error.what()));
   } catch (const InputError& error) {
@@ -143,6 +162,10 @@ void read_traces(const fs::path& folder, const Sweep& sweep, SweepPoint& point) 
   if (archive.info().policies != sweep.policies) {
     throw InputError(fmt::format("{}: its policies are not those of {}", (folder / point.campaign).string(),
                                  (folder / kSweepFile).string()));
+  }
+  if (archive.info().scenario_sha256 != point.scenario) {
+    throw InputError(fmt::format("{}: its scenario is not that of this value in {}; were campaigns exchanged?",
+                                 (folder / point.campaign).string(), (folder / kSweepFile).string()));
   }
   point.particles = archive.info().particles;
   for (std::size_t policy = 0; policy < sweep.policies.size(); ++policy) {

@@ -1,11 +1,14 @@
 #pragma once
 // A sweep on disk: a folder with one campaign per value, each as `graze run` makes it, and sweep.json, which says what
-// the values are. sweep.json is written last, so that a folder that has it has all campaigns described.
+// the values are, with a seal and what tells each campaign's scenario from the others'. The folder takes its name when
+// it is whole.
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "analysis/sweep.h"
+#include "archive/schema/campaign_info.h"
 
 namespace graze {
 
@@ -22,9 +25,10 @@ struct SweepPlan {
 void number_points(Sweep& sweep);
 inline constexpr std::size_t kMostSweepPoints = 10'000;
 
-/// Throws MachineError.
-void write_plan(const std::filesystem::path& folder, const SweepPlan& plan, const std::string& command_line);
-/// Throws InputError: no sweep, of a newer format, damaged.
+/// `campaigns`: of the points, in their order. Throws MachineError.
+void write_plan(const std::filesystem::path& folder, const SweepPlan& plan, const std::vector<CampaignInfo>& campaigns,
+                const std::string& command_line);
+/// Throws InputError: no sweep, of a newer format, damaged or changed since it was written.
 SweepPlan read_plan(const std::filesystem::path& folder);
 /// Whether a folder holds a sweep.
 bool is_sweep(const std::filesystem::path& folder);
@@ -33,7 +37,7 @@ bool is_sweep(const std::filesystem::path& folder);
 bool has_particles(const std::filesystem::path& campaign, std::uint64_t particles);
 /// How many particles a campaign shall have, whether or not they are there; 0: it does not read.
 std::uint64_t described_particles(const std::filesystem::path& campaign);
-/// Reads the outcomes of a point from its campaign. Throws InputError, also if its policies are not the sweep's.
+/// Reads the outcomes of a point from its campaign. Throws InputError, also if its scenario is not that of the value.
 void read_traces(const std::filesystem::path& folder, const Sweep& sweep, SweepPoint& point);
 
 }  // namespace graze

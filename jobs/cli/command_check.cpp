@@ -24,6 +24,7 @@
 #include "jobs/cli/size_estimate.h"
 #include "sampling/design_name.h"
 #include "scenarios/channel_readers.h"
+#include "scenarios/disturbances.h"
 #include "scenarios/doubts.h"
 #include "scenarios/robot_file.h"
 
@@ -141,6 +142,10 @@ std::string overview(const Scenario& s, const ChannelReaders& readers) {
   if (!measures.empty()) out += "\n  measures     " + measures;
   const Count c = count(s, readers);
   out += fmt::format("\n  objective    {}\n", s.task.objective.name);
+  for (std::size_t i = 0; i < s.world->disturbances.size(); ++i) {
+    const Disturbance& one = s.world->disturbances[i];
+    out += fmt::format("  {:<12} {}: {}\n", i == 0 ? "disturbances" : "", one.name, disturbance_text(one));
+  }
   out += fmt::format("  uncertain    {}: {} drawn once per particle, {} redrawn at each control step",
                      counted(static_cast<std::size_t>(c.total()), "parameter"), c.persistent, c.transient);
   if (c.fixed > 0) out += fmt::format("; {} set to a fixed value", c.fixed);
@@ -229,6 +234,9 @@ nlohmann::json as_json(const Scenario& s, const ChannelReaders& readers) {
   for (const CorrelationGroup& group : s.space.groups) out["correlated"].push_back(as_json(s.space, group));
   for (const PolicySpec& policy : s.policies) out["policies"].push_back(policy.name);
   for (const Requirement& r : s.task.requirements) out[r.measure ? "measures" : "requirements"].push_back(r.name);
+  for (const Disturbance& one : s.world->disturbances) {
+    out["disturbances"].push_back({{"name", one.name}, {"what", disturbance_text(one)}});
+  }
   for (const UncertainParameter& p : s.space.parameters) {
     const auto policies = readers.of(p.name);
     out["parameters"].push_back({{"name", p.name},

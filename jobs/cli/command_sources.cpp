@@ -1,4 +1,6 @@
 // graze sources: how far each source of uncertainty alone drives the outcome apart.
+#include <spdlog/spdlog.h>
+
 #include <iostream>
 #include <memory>
 
@@ -24,6 +26,9 @@ int sources(const SourcesArguments& arguments) {
   arguments.draw.apply_to(scenario);
   choose_policies(scenario, arguments.policies);
   scenario.recording.telemetry = Telemetry::none;
+  if (scenario.space.parameters.empty()) {
+    spdlog::warn("{}: nothing is uncertain in it, so that there is no source to compare", scenario.file);
+  }
   const std::vector<SourceSpread> rows =
       study_sources(scenario, {scenario.particles, scenario.seed, arguments.threads, arguments.watchdog});
   std::cout << (arguments.json ? sources_json(scenario.name, scenario.particles, rows)

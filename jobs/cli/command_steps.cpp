@@ -9,6 +9,7 @@
 
 #include "analysis/text_table.h"
 #include "archive/files/csv.h"
+#include "engine/settings/units.h"
 #include "jobs/campaign/step_study.h"
 #include "jobs/cli/commands.h"
 #include "jobs/cli/option_values.h"
@@ -19,6 +20,7 @@ namespace graze {
 namespace {
 
 constexpr double kLeastStep = 1e-7, kMostStep = 1;  // s
+constexpr double kLongStep = 0.5;                   // s; without a unit, ms were meant
 constexpr double kMostSteps = 1e9;                  // of all runs together, about an hour
 constexpr double kMostStudyBytes = 2e9;             // of what runs are compared by
 constexpr const char* kUsualSteps = "0.1ms,0.2ms,0.5ms,1ms,2ms,5ms,10ms";
@@ -38,12 +40,17 @@ struct PolicyStudy {
 };
 
 double read_step(const std::string& text, const std::string& option) {
-  const double out = parse_seconds(text, option, kLeastStep, kMostStep);
-  if (out == 0) {
+  const auto written = split_number(text);
+  const auto value = written ? to_si(Quantity::time, written->value, written->unit) : std::nullopt;
+  if (value && *value <= 0) {
     throw InputError(
         fmt::format("{} {}: a step is longer than 0; nearest right answer: {} {:g}", option, text, option, kLeastStep));
   }
-  return out;
+  if (value && *value >= kLongStep && written->unit.empty()) {
+    throw InputError(fmt::format("{0} {1}: is {2:g} s, longer than any step of physics; did you mean {0} {2:g}ms?",
+                                 option, text, *value));
+  }
+  return parse_seconds(text, option, kLeastStep, kMostStep);
 }
 
 /// The steps that were asked for and the scenario's own, ascending, each once.
@@ -276,7 +283,8 @@ int steps(const StepsArguments& arguments) {
   std::vector<PolicyStudy> all;
   for (const std::string& policy : policies) {
     Timing timing = scenario.timing;
-    if (arguments.control_each_step || is_prescribed(scenario, policy)) timing.control = 0;  // each step
+    const bool each = timing.control == timing.step && is_prescribed(scenario, policy);  // and stays so
+    if (arguments.control_each_step || each) timing.control = 0;
     question.policy = policy;
     all.push_back({policy, study_steps(load, timing, question)});
   }

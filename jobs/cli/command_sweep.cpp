@@ -6,6 +6,8 @@
 #include <iostream>
 #include <memory>
 #include <optional>
+#include <random>
+#include <set>
 
 #include "analysis/sequential.h"
 #include "archive/directory/campaign_directory.h"
@@ -136,6 +138,26 @@ void doubt_uncertain(const Sweep& sweep, const Scenario& scenario) {
   }
 }
 
+/// Warnings of single values, each once, without those of the scenario as it is.
+class ValueWarnings {
+ public:
+  explicit ValueWarnings(const Scenario& base) : told_(base.warnings.begin(), base.warnings.end()) {}
+  void tell(const Scenario& scenario, const std::string& at) {
+    for (const std::string& text : scenario.warnings) {
+      if (!told_.insert(text).second) continue;
+      if (++count_ <= kMost) spdlog::warn("{}: {}", at, text);
+    }
+  }
+  void end() const {
+    if (count_ > kMost) spdlog::warn("and {} more of other values", count_ - kMost);
+  }
+
+ private:
+  static constexpr std::size_t kMost = 8;
+  std::set<std::string> told_;
+  std::size_t count_ = 0;
+};
+
 SweepPlan plan_of(const SweepArguments& arguments, const Scenario& base) {
   SweepPlan out;
   Sweep& sweep = out.sweep;
@@ -158,7 +180,7 @@ SweepPlan plan_of(const SweepArguments& arguments, const Scenario& base) {
     throw InputError(
         "--adaptive: the first particles of a Latin hypercube are none; use --set sampling.design=random (or sobol)");
   }
-  if (!arguments.width.empty()) sweep.rule.width = parse_fraction(arguments.width, "--width");
+  if (!arguments.width.empty()) sweep.rule.width = parse_width(arguments.width, "--width");
   if (!arguments.level.empty()) sweep.rule.level = parse_fraction(arguments.level, "--level");
   if (arguments.draw.particles == 0) out.particles = kMostAdaptive;
   sweep.rule.least = std::min(sweep.rule.least, out.particles);
@@ -213,6 +235,31 @@ fs::path folder_to_make(const SweepArguments& arguments, const Scenario& scenari
   return out;
 }
 
+/// All campaigns and the plan, or nothing: they are written beside, and take their name when they are whole.
+void write_sweep(const fs::path& folder, const SweepPlan& plan, const std::vector<CampaignInfo>& campaigns,
+                 const std::string& command_line) {
+  const ParentFolders folders(folder);
+  fs::path beside = folder;
+  beside += fmt::format(".{:08x}.tmp", std::random_device{}());
+  std::error_code error;
+  try {
+    make_directory(beside);
+    for (std::size_t i = 0; i < campaigns.size(); ++i) {
+      CampaignWriter(beside / plan.sweep.points[i].campaign, campaigns[i], false).keep();
+    }
+    write_plan(beside, plan, campaigns, command_line);
+    fs::rename(beside, folder, error);
+    if (error == std::errc::directory_not_empty || error == std::errc::file_exists) {
+      throw InputError(fmt::format("{}: somebody else has just begun it; go on with it by 'graze sweep {}'",
+                                   folder.string(), shell_path(folder.string())));
+    }
+    if (error) fail_writing(folder, error.value());
+  } catch (...) {
+    fs::remove_all(beside, error);
+    throw;
+  }
+}
+
 /// Reads the scenario at every value, so that all that can be refused is refused now, and describes every campaign.
 fs::path begin(const SweepArguments& arguments, const std::string& command_line) {
   if (arguments.scenario.file == kStandardInput) {
@@ -225,20 +272,19 @@ fs::path begin(const SweepArguments& arguments, const std::string& command_line)
   const fs::path folder = folder_to_make(arguments, base);
   std::vector<CampaignInfo> campaigns;
   std::optional<Scenario> first;
+  ValueWarnings warnings(base);
   for (const SweepPoint& point : plan.sweep.points) {
     const Scenario scenario = load_at(arguments, base, plan.sweep, point);
     if (!first) first = scenario;
-    check_common(*first, scenario, values_text(plan.sweep, point));
+    const std::string at = values_text(plan.sweep, point);
+    check_common(*first, scenario, at);
+    warnings.tell(scenario, at);
     campaigns.push_back(describe_point(plan, scenario, command_line));
   }
+  warnings.end();
   doubt_uncertain(plan.sweep, *first);
   check_fits(arguments, plan, *first, folder);
-  const ParentFolders folders(folder);
-  make_directory(folder);
-  for (std::size_t i = 0; i < campaigns.size(); ++i) {
-    CampaignWriter(folder / plan.sweep.points[i].campaign, campaigns[i], false).keep();
-  }
-  write_plan(folder, plan, command_line);
+  write_sweep(folder, plan, campaigns, command_line);
   return folder;
 }
 
@@ -347,11 +393,14 @@ int sweep(const SweepArguments& arguments, const std::string& command_line) {
   const fs::path folder = there ? fs::path(arguments.scenario.file) : begin(arguments, command_line);
   SweepRun run(arguments, folder);
   const Sweep& result = run.run();
+  std::cout << (arguments.json  ? sweep_json(result)
+                : arguments.csv ? sweep_csv(result)
+                                : format_sweep(result))
+            << std::flush;
   if (!arguments.plot.empty()) {
     const ParentFolders folders(arguments.plot);
     write_picture(arguments.plot, arguments.force, drawn_figure(sweep_figure(result), style, arguments.plot), false);
   }
-  std::cout << (arguments.json ? sweep_json(result) : arguments.csv ? sweep_csv(result) : format_sweep(result));
   if (!arguments.quiet) spdlog::info("sweep: {}", folder.string());
   return kDone;
 }

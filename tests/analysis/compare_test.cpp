@@ -140,6 +140,16 @@ TEST(Compare, NamesParametersWithOtherValues) {
   EXPECT_THAT(format_comparison(got, 5), HasSubstr("1 parameter has other values"));
 }
 
+// Values that differ are shown where they differ, however long their beginnings.
+TEST(Compare, ShowsWhereLongValuesDiffer) {
+  Comparison of;
+  const std::string folder = "somewhere/far/away/in/a/folder/of/a/long/nam\xC3\xA9/";
+  of.changes = {{"robot.urdf", folder + "before.urdf", folder + "after.urdf"}, {"time.end", "1 s", ""}};
+  const std::string text = format_comparison(of, 5);
+  EXPECT_THAT(text, HasSubstr("  robot.urdf: …/long/nam\xC3\xA9/before.urdf -> …/long/nam\xC3\xA9/after.urdf\n"));
+  EXPECT_THAT(text, HasSubstr("  time.end: 1 s -> (not there)\n"));
+}
+
 TEST(Compare, NeedsAPolicyInCommonUnlessEachHasOne) {
   const synthetic::Folder folder;
   write_fates(folder / "a.graze", std::vector<Fate>(3), 1, 0, {"walk"});

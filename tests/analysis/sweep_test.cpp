@@ -6,6 +6,8 @@
 
 #include <cmath>
 #include <random>
+#include <set>
+#include <tuple>
 
 #include "analysis/sequential.h"
 
@@ -155,6 +157,36 @@ TEST(Sweep, DrawsCurvesBesideEachOther) {
   EXPECT_TRUE(series[0].low.empty());
   EXPECT_FALSE(series[1].low.empty());
   EXPECT_EQ(figure.legend.size(), 3u);
+}
+
+// Claim: of more curves than there are colours each is told apart, and all stand nearer to their value than to the
+// next.
+TEST(Sweep, TellsManyCurvesApart) {
+  Sweep sweep = sweep_of({successes(1, 4), successes(3, 4)});
+  const SweepPoint point = sweep.points[0];
+  sweep.axes.push_back({"uncertain.disturbances.shove.azimuth", "deg", true, {}, {}});
+  sweep.axes[0].path = "uncertain.disturbances.shove.impulse";
+  sweep.points.clear();
+  for (std::size_t second = 0; second < 12; ++second) {
+    sweep.axes[1].texts.push_back(std::to_string(30 * second) + " deg");
+    sweep.axes[1].values.push_back(30.0 * static_cast<double>(second));
+    for (std::size_t first = 0; first < 2; ++first) {
+      sweep.points.push_back(point);
+      sweep.points.back().at = {first, second};
+    }
+  }
+  const Figure figure = sweep_figure(sweep);
+  std::set<std::tuple<int, bool, int>> looks;
+  for (const PlotSeries& series : figure.panels.at(0).series) {
+    EXPECT_LT(std::abs(series.x.at(0) - sweep.axes[0].values[0]),
+              0.5 * std::abs(sweep.axes[0].values[1] - sweep.axes[0].values[0]));
+    if (series.kind == PlotSeries::Kind::line) {
+      looks.insert({static_cast<int>(series.color), series.dashed, static_cast<int>(series.mark)});
+    }
+  }
+  EXPECT_EQ(looks.size(), 12u);
+  EXPECT_EQ(figure.legend.at(1).text, "azimuth: 30 deg");
+  EXPECT_EQ(figure.title, "Success against impulse and azimuth");
 }
 
 }  // namespace

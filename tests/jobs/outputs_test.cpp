@@ -46,6 +46,25 @@ TEST(Outputs, AClosedStandardOutputIsToldAlike) {
 
 // Claim: a verb whose reader has gone ends by SIGPIPE without a word, as programs in pipes do; run goes on, because
 // what it is for is on the disk.
+// Claim: too few descriptors are the machine's want, not the scenario's: nobody is told that a file is wrong.
+TEST(Outputs, TooFewDescriptorsAreAMachineFailure) {
+  const BallCampaign campaign;
+  int done = 0, failed = 0;
+  for (int most = 8; most <= 26; most += 2) {
+    const testing::Result run =
+        testing::shell(campaign.folder.path(), "ulimit -n " + std::to_string(most) + "; exec '" + GRAZE_PROGRAM +
+                                                   "' run ball.yaml -n 4 --quiet --threads 1 -o a.graze --force");
+    if (run.code == 127) continue;  // the shell, or its libraries
+    EXPECT_THAT(run.code, ::testing::AnyOf(0, 3)) << most << ": " << run.err;
+    if (run.code == 3) {
+      EXPECT_THAT(run.err, HasSubstr("Too many open files")) << most;
+    }
+    ++(run.code == 0 ? done : failed);
+  }
+  EXPECT_GT(done, 0);
+  EXPECT_GT(failed, 0);
+}
+
 TEST(Outputs, AReaderThatHasGoneIsNoFailure) {
   const BallCampaign campaign;
   ASSERT_EQ(campaign.graze("run ball.yaml -n 20 --quiet -o a.graze").code, 0);

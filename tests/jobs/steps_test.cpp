@@ -97,6 +97,11 @@ TEST_F(Steps, ControlPrescribedMotionAtEachStep) {
       "record.telemetry=all --set record.every=1 --set time.end='20 s'");
   EXPECT_DOUBLE_EQ(found["policies"][0]["reference"]["control"], 0.00025);
   for (const nlohmann::json& row : found["policies"][0]["rows"]) EXPECT_DOUBLE_EQ(row["control"], row["step"]);
+  const nlohmann::json own = study(
+      "--policy servo --steps 0.5ms,2ms --set policies.servo.control='!replace {prescribed: {}}' --set time.control='4 "
+      "ms'");
+  for (const nlohmann::json& row : own["policies"][0]["rows"])
+    EXPECT_DOUBLE_EQ(row["control"], 0.004) << "as it was set";
 }
 
 // As the published study had it: the control period is the step, also below the scenario's.
@@ -127,6 +132,8 @@ TEST_F(Steps, DoubtAReferenceThatFails) {
 TEST_F(Steps, RefuseWhatCannotBe) {
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"--steps 0", "--steps 0: a step is longer than 0"},
+      {"--steps=-1ms", "--steps -1ms: a step is longer than 0; nearest right answer: --steps 1e-07"},
+      {"--steps 2", "--steps 2: is 2 s, longer than any step of physics; did you mean --steps 2ms?"},
       {"--steps 1ms,,2ms", "--steps "},
       {"--steps fast", "--steps fast"},
       {"--reference 2s", "--reference 2s"},

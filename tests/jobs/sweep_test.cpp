@@ -101,6 +101,55 @@ TEST_F(SweepVerb, DoubtsWhatIsUncertain) {
   EXPECT_EQ(graze("sweep ball.yaml -o b.sweep" + set + "uncertain.contact.friction=0.5,1").err, "");
 }
 
+// sweep.json is as it was written, and each campaign stands at its value, or nothing is shown.
+TEST_F(SweepVerb, IsSealed) {
+  ASSERT_EQ(graze("sweep ball.yaml -n 2 --quiet -o s.sweep --over contact.friction=0.3,0.9").code, 0);
+  const std::string whole = testing::read_file(folder / "s.sweep/sweep.json");
+  std::string changed = whole;
+  changed.replace(changed.find("\"0.9\""), 5, "\"0.8\"");
+  testing::write_file(folder / "s.sweep/sweep.json", changed);
+  const testing::Result damaged = graze("sweep s.sweep");
+  EXPECT_EQ(damaged.code, 2);
+  EXPECT_THAT(damaged.err, HasSubstr("is damaged: it is not as it was written"));
+  testing::write_file(folder / "s.sweep/sweep.json", whole);
+  fs::rename(folder / "s.sweep/000.graze", folder / "x");
+  fs::rename(folder / "s.sweep/001.graze", folder / "s.sweep/000.graze");
+  fs::rename(folder / "x", folder / "s.sweep/001.graze");
+  const testing::Result exchanged = graze("sweep s.sweep");
+  EXPECT_EQ(exchanged.code, 2);
+  EXPECT_THAT(exchanged.err, HasSubstr("000.graze: its scenario is not that of this value"));
+}
+
+// The table is printed whatever becomes of the picture.
+TEST_F(SweepVerb, KeepsTheTableWhereThePictureFails) {
+  const testing::Result run =
+      graze("sweep ball.yaml -n 2 --quiet --over contact.friction=0.3,0.9 --plot /proc/nothing/x.svg");
+  EXPECT_NE(run.code, 0);
+  for (const fs::directory_entry& one : fs::directory_iterator(folder.path())) {
+    EXPECT_NE(one.path().extension(), ".tmp") << "what is begun takes its name, or goes";
+  }
+}
+
+// What is doubtful at some values is told with the value; what is doubtful at all of them, once.
+TEST_F(SweepVerb, TellsWarningsOfItsValues) {
+  const std::string told =
+      graze("sweep ball.yaml -n 2 --quiet --set 'uncertain.contact.friction=0.5' --over control.lag='5 ms,180'").err;
+  EXPECT_THAT(told, HasSubstr("control.lag=180: "));
+  EXPECT_THAT(told, HasSubstr("no command of a policy ever arrives"));
+  EXPECT_THAT(told, ::testing::Not(HasSubstr("control.lag=5 ms: ")));
+}
+
+// A value that the policies' own `over` replaces would make a flat curve.
+TEST_F(SweepVerb, RefusesWhatThePoliciesReplace) {
+  const std::string set =
+      " --set 'policies=!replace {push: {torque: {constant: 0}, control: {torque: {}}, over: {torque.constant: [0, "
+      "1]}}}'";
+  const testing::Result swept = graze("sweep ball.yaml -n 2 --quiet --over policies.push.torque.constant=0,1" + set);
+  EXPECT_EQ(swept.code, 2);
+  EXPECT_THAT(swept.err, AllOf(HasSubstr("--over policies.push.torque.constant=0: 'over' ("),
+                               HasSubstr("--set policies.push.over=~")));
+}
+
 TEST_F(SweepVerb, RefusesWhatCannotBe) {
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"ball.yaml", "no --over"},
@@ -114,6 +163,13 @@ TEST_F(SweepVerb, RefusesWhatCannotBe) {
       {"ball.yaml --over contact.friction=0:1:1e-6", "1e+06 values; at most 1000"},
       {"ball.yaml --over contact.friction=0:1:0.002 --over time.end='20:400:1 ms'", "at most 10000"},
       {"ball.yaml --over contact.friction=1,,2", "an empty value"},
+      {"ball.yaml --over contact.friction=0.5,0.50", "the same value twice, in other words"},
+      {"ball.yaml --over contact.friction=0.5:0.5000000000009:2e-13", "that twelve digits do not tell from none"},
+      {"ball.yaml --over gravity=-1e308:1e308:1e307", "wider than a number holds"},
+      {"ball.yaml --over contact.friction=1,2 --adaptive --width 1e-9", "narrower than any number of particles"},
+      {"ball.yaml --over contact.friction=1,2 --adaptive --width 0", "nearest right answer: '0.1'"},
+      {"ball.yaml --over sampling.seed=1,2", "a sweep compares the same ones"},
+      {"ball.yaml --over sampling.particles=8,16", "a sweep compares the same ones"},
       {"ball.yaml --over contact.friction=1,2,1", "the same value twice; nearest right answer: --over "},
       {"ball.yaml --over contact.friction=0:1", "a range is FIRST:LAST:STEP"},
       {"ball.yaml --over 'time.end=1 s:2 kg:1 s'", "one quantity; nearest right answer: --over time.end=1 s:2 s:1 s"},
@@ -135,6 +191,16 @@ TEST_F(SweepVerb, RefusesWhatCannotBe) {
   EXPECT_THAT(graze("sweep ball.sweep -n 3").err, HasSubstr("-n: ball.sweep says itself what is swept"));
   testing::write_file(folder / "ball.sweep/sweep.json", "{\"format\": \"graze sweep\"}");
   EXPECT_THAT(graze("sweep ball.sweep").err, HasSubstr("is damaged, or no description of a sweep"));
+}
+
+// A range across 0 has 0 in it, and values are the numbers that are simulated.
+TEST(SweepAxis, IsWhatItSays) {
+  const SweepAxis across = parse_sweep_axis("a.b=-0.3:0.3:0.1 rad");
+  EXPECT_EQ(across.texts[3], "0 rad");
+  EXPECT_EQ(across.values[3], 0);
+  const SweepAxis up = parse_sweep_axis("a.b=0.4:1.4:0.05 N s");
+  EXPECT_EQ(up.texts[14], "1.1 N s");
+  EXPECT_EQ(up.values[14], 1.1);
 }
 
 // Values of a range are written without the rounding of their sum; units may stand behind each number or behind the

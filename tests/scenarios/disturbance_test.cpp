@@ -48,7 +48,9 @@ TEST(Disturbance, RefusesWhatCannotBe) {
       {"{push: base, impulse: 1, at: 0, mass: 1}", "is for a payload"},
       {"{payload: base, at: 0, mass: 1, force: 1}", "is for a push"},
       {"{payload: base, at: 0}", "mass"},
-      {"{payload: base, at: 0, mass: -1 kg}", "-1"}};
+      {"{payload: base, at: 0, mass: -1 kg}", "-1"},
+      {"{payload: base, at: 0, mass: 1e12 kg}", "1e+09"},
+      {"{push: base, impulse: 1e300, at: 0}", "1e+12"}};
   for (const auto& [value, message] : cases) {
     const std::string text = hopper(std::string("disturbances:\n  one: ") + value + "\n");
     const std::string got = message_of([&] { testing::read(text); });

@@ -164,7 +164,7 @@ TEST_P(Disturbances, LeaveNeighboursAlone) {
 // Claim: the shares of all steps make the whole push, wherever it begins.
 TEST(PushShare, AddsUpToOne) {
   for (const double at : {0.0, 0.0125, 0.01371}) {
-    for (const double duration : {0.0, 0.0004, 0.001, 0.0333}) {
+    for (const double duration : {0.0, 5e-324, 1e-13, 1e-11, 1e-9, 1e-7, 0.0004, 0.001, 0.0333}) {
       BodyDisturbance push;
       push.at = at;
       push.duration = duration;

@@ -12,7 +12,6 @@
 #include "engine/control/planar_motion.h"
 #include "engine/dynamics/chain.h"
 #include "engine/model/measures.h"
-#include "engine/settings/warnings.h"
 #include "tests/engine/control/leg_reference.h"
 #include "tests/engine/control/support.h"
 #include "tests/message_of.h"
@@ -53,7 +52,7 @@ TEST_F(ControllerTest, Names) {
   // "tosses_dice" is of the tests of draws, which share this program.
   EXPECT_EQ(fmt::format("{}", fmt::join(policy_names(), " ")), "gait hold joint_trajectory torque tosses_dice");
   EXPECT_EQ(fmt::format("{}", fmt::join(tracker_names(), " ")),
-            "inverse_dynamics joint_pd operational_pd prescribed torque");
+            "inverse_dynamics joint_pd operational_inverse_dynamics operational_pd prescribed torque");
 }
 
 // hold with joint_pd asks the servos for the nominal initial positions, with gains by joint glob.
@@ -68,20 +67,6 @@ TEST_F(ControllerTest, HoldByJointPd) {
     EXPECT_EQ(command.kd(k, 0), 0.1);
     EXPECT_EQ(command.kp(k, 1), 0);  // the lane was not active
   }
-}
-
-// Places that nobody goes to are told; `hold` under `torque` is how one says that a robot shall be limp.
-TEST_F(ControllerTest, TorqueDoesNotFollowPlaces) {
-  const auto warned = [&](const std::string& policy) {
-    const Warnings warnings;
-    make("{" + policy + ", control: {torque: {}}}");
-    return warnings.texts();
-  };
-  EXPECT_EQ(warned("hold: {}").size(), 0u);
-  const std::vector<std::string> texts = warned("joint_trajectory: {sinusoid: {amplitude: 0.1, frequency: 1}}");
-  ASSERT_EQ(texts.size(), 1u);
-  EXPECT_NE(texts[0].find("'joint_trajectory' wants places, which the tracker 'torque' passes over"),
-            std::string::npos);
 }
 
 // q = q0 + a sin(f t + phase) and its rate, per joint glob, frozen after `until`.

@@ -21,6 +21,7 @@ std::vector<std::string> least() {
       "{hold: {}, control: {inverse_dynamics: {kp: 1000}}}",
       "{joint_trajectory: {sinusoid: {amplitude: 0.1, frequency: 3}}, control: {joint_pd: {kp: 20}}}",
       "{" + walks + ", control: {operational_pd: {kp: 1000, kd: 20}}}",
+      "{" + walks + ", control: {operational_inverse_dynamics: {kp: 5e3}}}",
       "{" + walks + ", control: {joint_pd: {kp: 20, kd: 0.1}}}",
       "{gait: {stance: {}, waypoints: {points: [[1, 0.5]], speed: {forward: 0.2, turn: 0.5}}, " + gait +
           "}, control: {operational_pd: {kp: 1000}}}",

@@ -1,6 +1,8 @@
 // Tracker `inverse_dynamics`: what it predicts is what the engine does, its program is solved, and its bits are a
 // lane's own.
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -11,6 +13,7 @@
 #include "engine/dynamics/dynamics_model.h"
 #include "engine/lanes/isa.h"
 #include "engine/model/rotation.h"
+#include "engine/settings/warnings.h"
 #include "tests/engine/control/inverse_dynamics_support.h"
 
 namespace graze {
@@ -304,10 +307,16 @@ std::vector<double> trace_of(const std::string& policy, Isa isa, int lane, bool 
 // The same bits with every instruction set, in every lane, alone and beside robots that differ, fall and begin at other
 // times.
 TEST(InverseDynamics, BitsDependOnTheTraceAlone) {
+  std::vector<std::string> trackers;
   for (const char* more : {"", ", contacts: {from: flags}", ", contacts: {from: force, delay: 3 ms}",
                            ", model: sensed, contacts: {delay: 1 ms}", ", model: qp_no_slip", ", model: lcp_coulomb",
                            ", model: lcp_no_slip, ki: 10", ", horizon: 10 ms"}) {
-    const std::string policy = trot(tracker(more));
+    trackers.push_back(tracker(more));
+  }
+  trackers.push_back("operational_inverse_dynamics: {kp: 2e3, kd: 50}");
+  trackers.push_back("operational_inverse_dynamics: {kp: 1e7, kd: 5e3, map: transposed, servo: {kp: 1e3, kd: 20}}");
+  for (const std::string& more : trackers) {
+    const std::string policy = trot(more);
     const std::vector<double> want = trace_of(policy, Isa::portable, 0, false);
     for (const double value : want) ASSERT_TRUE(std::isfinite(value));
     for (const Isa isa : available_isas()) {
@@ -332,6 +341,21 @@ TEST(InverseDynamics, KeepsNaNInItsLane) {
   EXPECT_NE(loop.physics().fault(1)->find("finite"), std::string::npos) << *loop.physics().fault(1);
 }
 
+// A forgotten unit, a horizon that ends before the step does, joints that no gain names: told, and gone on with.
+TEST(InverseDynamics, DoubtsWhatIsHardlyMeant) {
+  const Scene scene(links_world());
+  const auto warned = [&](const std::string& more) {
+    const Warnings warnings;
+    Controller(scene.context(), Settings::parse(hold("inverse_dynamics: {" + more + "}"), "policy.yaml"));
+    return fmt::format("{}", fmt::join(warnings.texts(), "\n"));
+  };
+  EXPECT_EQ(warned("kp: 1"), "");
+  EXPECT_NE(warned("kp: 1, horizon: 20").find("did you mean 20 ms?"), std::string::npos);
+  EXPECT_NE(warned("kp: 1, horizon: 0.1 ms").find("shorter than a control step"), std::string::npos);
+  EXPECT_NE(warned("kp: 1, contacts: {within: 10}").find("did you mean mm?"), std::string::npos);
+  EXPECT_NE(warned("kp: {'*_X_1': 5e3}").find("names 4 of 12 joints"), std::string::npos);
+}
+
 TEST(InverseDynamics, RefusesWhatItCannotDo) {
   const Scene scene(links_world());
   const auto error = [&](const Scene& robot, const std::string& policy) {
@@ -347,6 +371,13 @@ TEST(InverseDynamics, RefusesWhatItCannotDo) {
   EXPECT_NE(error(scene, hold("inverse_dynamics: {kp: 1, model: sensed, contacts: {within: 1 cm}}")).find("sensed"),
             std::string::npos);
   EXPECT_NE(error(scene, hold("inverse_dynamics: {kp: 1, contacts: {from: flags, delay: 2 s}}")).find("2 s is more"),
+            std::string::npos);
+  EXPECT_NE(
+      error(scene, hold("inverse_dynamics: {kp: 1, contacts: {from: flags, delay: 1.5 ms}}")).find("nearest: 0.00"),
+      std::string::npos);
+  EXPECT_NE(error(scene, hold("inverse_dynamics: {kp: 1, model: none, contacts: {within: 1 cm}}")).find("model: none"),
+            std::string::npos);
+  EXPECT_NE(error(scene, hold("inverse_dynamics: {kp: 1, model: none, regularization: 0.1}")).find("predicts none"),
             std::string::npos);
   World fixed = links_world();
   fixed.robot.floating_base = false;

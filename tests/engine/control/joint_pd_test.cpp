@@ -1,5 +1,7 @@
-// joint_pd without servos: `implicit: false` asks for the torque of its law at what is sensed.
+// joint_pd without servos: `implicit: false` asks for the torque of its law at what is sensed; and the tracker
+// `torque`.
 
+#include "engine/settings/warnings.h"
 #include "tests/engine/control/support.h"
 #include "tests/message_of.h"
 
@@ -65,6 +67,21 @@ TEST_F(ExplicitJointPd, ReadsWhatItsGainsLookAt) {
 
 TEST_F(ExplicitJointPd, HasNoIntegral) {
   EXPECT_NE(testing::message_of([&] { make("{kp: 1, ki: 1, implicit: false}"); }).find("there is no integral"),
+            std::string::npos);
+}
+
+// Places that nobody goes to are told; `hold` under `torque` is how one says that a robot shall be limp.
+TEST(TorqueTracker, DoesNotFollowPlaces) {
+  const Scene scene(links_world());
+  const auto warned = [&](const std::string& policy) {
+    const Warnings warnings;
+    Controller(scene.context(), Settings::parse("{" + policy + ", control: {torque: {}}}", "test.yaml"));
+    return warnings.texts();
+  };
+  EXPECT_EQ(warned("hold: {}").size(), 0u);
+  const std::vector<std::string> texts = warned("joint_trajectory: {sinusoid: {amplitude: 0.1, frequency: 1}}");
+  ASSERT_EQ(texts.size(), 1u);
+  EXPECT_NE(texts[0].find("'joint_trajectory' wants places, which the tracker 'torque' passes over"),
             std::string::npos);
 }
 
