@@ -9,6 +9,7 @@
 
 #include "jobs/campaign/hand_out.h"
 #include "jobs/campaign/workers.h"
+#include "jobs/workers/controllers.h"
 #include "simulation/contained.h"
 #include "simulation/particles.h"
 
@@ -64,6 +65,7 @@ class Campaign {
         sink_(sink),
         threads_(options.threads > 0 ? options.threads : default_threads()),
         source_(scenario, options.seed, options.particles),
+        elsewhere_(controllers_elsewhere(scenario, options.seed, options.particles, options.watchdog)),
         group_(group_size(scenario, options.part.count(options.particles), workers())),
         hand_out_((options.part.count(options.particles) + group_ - 1) / group_ * scenario.policies.size(), workers(),
                   options.stopping_rule ? 1 : kMostUnits) {}
@@ -118,7 +120,7 @@ class Campaign {
   /// One thread's part: units of work until there are none left.
   void work(WorkerState& state) {
     try {
-      ContainedRun run(scenario_, options_.seed, state.watch);
+      ContainedRun run(scenario_, options_.seed, state.watch, elsewhere_);
       do {
         while (state.unit || (!state.units.empty() && !stop_asked())) {
           if (!state.unit) state.unit = make_unit(state.units.begin++);
@@ -199,6 +201,7 @@ class Campaign {
   const TraceSink& sink_;
   const int threads_;
   const ParticleSource source_;
+  const RunElsewhere elsewhere_;
   const std::uint64_t group_;  // particles per unit of work
   const HandOut hand_out_;
   std::atomic<bool> stopped_{false};

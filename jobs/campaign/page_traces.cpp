@@ -110,6 +110,7 @@ class PolicyPlayer {
       : simulation_(simulation), info_(info), name_(name), every_(every), form_(form) {}
 
   void play(const std::string& policy, const std::vector<PageTrace>& traces, std::vector<Json>& out) {
+    if (is_of_library(policy)) return keep(policy, traces, out);
     std::vector<Particle> particles;
     std::vector<std::size_t> places;
     std::set<std::uint32_t> bodies;
@@ -135,8 +136,22 @@ class PolicyPlayer {
     }
   }
   const std::vector<std::string>& different() const { return different_; }
+  const std::vector<std::string>& kept() const { return kept_; }
 
  private:
+  /// Whether the controller is a stranger's, which no reader of archives runs.
+  bool is_of_library(const std::string& policy) const {
+    const Scenario& scenario = simulation_.scenario();
+    return scenario.policies[static_cast<std::size_t>(simulation_.policy(policy))].settings.has("library");
+  }
+  /// What the archive knows, and no more.
+  void keep(const std::string& policy, const std::vector<PageTrace>& traces, std::vector<Json>& out) {
+    for (std::size_t i = 0; i < traces.size(); ++i) {
+      if (traces[i].chosen.policy == policy) out[i] = trace_json(traces[i], info_, name_, traces[i].archived);
+    }
+    kept_.push_back(policy);
+  }
+
   Json played(const PageTrace& one, const TraceRecord& record, const TraceFrames& frames) {
     const bool same = record.digest == one.archived.digest && record.outcome == one.archived.outcome;
     if (!same) different_.push_back(title(one.chosen));
@@ -153,7 +168,7 @@ class PolicyPlayer {
   const std::string& name_;
   const std::uint32_t every_;
   const NumberForm form_;
-  std::vector<std::string> different_;
+  std::vector<std::string> different_, kept_;
 };
 
 }  // namespace
@@ -200,6 +215,11 @@ std::vector<std::string> add_traces(Json& page, const Scenario& scenario, const 
   }
   page["trajectories"] = played;
   page["scene"] = scene_json(simulation.nominal(), form);
+  for (const std::string& one : player.kept()) {
+    page["notes"].push_back("Policy " + one +
+                            " is a controller in a shared object, which is not run for this page; its " +
+                            "traces are shown as far as the archive knows them.");
+  }
   for (const std::string& one : player.different()) {
     page["notes"].push_back(one + " went another way than the archive says; it is shown as it came out now.");
   }
