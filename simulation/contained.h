@@ -44,7 +44,8 @@ void take_over(WorkUnit& unit);
 class RemoteRun {
  public:
   virtual ~RemoteRun() = default;
-  /// As BlockRun::run, for particles of the campaign. Adds the steps to `cost`. Throws Overtime for a trace that takes
+  /// As BlockRun::run, for particles of the campaign, which are known by their ids alone; one that cannot be fabricated
+  /// is `invalid`. Adds the steps to `cost`. Throws Overtime for a trace that takes
   /// too long, MachineError, and std::runtime_error for what else has gone wrong there, after which the object is of no
   /// more use.
   virtual std::vector<TraceRecord> run(std::span<const Particle> particles, RunCost& cost) = 0;

@@ -74,8 +74,8 @@ const Description& library_description() {
         {},
         "whatever the controller takes: it gets the map as JSON, numbers without units"},
        {"isolation",
-        {Form::word({"process", "none"})},
-        Default::value("process"),
+        {Form::word({kOwnProcess, "none"})},
+        Default::value(kOwnProcess),
         "`process`: its blocks run in processes of their own, whose crash costs one particle; `none`: in the program"},
        {"timeout",
         {Form::number(Quantity::time, Bound::positive)},
@@ -92,7 +92,7 @@ const Description& library_description() {
 LibraryUse read_library_use(const Described& own) {
   const Settings typed = own.at("file");
   LibraryUse out{own.settings(), input_path(typed.resolve_file(typed.text())), {}, true, own.number("timeout")};
-  out.isolated = own.word("isolation") == "process";
+  out.isolated = own.word("isolation") == kOwnProcess;
   // Kept by archives as a file beside the library's own name, and not computed anew from what they keep.
   const auto sha256 = derived_input(out.file + ".sha256", [&] { return file_sha256(out.file); });
   if (!sha256)

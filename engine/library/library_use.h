@@ -45,6 +45,8 @@ std::optional<LibraryUse> library_use(const Settings& policy);
 void check_library_file(const LibraryUse& use);
 
 const Description& library_description();
+/// The word of `isolation` for processes of its own.
+inline constexpr const char* kOwnProcess = "process";
 
 /// Where a library is called, for whoever watches this process from outside: a page that both share.
 enum class LibraryCall : std::uint32_t { none, load, create, start, act, destroy };

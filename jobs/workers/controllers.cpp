@@ -142,6 +142,7 @@ void brief_here(const Scenario& scenario) {
 }  // namespace
 
 void trust_controllers() { trusted = true; }
+bool controllers_trusted() { return trusted; }
 
 void try_controllers(const Scenario& scenario) {
   const auto libraries = libraries_of(scenario);
@@ -173,6 +174,11 @@ RunElsewhere controllers_elsewhere(const Scenario& scenario, std::uint64_t seed,
     const bool here = std::isnan(processes->timeout[static_cast<std::size_t>(policy)]);
     return here ? nullptr : std::make_unique<ControllerRun>(processes, policy);
   };
+}
+
+bool runs_elsewhere(const PolicySpec& policy) {
+  const auto library = policy.settings.find("library");
+  return library && Described(*library, library_description()).word("isolation") == kOwnProcess;
 }
 
 void prepare_controllers_here(const Scenario& scenario) {

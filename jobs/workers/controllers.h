@@ -9,6 +9,7 @@ namespace graze {
 
 /// The user has said that code that a scenario names may run (--trust). For the whole process.
 void trust_controllers();
+bool controllers_trusted();
 
 /// Refuses what cannot be simulated, before anything is: libraries that nobody trusts, that are not the ones that were
 /// meant, that cannot be loaded, or whose create() fails. Throws InputError, MachineError.
@@ -23,6 +24,10 @@ RunElsewhere controllers_elsewhere(const Scenario& scenario, std::uint64_t seed,
 /// For commands that simulate within this process alone: if the user trusts them, libraries with `isolation: none` may
 /// be loaded from now on. Policies that are not loaded say why when a trace begins.
 void prepare_controllers_here(const Scenario& scenario);
+
+/// Whether the policy's blocks run in processes of their own: then these fabricate the particles, too, and of a
+/// RemoteRun's particles only the ids count.
+bool runs_elsewhere(const PolicySpec& policy);
 
 /// All libraries may be loaded in this process from now on: a trace that is watched step by step runs nowhere else.
 /// Throws as controllers_elsewhere().

@@ -81,10 +81,21 @@ class Worker {
   WorkerMessage work(const WorkerRequest& request) {
     try {
       BlockRun& run = run_of(request.policy);
+      std::vector<TraceRecord> records(request.particles.size());
       std::vector<Particle> particles;
-      for (const std::uint32_t id : request.particles) particles.push_back(source_.fabricate(id, source_.draw(id)));
+      std::vector<std::size_t> places;  // of `particles`, among the records
+      for (std::size_t i = 0; i < records.size(); ++i) {
+        const std::uint32_t id = request.particles[i];
+        try {
+          particles.push_back(source_.fabricate(id, source_.draw(id)));
+          places.push_back(i);
+        } catch (const InputError& error) {
+          records[i] = unfabricated(id, scenario_, error.what());
+        }
+      }
       RunCost cost;
-      const std::vector<TraceRecord> records = run.run(particles, &cost);
+      std::vector<TraceRecord> made = run.run(particles, &cost);
+      for (std::size_t k = 0; k < made.size(); ++k) records[places[k]] = std::move(made[k]);
       std::string bytes(reinterpret_cast<const char*>(&cost.steps), sizeof cost.steps);
       return {static_cast<char>(WorkerWord::traces), bytes + bytes_of(records)};
     } catch (...) {
