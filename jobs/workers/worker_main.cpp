@@ -1,12 +1,15 @@
 #include "jobs/workers/worker_main.h"
 
 #include <sys/mman.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
 #include <map>
 #include <memory>
 #include <new>
@@ -35,7 +38,7 @@ WorkerMessage word_of(const std::exception_ptr& thrown) {
   } catch (const InputError& error) {
     return word(WorkerWord::refusal, error.what());
   } catch (const std::bad_alloc&) {
-    return word(WorkerWord::machine, "out of memory in the process of a controller");
+    return word(WorkerWord::fault, "no memory is left in the controller's process, which may take 4 GiB");
   } catch (const std::exception& error) {
     return word(WorkerWord::fault, error.what());
   } catch (...) {
@@ -124,6 +127,20 @@ class Worker {
   std::map<std::string, BlockRun> runs_;
 };
 
+/// So that a controller that leaks takes its own process down and not the machine. Address space that is reserved alone
+/// does not count.
+void limit_memory() {
+  constexpr rlim_t kMost = rlim_t{4} << 30;  // bytes, beyond what the scenario takes
+  std::ifstream sizes("/proc/self/statm");
+  rlim_t pages = 0;
+  for (int field = 0; field < 6; ++field) sizes >> pages;  // the sixth: data and stack
+  rlimit limit{};
+  if (!sizes || getrlimit(RLIMIT_DATA, &limit) != 0) return;
+  const rlim_t wanted = pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) + kMost;
+  limit.rlim_cur = std::min({limit.rlim_cur, limit.rlim_max, wanted});
+  setrlimit(RLIMIT_DATA, &limit);
+}
+
 void share_page() {
   void* const page = mmap(nullptr, sizeof(LibraryCalls), PROT_READ | PROT_WRITE, MAP_SHARED, kWorkerPage, 0);
   close(kWorkerPage);
@@ -155,6 +172,7 @@ int work_for_parent() {
     say(word_of(std::current_exception()));
     return EXIT_FAILURE;
   }
+  limit_memory();
   allow_libraries(LibraryLoading::all);
   say({static_cast<char>(WorkerWord::ready), ""});
   while (const auto request = receive_word(kWorkerSocket)) {

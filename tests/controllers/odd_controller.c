@@ -62,6 +62,11 @@ static int err(Odd* self, const GrazeRobot* robot) {
   if (does(self, "exit")) exit(3);
   while (does(self, "loop") && always) {
   }
+  if (does(self, "leak")) {
+    while (malloc(1 << 20) != NULL) {
+    }
+    abort();
+  }
   if (does(self, "fork")) {
     if (fork() == 0) sleep(1000);
     _exit(5);
