@@ -86,6 +86,13 @@ int make_controller(const NewArguments& arguments) {
 }
 
 int make_scenario(const NewArguments& arguments) {
+  if (arguments.urdf.empty()) {
+    throw InputError(is_controller(arguments.file)
+                         ? fmt::format("new {0}: the folder to write is missing; nearest right answer: graze new {0} "
+                                       "my_controller",
+                                       arguments.file)
+                         : "new: robot is required; 'graze new --help' tells more");
+  }
   if (is_controller(arguments.file)) return make_controller(arguments);
   check_arguments(arguments);
   // Read on its own, so that what is wrong with it is not told of a scenario that is not there yet. It stays, since
@@ -127,7 +134,6 @@ void add_new(CLI::App& app, Action& action) {
       ->required()
       ->type_name("SCENARIO");
   verb->add_option("robot", arguments->urdf, "The robot (.urdf); of a controller: the folder to write")
-      ->required()
       ->type_name("URDF");
   verb->add_flag("--repair", arguments->repair, "Mend what can be mended in the URDF: robot.repair");
   verb->add_flag("--ignore-missing-meshes", arguments->ignore_missing_meshes,

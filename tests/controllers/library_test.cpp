@@ -167,6 +167,8 @@ TEST(Library, TemplatesWorkAndEqualTheNativeLaw) {
     EXPECT_EQ(testing::digests(folder / name / "scenario.graze").at("mine").size(), 8u);
     EXPECT_EQ(testing::graze(folder / name, "check scenario.yaml --trust --determinism").code, 0);
   }
+  EXPECT_THAT(testing::graze(folder.path(), "new policy-c").err, HasSubstr("graze new policy-c my_controller"));
+  EXPECT_THAT(testing::graze(folder.path(), "new my.yaml").err, HasSubstr("robot is required"));
   const fs::path native = folder / "policy-c" / "native.yaml";
   std::string text = testing::read_file(folder / "policy-c" / "scenario.yaml");
   const std::string mine = "library: {file: my_controller.so, settings: {kp: 20, kd: 0.1}}\n    control: {torque: {}}";
