@@ -30,8 +30,11 @@ endif()
 install(DIRECTORY data/ DESTINATION ${CMAKE_INSTALL_DATADIR}/graze)
 foreach(folder sampling scenarios simulation archive analysis engine)
   install(DIRECTORY ${folder} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/graze FILES_MATCHING PATTERN "*.h"
-    PATTERN "lane_physics" EXCLUDE PATTERN "bullet" EXCLUDE)
+    PATTERN "lane_physics" EXCLUDE PATTERN "bullet" EXCLUDE PATTERN "shared_object.h" EXCLUDE)
 endforeach()
+
+# For controllers of others: <graze/policy.h>.
+install(FILES graze/policy.h graze/policy.hpp DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/graze)
 
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/graze)
 install(EXPORT graze NAMESPACE graze:: FILE grazeTargets.cmake DESTINATION ${package})

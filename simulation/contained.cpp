@@ -58,8 +58,8 @@ struct ContainedRun::Attempt {
   std::optional<Fault> fault;
 };
 
-ContainedRun::ContainedRun(const Scenario& scenario, std::uint64_t seed, TraceWatch& watch)
-    : scenario_(scenario), seed_(seed), watch_(watch) {}
+ContainedRun::ContainedRun(const Scenario& scenario, std::uint64_t seed, TraceWatch& watch, RunElsewhere elsewhere)
+    : scenario_(scenario), seed_(seed), watch_(watch), elsewhere_(std::move(elsewhere)) {}
 
 void ContainedRun::run(WorkUnit& unit, const RunOptions& options) {
   if (unit.particles.size() > 1 && !unit.alone) {
@@ -76,13 +76,31 @@ void ContainedRun::run(WorkUnit& unit, const RunOptions& options) {
   }
 }
 
-/// Simulates `count` particles of a unit from `begin` on.
-ContainedRun::Attempt ContainedRun::attempt(WorkUnit& unit, std::size_t begin, std::size_t count, RunOptions options) {
-  auto run = runs_.find(unit.policy);
+BlockRun& ContainedRun::run_here(int policy) {
+  auto run = runs_.find(policy);
   if (run == runs_.end()) {
-    run = runs_.emplace(unit.policy, BlockRun(scenario_, scenario_.policies[unit.policy], seed_)).first;
+    run = runs_.emplace(policy, BlockRun(scenario_, scenario_.policies[policy], seed_)).first;
     run->second.watch(&watch_);
   }
+  return run->second;
+}
+
+/// Null if the unit is simulated here. Particles that are alone, since one of them is suspect, begin afresh each: what
+/// one has spoilt shall not be laid at the next one's door.
+RemoteRun* ContainedRun::run_elsewhere(const WorkUnit& unit, const RunOptions& options) {
+  if (!elsewhere_ || options.observer || !options.beginnings.empty() || !options.saved.empty()) return nullptr;
+  auto run = remotes_.find(unit.policy);
+  if (unit.alone && run != remotes_.end() && run->second) {
+    remotes_.erase(run);
+    run = remotes_.end();
+  }
+  if (run == remotes_.end()) run = remotes_.emplace(unit.policy, elsewhere_(unit.policy)).first;
+  return run->second.get();
+}
+
+/// Simulates `count` particles of a unit from `begin` on.
+ContainedRun::Attempt ContainedRun::attempt(WorkUnit& unit, std::size_t begin, std::size_t count, RunOptions options) {
+  BlockRun* const here = run_elsewhere(unit, options) ? nullptr : &run_here(unit.policy);
   const auto particles = std::span(unit.particles).subspan(begin, count);
   if (!options.beginnings.empty()) options.beginnings = options.beginnings.subspan(begin, count);
   if (!options.saved.empty()) options.saved = options.saved.subspan(begin, count);
@@ -91,14 +109,15 @@ ContainedRun::Attempt ContainedRun::attempt(WorkUnit& unit, std::size_t begin, s
   std::exception_ptr thrown;
   watch_.enter();
   try {
-    out.records = run->second.run(particles, &mine, options);
+    out.records = here ? here->run(particles, &mine, options) : remotes_.at(unit.policy)->run(particles, mine);
   } catch (...) {
     thrown = std::current_exception();
   }
   watch_.leave();
   unit.cost.steps += mine.steps;
   if (!thrown) return out;
-  runs_.erase(run);
+  runs_.erase(unit.policy);
+  remotes_.erase(unit.policy);
   out.fault = fault_of(thrown);
   return out;
 }

@@ -3,7 +3,9 @@
 // unfinished, and the traces of its neighbours have the bits that they have without it. In: a unit of work. Out: its
 // traces, and the particles that have none.
 
+#include <functional>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -38,11 +40,25 @@ struct WorkUnit {
 /// tried alone.
 void take_over(WorkUnit& unit);
 
+/// Simulates blocks of one policy somewhere else: what happens there does not happen to this process.
+class RemoteRun {
+ public:
+  virtual ~RemoteRun() = default;
+  /// As BlockRun::run, for particles of the campaign, which are known by their ids alone; one that cannot be fabricated
+  /// is `invalid`. Adds the steps to `cost`. Throws Overtime for a trace that takes
+  /// too long, MachineError, and std::runtime_error for what else has gone wrong there, after which the object is of no
+  /// more use.
+  virtual std::vector<TraceRecord> run(std::span<const Particle> particles, RunCost& cost) = 0;
+};
+/// Begins one for a policy (its index) whose blocks run elsewhere; null for others. Called from any thread.
+using RunElsewhere = std::function<std::unique_ptr<RemoteRun>(int policy)>;
+
 /// Simulates units of one scenario. Owned by one thread.
 class ContainedRun {
  public:
-  /// `scenario` and `watch` outlive this.
-  ContainedRun(const Scenario& scenario, std::uint64_t seed, TraceWatch& watch);
+  /// `scenario` and `watch` outlive this. `elsewhere`: for blocks that nobody observes and that begin as the scenario
+  /// says; empty: all run here.
+  ContainedRun(const Scenario& scenario, std::uint64_t seed, TraceWatch& watch, RunElsewhere elsewhere = {});
 
   /// Goes on with a unit until it is done. If the block throws or takes too long its state is suspect: it is made anew
   /// and the particles are simulated one at a time (alone in a lane a trace has the same bits), so that only the guilty
@@ -55,11 +71,15 @@ class ContainedRun {
   struct Attempt;
   Attempt attempt(WorkUnit& unit, std::size_t begin, std::size_t count, RunOptions options);
   void close(WorkUnit& unit, Attempt attempt);
+  BlockRun& run_here(int policy);
+  RemoteRun* run_elsewhere(const WorkUnit& unit, const RunOptions& options);
 
   const Scenario& scenario_;
   const std::uint64_t seed_;
   TraceWatch& watch_;
-  std::map<int, BlockRun> runs_;  // by policy, made when first needed
+  const RunElsewhere elsewhere_;
+  std::map<int, BlockRun> runs_;                       // by policy, made when first needed
+  std::map<int, std::unique_ptr<RemoteRun>> remotes_;  // the same; null: the policy runs here
 };
 
 }  // namespace graze

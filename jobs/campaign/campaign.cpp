@@ -9,6 +9,7 @@
 
 #include "jobs/campaign/hand_out.h"
 #include "jobs/campaign/workers.h"
+#include "jobs/workers/controllers.h"
 #include "simulation/contained.h"
 #include "simulation/particles.h"
 
@@ -22,6 +23,18 @@ std::uint64_t group_size(const Scenario& scenario, std::uint64_t particles, std:
   if (scenario.physics != "lanes" || !scenario.task.stop_at_violation) return kLanes;
   const std::uint64_t blocks = particles * scenario.policies.size() / (kLanes * kUnitsPerWorker * workers);
   return kLanes * std::clamp<std::uint64_t>(blocks, 1, kMostBlocks);
+}
+
+Particle known_by(std::uint32_t id) {
+  Particle out;
+  out.id = id;
+  return out;
+}
+
+std::vector<bool> which_elsewhere(const Scenario& scenario) {
+  std::vector<bool> out;
+  for (const PolicySpec& policy : scenario.policies) out.push_back(runs_elsewhere(policy));
+  return out;
 }
 
 // Units per ticket at most: what a worker does between two reads of the shared counters, some tenths of a second.
@@ -64,6 +77,8 @@ class Campaign {
         sink_(sink),
         threads_(options.threads > 0 ? options.threads : default_threads()),
         source_(scenario, options.seed, options.particles),
+        run_elsewhere_(controllers_elsewhere(scenario, options.seed, options.particles, options.watchdog)),
+        elsewhere_(which_elsewhere(scenario)),
         group_(group_size(scenario, options.part.count(options.particles), workers())),
         hand_out_((options.part.count(options.particles) + group_ - 1) / group_ * scenario.policies.size(), workers(),
                   options.stopping_rule ? 1 : kMostUnits) {}
@@ -118,7 +133,7 @@ class Campaign {
   /// One thread's part: units of work until there are none left.
   void work(WorkerState& state) {
     try {
-      ContainedRun run(scenario_, options_.seed, state.watch);
+      ContainedRun run(scenario_, options_.seed, state.watch, run_elsewhere_);
       do {
         while (state.unit || (!state.units.empty() && !stop_asked())) {
           if (!state.unit) state.unit = make_unit(state.units.begin++);
@@ -161,6 +176,7 @@ class Campaign {
     const std::uint64_t policies = scenario_.policies.size(), group = index / policies;
     unit->policy = static_cast<int>(index % policies);
     const std::string& policy = scenario_.policies[unit->policy].name;
+    const bool elsewhere = elsewhere_[unit->policy];
     const std::uint64_t begin = options_.part.begin + group * group_;
     const std::uint64_t end = options_.part.begin + options_.part.count(options_.particles);
     for (std::uint64_t i = begin; i < std::min(end, begin + group_); ++i) {
@@ -169,7 +185,7 @@ class Campaign {
       const std::vector<double> values = source_.draw(id);
       std::vector<double>* to = &unit->values;
       try {
-        unit->particles.push_back(source_.fabricate(id, values));
+        unit->particles.push_back(elsewhere ? known_by(id) : source_.fabricate(id, values));
       } catch (const InputError& error) {
         unit->records.push_back(unfabricated(id, scenario_, error.what()));
         to = &unit->record_values;
@@ -199,7 +215,9 @@ class Campaign {
   const TraceSink& sink_;
   const int threads_;
   const ParticleSource source_;
-  const std::uint64_t group_;  // particles per unit of work
+  const RunElsewhere run_elsewhere_;
+  const std::vector<bool> elsewhere_;  // of each policy: its particles are fabricated where they are simulated
+  const std::uint64_t group_;          // particles per unit of work
   const HandOut hand_out_;
   std::atomic<bool> stopped_{false};
   std::atomic<std::uint64_t> unfinished_{0};

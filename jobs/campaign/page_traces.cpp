@@ -12,6 +12,7 @@
 #include "jobs/campaign/archived_scenario.h"
 #include "jobs/campaign/page_scene.h"
 #include "jobs/campaign/trace_frames.h"
+#include "jobs/workers/controllers.h"
 #include "simulation/simulation.h"
 #include "simulation/step_recorder.h"
 
@@ -110,12 +111,17 @@ class PolicyPlayer {
       : simulation_(simulation), info_(info), name_(name), every_(every), form_(form) {}
 
   void play(const std::string& policy, const std::vector<PageTrace>& traces, std::vector<Json>& out) {
+    const bool of_library = is_of_library(policy);
     std::vector<Particle> particles;
     std::vector<std::size_t> places;
     std::set<std::uint32_t> bodies;
     std::map<std::uint32_t, double> ends;
     for (std::size_t i = 0; i < traces.size(); ++i) {
       if (traces[i].chosen.policy != policy) continue;
+      if (of_library && !may_play(traces[i])) {
+        out[i] = trace_json(traces[i], info_, name_, traces[i].archived);
+        continue;
+      }
       // A trace that goes on beyond its archived end goes another way: it is not followed for ever.
       ends[traces[i].chosen.particle] = end_of(traces[i], info_) + 1.5 * info_.step;
       try {
@@ -135,8 +141,22 @@ class PolicyPlayer {
     }
   }
   const std::vector<std::string>& different() const { return different_; }
+  const std::vector<std::string>& kept() const { return kept_; }
 
  private:
+  /// Whether the controller is a stranger's, which is run only if the user trusts it.
+  bool is_of_library(const std::string& policy) {
+    const Scenario& scenario = simulation_.scenario();
+    const std::size_t index = static_cast<std::size_t>(simulation_.policy(policy));
+    const bool of_library = scenario.policies[index].settings.has("library");
+    if (of_library && !controllers_trusted()) kept_.push_back(policy);
+    return of_library;
+  }
+  /// What failed there may crash here.
+  static bool may_play(const PageTrace& one) {
+    return controllers_trusted() && one.archived.outcome != Outcome::invalid;
+  }
+
   Json played(const PageTrace& one, const TraceRecord& record, const TraceFrames& frames) {
     const bool same = record.digest == one.archived.digest && record.outcome == one.archived.outcome;
     if (!same) different_.push_back(title(one.chosen));
@@ -153,7 +173,7 @@ class PolicyPlayer {
   const std::string& name_;
   const std::uint32_t every_;
   const NumberForm form_;
-  std::vector<std::string> different_;
+  std::vector<std::string> different_, kept_;
 };
 
 }  // namespace
@@ -187,6 +207,7 @@ std::vector<std::string> add_traces(Json& page, const Scenario& scenario, const 
   double steps = 0;
   for (const PageTrace& one : traces) steps += end_of(one, info) / info.step;
   check_effort(steps, fmt::format("{} traces have", traces.size()));
+  if (controllers_trusted()) load_controllers_here(own);
   const Simulation simulation(std::move(own), info.particles);
   const std::vector<Channel> channels = channels_of(simulation.scenario());
   PolicyPlayer player(simulation, info, name, steps_between(simulation.scenario(), channels.size(), traces), form);
@@ -200,6 +221,10 @@ std::vector<std::string> add_traces(Json& page, const Scenario& scenario, const 
   }
   page["trajectories"] = played;
   page["scene"] = scene_json(simulation.nominal(), form);
+  for (const std::string& one : player.kept()) {
+    page["notes"].push_back("Policy " + one + " is a controller in a shared object, which runs for this page with " +
+                            "--trust alone; its traces are shown as far as the archive knows them.");
+  }
   for (const std::string& one : player.different()) {
     page["notes"].push_back(one + " went another way than the archive says; it is shown as it came out now.");
   }

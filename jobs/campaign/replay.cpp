@@ -13,6 +13,7 @@
 #include "engine/control/policy.h"
 #include "engine/physics.h"
 #include "jobs/campaign/describe_campaign.h"
+#include "jobs/workers/controllers.h"
 #include "simulation/contained.h"
 #include "simulation/particles.h"
 #include "simulation/step_recorder.h"
@@ -75,15 +76,29 @@ void check_there(const ReplayRequest& request, const CampaignInfo& info, const s
 }
 
 /// What one trace comes out as when nothing else is simulated, with the faults of a campaign contained as there.
-TraceRecord simulate(const Scenario& scenario, int policy, Particle particle, TraceObserver* observer) {
+TraceRecord simulate(const Scenario& scenario, std::uint64_t particles, int policy, Particle particle,
+                     TraceObserver* observer) {
   TraceWatch watch;
-  ContainedRun run(scenario, scenario.seed, watch);
+  RunElsewhere elsewhere;
+  if (observer) {
+    load_controllers_here(scenario);
+  } else {
+    elsewhere = controllers_elsewhere(scenario, scenario.seed, particles, 0);
+  }
+  ContainedRun run(scenario, scenario.seed, watch, std::move(elsewhere));
   WorkUnit unit;
   unit.policy = policy;
   unit.particles.push_back(std::move(particle));
   run.run(unit, {.observer = observer});
   if (unit.records.empty()) throw MachineError(fmt::format("the trace has no end: {}", unit.unfinished.at(0).reason));
   return std::move(unit.records.front());
+}
+
+/// Of the policy alone: whatever becomes of the others.
+void try_controller(const Scenario& scenario, const PolicySpec& policy) {
+  Scenario one = scenario;
+  one.policies = {policy};
+  try_controllers(one);
 }
 
 /// How many frames the trace will have: as in the archive, or, if that holds none, to the end.
@@ -121,8 +136,8 @@ TraceRecord simulate_recorded(const ReplayRequest& request, const Scenario& scen
                               StepLog& log) {
   StepRecorder recorder(scenario, info, request.every, request.most_bytes);
   if (request.record) recorder.expect(check_size(request, scenario, policy, info, archived));
-  TraceRecord trace =
-      simulate(scenario, index_of(policy, scenario), std::move(particle), request.record ? &recorder : nullptr);
+  TraceRecord trace = simulate(scenario, info.particles, index_of(policy, scenario), std::move(particle),
+                               request.record ? &recorder : nullptr);
   if (recorder.full())
     too_large(request, "the frames and their contacts take more memory than may be", 2.0 * request.every);
   log = recorder.take();
@@ -303,6 +318,7 @@ Replay replay(const ReplayRequest& request) {
   if (!out.archived) check_there(request, info, policy.name);
   const std::vector<double> archived_values = archive.particle_values(request.particle);
   end_of_reading();
+  try_controller(scenario, policy);
   const Recording kept = scenario.recording;
   scenario.recording.telemetry = Telemetry::none;
   scenario.recording.events = scenario.recording.phases = true;

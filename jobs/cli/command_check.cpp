@@ -22,6 +22,7 @@
 #include "jobs/cli/robot_facts.h"
 #include "jobs/cli/run_request.h"
 #include "jobs/cli/size_estimate.h"
+#include "jobs/workers/determinism.h"
 #include "sampling/design_name.h"
 #include "scenarios/channel_readers.h"
 #include "scenarios/disturbances.h"
@@ -36,7 +37,7 @@ struct CheckArguments {
   DrawArguments draw;
   RecordArguments record;
   std::string output, urdf;
-  bool probe = false, json = false, force = false;
+  bool probe = false, json = false, force = false, determinism = false;
 };
 
 bool ends_with(const std::string& text, std::string_view tail) {
@@ -284,6 +285,14 @@ void write_urdf(const CheckArguments& arguments, const ScenarioArguments& source
   spdlog::info("{}: the robot's URDF as it was read", arguments.urdf);
 }
 
+/// Whether traces depend on what they may depend on alone.
+int check_determinism(const Scenario& scenario) {
+  const std::vector<PromiseReport> reports = check_promises(scenario, 0);
+  std::cout << promises_text(reports);
+  const bool kept = std::all_of(reports.begin(), reports.end(), [](const auto& one) { return one.broken.empty(); });
+  return kept ? kDone : kGateMissed;
+}
+
 int check(const CheckArguments& arguments) {
   if (!arguments.output.empty()) check_campaign_output(arguments.output);
   if (!arguments.urdf.empty()) {
@@ -295,6 +304,7 @@ int check(const CheckArguments& arguments) {
   arguments.record.apply_to(source);
   Scenario scenario = source.load();
   arguments.draw.apply_to(scenario);
+  if (arguments.determinism) return check_determinism(scenario);
   if (!arguments.urdf.empty()) write_urdf(arguments, source, scenario);
   const SizeEstimate size = arguments.probe ? probe_size(scenario) : estimate_size(scenario);
   const std::optional<double> free = free_bytes(arguments.output.empty() ? "." : arguments.output);
@@ -319,12 +329,13 @@ int check(const CheckArguments& arguments) {
 
 void add_check(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<CheckArguments>();
-  CLI::App* verb =
-      add_verb(app, "check", "Validate a scenario, simulate nothing, print the resolved parameter table",
-               "  graze check data/scenarios/quadruped_curb.yaml\n"
-               "  graze check data/scenarios/drop_and_stand.yaml --set robot.urdf=my_robot.urdf\n"
-               "  graze check my.yaml --repair --write-urdf mended.urdf         # what is wrong, and mended\n"
-               "  graze check my.yaml -n 1000000 --telemetry failures --probe   # how large, how long\n");
+  CLI::App* verb = add_verb(
+      app, "check", "Validate a scenario, simulate nothing, print the resolved parameter table",
+      "  graze check data/scenarios/quadruped_curb.yaml\n"
+      "  graze check data/scenarios/drop_and_stand.yaml --set robot.urdf=my_robot.urdf\n"
+      "  graze check my.yaml --repair --write-urdf mended.urdf         # what is wrong, and mended\n"
+      "  graze check my.yaml -n 1000000 --telemetry failures --probe   # how large, how long\n"
+      "  graze check my.yaml --determinism --trust                     # does my controller keep its promise?\n");
   arguments->scenario.add_to(*verb);
   arguments->draw.add_to(*verb);
   arguments->record.add_to(*verb);
@@ -333,6 +344,9 @@ void add_check(CLI::App& app, Action& action) {
       ->type_name("FILE");
   verb->add_flag("--force", arguments->force, "Let --write-urdf replace the file if it exists");
   verb->add_flag("--probe", arguments->probe, "Simulate one block under each policy: how large, how long");
+  verb->add_flag("--determinism", arguments->determinism,
+                 "Simulate particles under each policy in different company, and tell whether they come out the same "
+                 "(exit code 1: not)");
   verb->add_flag("--json", arguments->json, "Print JSON");
   verb->callback([arguments, &action] { action = [arguments] { return check(*arguments); }; });
 }

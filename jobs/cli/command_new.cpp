@@ -1,4 +1,4 @@
-// graze new: a first scenario for a robot that has none.
+// graze new: a first scenario for a robot that has none, or a first controller of one's own.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,6 +15,7 @@
 #include "jobs/campaign/exit_code.h"
 #include "jobs/cli/commands.h"
 #include "jobs/cli/shipped.h"
+#include "jobs/workers/controller_template.h"
 #include "scenarios/proposal.h"
 
 namespace graze {
@@ -66,7 +67,33 @@ void check_arguments(const NewArguments& arguments) {
   }
 }
 
+bool is_controller(const std::string& name) {
+  const std::vector<std::string>& names = controller_templates();
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+int make_controller(const NewArguments& arguments) {
+  if (arguments.repair || arguments.ignore_missing_meshes || arguments.force) {
+    throw InputError(fmt::format("new {}: --repair, --ignore-missing-meshes and --force are for scenarios of robots",
+                                 arguments.file));
+  }
+  write_controller_template(arguments.file, arguments.urdf, data_folder());
+  std::cout << fmt::format(
+      "{0}: a controller, and a scenario that judges it:\n  cd {0} && make && graze run "
+      "scenario.yaml --trust\n",
+      shell_path(arguments.urdf));
+  return kDone;
+}
+
 int make_scenario(const NewArguments& arguments) {
+  if (arguments.urdf.empty()) {
+    throw InputError(is_controller(arguments.file)
+                         ? fmt::format("new {0}: the folder to write is missing; nearest right answer: graze new {0} "
+                                       "my_controller",
+                                       arguments.file)
+                         : "new: robot is required; 'graze new --help' tells more");
+  }
+  if (is_controller(arguments.file)) return make_controller(arguments);
   check_arguments(arguments);
   // Read on its own, so that what is wrong with it is not told of a scenario that is not there yet. It stays, since
   // the hulls of its meshes are kept as long as somebody has them.
@@ -95,11 +122,19 @@ int make_scenario(const NewArguments& arguments) {
 
 void add_new(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<NewArguments>();
-  CLI::App* verb = add_verb(app, "new", "Write a first scenario for a robot: dropped, held and, on four legs, trotting",
-                            "  graze new my.yaml my_robot.urdf && graze run my.yaml\n"
-                            "  graze new my.yaml broken.urdf --repair\n");
-  verb->add_option("scenario", arguments->file, "Scenario file to write (.yaml)")->required()->type_name("SCENARIO");
-  verb->add_option("robot", arguments->urdf, "The robot (.urdf)")->required()->type_name("URDF");
+  CLI::App* verb =
+      add_verb(app, "new",
+               "Write a first scenario for a robot: dropped, held and, on four legs, trotting; or a first controller",
+               "  graze new my.yaml my_robot.urdf && graze run my.yaml\n"
+               "  graze new my.yaml broken.urdf --repair\n"
+               "  graze new policy-c my_walk     # a controller in C, in the new folder my_walk\n"
+               "  graze new policy-cpp my_walk   # the same in C++\n");
+  verb->add_option("scenario", arguments->file,
+                   "Scenario file to write (.yaml); or policy-c, policy-cpp: a controller of your own")
+      ->required()
+      ->type_name("SCENARIO");
+  verb->add_option("robot", arguments->urdf, "The robot (.urdf); of a controller: the folder to write")
+      ->type_name("URDF");
   verb->add_flag("--repair", arguments->repair, "Mend what can be mended in the URDF: robot.repair");
   verb->add_flag("--ignore-missing-meshes", arguments->ignore_missing_meshes,
                  "Go on without collision meshes whose file is not there");

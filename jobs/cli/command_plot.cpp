@@ -348,6 +348,7 @@ void add_plot(CLI::App& app, Action& action) {
       ->default_str("outcome");
   add_whole(*verb, "--trajectories", a.trajectories, 1, kMostPaths,
             "plan, channel: traces that are simulated again (default: 60)");
+  add_trust(*verb);
   verb->add_flag("--force", a.force, "Replace files that exist");
   verb->callback([arguments, &action] {
     action = [arguments] {

@@ -119,6 +119,7 @@ void add_replay(CLI::App& app, Action& action) {
                  "Print every parameter and event, and the particle's masses, inertias and lengths");
   verb->add_flag("--any-version", request.any_version, "Also if the archive is of another results version");
   verb->add_flag("--unverified", request.unverified, "Also a trace that the archive does not hold");
+  add_trust(*verb);
   verb->add_flag("--json", arguments->json, "Print JSON");
   verb->callback([arguments, &action] {
     arguments->request.record = !arguments->output.empty();

@@ -137,6 +137,7 @@ void add_report(CLI::App& app, Action& action) {
   add_whole(*verb, "--replays", arguments->replays, 0, kMostReplays, "Traces shown in three dimensions (default: 12)");
   add_whole(*verb, "--trajectories", arguments->trajectories, 0, kMostTrajectories,
             "Traces whose channels are plotted against time (default: 60)");
+  add_trust(*verb);
   verb->add_flag("--force", arguments->force, "Replace the page if it exists");
   verb->add_flag("--json", arguments->json, "Print the page's data as JSON, and write no page")->excludes(output);
   verb->callback([arguments, &action] {

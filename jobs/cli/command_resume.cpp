@@ -4,6 +4,7 @@
 #include "jobs/cli/commands.h"
 #include "jobs/cli/option_values.h"
 #include "jobs/cli/resume_campaign.h"
+#include "jobs/cli/shared_options.h"
 
 namespace graze {
 namespace {
@@ -33,6 +34,7 @@ void add_resume(CLI::App& app, Action& action) {
   verb->add_option("--policy", arguments->policies, "Add these policies of the scenario (globs; may be repeated)")
       ->allow_extra_args(false);
   verb->add_flag("--ignore-space", arguments->ignore_space, "Go on even if the archive will not fit on the disk");
+  add_trust(*verb);
   verb->add_flag("--json", arguments->json, "Print the table as JSON");
   verb->add_flag("--quiet", arguments->quiet, "No progress");
   verb->callback([arguments, &action] { action = [arguments] { return resume(*arguments); }; });

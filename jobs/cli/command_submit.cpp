@@ -121,6 +121,7 @@ BatchCampaign prepare(const BatchRequest& request, const RunWords& words) {
   out.run = words.without({"-o", "--output", "--threads"});
   if (arguments.json) out.resume.push_back("--json");
   if (arguments.quiet) out.resume.push_back("--quiet");
+  if (words.given("--trust")) out.resume.push_back("--trust");
   if (words.given("--watchdog")) out.resume.insert(out.resume.end(), {"--watchdog", words.one("--watchdog")});
   out.threads = words.one("--threads");
   check_slurm_path(out.directory);

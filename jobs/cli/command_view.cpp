@@ -100,6 +100,7 @@ void add_view(CLI::App& app, Action& action) {
   add_policies(*verb, arguments->policies);
   verb->add_option("-o,--output", arguments->output,
                    "The page, a file ending in .html (default: ARCHIVE with .pN.html)");
+  add_trust(*verb);
   verb->add_flag("--force", arguments->force, "Replace the page if it exists");
   verb->callback([arguments, &action] {
     action = [arguments] { return in_reading_child({arguments->archive}, [&] { return view(*arguments); }); };

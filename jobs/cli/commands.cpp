@@ -12,7 +12,9 @@
 #include "archive/archive.h"
 #include "archive/files/utf8.h"
 #include "jobs/cli/option_values.h"
+#include "jobs/cli/shared_options.h"
 #include "jobs/cli/shipped.h"
+#include "jobs/workers/controllers.h"
 
 namespace graze {
 void ScenarioArguments::add_to(CLI::App& verb) {
@@ -24,6 +26,7 @@ void ScenarioArguments::add_to(CLI::App& verb) {
   verb.add_flag("--ignore-missing-meshes", ignore_missing_meshes,
                 "Go on without collision meshes whose file is not there");
   verb.add_flag("--repair", repair, "Mend what can be mended in the robot's URDF: short for --set robot.repair=true");
+  add_trust(verb);
 }
 
 std::vector<Override> ScenarioArguments::overrides() const {
@@ -52,6 +55,7 @@ Scenario ScenarioArguments::load() const {
   refuse_robot_file(file);
   Scenario scenario = load_scenario(scenario_file(file), options);
   warn(scenario.warnings);
+  prepare_controllers_here(scenario);
   return scenario;
 }
 

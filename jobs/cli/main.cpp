@@ -19,6 +19,7 @@
 #include "jobs/cli/option_words.h"
 #include "jobs/cli/terminal.h"
 #include "jobs/cli/wrapped_text.h"
+#include "jobs/workers/worker_main.h"
 
 namespace graze {
 namespace {
@@ -100,6 +101,7 @@ void open_standard_streams() {
 
 int main(int argc, char** argv) {
   using namespace graze;
+  if (started_as_worker(argc, argv)) return work_for_parent();
   open_standard_streams();
   contain_crashes();
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error to tell, not the end

@@ -15,6 +15,7 @@
 #include "jobs/campaign/archived_scenario.h"
 #include "jobs/campaign/describe_campaign.h"
 #include "jobs/cli/size_estimate.h"
+#include "jobs/workers/controllers.h"
 
 namespace graze {
 namespace {
@@ -121,6 +122,7 @@ ExitCode resume_campaign(const ResumeArguments& arguments, Start& start) {
   const ArchivedScenario archived(directory, before, "it cannot be resumed");
   Scenario scenario = archived.scenario();
   choose(scenario, before, arguments.policies);
+  try_controllers(scenario);
   CampaignOptions options;
   options.particles = number_of_particles(arguments, before);
   options.part = before.part;

@@ -16,6 +16,7 @@
 #include "jobs/cli/shared_options.h"
 #include "jobs/cli/simulate.h"
 #include "jobs/cli/size_estimate.h"
+#include "jobs/workers/controllers.h"
 
 namespace graze {
 namespace {
@@ -148,6 +149,7 @@ RunRequest prepare_run(const RunArguments& arguments, const std::string& command
   out.scenario = source.load();
   arguments.draw.apply_to(out.scenario);
   choose_policies(out.scenario, arguments.policies);
+  try_controllers(out.scenario);
   const UntilInfo until = ask(arguments, out.scenario);
   out.options.particles = out.scenario.particles;
   out.options.part = part_of(arguments, out.options.particles);

@@ -12,4 +12,7 @@ CLI::Option* add_archive(CLI::App& verb, std::string& archive, const std::string
 /// --policy, as often as there are globs; chosen_names() says which policies they choose.
 CLI::Option* add_policies(CLI::App& verb, std::vector<std::string>& policies);
 
+/// --trust, of verbs that simulate.
+void add_trust(CLI::App& verb);
+
 }  // namespace graze

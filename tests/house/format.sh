@@ -6,5 +6,5 @@ root=${1:-$(dirname "$0")/../..}
 format=${2:-clang-format}
 command -v "$format" >/dev/null || { echo "$format is not installed"; exit 77; }
 cd "$root"
-find jobs analysis archive simulation scenarios engine sampling tests bench -name '*.h' -print0 -o -name '*.cpp' -print0 |
+find jobs analysis archive simulation scenarios engine sampling graze tests bench -name '*.h' -print0 -o -name '*.cpp' -print0 |
   sort -z | xargs -0 "$format" --dry-run -Werror

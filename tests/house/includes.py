@@ -13,11 +13,11 @@ import re
 import sys
 import tempfile
 
-FOLDERS = ["jobs", "analysis", "archive", "simulation", "scenarios", "engine", "sampling"]  # from top to bottom
+FOLDERS = ["jobs", "analysis", "archive", "simulation", "scenarios", "engine", "sampling", "graze"]  # from top to bottom
 ROOMS = {  # from top to bottom; what stands in the folder itself stands above its rooms
-    "jobs": ["cli", "slurm", "mpi", "campaign"],
+    "jobs": ["cli", "slurm", "mpi", "campaign", "workers"],
     "archive": ["directory", "schema", "hdf5", "files"],
-    "engine": ["control", "actuation", "sensing", "clearance", "lane_physics", "bullet", "contact", "physics.cpp",
+    "engine": ["library", "control", "actuation", "sensing", "clearance", "lane_physics", "bullet", "contact", "physics.cpp",
                "physics.h", "block_physics.cpp", "block_physics.h", "contact_record.h", "dynamics", "model", "lanes",
                "settings"],
 }

@@ -1,0 +1,52 @@
+#include "engine/library/settings_json.h"
+
+#include <fmt/format.h>
+
+#include <charconv>
+
+namespace graze {
+
+namespace {
+
+std::string json_text(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') {
+      out += '\\';
+      out += c;
+    } else if (static_cast<unsigned char>(c) < 0x20) {
+      out += fmt::format("\\u{:04x}", static_cast<unsigned>(c));
+    } else {
+      out += c;
+    }
+  }
+  return out + "\"";
+}
+
+std::string json_scalar(const std::string& text) {
+  if (text == "true" || text == "false") return text;
+  double number = 0;
+  const char* const begin = text.data() + (text.starts_with('+') ? 1 : 0);
+  const auto [end, error] = std::from_chars(begin, text.data() + text.size(), number);
+  const bool whole = error == std::errc() && end == text.data() + text.size();
+  if (whole && number - number == 0) return fmt::format("{}", number);
+  return json_text(text);
+}
+
+}  // namespace
+
+std::string settings_json(const Settings& settings) {
+  if (settings.is_null()) return "null";
+  if (settings.is_scalar()) return json_scalar(settings.text());
+  std::string out;
+  if (settings.is_list()) {
+    for (const Settings& item : settings.items()) out += (out.empty() ? "" : ", ") + settings_json(item);
+    return "[" + out + "]";
+  }
+  for (const auto& [key, value] : settings.entries()) {
+    out += (out.empty() ? "" : ", ") + json_text(key) + ": " + settings_json(value);
+  }
+  return "{" + out + "}";
+}
+
+}  // namespace graze

@@ -1,0 +1,12 @@
+#pragma once
+
+#include <string>
+
+#include "engine/settings/settings.h"
+
+namespace graze {
+
+/// A settings tree as JSON. A scalar that reads as a number, true, false or null is one; all else is text.
+std::string settings_json(const Settings& settings);
+
+}  // namespace graze

@@ -1,0 +1,127 @@
+#include "engine/library/shared_object.h"
+
+#include <dlfcn.h>
+#include <fmt/format.h>
+
+#include <cfenv>
+#include <cmath>
+#include <cstddef>
+#include <filesystem>
+#include <stdexcept>
+#include <vector>
+
+namespace graze {
+
+namespace {
+
+/// What a stranger says, fit for one line of a message or an archive.
+std::string one_line(const std::string& text) {
+  std::string out = clipped(text, 400);
+  for (char& c : out) {
+    if (static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) == 0x7f) c = ' ';
+  }
+  const auto high = [](char c) { return static_cast<unsigned char>(c) >= 0x80; };
+  for (char& c : out) {
+    if (high(c)) c = '?';  // of whatever encoding it is
+  }
+  return out;
+}
+
+std::string missing_functions(const GrazePolicy& table) {
+  const std::vector<std::pair<const char*, bool>> needed = {{"create", table.create != nullptr},
+                                                            {"start", table.start != nullptr},
+                                                            {"act", table.act != nullptr},
+                                                            {"destroy", table.destroy != nullptr}};
+  std::string out;
+  for (const auto& [name, there] : needed) {
+    if (!there) out += (out.empty() ? "" : ", ") + std::string(name);
+  }
+  return out;
+}
+
+}  // namespace
+
+#if defined(__x86_64__)
+
+namespace {
+constexpr unsigned kVectorStatus = 0x3f;  // MXCSR: exceptions that have occurred, which no computation heeds
+
+unsigned short stack_control() {
+  unsigned short word = 0;
+  asm volatile("fnstcw %0" : "=m"(word));
+  return word;
+}
+}  // namespace
+
+SharedObject::FloatingPoint::FloatingPoint()
+    : vector_(__builtin_ia32_stmxcsr() & ~kVectorStatus), stack_(stack_control()) {}
+bool SharedObject::FloatingPoint::holds() const {
+  return (__builtin_ia32_stmxcsr() & ~kVectorStatus) == vector_ && stack_control() == stack_;
+}
+void SharedObject::FloatingPoint::restore() const {
+  __builtin_ia32_ldmxcsr(vector_);
+  asm volatile("fldcw %0" : : "m"(stack_));
+}
+
+#else
+
+SharedObject::FloatingPoint::FloatingPoint()
+    : vector_(static_cast<unsigned>(fegetround())), stack_(static_cast<unsigned short>(fegetexcept())) {}
+bool SharedObject::FloatingPoint::holds() const {
+  return static_cast<unsigned>(fegetround()) == vector_ && static_cast<unsigned short>(fegetexcept()) == stack_;
+}
+void SharedObject::FloatingPoint::restore() const {
+  fesetenv(FE_DFL_ENV);
+  fesetround(static_cast<int>(vector_));
+}
+
+#endif
+
+SharedObject::SharedObject(const LibraryUse& use) : file_(std::filesystem::path(use.file).filename().string()) {
+  check_library_file(use);
+  const Settings place = use.place.at("file");
+  const FloatingPoint before;
+  void* symbol = nullptr;
+  std::string problem;
+  {
+    const Shown shown(LibraryCall::load, std::nan(""));
+    void* const handle = dlopen(use.file.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
+    if (!handle) problem = dlerror();
+    if (handle) symbol = dlsym(handle, "graze_policy");
+    if (symbol) table_ = reinterpret_cast<const GrazePolicy* (*)()>(symbol)();
+  }
+  before.restore();  // libraries that were built with -ffast-math flush small numbers from their loading on
+  if (!problem.empty()) place.fail(fmt::format("{}: cannot be loaded: {}", use.file, one_line(problem)));
+  if (!symbol) {
+    place.fail(
+        fmt::format("{}: has no function graze_policy(); graze/policy.h tells what it returns (in C++ it is "
+                    "extern \"C\")",
+                    use.file));
+  }
+  if (!table_) place.fail(fmt::format("{}: graze_policy() returns NULL instead of a table", use.file));
+  if (table_->version != GRAZE_POLICY_VERSION) {
+    place.fail(
+        fmt::format("{}: is made for version {} of graze/policy.h, and this program has version {}; compile it "
+                    "anew with this program's header",
+                    use.file, table_->version, GRAZE_POLICY_VERSION));
+  }
+  if (table_->size < sizeof(GrazePolicy)) {
+    place.fail(fmt::format("{}: its table has {} bytes and needs {}: write sizeof(GrazePolicy)", use.file, table_->size,
+                           sizeof(GrazePolicy)));
+  }
+  const std::string missing = missing_functions(*table_);
+  if (!missing.empty()) place.fail(fmt::format("{}: its table lacks: {}", use.file, missing));
+}
+
+void SharedObject::fail(LibraryCall which, double time, const std::string& what) const {
+  const std::string when = std::isnan(time) ? "" : fmt::format(" at {:.6g} s", time);
+  throw std::runtime_error(fmt::format("{}: {}{} {}", one_line(file_), name_of(which), when, one_line(what)));
+}
+
+std::string SharedObject::reason(void* policy) const {
+  if (!table_->last_error) return "";
+  const char* const text = table_->last_error(policy);
+  return text && *text ? ": " + one_line(text) : "";
+}
+
+}  // namespace graze

@@ -1,0 +1,198 @@
+#include "jobs/workers/controllers.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstring>
+
+#include "archive/files/utf8.h"
+#include "engine/library/library_use.h"
+#include "jobs/workers/record_bytes.h"
+#include "jobs/workers/worker_process.h"
+#include "scenarios/robot_file.h"
+
+namespace graze {
+namespace {
+
+std::atomic<bool> trusted{false};
+std::atomic<int> faults_told{0};
+constexpr int kMostFaultsTold = 20;
+
+/// "; it printed: …", or nothing.
+std::string printed_text(const std::string& output) {
+  constexpr std::size_t kShown = 1000;  // bytes, the last
+  if (output.empty()) return "";
+  const std::size_t from = output.size() > kShown ? output.size() - kShown : 0;
+  return fmt::format("; it printed: {}{}", from > 0 ? "…" : "", printable(output.substr(from)));
+}
+
+/// What all processes of a campaign are briefed with.
+struct Processes {
+  std::string briefing;
+  std::vector<std::string> names;  // of the policies
+  std::vector<double> timeout;     // s, of each; NaN: it runs in this process
+};
+
+class ControllerRun : public RemoteRun {
+ public:
+  ControllerRun(std::shared_ptr<const Processes> processes, int policy)
+      : processes_(std::move(processes)), policy_(static_cast<std::size_t>(policy)) {}
+
+  std::vector<TraceRecord> run(std::span<const Particle> particles, RunCost& cost) override {
+    try {
+      if (!process_) process_ = std::make_unique<WorkerProcess>(processes_->briefing, processes_->timeout[policy_]);
+      WorkerRequest request{processes_->names[policy_], {}};
+      for (const Particle& particle : particles) request.particles.push_back(particle.id);
+      return answer(process_->ask(request), cost);
+    } catch (const MachineError&) {
+      throw;
+    } catch (const std::exception& error) {
+      if (particles.size() == 1) tell(particles.front().id, error.what());
+      throw;
+    }
+  }
+
+ private:
+  static std::vector<TraceRecord> answer(const WorkerMessage& word, RunCost& cost) {
+    switch (static_cast<WorkerWord>(word.kind)) {
+      case WorkerWord::traces: {
+        std::uint64_t steps = 0;
+        if (word.bytes.size() < sizeof steps) break;
+        std::memcpy(&steps, word.bytes.data(), sizeof steps);
+        cost.steps += steps;
+        return records_of(std::string_view(word.bytes).substr(sizeof steps));
+      }
+      case WorkerWord::overtime:
+        throw Overtime{};
+      case WorkerWord::machine:
+        throw MachineError(word.bytes);
+      case WorkerWord::fault:
+      case WorkerWord::refusal:
+        throw std::runtime_error(word.bytes);
+      case WorkerWord::ready:
+        break;
+    }
+    throw std::runtime_error("the controller's process sent what nobody understands");
+  }
+
+  void tell(std::uint32_t particle, const std::string& reason) const {
+    const int told = faults_told++;
+    if (told > kMostFaultsTold) return;
+    if (told == kMostFaultsTold) {
+      spdlog::warn("controllers have failed more often; 'graze score ARCHIVE' lists all invalid traces");
+      return;
+    }
+    spdlog::warn("policy {}, particle {}: {}{}", processes_->names[policy_], particle, printable(reason),
+                 process_ ? printed_text(process_->output()) : "");
+  }
+
+  const std::shared_ptr<const Processes> processes_;
+  const std::size_t policy_;
+  std::unique_ptr<WorkerProcess> process_;
+};
+
+/// The library of each policy; nothing for policies of our own.
+std::vector<std::optional<LibraryUse>> libraries_of(const Scenario& scenario) {
+  std::vector<std::optional<LibraryUse>> out;
+  for (const PolicySpec& policy : scenario.policies) out.push_back(library_use(policy.settings));
+  return out;
+}
+
+/// Throws InputError unless every library is trusted and the one that was meant. Returns whether there are any.
+bool check_libraries(const std::vector<std::optional<LibraryUse>>& libraries) {
+  bool any = false;
+  for (const auto& use : libraries) {
+    if (!use) continue;
+    any = true;
+    if (!trusted) {
+      use->place.at("file").fail(
+          fmt::format("{}: is code that would run with your rights, and no code that a scenario names runs unless you "
+                      "say so: --trust",
+                      use->file));
+    }
+    check_library_file(*use);
+  }
+  return any;
+}
+
+std::shared_ptr<const Processes> processes_of(const Scenario& scenario,
+                                              const std::vector<std::optional<LibraryUse>>& libraries,
+                                              std::uint64_t seed, std::uint64_t particles, double watchdog) {
+  auto out = std::make_shared<Processes>();
+  out->briefing =
+      WorkerBriefing{scenario.source, scenario_kind(scenario), scenario.recording, seed, particles, watchdog}.to_text();
+  for (std::size_t i = 0; i < libraries.size(); ++i) {
+    out->names.push_back(scenario.policies[i].name);
+    out->timeout.push_back(libraries[i] && libraries[i]->isolated ? libraries[i]->timeout : std::nan(""));
+  }
+  return out;
+}
+
+/// What libraries in this process are told of the robot. Standard input is there once.
+void brief_here(const Scenario& scenario) {
+  const ScenarioSource& source = scenario.source;
+  brief_libraries(source.file == kStandardInput ? ""
+                                                : robot_document(Settings::load(source.file, source.options.overrides),
+                                                                 source.options.ignore_missing_meshes, source.folder));
+}
+
+}  // namespace
+
+void trust_controllers() { trusted = true; }
+bool controllers_trusted() { return trusted; }
+
+void try_controllers(const Scenario& scenario) {
+  const auto libraries = libraries_of(scenario);
+  if (!check_libraries(libraries)) return;
+  const auto processes = processes_of(scenario, libraries, scenario.seed, scenario.particles, 0);
+  for (std::size_t i = 0; i < libraries.size(); ++i) {
+    if (!libraries[i]) continue;
+    std::optional<WorkerProcess> process;
+    WorkerMessage word{};
+    try {
+      process.emplace(processes->briefing, libraries[i]->timeout);
+      word = process->ask({processes->names[i], {}});
+    } catch (const WorkerDied& end) {
+      libraries[i]->place.at("file").fail(
+          fmt::format("{}: {}{}", libraries[i]->file, end.what(), process ? printed_text(process->output()) : ""));
+    }
+    if (word.kind == static_cast<char>(WorkerWord::traces)) continue;
+    if (word.kind == static_cast<char>(WorkerWord::machine)) throw MachineError(word.bytes);
+    throw InputError(printable(word.bytes) + printed_text(process->output()));
+  }
+}
+
+RunElsewhere controllers_elsewhere(const Scenario& scenario, std::uint64_t seed, std::uint64_t particles,
+                                   double watchdog) {
+  const auto libraries = libraries_of(scenario);
+  if (!check_libraries(libraries)) return {};
+  prepare_controllers_here(scenario);
+  return [processes = processes_of(scenario, libraries, seed, particles, watchdog)](int policy) {
+    const bool here = std::isnan(processes->timeout[static_cast<std::size_t>(policy)]);
+    return here ? nullptr : std::make_unique<ControllerRun>(processes, policy);
+  };
+}
+
+bool runs_elsewhere(const PolicySpec& policy) {
+  const auto library = policy.settings.find("library");
+  return library && Described(*library, library_description()).word("isolation") == kOwnProcess;
+}
+
+void prepare_controllers_here(const Scenario& scenario) {
+  const auto libraries = libraries_of(scenario);
+  const bool any = std::any_of(libraries.begin(), libraries.end(), [](const auto& use) { return use.has_value(); });
+  if (!any || !trusted) return;
+  brief_here(scenario);
+  if (libraries_allowed() == LibraryLoading::refused) allow_libraries(LibraryLoading::in_process);
+}
+
+void load_controllers_here(const Scenario& scenario) {
+  if (!check_libraries(libraries_of(scenario))) return;
+  brief_here(scenario);
+  allow_libraries(LibraryLoading::all);
+}
+
+}  // namespace graze

@@ -1,0 +1,34 @@
+#pragma once
+// Whether controllers keep their promise: that a trace depends on (scenario, seed, particle) alone, and neither on the
+// lane, nor on neighbours, nor on what was simulated before.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "scenarios/scenario.h"
+
+namespace graze {
+
+/// A trace that came out in two ways.
+struct BrokenPromise {
+  std::uint32_t particle;
+  std::string company;  // "alone", "in other lanes, beside others"
+  std::string difference;
+};
+
+struct PromiseReport {
+  std::string policy;
+  std::size_t particles = 0, comparisons = 0;
+  std::vector<BrokenPromise> broken;
+  std::size_t invalid = 0;  // of the first traces
+};
+
+/// Simulates a block of particles of each policy four times: as it is, again by the same controller, in reverse order
+/// beside others, and each alone by a fresh controller. Throws InputError as try_controllers().
+std::vector<PromiseReport> check_promises(const Scenario& scenario, double watchdog);
+
+/// As a table for people.
+std::string promises_text(const std::vector<PromiseReport>& reports);
+
+}  // namespace graze

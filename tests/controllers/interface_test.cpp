@@ -1,0 +1,77 @@
+// Claim: what controllers are given to read their settings with finds the numbers of the outermost map, and traces that
+// come from another process are the traces that went in.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "engine/library/settings_json.h"
+#include "engine/settings/settings.h"
+#include "graze/policy.h"
+#include "jobs/workers/record_bytes.h"
+
+namespace graze {
+namespace {
+
+TEST(PolicyHeader, FindsSettingsOfTheOutermostMap) {
+  const std::string json = settings_json(
+      Settings::parse("{gains: {kp: 1, 'kd\"': 2}, note: 'kp: \"kp\"', list: [3, kp], kp: 2.5e1, name: kd, "
+                      "kd: -0.5, on: true, none: ~, text: 1 m}",
+                      "test.yaml"));
+  EXPECT_EQ(json,
+            "{\"gains\": {\"kp\": 1, \"kd\\\"\": 2}, \"note\": \"kp: \\\"kp\\\"\", \"list\": [3, \"kp\"], \"kp\": 25, "
+            "\"name\": \"kd\", \"kd\": -0.5, \"on\": true, \"none\": null, \"text\": \"1 m\"}");
+  GrazeSetup setup{};
+  setup.settings = json.c_str();
+  EXPECT_EQ(graze_setting(&setup, "kp", 7), 25);
+  EXPECT_EQ(graze_setting(&setup, "kd", 7), -0.5);
+  for (const char* other : {"k", "kpp", "gains", "name", "on", "none", "text", "note", ""}) {
+    EXPECT_EQ(graze_setting(&setup, other, 7), 7) << other;
+  }
+  for (const char* broken : {"", "{", "{\"kp", "{\"kp\"", "{\"kp\":", "{\"kp\\"}) {
+    setup.settings = broken;
+    EXPECT_EQ(graze_setting(&setup, "kp", 7), 7) << broken;
+  }
+}
+
+TraceRecord record() {
+  TraceRecord out;
+  out.particle = 7, out.outcome = Outcome::known_failure, out.violated = 1, out.end_time = 0.5;
+  out.objective_margin = -1, out.margins = {1, -2}, out.first_violations = {0.25, 0.5};
+  out.margin_parts = {3, 4}, out.violation_parts = {5, 6}, out.objective_culprit = {2, 9};
+  out.q = {1, 2, 3}, out.v = {4, 5}, out.digest = 0x123456789abcdef0u;
+  out.sequence = "foot-ground", out.invalid_reason = "none", out.stopped = true;
+  out.solver.mean_sweeps = 4, out.solver.most_braked = 8;
+  out.events.resize(2);
+  out.events[1].time = 0.1, out.events[1].b = 3, out.events[1].impulse = 2, out.events[1].p_W = {1, 2, 3};
+  out.phases.resize(1);
+  out.phases[0].begin = 0.125, out.phases[0].roll = 0.5;
+  out.telemetry.add({0.1, {1, 2, 3}, {4, 5}, {6}});
+  out.telemetry.add({0.2, {7, 8, 9}, {1, 2}, {3}});
+  return out;
+}
+
+TEST(RecordBytes, GiveBackWhatWentIn) {
+  const TraceRecord in = record();
+  const std::string bytes = bytes_of({TraceRecord(), in});
+  const std::vector<TraceRecord> both = records_of(bytes);
+  ASSERT_EQ(both.size(), 2u);
+  const TraceRecord& out = both[1];
+  EXPECT_EQ(bytes_of({out}), bytes_of({in}));
+  EXPECT_EQ(out.particle, 7u);
+  EXPECT_EQ(out.outcome, Outcome::known_failure);
+  EXPECT_EQ(out.margins, in.margins);
+  EXPECT_EQ(out.violation_parts, in.violation_parts);
+  EXPECT_EQ(out.objective_culprit.part, 9);
+  EXPECT_EQ(out.digest, in.digest);
+  EXPECT_EQ(out.sequence, in.sequence);
+  EXPECT_EQ(out.solver.most_braked, 8);
+  EXPECT_EQ(out.events.at(1).p_W, in.events[1].p_W);
+  EXPECT_EQ(out.phases.at(0).roll, 0.5);
+  ASSERT_EQ(out.telemetry.size(), 2u);
+  EXPECT_EQ(out.telemetry[1].q, (std::vector<double>{7, 8, 9}));
+  EXPECT_EQ(out.telemetry[1].tau, (std::vector<double>{3}));
+  EXPECT_THROW(records_of(bytes.substr(0, bytes.size() - 1)), MachineError);
+  EXPECT_THROW(records_of(bytes + "x"), MachineError);
+}
+
+}  // namespace
+}  // namespace graze

@@ -1,0 +1,120 @@
+/* A controller for tests: does what its settings say. `does`: what; `above` (m): only in robots whose base is higher at
+ * the start; from 10 ms on. With NO_SYMBOL, OTHER_VERSION, LACKS_ACT: a library that is not to be loaded. */
+#include "graze/policy.h"
+
+#include <fenv.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+typedef struct Odd {
+  const GrazeSetup* setup;
+  double above;
+  double start_height[64], draw[64];
+  int steps; /* of all lanes and traces: what a controller must not keep */
+} Odd;
+
+static int does(const Odd* self, const char* what) {
+  char wanted[100];
+  snprintf(wanted, sizeof wanted, "\"does\": \"%s\"", what);
+  return strstr(self->setup->settings, wanted) != NULL;
+}
+
+__attribute__((constructor)) static void loaded(void) {
+  FILE* const trace = getenv("ODD_TRACE") ? fopen(getenv("ODD_TRACE"), "w") : NULL;
+  if (trace) fclose(trace);
+}
+
+static void* create(const GrazeSetup* setup) {
+  Odd* const self = calloc(1, sizeof *self);
+  self->setup = setup;
+  self->above = graze_setting(setup, "above", 1e9);
+  if (does(self, "refuse") || strstr(setup->urdf, "<robot") == NULL) {
+    free(self);
+    return NULL;
+  }
+  if (does(self, "crash_create")) *(volatile int*)8 = 1;
+  if (does(self, "sleep_create")) sleep(1);
+  return self;
+}
+
+static double uniform(uint64_t seed) {
+  seed ^= seed >> 33;
+  seed *= 0xff51afd7ed558ccdu;
+  seed ^= seed >> 33;
+  return (double)(seed >> 11) * 0x1p-53;
+}
+
+static int start(void* policy, int32_t lane, uint64_t seed) {
+  Odd* const self = policy;
+  self->draw[lane] = does(self, "dice") ? uniform(seed) : 0;
+  return 0;
+}
+
+static int err(Odd* self, const GrazeRobot* robot) {
+  volatile int always = 1;
+  if (does(self, "segfault")) *(volatile int*)8 = 1;
+  if (does(self, "print")) {
+    printf("my gripper is %s\n", "on fire");
+    abort();
+  }
+  if (does(self, "exit")) exit(3);
+  while (does(self, "loop") && always) {
+  }
+  if (does(self, "leak")) {
+    while (malloc(1 << 20) != NULL) {
+    }
+    abort();
+  }
+  if (does(self, "fork")) {
+    if (fork() == 0) sleep(1000);
+    _exit(5);
+  }
+  if (does(self, "rounding")) fesetround(FE_UPWARD);
+  if (does(self, "nan")) graze_want(robot, robot->wants->torque, 0, NAN);
+  return does(self, "error") ? 7 : 0;
+}
+
+static int act_one(void* policy, const GrazeRobot* robot) {
+  Odd* const self = policy;
+  const double height = graze_see(robot, robot->sees->base_position, 2);
+  if (robot->time == 0) self->start_height[robot->lane] = height;
+  double torque = 0.5 * (0.3 - graze_position(robot, 0)) + 0.01 * self->draw[robot->lane];
+  if (does(self, "remember")) torque += 1e-9 * self->steps;
+  if (does(self, "lane")) torque += 1e-9 * robot->lane;
+  ++self->steps;
+  graze_want(robot, robot->wants->torque, 0, torque);
+  if (robot->time < 0.0095 || !(self->start_height[robot->lane] > self->above)) return 0;
+  return err(self, robot);
+}
+
+static int act(void* policy, const GrazeObservation* observation, uint32_t active, GrazeTargets* targets) {
+  return graze_each_robot(policy, observation, active, targets, act_one);
+}
+
+static void destroy(void* policy) { free(policy); }
+
+static const char* last_error(void* policy) { return policy ? "the gripper has no fingers" : "refused, as it was told"; }
+
+#ifndef NO_SYMBOL
+#ifdef OTHER_VERSION
+#define VERSION 99u
+#else
+#define VERSION GRAZE_POLICY_VERSION
+#endif
+#ifdef LACKS_ACT
+#define ACT NULL
+#else
+#define ACT act
+#endif
+GRAZE_POLICY_EXPORT const GrazePolicy* graze_policy(void) {
+  static const GrazePolicy policy = {
+      VERSION, sizeof(GrazePolicy), GRAZE_READS_JOINT_POSITION | GRAZE_READS_BASE_POSITION,
+      create,  start,               ACT,
+      destroy, last_error};
+  return &policy;
+}
+#else
+const void* odd_unused[] = {create, start, act, destroy, last_error};
+#endif
