@@ -21,6 +21,7 @@ constexpr std::size_t kMaxVariables = 200;
 constexpr std::size_t kMaxLevels = 1000;
 /// Of the way from bound to bound: small beside what a design step changes, large beside what solvers leave (1e-6).
 constexpr double kDifference = 1e-3;
+constexpr double kRounding = 1e-9;  // of the way from bound to bound
 constexpr const char* kPolicies = "policies.";
 constexpr const char* kObjective = "objective";
 
@@ -181,7 +182,8 @@ class DesignReader {
       if (!written) own.at("of").fail(fmt::format("{}: is not a number ({})", path, in_one_line(*value)));
       if (out.empty()) {
         variable.unit = std::string(written->unit);
-        quantity = variable.unit.empty() ? quantity_of_bounds(own) : *quantity_of_unit(variable.unit);
+        quantity = variable.unit.empty() ? quantity_of_bounds(own)
+                                         : quantity_of_unit(variable.unit).value_or(Quantity::dimensionless);
         variable.scale = to_si(quantity, 1, variable.unit).value_or(1);
       }
       out.push_back(value->number(quantity));
@@ -225,13 +227,17 @@ class DesignReader {
       place.fail(fmt::format("{:g} … {:g}: the first bound must be the smaller", bounds[0], bounds[1]));
     if (variable.lower == variable.upper)
       place.fail("the robot's own value is 0, of which factors make nothing; use 'within'");
-    if (variable.nominal < variable.lower || variable.nominal > variable.upper) {
+    const double range = variable.upper - variable.lower;
+    if (!std::isfinite(range)) place.fail("the way from bound to bound is no finite number");
+    // A design at its bound comes back from its URDF up to rounding.
+    if (variable.nominal < variable.lower - kRounding * range ||
+        variable.nominal > variable.upper + kRounding * range) {
       place.fail(fmt::format("the robot's own {:g} {} lies outside of {:g} … {:g}; nearest right answer: [{:g}, {:g}]",
                              variable.nominal, variable.unit, variable.lower, variable.upper,
                              std::min(variable.lower, variable.nominal), std::max(variable.upper, variable.nominal)));
     }
+    variable.nominal = std::clamp(variable.nominal, variable.lower, variable.upper);
     check_possible(variable, place);
-    const double range = variable.upper - variable.lower;
     variable.step = kDifference * range;
     const auto step = own.find("step");
     if (!step) return;

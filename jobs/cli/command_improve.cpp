@@ -119,6 +119,7 @@ fs::path folder_of_session(const ImproveArguments& arguments, const Scenario& sc
   if (there && !fs::is_directory(bare, error)) {
     throw InputError(fmt::format("{}: is there already, and no folder; choose another --output", bare.string()));
   }
+  if (there) remove_abandoned(Directory(bare), kImproveFile);  // of a session that was killed as it began
   if (there && !fs::is_empty(bare, error) && !fs::exists(bare / kImproveFile, error)) {
     throw InputError(
         fmt::format("{}: is there already, and no session of graze improve; choose another --output", bare.string()));

@@ -132,6 +132,50 @@ TEST_F(Improve, ContactChangesAreTold) {
   EXPECT_THAT(run.out, HasSubstr("kinks, where there is no slope: 'high' in radius (contacts change)"));
 }
 
+// With a window a step sees from the first violation on for that time and no longer: what comes later does not count
+// yet.
+TEST_F(Improve, LooksAtAWindow) {
+  write("design: {window: 10 ms, variables: {rods: {of: robot.link.*_rod.length, within: [10 cm, 60 cm]}}}\n");
+  const Json steps = history("-o window")["state"]["steps"];
+  double last = 0;
+  for (const Json& step : steps) {
+    if (!step["to"].is_null()) {
+      EXPECT_NEAR(step["to"].get<double>() - step["from"].get<double>(), 0.01, 1e-12);
+    }
+    EXPECT_GE(step["from"], 0);
+    last = std::max(last, step["from"].get<double>());
+  }
+  EXPECT_GT(last, 0.05) << "the speed is exceeded late only";
+  EXPECT_EQ(history("-o window")["state"]["end"], "reached all");
+}
+
+// Settings of policies and gears of drives are variables, too, and stand in the scenario that is written.
+TEST_F(Improve, ChangesPoliciesAndGears) {
+  testing::write_file(folder / "swing.yaml", R"(graze: 1
+robot: {urdf: twins.urdf, base: fixed}
+actuators: {gear: 10, rotor_inertia: 1e-5}
+time: {end: 0.2 s, step: 1 ms, control: 1 ms}
+policies:
+  swing:
+    joint_trajectory: {sinusoid: {amplitude: 0.3, frequency: 10}}
+    control: {joint_pd: {kp: 2, kd: 0.1}}
+task: {requirements: {slow: {joint_speed: {joints: "*", below: 1 rad/s}}}}
+design:
+  variables:
+    gain: {of: policies.swing.control.joint_pd.kp, within: [0.1, 4]}
+    gears: {of: "robot.joint.*.gear", within: [5, 50]}
+)");
+  const Json found = history("-o both");
+  EXPECT_EQ(found["state"]["end"], "reached all");
+  const Scenario improved = load_scenario((folder / "both/improved.yaml").string());
+  const Json design = found["state"]["design"];
+  EXPECT_NEAR(improved.redesign->variables[0].nominal, design[0].get<double>(), 1e-12);
+  EXPECT_NEAR(improved.redesign->variables[1].nominal, design[1].get<double>(), 1e-12);
+  EXPECT_NE(design[0], found["variables"][0]["initial"]);
+  EXPECT_NE(design[1], found["variables"][1]["initial"]);
+  EXPECT_EQ(nominal_traces(improved, {"swing"}).front().outcome, Outcome::success);
+}
+
 // Both steps come to robots whose limits hold at every angle, never leave the bounds, and know what is of no use.
 TEST_F(Improve, ReachesEveryTaskWithinTheBounds) {
   for (const std::string step : {"plain", "damped"}) {

@@ -65,6 +65,13 @@ TEST(DesignBlock, SettingsOfPolicies) {
   EXPECT_DOUBLE_EQ(lift.scale, 0.01);
 }
 
+// A design that stands at its bound is read again, though its URDF has it up to rounding.
+TEST(DesignBlock, BoundsAreTakenUpToRounding) {
+  const Scenario scenario =
+      with_design("{variables: {shin: {of: robot.link.LF_LEG_3.length, within: [5 cm, 0.0999999999999]}}}");
+  EXPECT_EQ(scenario.redesign->variables[0].nominal, scenario.redesign->variables[0].upper);
+}
+
 TEST(DesignBlock, TasksBecomeHarder) {
   const std::string variable = "variables: {shin: {of: robot.link.*_LEG_3.length, factor: [0.5, 2]}}";
   const Scenario scenario =
@@ -93,6 +100,9 @@ TEST(DesignBlock, RefusesWhatCannotBeMeant) {
   EXPECT_THAT(refused_variables("m: {of: robot.link.BODY0.mass, factor: [2, 0.5]}"), HasSubstr("must be the smaller"));
   EXPECT_THAT(refused_variables("m: {of: robot.link.BODY0.mass}"), HasSubstr("within"));
   EXPECT_THAT(refused_variables("m: {of: robot.link.BODY0.mass, factor: [0.5, 2], step: 1}"), HasSubstr("quarter"));
+  EXPECT_THAT(refused_variables("g: {of: policies.trot.gait.velocity, within: [0, 1]}"), HasSubstr("is not a number"));
+  EXPECT_THAT(refused_variables("g: {of: policies.trot.gait.lift, within: [0, 1]}"), HasSubstr("no such setting"));
+  EXPECT_THAT(refused_variables("m: {of: robot.link.BODY0.com.x, within: [-1e308, 1e308]}"), HasSubstr("finite"));
   EXPECT_THAT(refused_variables(""), HasSubstr("names no variable"));
 }
 
