@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numeric>
 #include <utility>
 
@@ -150,23 +151,31 @@ std::vector<Beside> Improvement::beside(double from, double to, const std::vecto
   return out;
 }
 
-/// Where the first differences meet a kink, finer ones may lie on one side of it.
+/// Where differences meet a kink, finer ones may lie on one side of it; or, where contacts make the margin rough, meet
+/// more of them. The finer ones count if they meet fewer.
 LimitSlopes Improvement::slopes_at(const DesignMargins& now, double from, double to) const {
   std::vector<std::size_t> all(robots_.block().variables.size());
   std::iota(all.begin(), all.end(), 0);
   std::vector<Beside> around = beside(from, to, all, 1, now);
-  LimitSlopes out = slopes(now.margins, around, state_.scales);
-  std::vector<std::size_t> again;
-  for (const Kink& kink : out.kinks) {
-    const auto variable = static_cast<std::size_t>(kink.variable);
-    if (now.margins[static_cast<std::size_t>(kink.limit)] < 0 &&
-        std::find(again.begin(), again.end(), variable) == again.end()) {
-      again.push_back(variable);
+  const auto kinks = [&](const LimitSlopes& found) {
+    std::vector<int> out(all.size());  // of violated limits, by variable
+    for (const Kink& one : found.kinks) {
+      if (now.margins[static_cast<std::size_t>(one.limit)] < 0) ++out[static_cast<std::size_t>(one.variable)];
     }
-  }
-  if (again.empty()) return out;
+    return out;
+  };
+  const LimitSlopes coarse = slopes(now.margins, around, state_.scales);
+  const std::vector<int> before = kinks(coarse);
+  std::vector<std::size_t> again;
+  std::copy_if(all.begin(), all.end(), std::back_inserter(again), [&](std::size_t i) { return before[i] > 0; });
+  if (again.empty()) return coarse;
   const std::vector<Beside> finer = beside(from, to, again, kFiner, now);
-  for (std::size_t k = 0; k < again.size(); ++k) around[again[k]] = finer[k];
+  std::vector<Beside> with_finer = around;
+  for (std::size_t k = 0; k < again.size(); ++k) with_finer[again[k]] = finer[k];
+  const std::vector<int> after = kinks(slopes(now.margins, with_finer, state_.scales));
+  for (const std::size_t i : again) {
+    if (after[i] < before[i]) around[i] = with_finer[i];
+  }
   return slopes(now.margins, around, state_.scales);
 }
 
