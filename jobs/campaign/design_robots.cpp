@@ -123,7 +123,11 @@ std::string DesignRobots::yaml(std::size_t level, const DesignValues& design, co
 
 std::string DesignRobots::before(std::size_t level) const { return yaml_of(source_at(level).options.overrides); }
 
-std::string DesignRobots::yaml_of(const std::vector<Override>& overrides) const {
+std::string DesignRobots::yaml_of(std::vector<Override> overrides) const {
+  // Names of files that --set gave begin in the working directory, those in a file beside it.
+  for (std::size_t i = 0; i < scenario_.source.options.overrides.size(); ++i) {
+    if (input_exists(input_path(overrides[i].value))) overrides[i].value = input_path(overrides[i].value);
+  }
   const std::string included = (fs::path(scenario_.source.folder) / scenario_.file).lexically_normal().string();
   const std::string rest =
       overrides.empty() ? "" : Settings::parse("{}", "improved").overridden(overrides).resolved_text();

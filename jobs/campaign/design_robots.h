@@ -48,7 +48,7 @@ class DesignRobots {
  private:
   World world_of(std::size_t level, const DesignValues& design) const;
   std::vector<Override> overrides(std::size_t level, const DesignValues& design) const;
-  std::string yaml_of(const std::vector<Override>& overrides) const;
+  std::string yaml_of(std::vector<Override> overrides) const;
   ScenarioSource source_at(std::size_t level) const;
   bool has_robot_variables() const { return !paths_.empty(); }
 

@@ -223,9 +223,9 @@ TEST_F(Improve, GoesOnWhereItWasInterrupted) {
   EXPECT_THAT(other.err, AllOf(HasSubstr("its step is \"plain\""), HasSubstr("--force")));
 }
 
-// On particles a quantile of the margins is raised; others than these judge.
+// On particles a quantile of the margins is raised; others than these judge. What --set names is found from DIR, too.
 TEST_F(Improve, RaisesAQuantileOfParticles) {
-  const testing::Result run = graze("improve swing.yaml -n 8 --verdict 60 -o many");
+  const testing::Result run = graze("improve swing.yaml --set robot.urdf=twins.urdf -n 8 --verdict 60 -o many");
   EXPECT_EQ(run.code, 0) << run.err;
   EXPECT_THAT(run.out, AllOf(HasSubstr("Verdict on 60 particles"), HasSubstr("the new design is better")));
   const Json state = Json::parse(testing::read_file(folder / "many/improve.json"))["state"];
