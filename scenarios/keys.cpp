@@ -49,7 +49,42 @@ Description scenario() {
        {"sampling", {Form::section("sampling")}, {}, "how particles are drawn"},
        {"policies", {Form::section("policies")}, Default::required(), "policies by name"},
        {"task", {Form::section("task")}, {}, "what a trace is judged by"},
-       {"record", {Form::section("record")}, {}, "what is kept of a trace"}}};
+       {"record", {Form::section("record")}, {}, "what is kept of a trace"},
+       {"design", {Form::section("design")}, {}, "what `graze improve` may change (docs/improve.md)"}}};
+}
+
+Description design() {
+  return {
+      "what `graze improve` may change so that limits hold",
+      {{"variables", {Form::section("design_variables")}, Default::required(), "numbers of the design by name"},
+       {"limits",
+        {Form::texts(-1, "GLOB"), Form::text("GLOB")},
+        Default::words("all requirements, and `objective`"),
+        "the requirements and measures that must hold; `objective` is one, too"},
+       {"task", {Form::section("design_task")}, {}, "how the task becomes harder"},
+       {"window",
+        {Form::number(Quantity::time, Bound::positive)},
+        Default::words("the whole trace"),
+        "from the first violation on: what is improved at a time"},
+       {"quantile", {Form::fraction()}, Default::value("10 %"), "of the margins of particles, with `--particles`"}}};
+}
+
+Description design_variable() {
+  return {"a number of the design, or several that move together",
+          {{"of",
+            {Form::text("GLOB"), Form::texts(-1, "GLOB")},
+            Default::required(),
+            "parameters of links and joints, or settings of policies; equal ones stay equal, others keep their ratio"},
+           {"within", {Form::drawn_list(2)}, {}, "its bounds; of several, of the first"},
+           {"factor", {Form::numbers(2)}, {}, "instead of `within`: bounds as multiples of its value"},
+           {"step", {Form::drawn()}, Default::words("a thousandth from bound to bound"), "of differences"}},
+          {{"within", "factor"}}};
+}
+
+Description design_task() {
+  return {"how the task becomes harder",
+          {{"path", {Form::text("PATH")}, Default::required(), "of a setting of the scenario, as for `--set`"},
+           {"values", {Form::labels(), Form::rows(-1)}, Default::required(), "its values, the easiest first"}}};
 }
 
 Description robot() {
@@ -337,6 +372,9 @@ const std::map<std::string, Description>& scenario_sections() {
       {"record", record()},
       {"phases", phases()},
       {"task", task()},
+      {"design", design()},
+      {"design_variable", design_variable()},
+      {"design_task", design_task()},
       {"requirement", requirement_description()},
       {"predicate", predicate_description()},
   };

@@ -19,6 +19,7 @@
 #include "engine/settings/warnings.h"
 #include "sampling/design_name.h"
 #include "scenarios/at_start.h"
+#include "scenarios/design_block.h"
 #include "scenarios/disturbances.h"
 #include "scenarios/doubts.h"
 #include "scenarios/keys.h"
@@ -371,6 +372,7 @@ Scenario read_scenario(const Settings& root, const std::string& file, const Scen
   refuse_hidden(root.at("policies"), options.overrides);
   check_policies(out);
   check_fabrication(root, out);
+  out.redesign = read_design(root, ParameterTable(*out.world), out.task, out.timing.end);
   doubt_start(root, out);
   out.warnings.insert(out.warnings.begin(), read.warnings.begin(), read.warnings.end());
   out.warnings.insert(out.warnings.end(), warnings.texts().begin(), warnings.texts().end());

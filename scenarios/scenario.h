@@ -17,6 +17,8 @@
 
 namespace graze {
 
+struct DesignBlock;
+
 /// The most particles of a campaign: their ids are 32 bits.
 inline constexpr std::uint64_t kParticleLimit = 0xffffffff;
 
@@ -64,8 +66,9 @@ struct Scenario {
   std::vector<PolicySpec> policies;
   Task task;
   Recording recording;
-  double unconverged = kUnconvergedShare;  // share of steps, above which a trace is flagged
-  bool torque_speed = false;               // actuators follow the torque-speed line
+  double unconverged = kUnconvergedShare;       // share of steps, above which a trace is flagged
+  bool torque_speed = false;                    // actuators follow the torque-speed line
+  std::shared_ptr<const DesignBlock> redesign;  // `design`; null: there is none
   std::vector<std::string>
       warnings;  // what was left out (visual meshes, …), what looks wrong (units, empty windows, …)
 };

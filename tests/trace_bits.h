@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/model/model.h"
+#include "scenarios/scenario.h"
 #include "simulation/trace.h"
 
 namespace graze::testing {
@@ -76,6 +77,15 @@ inline std::string all_bits_of(const TraceRecord& trace) {
 /// Whether drives have rotors, which some back ends refuse.
 inline bool has_rotors(const Model& model) {
   return std::any_of(model.bodies.begin(), model.bodies.end(), [](const Body& body) { return body.armature != 0; });
+}
+
+/// Drives with rotors, and motion that is prescribed, which Bullet refuses.
+inline bool is_for_lanes_alone(const Scenario& scenario) {
+  const auto prescribes = [](const PolicySpec& policy) {
+    const auto control = policy.settings.find("control");
+    return control && control->is_map() && control->has("prescribed");
+  };
+  return has_rotors(scenario.model) || std::any_of(scenario.policies.begin(), scenario.policies.end(), prescribes);
 }
 
 }  // namespace graze::testing

@@ -22,6 +22,7 @@ void add_sample(CLI::App& app, Action& action);
 void add_sweep(CLI::App& app, Action& action, const std::string& command_line);
 void add_run(CLI::App& app, Action& action, const std::string& command_line);
 void add_resume(CLI::App& app, Action& action);
+void add_improve(CLI::App& app, Action& action);
 void add_status(CLI::App& app, Action& action);
 void add_verify(CLI::App& app, Action& action);
 void add_replay(CLI::App& app, Action& action);

@@ -57,6 +57,7 @@ int parse_and_run(int argc, char** argv) {
   add_run(app, action, join(argc, argv));
   add_resume(app, action);
   add_sweep(app, action, join(argc, argv));
+  add_improve(app, action);
   add_status(app, action);
   add_verify(app, action);
   add_score(app, action);

@@ -305,6 +305,7 @@ class SchemaWriter {
   }
 
   void add_world() {
+    defs_["design_variables"] = by_name("Numbers of the design by name", reference("design_variable"), "variable");
     defs_["object"] = choice("shape", section_of("object"), named_["shape"]);
     defs_["environment"] = by_name("Objects by name", reference("object"), "object");
     defs_["disturbances"] = by_name("Pushes and payloads by name", reference("disturbance"), "disturbance");

@@ -1,0 +1,137 @@
+#include "jobs/campaign/design_robots.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "engine/model/urdf_writer.h"
+
+namespace graze {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool is_of_drive(const std::string& path) { return path.ends_with(".gear") || path.ends_with(".rotor_inertia"); }
+
+/// Of all drives, because one map takes the place of what the scenario says: "{hip: 50, knee: 40}".
+std::string by_joint(const Robot& robot, double Joint::*member) {
+  std::string out;
+  for (const Joint& joint : robot.joints) {
+    if (joint.driven()) out += fmt::format("{}'{}': {}", out.empty() ? "" : ", ", joint.name, joint.*member);
+  }
+  return "{" + out + "}";
+}
+
+}  // namespace
+
+DesignRobots::DesignRobots(const Scenario& scenario) : scenario_(scenario) {
+  for (const DesignVariable& one : block().variables) {
+    if (!one.of_policy) paths_.insert(paths_.end(), one.paths.begin(), one.paths.end());
+  }
+  const InputReplay replay(scenario.source.inputs, scenario.source.folder);
+  const std::size_t levels = std::max<std::size_t>(1, block().task_values.size());
+  for (std::size_t level = 0; level < levels; ++level) {
+    worlds_.push_back(block().task_path.empty() ? scenario.world : reload_scenario(source_at(level)).world);
+  }
+}
+
+DesignValues DesignRobots::initial() const {
+  DesignValues out;
+  for (const DesignVariable& one : block().variables) out.push_back(one.nominal);
+  return out;
+}
+
+ScenarioSource DesignRobots::source_at(std::size_t level) const {
+  ScenarioSource out = scenario_.source;
+  if (!block().task_path.empty()) {
+    out.options.overrides.push_back({block().task_path, block().task_values[level]});
+  }
+  return out;
+}
+
+World DesignRobots::world_of(std::size_t level, const DesignValues& design) const {
+  std::vector<double> values;
+  for (std::size_t i = 0; i < design.size(); ++i) {
+    const DesignVariable& one = block().variables[i];
+    if (one.of_policy) continue;
+    for (const double share : one.share) values.push_back(share * design[i]);
+  }
+  return Fabricator(worlds_[level], paths_).perturbed(values);
+}
+
+std::vector<Override> DesignRobots::overrides(std::size_t level, const DesignValues& design) const {
+  std::vector<Override> out;
+  bool drives = false;
+  for (std::size_t i = 0; i < design.size(); ++i) {
+    const DesignVariable& one = block().variables[i];
+    for (std::size_t k = 0; k < one.paths.size(); ++k) {
+      drives = drives || is_of_drive(one.paths[k]);
+      if (!one.of_policy) continue;
+      const double value = one.share[k] * design[i] / one.scale;
+      out.push_back({one.paths[k], fmt::format("{}{}{}", value, one.unit.empty() ? "" : " ", one.unit)});
+    }
+  }
+  if (!drives) return out;
+  const World world = world_of(level, design);
+  out.push_back({"actuators.gear", by_joint(world.robot, &Joint::gear)});
+  out.push_back({"actuators.rotor_inertia", by_joint(world.robot, &Joint::rotor_inertia)});
+  return out;
+}
+
+std::string DesignRobots::urdf(std::size_t level, const DesignValues& design) const {
+  return has_robot_variables() ? write_urdf(world_of(level, design).robot) : "";
+}
+
+MadeDesigns DesignRobots::make(std::size_t level, const std::vector<DesignValues>& designs) const {
+  MadeDesigns out;
+  out.scenarios.resize(designs.size());
+  out.problems.resize(designs.size());
+  InputFiles files = scenario_.source.inputs;
+  const auto name = [&](std::size_t i) {
+    return (fs::path(scenario_.source.folder) / fmt::format("design-{}.urdf", i)).lexically_normal().string();
+  };
+  for (std::size_t i = 0; i < designs.size(); ++i) {
+    try {
+      if (has_robot_variables()) files[name(i)] = urdf(level, designs[i]);
+    } catch (const InputError& error) {
+      out.problems[i] = error.what();
+    }
+  }
+  out.inputs = std::make_unique<InputReplay>(std::move(files), scenario_.source.folder);
+  for (std::size_t i = 0; i < designs.size(); ++i) {
+    if (!out.problems[i].empty()) continue;
+    ScenarioSource source = source_at(level);
+    try {
+      for (const Override& one : overrides(level, designs[i])) source.options.overrides.push_back(one);
+      if (has_robot_variables()) source.options.overrides.push_back({"robot.urdf", name(i)});
+      source.options.overrides.push_back({"design", "~"});  // its bounds were those of the first robot
+      out.scenarios[i] = reload_scenario(source);
+      out.scenarios[i]->seed = scenario_.seed;
+    } catch (const InputError& error) {
+      out.problems[i] = error.what();
+    }
+  }
+  return out;
+}
+
+std::string DesignRobots::yaml(std::size_t level, const DesignValues& design, const std::string& urdf) const {
+  std::vector<Override> all = source_at(level).options.overrides;
+  for (const Override& one : overrides(level, design)) all.push_back(one);
+  if (!urdf.empty()) all.push_back({"robot.urdf", urdf});
+  return yaml_of(all);
+}
+
+std::string DesignRobots::before(std::size_t level) const { return yaml_of(source_at(level).options.overrides); }
+
+std::string DesignRobots::yaml_of(std::vector<Override> overrides) const {
+  // Names of files that --set gave begin in the working directory, those in a file beside it.
+  for (std::size_t i = 0; i < scenario_.source.options.overrides.size(); ++i) {
+    if (input_exists(input_path(overrides[i].value))) overrides[i].value = input_path(overrides[i].value);
+  }
+  const std::string included = (fs::path(scenario_.source.folder) / scenario_.file).lexically_normal().string();
+  const std::string rest =
+      overrides.empty() ? "" : Settings::parse("{}", "improved").overridden(overrides).resolved_text();
+  return fmt::format("include: '{}'\n{}{}", included, rest, rest.empty() || rest.ends_with('\n') ? "" : "\n");
+}
+
+}  // namespace graze

@@ -1,0 +1,60 @@
+#pragma once
+// A scenario with another design of its robot. Each design is read as the scenario that `graze improve` would write of
+// it: its controller plans with the new robot, as Algorithm 2 has it, and what is uncertain is uncertain about the new
+// numbers.
+
+#include <cstddef>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "scenarios/design_block.h"
+#include "scenarios/scenario.h"
+
+namespace graze {
+
+/// A value per variable of DesignBlock, SI.
+using DesignValues = std::vector<double>;
+
+/// Scenarios of some designs, usable while this is alive. One at a time, and no InputReplay beside it.
+struct MadeDesigns {
+  std::unique_ptr<InputReplay> inputs;
+  std::vector<std::optional<Scenario>> scenarios;  // per design; none: it cannot be made
+  std::vector<std::string> problems;               // per design: why not
+};
+
+class DesignRobots {
+ public:
+  /// `scenario` has a DesignBlock and outlives this; its seed is that of all designs. Throws InputError if a task value
+  /// is none that the scenario can have.
+  explicit DesignRobots(const Scenario& scenario);
+
+  const Scenario& scenario() const { return scenario_; }
+  const DesignBlock& block() const { return *scenario_.redesign; }
+  std::size_t levels() const { return worlds_.size(); }
+  /// The scenario's own robot.
+  DesignValues initial() const;
+
+  MadeDesigns make(std::size_t level, const std::vector<DesignValues>& designs) const;
+  /// The robot as URDF; empty: no variable is about the robot. Throws InputError if it cannot be made.
+  std::string urdf(std::size_t level, const DesignValues& design) const;
+  /// A scenario file of this design: what it includes, and what is other. `urdf`: the name of the robot's file; empty:
+  /// the scenario's own.
+  std::string yaml(std::size_t level, const DesignValues& design, const std::string& urdf) const;
+  /// The same of the scenario's own robot.
+  std::string before(std::size_t level) const;
+
+ private:
+  World world_of(std::size_t level, const DesignValues& design) const;
+  std::vector<Override> overrides(std::size_t level, const DesignValues& design) const;
+  std::string yaml_of(std::vector<Override> overrides) const;
+  ScenarioSource source_at(std::size_t level) const;
+  bool has_robot_variables() const { return !paths_.empty(); }
+
+  const Scenario& scenario_;
+  std::vector<std::string> paths_;                    // of the robot that variables move
+  std::vector<std::shared_ptr<const World>> worlds_;  // per level
+};
+
+}  // namespace graze

@@ -1,0 +1,271 @@
+#include "jobs/campaign/improvement.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <numeric>
+#include <utility>
+
+namespace graze {
+namespace {
+
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+constexpr double kLeastSize = 1e-3;  // of alpha or radius: a smaller step is none
+constexpr double kMostRadius = 0.5;  // of the way from bound to bound
+constexpr double kBetter = 1e-6;     // share of the lack by which a step must improve it
+constexpr double kFiner = 0.1;       // of the differences, where the first ones met a kink
+constexpr double kUndone = 0.25;     // of an earlier change: less is no revert
+constexpr double kFlat = 1e-9;       // of a limit's scale over the whole way: the variable does not move it
+
+Eigen::VectorXd vector_of(const std::vector<double>& values) {
+  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
+std::vector<double> list_of(const Eigen::VectorXd& values) { return {values.begin(), values.end()}; }
+
+bool any_below_zero(const std::vector<double>& margins) {
+  return std::any_of(margins.begin(), margins.end(), [](double x) { return x < 0; });
+}
+
+/// Earlier steps whose change of a variable this one takes back.
+std::vector<Revert> reverts_of(const std::vector<ImproveStep>& steps, const ImproveStep& now) {
+  std::vector<Revert> out;
+  for (std::size_t i = 0; i < now.before.size(); ++i) {
+    const double change = now.after[i] - now.before[i];
+    for (std::size_t s = steps.size(); s-- > 0 && change != 0;) {
+      const double earlier = steps[s].after[i] - steps[s].before[i];
+      if (earlier == 0) continue;
+      const double share = -change / earlier;
+      if (share >= kUndone) out.push_back({static_cast<int>(i), static_cast<int>(s), std::min(share, 1.0)});
+      break;
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+Improvement::Improvement(const DesignRobots& robots, ImproveOptions options, std::optional<ImproveState> begun)
+    : robots_(robots), options_(std::move(options)) {
+  if (begun) {
+    state_ = std::move(*begun);
+  } else {
+    state_.design = robots.initial();
+  }
+}
+
+TrialQuestion Improvement::question(double from, double to) const {
+  return {options_.policy, state_.level, options_.particles, from, to, options_.threads};
+}
+
+Eigen::VectorXd Improvement::shares(const DesignValues& values) const {
+  Eigen::VectorXd out(static_cast<Eigen::Index>(values.size()));
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const DesignVariable& one = robots_.block().variables[i];
+    out[static_cast<Eigen::Index>(i)] = (values[i] - one.lower) / (one.upper - one.lower);
+  }
+  return out;
+}
+
+DesignValues Improvement::values(const Eigen::VectorXd& shares) const {
+  DesignValues out;
+  for (Eigen::Index i = 0; i < shares.size(); ++i) {
+    const DesignVariable& one = robots_.block().variables[static_cast<std::size_t>(i)];
+    out.push_back(std::clamp(one.lower + shares[i] * (one.upper - one.lower), one.lower, one.upper));
+  }
+  return out;
+}
+
+DesignMargins Improvement::here(double from, double to) const {
+  return std::move(try_designs(robots_, {state_.design}, question(from, to)).front());
+}
+
+void Improvement::begin(const DesignMargins& first) {
+  if (!first.made || (!first.problem.empty() && !(first.progress > 0))) {
+    throw InputError(
+        fmt::format("{}: the initial robot cannot even begin the task: {}", robots_.scenario().file, first.problem));
+  }
+  for (const double margin : first.margins) state_.scales.push_back(std::abs(margin) > 1e-9 ? std::abs(margin) : 1);
+}
+
+bool Improvement::stuck(const std::string& why) {
+  state_.end = ImproveEnd::stuck;
+  state_.why = why;
+  return false;
+}
+
+bool Improvement::reach(const DesignMargins& now) {
+  state_.reached.push_back({state_.level, state_.steps.size(), state_.design, now.so_far, now.success});
+  if (++state_.level < robots_.levels()) return true;
+  state_.level = robots_.levels() - 1;
+  state_.end = ImproveEnd::reached_all;
+  return false;
+}
+
+bool Improvement::advance() {
+  if (state_.end != ImproveEnd::none) return false;
+  double from = 0, to = std::numeric_limits<double>::infinity();
+  DesignMargins now = here(from, to);
+  if (state_.scales.empty()) begin(now);
+  if (!now.made) return stuck(now.problem);
+  if (!any_below_zero(now.so_far)) {
+    if (!now.problem.empty()) return stuck("the trace is invalid though no limit is violated: " + now.problem);
+    return reach(now);
+  }
+  const double window = robots_.block().window;
+  if (options_.particles.empty() && std::isfinite(window) &&
+      now.first_violation + window < robots_.scenario().timing.end) {
+    from = now.first_violation, to = from + window;
+    now = here(from, to);
+  }
+  const LimitSlopes found = slopes_at(now, from, to);
+  check_moved(now, found);
+  return try_steps(now, found, from, to);
+}
+
+std::vector<Beside> Improvement::beside(double from, double to, const std::vector<std::size_t>& variables, double part,
+                                        const DesignMargins& now) const {
+  std::vector<DesignValues> designs;
+  for (const std::size_t i : variables) {
+    for (const double sign : {1.0, -1.0}) {
+      designs.push_back(state_.design);
+      designs.back()[i] += sign * part * robots_.block().variables[i].step;
+    }
+  }
+  std::vector<DesignMargins> tried = try_designs(robots_, designs, question(from, to));
+  std::vector<Beside> out;
+  for (std::size_t k = 0; k < variables.size(); ++k) {
+    const DesignVariable& one = robots_.block().variables[variables[k]];
+    const auto side = [&](std::size_t s) {
+      const DesignMargins& margins = tried[2 * k + s];
+      const double value = designs[2 * k + s][variables[k]];
+      const bool inside = value >= one.lower && value <= one.upper;  // beyond its bounds it may be no robot at all
+      return margins.made && inside ? margins.margins : std::vector<double>(now.margins.size(), kUnknown);
+    };
+    out.push_back({part * one.step / (one.upper - one.lower), side(0), side(1),
+                   tried[2 * k].contacts != now.contacts || tried[2 * k + 1].contacts != now.contacts});
+  }
+  return out;
+}
+
+/// Where differences meet a kink, finer ones may lie on one side of it; or, where contacts make the margin rough, meet
+/// more of them. The finer ones count if they meet fewer.
+LimitSlopes Improvement::slopes_at(const DesignMargins& now, double from, double to) const {
+  std::vector<std::size_t> all(robots_.block().variables.size());
+  std::iota(all.begin(), all.end(), 0);
+  std::vector<Beside> around = beside(from, to, all, 1, now);
+  const auto kinks = [&](const LimitSlopes& found) {
+    std::vector<int> out(all.size());  // of violated limits, by variable
+    for (const Kink& one : found.kinks) {
+      if (now.margins[static_cast<std::size_t>(one.limit)] < 0) ++out[static_cast<std::size_t>(one.variable)];
+    }
+    return out;
+  };
+  const LimitSlopes coarse = slopes(now.margins, around, state_.scales);
+  const std::vector<int> before = kinks(coarse);
+  std::vector<std::size_t> again;
+  std::copy_if(all.begin(), all.end(), std::back_inserter(again), [&](std::size_t i) { return before[i] > 0; });
+  if (again.empty()) return coarse;
+  const std::vector<Beside> finer = beside(from, to, again, kFiner, now);
+  std::vector<Beside> with_finer = around;
+  for (std::size_t k = 0; k < again.size(); ++k) with_finer[again[k]] = finer[k];
+  const std::vector<int> after = kinks(slopes(now.margins, with_finer, state_.scales));
+  for (const std::size_t i : again) {
+    if (after[i] < before[i]) around[i] = with_finer[i];
+  }
+  return slopes(now.margins, around, state_.scales);
+}
+
+void Improvement::check_moved(const DesignMargins& now, const LimitSlopes& slopes) {
+  const bool first = state_.steps.empty();
+  const std::vector<std::string> names = limit_names(robots_.scenario());
+  std::vector<std::string> variables, unmoved;
+  for (const DesignVariable& one : robots_.block().variables) variables.push_back(one.name);
+  const auto kinked = [&](std::size_t k) {
+    return std::any_of(slopes.kinks.begin(), slopes.kinks.end(),
+                       [&](const Kink& one) { return one.limit == static_cast<int>(k); });
+  };
+  for (std::size_t k = 0; k < names.size() && first; ++k) {
+    if (!(now.margins[k] < 0) || kinked(k)) continue;
+    if (slopes.J.row(static_cast<Eigen::Index>(k)).cwiseAbs().maxCoeff() <= kFlat * state_.scales[k]) {
+      unmoved.push_back(names[k]);
+    }
+  }
+  if (!unmoved.empty()) {
+    throw InputError(
+        fmt::format("{}: design.variables: none of them ({}) moves the violated limit '{}'; add one that "
+                    "does, or leave it out of design.limits",
+                    robots_.scenario().file, fmt::join(variables, ", "), unmoved.front()));
+  }
+  if (!first) return;
+  state_.idle.clear();
+  for (Eigen::Index i = 0; i < slopes.J.cols(); ++i) {
+    const bool moves = (slopes.J.col(i).array().abs() > kFlat * vector_of(state_.scales).array()).any();
+    const bool has_kink = std::any_of(slopes.kinks.begin(), slopes.kinks.end(),
+                                      [&](const Kink& one) { return one.variable == static_cast<int>(i); });
+    if (!moves && !has_kink) state_.idle.push_back(static_cast<int>(i));
+  }
+}
+
+bool Improvement::try_steps(const DesignMargins& now, const LimitSlopes& slopes, double from, double to) {
+  const DesignPoint at{shares(state_.design), vector_of(now.margins), vector_of(state_.scales), &slopes};
+  const double lacking = lack(vector_of(now.so_far), at.scales);
+  double size = options_.damped ? state_.radius : options_.alpha;
+  std::string problem;
+  for (int trial = 0; size >= kLeastSize; ++trial) {
+    const Eigen::VectorXd change = options_.damped ? damped_step(at, size) : plain_step(at, size);
+    const double predicted = lack(at.margins + slopes.J * change, at.scales);
+    if (change.cwiseAbs().maxCoeff() < 1e-9) break;
+    const DesignValues next = values(at.x + change);
+    const DesignMargins after = std::move(try_designs(robots_, {next}, question(from, to)).front());
+    const bool whole = after.made && (after.problem.empty() || !now.problem.empty());
+    const double left = whole ? lack(vector_of(after.so_far), at.scales) : lacking;
+    if (!after.problem.empty()) problem = after.problem;
+    if (left < lacking * (1 - kBetter)) {
+      const double share = (lacking - left) / std::max(lacking - predicted, 1e-300);
+      if (options_.damped)
+        state_.radius = share > 0.75 ? std::min(2 * size, kMostRadius) : share < 0.25 ? size / 2 : size;
+      ImproveStep step;
+      step.from = from, step.to = to, step.size = size, step.rolled_back = trial;
+      step.before = state_.design, step.after = next;
+      step.lack_before = lacking, step.lack_after = left;
+      step.predicted = list_of(at.margins + slopes.J * change);
+      note(now, after, slopes, std::move(step));
+      return true;
+    }
+    size /= 2;
+  }
+  return stuck(problem.empty() ? "no step along the slopes makes the violation smaller" + kinks_of(now, slopes)
+                               : problem);
+}
+
+/// "; kinks, where there is no slope: 'motors' in shin (contacts change)", of limits that are violated.
+std::string Improvement::kinks_of(const DesignMargins& now, const LimitSlopes& slopes) const {
+  const std::vector<std::string> limits = limit_names(robots_.scenario());
+  std::vector<std::string> parts;
+  for (const Kink& one : slopes.kinks) {
+    const auto limit = static_cast<std::size_t>(one.limit);
+    if (!(now.margins[limit] < 0)) continue;
+    parts.push_back(fmt::format("'{}' in {}{}", limits[limit],
+                                robots_.block().variables[static_cast<std::size_t>(one.variable)].name,
+                                one.contacts ? " (contacts change)" : ""));
+  }
+  return parts.empty() ? "" : fmt::format("; kinks, where there is no slope: {}", fmt::join(parts, ", "));
+}
+
+void Improvement::note(const DesignMargins& now, const DesignMargins& after, const LimitSlopes& slopes,
+                       ImproveStep step) {
+  step.level = state_.level;
+  step.margins_before = now.margins, step.margins_after = after.margins;
+  step.progress_before = now.progress, step.progress_after = after.progress;
+  step.success_before = now.success, step.success_after = after.success;
+  for (const Kink& one : slopes.kinks) step.kinks.push_back({one.limit, one.variable, one.contacts});
+  step.reverts = reverts_of(state_.steps, step);
+  state_.design = step.after;
+  state_.steps.push_back(std::move(step));
+}
+
+}  // namespace graze

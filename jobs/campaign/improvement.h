@@ -1,0 +1,105 @@
+#pragma once
+// Algorithm 2: a design is simulated, the first violated limits give the Jacobian, the design is changed by a part of
+// -J^+ l or by a damped step, and what makes it worse is rolled back; when all limits hold the task becomes harder.
+// What happened so far is plain data (ImproveState), so that a session that was killed goes on to what it would have
+// come to.
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "analysis/redesign.h"
+#include "jobs/campaign/design_trials.h"
+
+namespace graze {
+
+struct ImproveOptions {
+  std::string policy;
+  bool damped = false;                   // damped_step(), else plain_step()
+  double alpha = 0.5;                    // of the plain step
+  std::vector<std::uint32_t> particles;  // that are improved on; empty: the nominal robot
+  int threads = 1;                       // changes nothing but the time it takes
+};
+
+/// A variable's slope was none at this step.
+struct StepKink {
+  int limit = 0, variable = 0;
+  bool contacts = false;  // the contact sequence changes with the variable
+};
+
+/// A change that undoes one of before (§5.2, Algorithmic correctness).
+struct Revert {
+  int variable = 0, step = 0;  // index of the step that is undone
+  double share = 0;            // of that step's change
+};
+
+struct ImproveStep {
+  std::size_t level = 0;
+  double from = 0, to = 0;                                       // s: the window; to: infinite for whole traces
+  DesignValues before, after;                                    // SI
+  std::vector<double> margins_before, predicted, margins_after;  // per limit, within the window
+  double lack_before = 0, lack_after = 0;                        // up to the window's end (lack())
+  double progress_before = 0, progress_after = 0, success_before = 0, success_after = 0;
+  double size = 0;      // alpha or radius of the step that was taken
+  int rolled_back = 0;  // larger steps that had made it worse
+  std::vector<StepKink> kinks;
+  std::vector<Revert> reverts;
+};
+
+/// A task that the design of this time does without a violation.
+struct ReachedLevel {
+  std::size_t level = 0;
+  std::size_t steps = 0;  // that were made until then
+  DesignValues design;
+  std::vector<double> margins;
+  double success = 0;
+};
+
+enum class ImproveEnd { none, reached_all, stuck };
+
+struct ImproveState {
+  DesignValues design;
+  std::size_t level = 0;
+  std::vector<double> scales;  // of the limits; empty: not begun
+  double radius = 0.1;         // of the damped step, share of the way from bound to bound
+  std::vector<ImproveStep> steps;
+  std::vector<ReachedLevel> reached;
+  std::vector<int> idle;  // variables that no limit heeded when the first Jacobian was made
+  ImproveEnd end = ImproveEnd::none;
+  std::string why;  // of stuck
+};
+
+class Improvement {
+ public:
+  /// `robots` outlives this.
+  Improvement(const DesignRobots& robots, ImproveOptions options, std::optional<ImproveState> begun = {});
+
+  const ImproveState& state() const { return state_; }
+  /// One step, or one level that is done; false: there is nothing left to do (ImproveState::end). Throws InputError:
+  /// the robot cannot begin, or no variable moves a violated limit.
+  bool advance();
+
+ private:
+  DesignMargins here(double from, double to) const;
+  void begin(const DesignMargins& first);
+  bool reach(const DesignMargins& now);
+  LimitSlopes slopes_at(const DesignMargins& now, double from, double to) const;
+  std::vector<Beside> beside(double from, double to, const std::vector<std::size_t>& variables, double part,
+                             const DesignMargins& now) const;
+  void check_moved(const DesignMargins& now, const LimitSlopes& slopes);
+  bool try_steps(const DesignMargins& now, const LimitSlopes& slopes, double from, double to);
+  void note(const DesignMargins& now, const DesignMargins& after, const LimitSlopes& slopes, ImproveStep step);
+  std::string kinks_of(const DesignMargins& now, const LimitSlopes& slopes) const;
+  bool stuck(const std::string& why);
+  TrialQuestion question(double from, double to) const;
+  Eigen::VectorXd shares(const DesignValues& values) const;
+  DesignValues values(const Eigen::VectorXd& shares) const;
+
+  const DesignRobots& robots_;
+  ImproveOptions options_;
+  ImproveState state_;
+};
+
+}  // namespace graze

@@ -1,0 +1,225 @@
+#include "jobs/campaign/improvement_file.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <span>
+
+#include "archive/files/files.h"
+#include "engine/settings/inputs.h"
+
+namespace graze {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+constexpr int kImproveFormat = 1;
+constexpr std::size_t kMostHistory = std::size_t{1} << 28;
+
+/// JSON has neither NaN nor infinities; both stand as null, which `otherwise` says what it was.
+Json number_json(double x) { return std::isfinite(x) ? Json(x) : Json(); }
+double number_of(const Json& json, double otherwise = std::numeric_limits<double>::quiet_NaN()) {
+  return json.is_null() ? otherwise : json.get<double>();
+}
+
+Json list_json(const std::vector<double>& values) {
+  Json out = Json::array();
+  for (const double x : values) out.push_back(number_json(x));
+  return out;
+}
+
+std::vector<double> list_of(const Json& json) {
+  std::vector<double> out;
+  for (const Json& one : json) out.push_back(number_of(one));
+  return out;
+}
+
+Json step_json(const ImproveStep& step) {
+  Json out = {{"level", step.level},
+              {"from", step.from},
+              {"to", number_json(step.to)},
+              {"before", list_json(step.before)},
+              {"after", list_json(step.after)},
+              {"margins_before", list_json(step.margins_before)},
+              {"predicted", list_json(step.predicted)},
+              {"margins_after", list_json(step.margins_after)},
+              {"lack_before", step.lack_before},
+              {"lack_after", step.lack_after},
+              {"progress_before", step.progress_before},
+              {"progress_after", step.progress_after},
+              {"success_before", step.success_before},
+              {"success_after", step.success_after},
+              {"size", step.size},
+              {"rolled_back", step.rolled_back},
+              {"kinks", Json::array()},
+              {"reverts", Json::array()}};
+  for (const StepKink& one : step.kinks) {
+    out["kinks"].push_back({{"limit", one.limit}, {"variable", one.variable}, {"contacts", one.contacts}});
+  }
+  for (const Revert& one : step.reverts) {
+    out["reverts"].push_back({{"variable", one.variable}, {"step", one.step}, {"share", one.share}});
+  }
+  return out;
+}
+
+ImproveStep step_of(const Json& json) {
+  ImproveStep out;
+  json.at("level").get_to(out.level);
+  json.at("from").get_to(out.from);
+  out.to = number_of(json.at("to"), std::numeric_limits<double>::infinity());
+  out.before = list_of(json.at("before")), out.after = list_of(json.at("after"));
+  out.margins_before = list_of(json.at("margins_before")), out.margins_after = list_of(json.at("margins_after"));
+  out.predicted = list_of(json.at("predicted"));
+  json.at("lack_before").get_to(out.lack_before), json.at("lack_after").get_to(out.lack_after);
+  json.at("progress_before").get_to(out.progress_before), json.at("progress_after").get_to(out.progress_after);
+  json.at("success_before").get_to(out.success_before), json.at("success_after").get_to(out.success_after);
+  json.at("size").get_to(out.size), json.at("rolled_back").get_to(out.rolled_back);
+  for (const Json& one : json.at("kinks")) {
+    out.kinks.push_back({one.at("limit"), one.at("variable"), one.at("contacts")});
+  }
+  for (const Json& one : json.at("reverts")) {
+    out.reverts.push_back({one.at("variable"), one.at("step"), one.at("share")});
+  }
+  return out;
+}
+
+Json question_json(const ImproveQuestion& question) {
+  const ImproveOptions& options = question.options;
+  return {{"scenario_sha256", question.scenario},
+          {"policy", options.policy},
+          {"step", options.damped ? "damped" : "plain"},
+          {"alpha", options.alpha},
+          {"particles", options.particles},
+          {"seed", question.seed}};
+}
+
+Json variables_json(const DesignBlock& block) {
+  Json out = Json::array();
+  for (const DesignVariable& one : block.variables) {
+    out.push_back({{"name", one.name},
+                   {"unit", one.unit},
+                   {"initial", one.nominal},
+                   {"lower", one.lower},
+                   {"upper", one.upper},
+                   {"paths", one.paths}});
+  }
+  return out;
+}
+
+Json limits_json(const Scenario& scenario) {
+  const std::vector<std::string> names = limit_names(scenario), units = limit_units(scenario);
+  Json out = Json::array();
+  for (std::size_t k = 0; k < names.size(); ++k) out.push_back({{"name", names[k]}, {"unit", units[k]}});
+  return out;
+}
+
+Json state_json(const ImproveState& state) {
+  Json out = {{"design", list_json(state.design)},
+              {"level", state.level},
+              {"scales", list_json(state.scales)},
+              {"radius", state.radius},
+              {"end", state.end == ImproveEnd::none    ? ""
+                      : state.end == ImproveEnd::stuck ? "stuck"
+                                                       : "reached all"},
+              {"why", state.why},
+              {"idle", state.idle},
+              {"reached", Json::array()},
+              {"steps", Json::array()}};
+  for (const ReachedLevel& one : state.reached) {
+    out["reached"].push_back({{"level", one.level},
+                              {"steps", one.steps},
+                              {"design", list_json(one.design)},
+                              {"margins", list_json(one.margins)},
+                              {"success", one.success}});
+  }
+  for (const ImproveStep& one : state.steps) out["steps"].push_back(step_json(one));
+  return out;
+}
+
+ImproveState state_of(const Json& json) {
+  ImproveState out;
+  out.design = list_of(json.at("design"));
+  json.at("level").get_to(out.level);
+  out.scales = list_of(json.at("scales"));
+  json.at("radius").get_to(out.radius);
+  const std::string end = json.at("end");
+  out.end = end.empty() ? ImproveEnd::none : end == "stuck" ? ImproveEnd::stuck : ImproveEnd::reached_all;
+  json.at("why").get_to(out.why);
+  json.at("idle").get_to(out.idle);
+  for (const Json& one : json.at("reached")) {
+    out.reached.push_back(
+        {one.at("level"), one.at("steps"), list_of(one.at("design")), list_of(one.at("margins")), one.at("success")});
+  }
+  for (const Json& one : json.at("steps")) out.steps.push_back(step_of(one));
+  return out;
+}
+
+/// What fits the scenario alone may be gone on with.
+void check_state(const ImproveState& state, const Scenario& scenario) {
+  const std::size_t levels = std::max<std::size_t>(1, scenario.redesign->task_values.size());
+  bool fits = state.design.size() == scenario.redesign->variables.size() && state.level < levels;
+  for (const ReachedLevel& one : state.reached) fits = fits && one.level < levels;
+  for (const ImproveStep& one : state.steps) {
+    fits = fits && one.before.size() == state.design.size() && one.after.size() == state.design.size() &&
+           one.level < levels;
+  }
+  if (!fits) throw InputError("its numbers are not those of the scenario");
+}
+
+}  // namespace
+
+std::string improvement_json(const Scenario& scenario, const ImproveQuestion& question, const ImproveState& state) {
+  Json out = {{"format", "graze improve"},
+              {"format_version", kImproveFormat},
+              {"scenario", scenario.name},
+              {"question", question_json(question)},
+              {"variables", variables_json(*scenario.redesign)},
+              {"limits", limits_json(scenario)},
+              {"task", {{"path", scenario.redesign->task_path}, {"values", scenario.redesign->task_values}}},
+              {"state", state_json(state)}};
+  return out.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+void write_improvement(const fs::path& folder, const Scenario& scenario, const ImproveQuestion& question,
+                       const ImproveState& state) {
+  const std::string text = improvement_json(scenario, question, state);
+  NewFile file(Directory(folder), kImproveFile);
+  const int error = write_all(file.descriptor(), std::as_bytes(std::span(text)));
+  if (error != 0) fail_writing(folder / kImproveFile, error);
+  file.publish();
+}
+
+std::optional<ImproveState> read_improvement(const fs::path& folder, const Scenario& scenario,
+                                             const ImproveQuestion& question) {
+  const std::string file = (folder / kImproveFile).string();
+  if (!input_exists(file)) return std::nullopt;
+  try {
+    const Json json = Json::parse(read_input(file, "", kMostHistory));
+    if (json.at("format") != "graze improve") throw InputError("is not a history of graze improve");
+    if (const int version = json.at("format_version").get<int>(); version > kImproveFormat) {
+      throw InputError(
+          fmt::format("has format version {}, newer than version {}, which this program knows; use a newer Graze",
+                      version, kImproveFormat));
+    }
+    const Json asked = question_json(question), had = json.at("question");
+    for (const auto& [key, value] : asked.items()) {
+      if (had.at(key) == value) continue;
+      throw InputError(
+          fmt::format("is of another question: its {} is {}, and {} is asked for; choose another "
+                      "--output, or --force to begin anew",
+                      key, clipped(had.at(key).dump(), 60), clipped(value.dump(), 60)));
+    }
+    ImproveState out = state_of(json.at("state"));
+    check_state(out, scenario);
+    return out;
+  } catch (const nlohmann::json::exception& error) {
+    throw InputError(fmt::format("{}: is damaged, or no history of graze improve: {}", file, error.what()));
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}: {}", file, error.what()));
+  }
+}
+
+}  // namespace graze

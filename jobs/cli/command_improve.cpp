@@ -1,0 +1,322 @@
+// graze improve: changes a robot's design until its limits hold (Chapters 5 and 6).
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+#include <map>
+#include <memory>
+#include <span>
+#include <thread>
+
+#include "analysis/compare.h"
+#include "analysis/text_table.h"
+#include "archive/files/files.h"
+#include "archive/files/parent_folders.h"
+#include "jobs/campaign/describe_campaign.h"
+#include "jobs/campaign/improvement_file.h"
+#include "jobs/cli/commands.h"
+#include "jobs/cli/improve_text.h"
+#include "jobs/cli/option_values.h"
+#include "jobs/cli/resume_campaign.h"
+
+namespace graze {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ImproveArguments {
+  ScenarioArguments scenario;
+  std::string policy, step = "plain", output, from;
+  std::string alpha;
+  std::uint64_t particles = 0, verdict = 0, most_steps = 100;
+  std::optional<std::uint64_t> seed;
+  int threads = 0;
+  bool automatic = false, json = false, force = false;
+};
+
+constexpr std::uint64_t kUsualFailures = 32;  // particles that --from improves on
+constexpr const char* kRobotFile = "improved.urdf";
+constexpr const char* kScenarioFile = "improved.yaml";
+constexpr const char* kBeforeFile = "before.yaml";
+
+std::string policy_to_improve(const Scenario& scenario, const std::string& asked) {
+  std::vector<std::string> names;
+  for (const PolicySpec& one : scenario.policies) names.push_back(one.name);
+  if (asked.empty() && names.size() == 1) return names.front();
+  if (!asked.empty() && std::find(names.begin(), names.end(), asked) != names.end()) return asked;
+  throw InputError(fmt::format("--policy{}: {}; {}", asked.empty() ? "" : " " + asked,
+                               asked.empty() ? "one policy is improved at a time" : "no policy of that name",
+                               nearest_or_all(asked, names)));
+}
+
+double alpha_of(const std::string& text) {
+  if (text.empty()) return ImproveOptions{}.alpha;
+  const Settings value = Settings::parse("alpha: " + text, "--alpha").at("alpha");
+  const double out = value.number();
+  if (out > 0 && out <= 1) return out;
+  throw InputError(fmt::format("--alpha {}: must lie above 0 and at most at 1; nearest right answer: {}", text,
+                               out > 0 ? "1" : "0.1"));
+}
+
+/// What failed most in an archive, and whom.
+struct FrequentFailure {
+  std::string requirement;
+  std::vector<std::uint32_t> particles;  // ascending
+  std::uint64_t failures = 0, traces = 0;
+  std::uint64_t seed = 1;
+};
+
+FrequentFailure most_frequent(const std::string& file, const std::string& policy) {
+  const Archive archive(file);
+  const CampaignInfo& info = archive.info();
+  if (std::find(info.policies.begin(), info.policies.end(), policy) == info.policies.end()) {
+    throw InputError(
+        fmt::format("--from {}: has no policy '{}'; {}", file, policy, nearest_or_all(policy, info.policies)));
+  }
+  std::map<int, std::vector<std::uint32_t>> by_requirement;  // -1: the objective
+  FrequentFailure out;
+  archive.scan(policy, 0, [&](const TraceRows& rows) {
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      ++out.traces;
+      const Outcome outcome = rows.outcome(i);
+      if (outcome == Outcome::known_failure) by_requirement[rows.violated(i)].push_back(rows.particle(i));
+      if (outcome == Outcome::unknown_failure) by_requirement[-1].push_back(rows.particle(i));
+    }
+  });
+  int most = -2;
+  for (const auto& [requirement, particles] : by_requirement) {
+    if (most == -2 || particles.size() > by_requirement[most].size()) most = requirement;
+  }
+  if (most == -2)
+    throw InputError(fmt::format("--from {}: no trace of '{}' failed, so there is nothing to improve", file, policy));
+  out.particles = by_requirement[most];
+  std::sort(out.particles.begin(), out.particles.end());
+  out.failures = out.particles.size();
+  out.requirement = most < 0 ? "objective" : info.requirements.at(static_cast<std::size_t>(most)).name;
+  out.seed = info.seed;
+  return out;
+}
+
+/// Says what the session begins at, and on which particles.
+void begin_at_failures(const ImproveArguments& arguments, ImproveQuestion& question) {
+  FrequentFailure found = most_frequent(arguments.from, question.options.policy);
+  const std::uint64_t most = arguments.particles > 0 ? arguments.particles : kUsualFailures;
+  if (found.particles.size() > most) found.particles.resize(most);
+  std::cerr << fmt::format(
+      "{} of {} traces failed by '{}' first, more than by anything else: improving on {} of these\n", found.failures,
+      found.traces, found.requirement, found.particles.size());
+  question.options.particles = found.particles;
+  question.seed = found.seed;
+}
+
+fs::path folder_of_session(const ImproveArguments& arguments, const Scenario& scenario) {
+  fs::path out = arguments.output;
+  if (arguments.output.empty()) out = fs::path(scenario.file).stem().string() + ".improve";
+  const fs::path bare = out.has_filename() ? out : out.parent_path();  // "x/" is "x"
+  std::error_code error;
+  const bool there = fs::exists(fs::symlink_status(bare, error));
+  if (there && !fs::is_directory(bare, error)) {
+    throw InputError(fmt::format("{}: is there already, and no folder; choose another --output", bare.string()));
+  }
+  if (there) remove_abandoned(Directory(bare), kImproveFile);  // of a session that was killed as it began
+  if (there && !fs::is_empty(bare, error) && !fs::exists(bare / kImproveFile, error)) {
+    throw InputError(
+        fmt::format("{}: is there already, and no session of graze improve; choose another --output", bare.string()));
+  }
+  return bare;
+}
+
+void write_text(const fs::path& file, const std::string& text) {
+  NewFile out(file, true);
+  const int error = write_all(out.descriptor(), std::as_bytes(std::span(text)));
+  if (error != 0) fail_writing(file, error);
+  out.publish();
+}
+
+/// The best design: of the hardest task that was done, else the one that the session has come to.
+std::pair<std::size_t, DesignValues> best(const ImproveState& state) {
+  if (state.reached.empty()) return {state.level, state.design};
+  return {state.reached.back().level, state.reached.back().design};
+}
+
+void write_robot(const fs::path& folder, const DesignRobots& robots, const ImproveState& state) {
+  const auto [level, design] = best(state);
+  const std::string urdf = robots.urdf(level, design);
+  if (!urdf.empty()) write_text(folder / kRobotFile, urdf);
+  write_text(folder / kScenarioFile, robots.yaml(level, design, urdf.empty() ? "" : kRobotFile));
+  write_text(folder / kBeforeFile, robots.before(level));
+}
+
+/// Steps until there is none left, or enough; each is on disk before the next begins.
+ImproveState improve_robot(const ImproveArguments& arguments, const DesignRobots& robots,
+                           const ImproveQuestion& question, const fs::path& folder) {
+  const Scenario& scenario = robots.scenario();
+  std::optional<ImproveState> begun;
+  if (!arguments.force) begun = read_improvement(folder, scenario, question);
+  std::ostream& out = arguments.json ? std::cerr : std::cout;
+  if (begun) out << fmt::format("{}: goes on after {} steps\n", folder.string(), begun->steps.size());
+  Improvement session(robots, question.options, std::move(begun));
+  bool more = true;
+  while (more && session.state().steps.size() < arguments.most_steps) {
+    const std::size_t steps = session.state().steps.size(), reached = session.state().reached.size();
+    more = session.advance();
+    write_improvement(folder, scenario, question, session.state());
+    if (session.state().steps.size() > steps) out << step_text(scenario, session.state(), steps) << std::flush;
+    if (session.state().reached.size() > reached) {
+      out << reached_text(scenario, session.state().reached.back()) << std::flush;
+    }
+  }
+  return session.state();
+}
+
+// ---- the verdict
+
+/// A campaign of a scenario file in the folder, simulated unless it is there.
+void simulate_verdict(const fs::path& folder, const std::string& name, const ImproveArguments& arguments,
+                      const ImproveQuestion& question) {
+  const fs::path campaign = folder / (fs::path(name).stem().string() + ".graze");
+  Scenario scenario = load_scenario((folder / name).string());
+  scenario.seed = question.seed + 1;  // others than those that were improved on
+  scenario.particles = arguments.verdict;
+  std::erase_if(scenario.policies, [&](const PolicySpec& one) { return one.name != question.options.policy; });
+  const CampaignInfo info =
+      describe_campaign(scenario, arguments.verdict, fmt::format("graze improve (verdict of {})", name));
+  CampaignWriter(campaign, info, true).keep();
+  ResumeArguments resume;
+  resume.directory = campaign.string();
+  resume.threads = arguments.threads;
+  resume.quiet = true;
+  resume.table = false;
+  resume.all = true;
+  const auto comm = make_local_communicator();
+  Start start(*comm);
+  resume_campaign(resume, start);
+}
+
+std::string verdict_text(const PolicyComparison& pair) {
+  const bool better = pair.interval.low > 0, worse = pair.interval.high < 0;
+  return fmt::format(
+      "\nVerdict on {} particles that it was not improved on: {} succeed before, {} after; {} were fixed, {} broke\n"
+      "Difference {:+.3f}, 95 % interval {:+.3f} .. {:+.3f}, p = {:.2g}: {}\n",
+      pair.pairs.n(), pair.success_a, pair.success_b, pair.pairs.only_b, pair.pairs.only_a, pair.difference,
+      pair.interval.low, pair.interval.high, pair.p_value,
+      better  ? "the new design is better"
+      : worse ? "the new design is worse, though the robot that it was improved on is not"
+              : "not shown to be better");
+}
+
+Comparison verdict(const fs::path& folder, const ImproveArguments& arguments, const ImproveQuestion& question) {
+  simulate_verdict(folder, kBeforeFile, arguments, question);
+  simulate_verdict(folder, kScenarioFile, arguments, question);
+  CompareRequest request;
+  request.name_a = (folder / "before.graze").string(), request.name_b = (folder / "improved.graze").string();
+  return compare_campaigns(Archive(request.name_a), Archive(request.name_b), request);
+}
+
+// ---- the verb
+
+void check_asked(const ImproveArguments& arguments, const Scenario& scenario) {
+  if (!scenario.redesign) {
+    throw InputError(
+        fmt::format("{}: has no 'design', which says what of the robot may be changed; e.g. design: "
+                    "{{variables: {{shin: {{of: robot.link.*_SHIN.length, factor: [0.5, 2]}}}}}} (docs/improve.md)",
+                    scenario.file));
+  }
+  if (scenario.source.file == kStandardInput) {
+    throw InputError("improve: the scenario is read once for every design; give a file instead of -");
+  }
+  if (arguments.step != "plain" && !arguments.alpha.empty()) {
+    throw InputError("--alpha: is of --step plain; a damped step has a radius that it finds itself");
+  }
+}
+
+ImproveQuestion question_of(const ImproveArguments& arguments, const Scenario& scenario) {
+  ImproveQuestion out;
+  out.scenario = scenario.sha256;
+  out.seed = arguments.seed.value_or(scenario.seed);
+  out.options.policy = policy_to_improve(scenario, arguments.policy);
+  out.options.damped = arguments.step == "damped";
+  out.options.alpha = alpha_of(arguments.alpha);
+  out.options.threads = arguments.threads > 0 ? arguments.threads : std::max(1u, std::thread::hardware_concurrency());
+  for (std::uint32_t i = 0; i < arguments.particles; ++i) out.options.particles.push_back(i);
+  if (!arguments.from.empty()) begin_at_failures(arguments, out);
+  return out;
+}
+
+int exit_code_of(const ImproveState& state) {
+  return state.end == ImproveEnd::reached_all ? kDone : state.end == ImproveEnd::stuck ? kGateMissed : kInconclusive;
+}
+
+int improve(ImproveArguments arguments) {
+  Scenario scenario = arguments.scenario.load();
+  check_asked(arguments, scenario);
+  const ImproveQuestion question = question_of(arguments, scenario);
+  scenario.seed = question.seed;
+  const fs::path folder = folder_of_session(arguments, scenario);
+  if (arguments.verdict == 0 && !question.options.particles.empty()) {
+    arguments.verdict = std::max<std::uint64_t>(200, question.options.particles.size());
+  }
+  const DesignRobots robots(scenario);
+  const ParentFolders parents(folder / kImproveFile);
+  const ImproveState state = improve_robot(arguments, robots, question, folder);
+  write_robot(folder, robots, state);
+  std::ostream& out = arguments.json ? std::cerr : std::cout;
+  out << summary_text(scenario, state, best(state).second);
+  if (arguments.verdict > 0) out << verdict_text(verdict(folder, arguments, question).policies.front());
+  out << fmt::format("{0}/{1}: the improved robot, ready to run; {0}/{2}: the first one in the same task\n",
+                     folder.string(), kScenarioFile, kBeforeFile);
+  if (arguments.json) std::cout << improvement_json(scenario, question, state);
+  return exit_code_of(state);
+}
+
+void add_loop_options(CLI::App& verb, ImproveArguments& arguments) {
+  add_choice(
+      verb, "--step", arguments.step, {"plain", "damped"},
+      "plain: a part of -J+ l of the violated limits (the dissertation's); damped: a regularised step in a trust "
+      "region, which heeds all limits")
+      ->default_str("plain");
+  verb.add_option("--alpha", arguments.alpha, "Part of a plain step that is made at first")
+      ->type_name("0..1")
+      ->default_str("0.5");
+  CLI::Option* most =
+      add_whole(verb, "--max-steps", arguments.most_steps, 0, 1'000'000, "Most steps in all")->default_str("100");
+  verb.add_flag("--auto", arguments.automatic, "As long as steps help, up to --max-steps: what it does anyway")
+      ->excludes(most);
+  add_whole(verb, "-n,--particles", arguments.particles, 1, 100'000,
+            "Improve a quantile of the margins of so many particles (default: the nominal robot's margins)");
+  add_whole(verb, "--verdict", arguments.verdict, 1, kParticleLimit,
+            "Simulate so many other particles of both robots at the end, and compare them (default: 200 with "
+            "--particles, else none)");
+  add_whole(verb, "--seed", arguments.seed, 0, std::numeric_limits<std::uint64_t>::max(),
+            "Root seed (default: the scenario's)");
+  verb.add_option("--from", arguments.from, "Improve on particles of a campaign that failed, by what failed most")
+      ->type_name("ARCHIVE");
+}
+
+}  // namespace
+
+void add_improve(CLI::App& app, Action& action) {
+  auto arguments = std::make_shared<ImproveArguments>();
+  CLI::App* verb = add_verb(app, "improve", "Changes a robot's design until its limits hold in ever harder tasks",
+                            "  graze improve quadruped_design\n"
+                            "  graze improve my.yaml --step damped -n 32 -o better\n"
+                            "  graze improve my.yaml --from first.h5\n\n"
+                            "The scenario's 'design' says what may be changed and which witnesses are limits "
+                            "(docs/improve.md). Each step is\n"
+                            "printed and kept; a session that was interrupted goes on by the same command. Exit code "
+                            "0: every limit holds in\n"
+                            "every task, 1: no step helps any more, 4: --max-steps ended it.\n");
+  arguments->scenario.add_to(*verb);
+  verb->add_option("--policy", arguments->policy, "Which policy's robot is improved, if there are several")
+      ->type_name("NAME");
+  add_loop_options(*verb, *arguments);
+  add_threads(*verb, arguments->threads);
+  verb->add_option("-o,--output", arguments->output, "Folder of the session (default: SCENARIO.improve)")
+      ->type_name("DIR");
+  verb->add_flag("--force", arguments->force, "Begin anew what stands in the folder");
+  verb->add_flag("--json", arguments->json, "Print the history as JSON, and the rest on stderr");
+  verb->callback([arguments, &action] { action = [arguments] { return improve(*arguments); }; });
+}
+
+}  // namespace graze

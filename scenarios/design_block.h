@@ -1,0 +1,45 @@
+#pragma once
+// `design` of a scenario: what of the robot may be changed to keep its limits (Chapter 5). Which numbers, how far,
+// which of them move together, which witnesses are limits, and how the task becomes harder.
+
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/model/fabrication.h"
+#include "engine/settings/settings.h"
+#include "scenarios/task.h"
+
+namespace graze {
+
+/// One number of the design. It may stand for several that move together (symmetry, §6.2.2).
+struct DesignVariable {
+  std::string name;
+  std::vector<std::string> paths;  // parameters of the robot, or settings of policies
+  std::vector<double> share;       // of each path: its value is that times the variable's
+  bool of_policy = false;
+  std::string unit;                          // SI; of a policy's setting: in which it is written back
+  double scale = 1;                          // of a policy's setting: SI value of one such unit
+  double nominal = 0, lower = 0, upper = 0;  // SI, lower <= nominal <= upper
+  double step = 0;                           // SI, of differences
+};
+
+/// What `graze improve` is asked.
+struct DesignBlock {
+  std::vector<DesignVariable> variables;
+  std::vector<int> limits;                                  // indices of Task::requirements
+  bool objective = false;                                   // its margin is a limit, too
+  std::string task_path;                                    // of a setting of the scenario; empty: one task
+  std::vector<std::string> task_values;                     // YAML, the easiest first
+  double window = std::numeric_limits<double>::infinity();  // s, from the first violation on; infinite: whole traces
+  double quantile = 0.1;                                    // of the margins of particles
+};
+
+/// Reads `design`; null if the scenario has none. `scenario`: its root, everything else of which has been read. Throws
+/// InputError: a glob that matches nothing, a path of two variables, parts of a symmetry that cannot move together,
+/// bounds that leave the robot's own value out, a parameter that is no matter of design.
+std::shared_ptr<const DesignBlock> read_design(const Settings& scenario, const ParameterTable& table, const Task& task,
+                                               double end);
+
+}  // namespace graze

@@ -1,0 +1,267 @@
+// Claim: `graze improve` changes a robot until its limits hold, within its bounds, tells kinks, goes on where it was
+// interrupted, and writes the robot that it has found.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "jobs/campaign/design_trials.h"
+#include "jobs/campaign/nominal_traces.h"
+#include "tests/jobs/program.h"
+#include "tests/message_of.h"
+
+namespace graze {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using Json = nlohmann::json;
+
+/// Two pendulums of 30 cm on a post, let go at 70 degrees.
+constexpr const char* kTwins = R"(<robot name="twins"><link name="post"/>
+  <joint name="left" type="continuous"><origin xyz="0 0.2 0.5"/><parent link="post"/><child link="left_rod"/>
+    <axis xyz="0 1 0"/><limit effort="1" velocity="20"/></joint>
+  <link name="left_rod"><inertial><origin xyz="0 0 -0.15"/><mass value="0.1"/>
+    <inertia ixx="1e-3" iyy="1e-3" izz="1e-5" ixy="0" ixz="0" iyz="0"/></inertial>
+    <collision><origin xyz="0 0 -0.15"/><geometry><cylinder radius="0.004" length="0.3"/></geometry></collision></link>
+  <joint name="right" type="continuous"><origin xyz="0 -0.2 0.5"/><parent link="post"/><child link="right_rod"/>
+    <axis xyz="0 1 0"/><limit effort="1" velocity="20"/></joint>
+  <link name="right_rod"><inertial><origin xyz="0 0 -0.15"/><mass value="0.1"/>
+    <inertia ixx="1e-3" iyy="1e-3" izz="1e-5" ixy="0" ixz="0" iyz="0"/></inertial>
+    <collision><origin xyz="0 0 -0.15"/><geometry><cylinder radius="0.004" length="0.3"/></geometry></collision></link>
+</robot>)";
+
+constexpr const char* kSwing = R"(graze: 1
+name: Swing
+robot:
+  urdf: twins.urdf
+  base: fixed
+  initial: {joints: {"*": 70 deg}}
+time: {end: 0.1 s, step: 1 ms, control: 10 ms}
+uncertain:
+  robot.joint.*.damping: {uniform: [0, 0.002]}
+  initial.joint.*.position: {normal: {std: 4 deg}}
+policies:
+  free: {hold: {}, control: {torque: {}}}
+task:
+  requirements:
+    slow: {joint_speed: {joints: "*", below: 3.4 rad/s}}
+)";
+
+constexpr const char* kBoth = R"(
+design:
+  variables:
+    rods: {of: "robot.link.*_rod.length", within: [10 cm, 60 cm]}
+    thick: {of: "robot.link.*_rod.radius", within: [2 mm, 20 mm]}
+    motor: {of: "robot.joint.*.effort", factor: [0.5, 2]}
+  task: {path: "robot.initial.joints.*", values: [70 deg, 80 deg, 90 deg]}
+)";
+
+class Improve : public ::testing::Test {
+ protected:
+  Improve() {
+    testing::write_file(folder / "twins.urdf", kTwins);
+    write(kBoth);
+  }
+  void write(const std::string& design) { testing::write_file(folder / "swing.yaml", kSwing + design); }
+  testing::Result graze(const std::string& arguments) const { return testing::graze(folder.path(), arguments); }
+  Json history(const std::string& options, int code = 0) const {
+    const testing::Result run = graze("improve swing.yaml --json " + options);
+    EXPECT_EQ(run.code, code) << run.err;
+    return run.code == 2 ? Json() : Json::parse(run.out);
+  }
+  Scenario scenario() const { return load_scenario((folder / "swing.yaml").string()); }
+
+  testing::TemporaryFolder folder;
+};
+
+// The session's slope, (predicted - before) / change, is that of a difference of sixth order on a speed that rises
+// until the end of the trace, a smooth function of the length: within 1e-5.
+TEST_F(Improve, SlopesAreDerivatives) {
+  write("design: {variables: {rods: {of: robot.link.*_rod.length, within: [10 cm, 60 cm], step: 0.2 mm}}}\n");
+  const Json step = history("--max-steps 1 -o one", 4)["state"]["steps"][0];
+  const double change = step["after"][0].get<double>() - step["before"][0].get<double>();
+  const double slope = (step["predicted"][0].get<double>() - step["margins_before"][0].get<double>()) / change;
+  const Scenario own = scenario();
+  const DesignRobots robots(own);
+  std::vector<DesignValues> around;
+  constexpr double kStep = 0.01;  // m
+  for (const int k : {-3, -2, -1, 1, 2, 3}) around.push_back({0.3 + k * kStep});
+  TrialQuestion question;
+  question.policy = "free";
+  const std::vector<DesignMargins> at = try_designs(robots, around, question);
+  const auto margin = [&](std::size_t i) { return at[i].margins.front(); };
+  const double sixth =
+      (45 * (margin(3) - margin(2)) - 9 * (margin(4) - margin(1)) + (margin(5) - margin(0))) / (60 * kStep);
+  EXPECT_NEAR(slope / sixth, 1, 1e-5);
+  EXPECT_TRUE(step["kinks"].empty());
+}
+
+// A rod that is longer moves no slower than its twin, one that is shorter is the fastest: the worst of both has no
+// slope in the length of one.
+TEST_F(Improve, KinksAreTold) {
+  write(
+      "design: {variables: {left: {of: robot.link.left_rod.length, within: [10 cm, 60 cm]}, "
+      "right: {of: robot.link.right_rod.length, within: [10 cm, 60 cm]}, "
+      "both: {of: robot.link.*_rod.com.z, factor: [0.5, 2]}}}\n");
+  const Json step = history("--max-steps 1 -o one", 4)["state"]["steps"][0];
+  ASSERT_EQ(step["kinks"].size(), 2u);
+  EXPECT_EQ(step["kinks"][0]["variable"], 0);
+  EXPECT_EQ(step["kinks"][1]["variable"], 1);
+  EXPECT_EQ(step["kinks"][0]["contacts"], false);
+  EXPECT_EQ(step["before"][0], step["after"][0]) << "the slope on the better side is 0";
+  EXPECT_THAT(graze("improve swing.yaml --max-steps 1 -o again").out,
+              HasSubstr("kink: 'slow' has no slope in left, right"));
+}
+
+// A ball that comes to touch the ground at the very end of its trace: with a larger radius it does, with a smaller one
+// not. It falls by g h^2 n (n + 1) / 2 in n steps.
+TEST_F(Improve, ContactChangesAreTold) {
+  testing::write_file(folder / "ball.urdf",
+                      "<robot name=\"b\"><link name=\"ball\"><collision><geometry><sphere radius=\"0.05\"/></geometry>"
+                      "</collision></link></robot>");
+  testing::write_file(
+      folder / "swing.yaml",
+      "graze: 1\nrobot: {urdf: ball.urdf, initial: {position: [0, 0, 0.06250775]}}\n"
+      "environment: {ground: {plane: z}}\ntime: {end: 50 ms}\n"
+      "policies: {still: {hold: {}, control: {torque: {}}}}\n"
+      "task: {requirements: {high: {height: {link: ball, above: 0.1}}}}\n"
+      "design: {variables: {radius: {of: robot.link.ball.radius, within: [2 cm, 9 cm], step: 3 mm}}}\n");
+  const testing::Result run = graze("improve swing.yaml");
+  EXPECT_EQ(run.code, 1) << "the only variable has no slope";
+  EXPECT_THAT(run.out, HasSubstr("kinks, where there is no slope: 'high' in radius (contacts change)"));
+}
+
+// With a window a step sees from the first violation on for that time and no longer: what comes later does not count
+// yet.
+TEST_F(Improve, LooksAtAWindow) {
+  write("design: {window: 10 ms, variables: {rods: {of: robot.link.*_rod.length, within: [10 cm, 60 cm]}}}\n");
+  const Json steps = history("-o window")["state"]["steps"];
+  double last = 0;
+  for (const Json& step : steps) {
+    if (!step["to"].is_null()) {
+      EXPECT_NEAR(step["to"].get<double>() - step["from"].get<double>(), 0.01, 1e-12);
+    }
+    EXPECT_GE(step["from"], 0);
+    last = std::max(last, step["from"].get<double>());
+  }
+  EXPECT_GT(last, 0.05) << "the speed is exceeded late only";
+  EXPECT_EQ(history("-o window")["state"]["end"], "reached all");
+}
+
+// Settings of policies and gears of drives are variables, too, and stand in the scenario that is written.
+TEST_F(Improve, ChangesPoliciesAndGears) {
+  testing::write_file(folder / "swing.yaml", R"(graze: 1
+robot: {urdf: twins.urdf, base: fixed}
+actuators: {gear: 10, rotor_inertia: 1e-5}
+time: {end: 0.2 s, step: 1 ms, control: 1 ms}
+policies:
+  swing:
+    joint_trajectory: {sinusoid: {amplitude: 0.3, frequency: 10}}
+    control: {joint_pd: {kp: 2, kd: 0.1}}
+task: {requirements: {slow: {joint_speed: {joints: "*", below: 1 rad/s}}}}
+design:
+  variables:
+    gain: {of: policies.swing.control.joint_pd.kp, within: [0.1, 4]}
+    gears: {of: "robot.joint.*.gear", within: [5, 50]}
+)");
+  const Json found = history("-o both");
+  EXPECT_EQ(found["state"]["end"], "reached all");
+  const Scenario improved = load_scenario((folder / "both/improved.yaml").string());
+  const Json design = found["state"]["design"];
+  EXPECT_NEAR(improved.redesign->variables[0].nominal, design[0].get<double>(), 1e-12);
+  EXPECT_NEAR(improved.redesign->variables[1].nominal, design[1].get<double>(), 1e-12);
+  EXPECT_NE(design[0], found["variables"][0]["initial"]);
+  EXPECT_NE(design[1], found["variables"][1]["initial"]);
+  EXPECT_EQ(nominal_traces(improved, {"swing"}).front().outcome, Outcome::success);
+}
+
+// Both steps come to robots whose limits hold at every angle, never leave the bounds, and know what is of no use.
+TEST_F(Improve, ReachesEveryTaskWithinTheBounds) {
+  for (const std::string step : {"plain", "damped"}) {
+    const Json found = history("--step " + step + " -o " + step);
+    EXPECT_EQ(found["state"]["end"], "reached all");
+    ASSERT_EQ(found["state"]["reached"].size(), 3u);
+    EXPECT_GE(found["state"]["reached"][2]["margins"][0], 0);
+    EXPECT_EQ(found["state"]["idle"], Json({2})) << "a motor that does nothing moves no limit";
+    EXPECT_GE(found["state"]["steps"].size(), 2u);
+    for (const Json& one : found["state"]["steps"]) {
+      EXPECT_LT(one["lack_after"], one["lack_before"]);
+      for (std::size_t i = 0; i < 3; ++i) {
+        EXPECT_GE(one["after"][i], found["variables"][i]["lower"]);
+        EXPECT_LE(one["after"][i], found["variables"][i]["upper"]);
+      }
+    }
+  }
+}
+
+// What is written is the robot that was found: its nominal trace has the session's margins, bit for bit, and both rods
+// are equal.
+TEST_F(Improve, WritesTheRobotThatItFound) {
+  const Json found = history("-o better");
+  const Scenario improved = load_scenario((folder / "better/improved.yaml").string());
+  const TraceRecord trace = nominal_traces(improved, {"free"}).front();
+  EXPECT_EQ(trace.outcome, Outcome::success);
+  EXPECT_EQ(trace.margins[0], found["state"]["reached"][2]["margins"][0].get<double>());
+  const ParameterTable table(*improved.world);
+  EXPECT_EQ(table.find("robot.link.left_rod.length")->nominal, table.find("robot.link.right_rod.length")->nominal);
+  EXPECT_NEAR(table.find("robot.link.left_rod.length")->nominal, found["state"]["design"][0].get<double>(), 1e-15);
+  EXPECT_EQ(nominal_traces(load_scenario((folder / "better/before.yaml").string()), {"free"}).front().outcome,
+            Outcome::known_failure);
+}
+
+// An interrupted session goes on to the bytes of the uninterrupted one, whatever the threads.
+TEST_F(Improve, GoesOnWhereItWasInterrupted) {
+  history("-o whole --threads 1");
+  history("-o parts --threads 2 --max-steps 1", 4);
+  history("-o parts --threads 2 --max-steps 2", 4);
+  EXPECT_THAT(graze("improve swing.yaml -o parts").out, HasSubstr("goes on after 2 steps"));
+  EXPECT_EQ(testing::read_file(folder / "parts/improve.json"), testing::read_file(folder / "whole/improve.json"));
+  EXPECT_EQ(testing::read_file(folder / "parts/improved.urdf"), testing::read_file(folder / "whole/improved.urdf"));
+  const testing::Result other = graze("improve swing.yaml -o parts --step damped");
+  EXPECT_EQ(other.code, 2);
+  EXPECT_THAT(other.err, AllOf(HasSubstr("its step is \"plain\""), HasSubstr("--force")));
+}
+
+// On particles a quantile of the margins is raised; others than these judge. What --set names is found from DIR, too.
+TEST_F(Improve, RaisesAQuantileOfParticles) {
+  const testing::Result run = graze("improve swing.yaml --set robot.urdf=twins.urdf -n 8 --verdict 60 -o many");
+  EXPECT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.out, AllOf(HasSubstr("Verdict on 60 particles"), HasSubstr("the new design is better")));
+  const Json state = Json::parse(testing::read_file(folder / "many/improve.json"))["state"];
+  EXPECT_LT(state["steps"][0]["success_before"], 1);
+  EXPECT_GT(state["reached"][2]["success"], 0.8);
+  // Compared as anybody would compare them.
+  EXPECT_EQ(graze("compare many/before.graze many/improved.graze").code, 0);
+}
+
+// Of a campaign, the particles that failed most are improved on.
+TEST_F(Improve, BeginsAtTheFailuresOfACampaign) {
+  ASSERT_EQ(graze("run swing.yaml -n 40 -o first.graze --quiet").code, 0);
+  const testing::Result run = graze("improve swing.yaml --from first.graze -n 5 --verdict 20 -o from");
+  EXPECT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("of 40 traces failed by 'slow' first"));
+  const Json asked = Json::parse(testing::read_file(folder / "from/improve.json"))["question"];
+  EXPECT_EQ(asked["particles"].size(), 5u);
+  EXPECT_EQ(graze("improve swing.yaml --from nowhere.h5").code, 2);
+}
+
+TEST_F(Improve, RefusesWhatItCannotDo) {
+  const auto refused = [&](const std::string& options) {
+    const testing::Result run = graze("improve swing.yaml " + options);
+    EXPECT_EQ(run.code, 2) << options << run.out;
+    return run.err;
+  };
+  EXPECT_THAT(refused("--alpha 2"), HasSubstr("nearest right answer: 1"));
+  EXPECT_THAT(refused("--step damped --alpha 0.1"), HasSubstr("radius"));
+  EXPECT_THAT(refused("--policy fre"), HasSubstr("nearest: free"));
+  EXPECT_THAT(refused("--set design.task.values='[70 deg, 1 m]'"), HasSubstr("1 m"));
+  EXPECT_THAT(refused("-o twins.urdf"), HasSubstr("no folder"));
+  write("design: {variables: {motor: {of: robot.joint.*.effort, factor: [0.5, 2]}}}\n");
+  EXPECT_THAT(refused(""), AllOf(HasSubstr("none of them (motor)"), HasSubstr("violated limit 'slow'")));
+  write("");
+  EXPECT_THAT(refused(""), AllOf(HasSubstr("has no 'design'"), HasSubstr("docs/improve.md")));
+}
+
+}  // namespace
+}  // namespace graze

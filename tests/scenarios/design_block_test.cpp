@@ -1,0 +1,110 @@
+// Claim: `design` is read as what may be changed, and what cannot be meant is refused with its place.
+#include "scenarios/design_block.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "scenarios/scenario.h"
+#include "tests/message_of.h"
+
+namespace graze {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+Scenario with_design(const std::string& design) {
+  return load_scenario(GRAZE_SOURCE_DIR "/data/scenarios/quadruped_trot.yaml", {{{"design", design}}, false});
+}
+
+std::string refusal(const std::string& design) {
+  return testing::message_of([&] { with_design(design); });
+}
+
+std::string refused_variables(const std::string& variables) { return refusal("{variables: {" + variables + "}}"); }
+
+// A glob over four legs is one number; numbers that differ keep their ratio (RH's foot is larger than the others').
+TEST(DesignBlock, SymmetriesAreOneVariable) {
+  const Scenario scenario = with_design(
+      "{variables: {shin: {of: robot.link.*_LEG_3.length, within: [5 cm, 20 cm]}, "
+      "feet: {of: [robot.link.LF_FOOT.radius, robot.link.RH_FOOT.radius], factor: [0.5, 2], step: 0.1 mm}}}");
+  ASSERT_TRUE(scenario.redesign);
+  const DesignBlock& block = *scenario.redesign;
+  ASSERT_EQ(block.variables.size(), 2u);
+  const DesignVariable& shin = block.variables[0];
+  EXPECT_EQ(shin.paths.size(), 4u);
+  EXPECT_DOUBLE_EQ(shin.nominal, 0.1);
+  EXPECT_DOUBLE_EQ(shin.lower, 0.05);
+  EXPECT_NEAR(shin.step, 1e-3 * 0.15, 1e-15);
+  const DesignVariable& feet = block.variables[1];
+  EXPECT_GT(feet.share[1], 1);
+  EXPECT_DOUBLE_EQ(feet.upper, 2 * feet.nominal);
+  EXPECT_DOUBLE_EQ(feet.step, 1e-4);
+}
+
+// All requirements, no measures, and the objective, unless limits are chosen.
+TEST(DesignBlock, LimitsAreTheRequirements) {
+  const std::string variable = "variables: {kp: {of: policies.trot.control.operational_pd.kp, factor: [0.5, 2]}}";
+  const Scenario all = with_design("{" + variable + "}");
+  EXPECT_EQ(all.redesign->limits, (std::vector<int>{0, 1}));
+  EXPECT_TRUE(all.redesign->objective);
+  const Scenario one = with_design("{" + variable + ", limits: upright}");
+  EXPECT_EQ(one.redesign->limits, std::vector<int>{0});
+  EXPECT_FALSE(one.redesign->objective);
+  EXPECT_THAT(refusal("{" + variable + ", limits: uprigth}"), HasSubstr("nearest: upright"));
+}
+
+// A setting keeps the unit that it is written in.
+TEST(DesignBlock, SettingsOfPolicies) {
+  const Scenario scenario =
+      with_design("{variables: {lift: {of: policies.trot.gait.step_height, within: [1 cm, 6 cm]}}}");
+  const DesignVariable& lift = scenario.redesign->variables[0];
+  EXPECT_TRUE(lift.of_policy);
+  EXPECT_DOUBLE_EQ(lift.nominal, 0.03);
+  EXPECT_EQ(lift.unit, "cm");
+  EXPECT_DOUBLE_EQ(lift.scale, 0.01);
+}
+
+// A design that stands at its bound is read again, though its URDF has it up to rounding.
+TEST(DesignBlock, BoundsAreTakenUpToRounding) {
+  const Scenario scenario =
+      with_design("{variables: {shin: {of: robot.link.LF_LEG_3.length, within: [5 cm, 0.0999999999999]}}}");
+  EXPECT_EQ(scenario.redesign->variables[0].nominal, scenario.redesign->variables[0].upper);
+}
+
+TEST(DesignBlock, TasksBecomeHarder) {
+  const std::string variable = "variables: {shin: {of: robot.link.*_LEG_3.length, factor: [0.5, 2]}}";
+  const Scenario scenario =
+      with_design("{" + variable + ", task: {path: policies.trot.gait.velocity, values: [[0.1, 0, 0], [0.2, 0, 0]]}}");
+  EXPECT_EQ(scenario.redesign->task_values, (std::vector<std::string>{"[0.1, 0, 0]", "[0.2, 0, 0]"}));
+  EXPECT_THAT(refusal("{" + variable + ", task: {path: policies.trot.gait.speed, values: [1, 2]}}"),
+              AllOf(HasSubstr("design.task.path"), HasSubstr("no such setting")));
+}
+
+TEST(DesignBlock, RefusesWhatCannotBeMeant) {
+  EXPECT_THAT(refused_variables("shin: {of: robot.link.*_LEG_9.length, factor: [0.5, 2]}"),
+              AllOf(HasSubstr("matches no parameter"), HasSubstr("did you mean 'robot.link.")));
+  EXPECT_THAT(
+      refused_variables("a: {of: robot.link.*_LEG_3.length, factor: [0.5, 2]}, "
+                        "b: {of: robot.link.LF_LEG_3.length, factor: [0.5, 2]}"),
+      AllOf(HasSubstr("robot.link.LF_LEG_3.length"), HasSubstr("is moved by 'a' already"), HasSubstr("contradict")));
+  EXPECT_THAT(refused_variables("shin: {of: robot.link.*_LEG_3.length, within: [15 cm, 20 cm]}"),
+              AllOf(HasSubstr("own 0.1 m lies outside"), HasSubstr("[0.1, 0.2]")));
+  EXPECT_THAT(refused_variables("m: {of: robot.link.BODY0.mass, factor: [0.5, 2]}, "
+                                "d: {of: robot.link.BODY0.density, factor: [0.5, 2]}"),
+              HasSubstr("only one of them can be designed"));
+  EXPECT_THAT(refused_variables("z: {of: robot.joint.LF_X_1.zero, within: [-1, 1]}"), HasSubstr("no matter of design"));
+  EXPECT_THAT(refused_variables("m: {of: [robot.link.BODY0.mass, robot.link.BODY0.size.x], factor: [0.5, 2]}"),
+              HasSubstr("cannot move together"));
+  EXPECT_THAT(refused_variables("m: {of: robot.link.BODY0.mass, within: [0, 2]}"), HasSubstr("must be > 0"));
+  EXPECT_THAT(refused_variables("m: {of: robot.link.BODY0.mass, factor: [2, 0.5]}"), HasSubstr("must be the smaller"));
+  EXPECT_THAT(refused_variables("m: {of: robot.link.BODY0.mass}"), HasSubstr("within"));
+  EXPECT_THAT(refused_variables("m: {of: robot.link.BODY0.mass, factor: [0.5, 2], step: 1}"), HasSubstr("quarter"));
+  EXPECT_THAT(refused_variables("g: {of: policies.trot.gait.velocity, within: [0, 1]}"), HasSubstr("is not a number"));
+  EXPECT_THAT(refused_variables("g: {of: policies.trot.gait.lift, within: [0, 1]}"), HasSubstr("no such setting"));
+  EXPECT_THAT(refused_variables("m: {of: robot.link.BODY0.com.x, within: [-1e308, 1e308]}"), HasSubstr("finite"));
+  EXPECT_THAT(refused_variables(""), HasSubstr("names no variable"));
+}
+
+}  // namespace
+}  // namespace graze
