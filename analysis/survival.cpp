@@ -30,6 +30,23 @@ double first_time(const std::vector<SurvivalStep>& steps, const Share& share) {
   return at == steps.end() ? kNaN : at->time;
 }
 
+/// The area under the shares and its interval. Variance: the sum of A(t)^2 d / (n (n - d)) over the steps, A(t) being
+/// the area from there on (Kaplan and Meier 1958, eq. 7).
+void add_mean(Survival& survival, double z) {
+  double area = 0, end = survival.seen_until, variance = 0;
+  for (auto step = survival.steps.rbegin(); step != survival.steps.rend(); ++step) {
+    area += step->share * (end - step->time);
+    end = step->time;
+    const auto n = static_cast<double>(step->at_risk), d = static_cast<double>(step->failed);
+    if (d < n) variance += area * area * d / (n * (n - d));
+  }
+  survival.mean = area + end;
+  const double error = survival.steps.empty() ? kNaN : z * std::sqrt(variance);
+  survival.mean_interval = {survival.mean - error, survival.mean + error};
+  if (survival.mean_interval.low < 0) survival.mean_interval.low = 0;
+  if (survival.mean_interval.high > survival.seen_until) survival.mean_interval.high = survival.seen_until;
+}
+
 /// A lifetime in one of the groups.
 struct Member {
   Lifetime life;
@@ -91,6 +108,7 @@ Survival survival_of(std::vector<Lifetime> lifetimes, double confidence) {
   out.median = first_time(out.steps, [](const SurvivalStep& s) { return s.share; });
   out.median_interval.low = first_time(out.steps, [](const SurvivalStep& s) { return s.interval.low; });
   out.median_interval.high = first_time(out.steps, [](const SurvivalStep& s) { return s.interval.high; });
+  add_mean(out, z);
   return out;
 }
 

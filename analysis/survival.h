@@ -30,6 +30,9 @@ struct Survival {
   double seen_until = 0;          // s: the last time at which a trace was seen; the estimate ends there
   double median = 0;              // s: the first time at which half or fewer are left; NaN: more than half last
   Interval median_interval = {};  // 95 %, by the intervals of the shares; ends NaN: beyond what was seen
+  // s, until a failure or seen_until, whichever comes first: the area under the shares ("restricted mean").
+  double mean = 0;
+  Interval mean_interval;  // 95 %, Greenwood's variance; ends NaN: nothing failed, so nothing is known of the spread
   std::vector<SurvivalStep> steps;
 };
 

@@ -25,6 +25,21 @@ Interval Sweep::interval(const SweepCount& count) const {
   return confidence_sequence(count.success, count.valid(), 0.95, mixture_mass({question}));
 }
 
+Survival Sweep::survival(std::size_t point, std::size_t policy) const {
+  const auto& lifetimes = points.at(point).lifetimes;
+  return survival_of(policy < lifetimes.size() ? lifetimes[policy] : std::vector<Lifetime>{});
+}
+
+bool Sweep::has_violations() const {
+  for (const SweepPoint& point : points) {
+    for (const std::vector<Lifetime>& lifetimes : point.lifetimes) {
+      if (std::any_of(lifetimes.begin(), lifetimes.end(), [](const Lifetime& life) { return life.failed; }))
+        return true;
+    }
+  }
+  return false;
+}
+
 std::vector<std::size_t> Sweep::neighbours(std::size_t point) const {
   std::vector<std::size_t> out;
   std::size_t stride = 1;

@@ -10,6 +10,7 @@
 #include "analysis/plots_figure.h"
 #include "analysis/proportions.h"
 #include "analysis/score.h"
+#include "analysis/survival.h"
 
 namespace graze {
 
@@ -41,11 +42,12 @@ struct SweepCount {
 inline constexpr std::int8_t kNoTrace = -1;
 
 struct SweepPoint {
-  std::vector<std::size_t> at;                   // [axis], index of its value
-  std::string campaign;                          // folder in that of the sweep: "003.graze"
-  std::vector<std::vector<std::int8_t>> traces;  // [policy][particle]: an Outcome, or kNoTrace
-  std::uint64_t particles = 0;                   // that count
-  std::string scenario = {};                     // SHA-256 of its scenario
+  std::vector<std::size_t> at;                        // [axis], index of its value
+  std::string campaign;                               // folder in that of the sweep: "003.graze"
+  std::vector<std::vector<std::int8_t>> traces;       // [policy][particle]: an Outcome, or kNoTrace
+  std::uint64_t particles = 0;                        // that count
+  std::vector<std::vector<Lifetime>> lifetimes = {};  // [policy], of the valid traces until a requirement was violated
+  std::string scenario = {};                          // SHA-256 of its scenario
 };
 
 struct Sweep {
@@ -61,6 +63,10 @@ struct Sweep {
   SweepCount count(std::size_t point, std::size_t policy, std::uint64_t particles = 0) const;
   /// 95 %, of the success rate: Clopper-Pearson, or of an adaptive sweep the confidence sequence.
   Interval interval(const SweepCount& count) const;
+  /// How long the valid traces lasted until a requirement was violated.
+  Survival survival(std::size_t point, std::size_t policy) const;
+  /// Whether a requirement was violated anywhere.
+  bool has_violations() const;
   /// Points that differ from this one by one value along one axis.
   std::vector<std::size_t> neighbours(std::size_t point) const;
 };
@@ -86,5 +92,7 @@ std::string sweep_json(const Sweep& sweep);
 std::string sweep_csv(const Sweep& sweep);
 /// Success against the value with intervals: a curve for each policy, or a panel, with a curve for each second value.
 Figure sweep_figure(const Sweep& sweep);
+/// The same of the mean time until a requirement was violated.
+Figure sweep_times_figure(const Sweep& sweep);
 
 }  // namespace graze

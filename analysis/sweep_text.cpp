@@ -86,6 +86,36 @@ std::string changes_table(const Sweep& sweep) {
   return "\nFrom value to value, on the same particles (p: McNemar, exact, corrected by Holm)\n" + text_table(rows, 2);
 }
 
+/// Seconds: two digits behind the point, "-" for what is not known.
+std::string time_text(double seconds) { return std::isfinite(seconds) ? fmt::format("{:.2f}", seconds) : "-"; }
+
+std::string times_table(const Sweep& sweep) {
+  if (!sweep.has_violations()) return "";
+  std::vector<Row> rows(1);
+  for (const SweepAxis& axis : sweep.axes) rows[0].push_back(axis.path);
+  for (const char* head : {"policy", "N", "violated", "mean s", "95 % interval", "median s", "seen until s"}) {
+    rows[0].emplace_back(head);
+  }
+  for (std::size_t policy = 0; policy < sweep.policies.size(); ++policy) {
+    for (std::size_t i = 0; i < sweep.points.size(); ++i) {
+      const Survival one = sweep.survival(i, policy);
+      Row& row = rows.emplace_back();
+      for (std::size_t axis = 0; axis < sweep.axes.size(); ++axis) {
+        row.push_back(value_text(sweep, sweep.points[i], axis));
+      }
+      const bool known = std::isfinite(one.mean_interval.low);
+      for (const std::string& cell :
+           {sweep.policies[policy], std::to_string(one.traces), std::to_string(one.failed), time_text(one.mean),
+            known ? interval_text(one.mean_interval, 2) : "-", time_text(one.median), time_text(one.seen_until)}) {
+        row.push_back(cell);
+      }
+    }
+  }
+  return "\nTime until a requirement was violated, or the trace ended (mean: Kaplan and Meier, of no more than was "
+         "seen)\n" +
+         text_table(rows, sweep.axes.size() + 1);
+}
+
 std::string particles_text(const Sweep& sweep) {
   std::uint64_t least = std::numeric_limits<std::uint64_t>::max(), most = 0;
   for (const SweepPoint& point : sweep.points) {
@@ -102,6 +132,14 @@ nlohmann::ordered_json values_json(const Sweep& sweep, const SweepPoint& point) 
     out[sweep.axes[axis].path] = value_text(sweep, point, axis);
   }
   return out;
+}
+
+nlohmann::ordered_json times_json(const Survival& one) {
+  return {{"violated", one.failed},
+          {"mean", json_of(one.mean)},
+          {"interval", json_of(one.mean_interval)},
+          {"median", json_of(one.median)},
+          {"seen_until", json_of(one.seen_until)}};
 }
 
 nlohmann::ordered_json rates_json(const Sweep& sweep) {
@@ -123,6 +161,7 @@ nlohmann::ordered_json rates_json(const Sweep& sweep) {
                      {"invalid", count.invalid},
                      {"rate", json_of(rate_of(count))},
                      {"interval", json_of(sweep.interval(count))},
+                     {"time_to_violation", times_json(sweep.survival(i, policy))},
                      {"campaign", sweep.points[i].campaign}});
     }
   }
@@ -144,16 +183,26 @@ nlohmann::ordered_json changes_json(const Sweep& sweep) {
   });
 }
 
-/// Success of a policy along the first axis, where the second is at `second`.
-PlotSeries curve(const Sweep& sweep, std::size_t policy, std::size_t second) {
+/// What a picture shows over the values.
+enum class Shown { success, times };
+
+/// Success or times of a policy along the first axis, where the second is at `second`.
+PlotSeries curve(const Sweep& sweep, std::size_t policy, std::size_t second, Shown shown) {
   PlotSeries out;
   const std::size_t values = sweep.axes[0].texts.size();
   for (std::size_t i = 0; i < values; ++i) {
     const SweepCount count = sweep.count(second * values + i, policy);
     if (count.valid() == 0) continue;
-    const Interval interval = sweep.interval(count);
+    double y = rate_of(count);
+    Interval interval = sweep.interval(count);
+    if (shown == Shown::times) {
+      const Survival survival = sweep.survival(second * values + i, policy);
+      y = survival.mean;
+      const bool known = std::isfinite(survival.mean_interval.low);
+      interval = known ? survival.mean_interval : Interval{y, y};
+    }
     out.x.push_back(sweep.axes[0].values[i]);
-    out.y.push_back(rate_of(count));
+    out.y.push_back(y);
     out.low.push_back(interval.low);
     out.high.push_back(interval.high);
   }
@@ -195,11 +244,25 @@ void add_curve(PlotSeries line, std::size_t i, std::size_t curves, const SweepAx
 /// "azimuth" of "uncertain.disturbances.shove.azimuth".
 std::string last_key(const SweepAxis& axis) { return axis.path.substr(axis.path.rfind('.') + 1); }
 
-PlotPanel empty_panel(const SweepAxis& axis) {
+/// The latest time at which a trace was seen, s.
+double longest(const Sweep& sweep) {
+  double out = 0;
+  for (std::size_t policy = 0; policy < sweep.policies.size(); ++policy) {
+    for (std::size_t i = 0; i < sweep.points.size(); ++i) out = std::max(out, sweep.survival(i, policy).seen_until);
+  }
+  return out;
+}
+
+PlotPanel empty_panel(const Sweep& sweep, Shown shown) {
   constexpr std::size_t kMostLabels = 10;
+  const SweepAxis& axis = sweep.axes[0];
   PlotPanel out;
   out.x.title = plot_titled(axis.path, axis.unit);
   out.y = {"Success rate", kCurveLow, kCurveHigh};
+  if (shown == Shown::times) {
+    const double most = longest(sweep);
+    out.y = {plot_titled("Mean time to a violation", "s"), kCurveLow * most, kCurveHigh * most};
+  }
   if (axis.texts.size() > kMostLabels && axis.numeric) return out;
   for (std::size_t i = 0; i < axis.values.size(); ++i) {
     out.x.labels.emplace_back(axis.values[i], axis.numeric ? plot_number(axis.values[i]) : axis.texts[i]);
@@ -221,7 +284,7 @@ std::string format_sweep(const Sweep& sweep) {
         "neighbour.\n",
         sweep.rule.width, sweep.rule.level, kSteepWidths * sweep.rule.width);
   }
-  return out + changes_table(sweep);
+  return out + times_table(sweep) + changes_table(sweep);
 }
 
 std::string sweep_json(const Sweep& sweep) {
@@ -263,24 +326,29 @@ std::string sweep_csv(const Sweep& sweep) {
   return out;
 }
 
-Figure sweep_figure(const Sweep& sweep) {
+namespace {
+
+/// "Success against contact.friction", with the last keys alone where the paths are long.
+std::string figure_title(const Sweep& sweep, bool times) {
   constexpr std::size_t kLongTitle = 60;  // characters, that fit
-  std::string title = "Success against " + paths_text(sweep);
-  if (title.size() > kLongTitle) {
-    title = "Success against " + last_key(sweep.axes[0]);
-    if (sweep.axes.size() > 1) title += " and " + last_key(sweep.axes[1]);
-  }
-  Figure out{"sweep", title};
+  const std::string what = times ? "Time against " : "Success against ", title = what + paths_text(sweep);
+  if (title.size() <= kLongTitle) return title;
+  return what + last_key(sweep.axes[0]) + (sweep.axes.size() > 1 ? " and " + last_key(sweep.axes[1]) : "");
+}
+
+Figure figure_of(const Sweep& sweep, Shown shown) {
+  const bool times = shown == Shown::times;
+  Figure out{times ? "sweep_times" : "sweep", figure_title(sweep, times)};
   const bool grid = sweep.axes.size() > 1;
   const std::size_t seconds = grid ? sweep.axes[1].texts.size() : 1;
   const std::size_t curves = grid ? seconds : sweep.policies.size();  // of a panel
   for (std::size_t policy = 0; policy < sweep.policies.size(); ++policy) {
-    if (grid || policy == 0) out.panels.push_back(empty_panel(sweep.axes[0]));
+    if (grid || policy == 0) out.panels.push_back(empty_panel(sweep, shown));
     PlotPanel& panel = out.panels.back();
     if (grid && sweep.policies.size() > 1) panel.title = sweep.policies[policy];
     for (std::size_t second = 0; second < seconds; ++second) {
       const std::size_t color = grid ? second : policy;
-      add_curve(curve(sweep, policy, second), color, curves, sweep.axes[0], panel);
+      add_curve(curve(sweep, policy, second, shown), color, curves, sweep.axes[0], panel);
       if (grid ? policy > 0 : sweep.policies.size() == 1) continue;
       out.legend.push_back(
           {grid ? last_key(sweep.axes[1]) + ": " + sweep.axes[1].texts[second] : sweep.policies[policy],
@@ -288,10 +356,18 @@ Figure sweep_figure(const Sweep& sweep) {
     }
   }
   out.subtitle = fmt::format("{}, {}{}", sweep.scenario, particles_text(sweep), sweep.complete ? "" : "; not complete");
-  out.notes.push_back(fmt::format("{}: 95 % {}.", curves > kMostBands ? "Bars" : "Bars and bands",
-                                  sweep.adaptive ? "confidence sequence" : "intervals (Clopper and Pearson)"));
+  const char* const drawn = curves > kMostBands ? "Bars" : "Bars and bands";
+  out.notes.push_back(times ? fmt::format("{}: 95 % intervals (Greenwood); none where nothing was violated.", drawn)
+                            : fmt::format("{}: 95 % {}.", drawn,
+                                          sweep.adaptive ? "confidence sequence" : "intervals (Clopper and Pearson)"));
   if (curves > 1) out.notes.push_back("Curves stand a little beside each other, so that none hides another.");
   return out;
 }
+
+}  // namespace
+
+Figure sweep_figure(const Sweep& sweep) { return figure_of(sweep, Shown::success); }
+
+Figure sweep_times_figure(const Sweep& sweep) { return figure_of(sweep, Shown::times); }
 
 }  // namespace graze

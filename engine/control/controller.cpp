@@ -114,7 +114,7 @@ Controller::Controller(const ControlContext& given, const Settings& settings) : 
       policy_registry().at(policy).make(context, Described(policy_settings, policy_text(policy)), entry.kind);
   const std::vector<int> effectors = impl_->policy->effectors();
   impl_->tracker = entry.make(context, Described(tracker_settings, entry.text), effectors);
-  if (tracker == "torque" && (policy == "joint_trajectory" || policy == "gait")) {
+  if (tracker == "torque" && (policy == "joint_trajectory" || policy == "tool_path" || policy == "gait")) {
     warn(settings,
          fmt::format("'{}' wants places, which the tracker 'torque' passes over: the robot is limp; use control: "
                      "{{joint_pd: {{kp: …}}}}",

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <span>
 
@@ -54,6 +56,17 @@ SweepPlan plan_of(const Json& json) {
 std::string seal_of(Json json) {
   json.erase("seal");
   return sha256_of(json.dump(-1, ' ', false, Json::error_handler_t::replace));
+}
+
+/// Until the first violation of a requirement that decides; seen without one until its end.
+Lifetime lifetime_of(const TraceRows& rows, std::size_t trace, std::size_t deciding) {
+  Lifetime out{std::isfinite(rows.end_time(trace)) ? rows.end_time(trace) : 0, false};  // else forged
+  const std::span<const double> violations = rows.first_violations(trace);
+  for (std::size_t r = 0; r < std::min(deciding, violations.size()); ++r) {
+    if (!std::isfinite(violations[r])) continue;
+    out = {std::min(out.time, violations[r]), true};
+  }
+  return out;
 }
 
 }  // namespace
@@ -168,12 +181,15 @@ void read_traces(const fs::path& folder, const Sweep& sweep, SweepPoint& point) 
                                  (folder / point.campaign).string(), (folder / kSweepFile).string()));
   }
   point.particles = archive.info().particles;
+  point.lifetimes.assign(sweep.policies.size(), {});
   for (std::size_t policy = 0; policy < sweep.policies.size(); ++policy) {
     std::vector<std::int8_t>& traces = point.traces[policy];
     traces.assign(point.particles, kNoTrace);
-    archive.scan(sweep.policies[policy], 0, [&](const TraceRows& rows) {
+    archive.scan(sweep.policies[policy], kEndTime | kFirstViolations, [&](const TraceRows& rows) {
       for (std::size_t i = 0; i < rows.size(); ++i) {
         traces.at(rows.particle(i)) = static_cast<std::int8_t>(rows.outcome(i));
+        if (rows.outcome(i) == Outcome::invalid) continue;
+        point.lifetimes[policy].push_back(lifetime_of(rows, i, archive.info().deciding()));
       }
     });
   }

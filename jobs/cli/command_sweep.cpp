@@ -39,7 +39,7 @@ struct SweepArguments {
   int threads = 0;
   double watchdog = 0;  // s
   bool adaptive = false;
-  std::string width, level, output, plot;
+  std::string width, level, output, plot, plot_times;
   bool force = false, ignore_space = false, json = false, csv = false, quiet = false;
 };
 
@@ -364,15 +364,29 @@ void check_is_taken_up(const SweepArguments& arguments) {
   refuse(!arguments.output.empty(), "--output");
 }
 
-PlotStyle picture_style(const SweepArguments& arguments) {
+/// Of a picture that is asked for: `file` is not empty.
+PlotStyle picture_style(const std::string& file, bool force) {
   PlotStyle style;
-  if (arguments.plot.empty()) return style;
-  check_ending(arguments.plot, "a picture is one SVG or PNG file", {".svg", ".png"}, Endings::only, NamedBy::word);
-  check_new_file(arguments.plot, arguments.force, {}, NamedBy::word);
-  const bool png = ending_of(arguments.plot) == ".png";
+  check_ending(file, "a picture is one SVG or PNG file", {".svg", ".png"}, Endings::only, NamedBy::word);
+  check_new_file(file, force, {}, NamedBy::word);
+  const bool png = ending_of(file) == ".png";
   style.format = png ? PlotStyle::Format::png : PlotStyle::Format::svg;
   check_gnuplot(png);
   return style;
+}
+
+/// A picture that a sweep is asked for, and what it shows.
+struct SweepPicture {
+  std::string file;
+  Figure (*figure)(const Sweep&);
+};
+
+std::vector<SweepPicture> pictures(const SweepArguments& arguments) {
+  std::vector<SweepPicture> out;
+  if (!arguments.plot.empty()) out.push_back({arguments.plot, sweep_figure});
+  if (!arguments.plot_times.empty()) out.push_back({arguments.plot_times, sweep_times_figure});
+  for (const SweepPicture& picture : out) picture_style(picture.file, arguments.force);  // refuses what cannot be
+  return out;
 }
 
 void check_alone() {
@@ -383,7 +397,7 @@ void check_alone() {
 
 int sweep(const SweepArguments& arguments, const std::string& command_line) {
   check_alone();
-  const PlotStyle style = picture_style(arguments);
+  const std::vector<SweepPicture> wanted = pictures(arguments);
   std::error_code error;
   const bool there = fs::is_directory(arguments.scenario.file, error);
   if (there) check_is_taken_up(arguments);
@@ -397,9 +411,10 @@ int sweep(const SweepArguments& arguments, const std::string& command_line) {
                 : arguments.csv ? sweep_csv(result)
                                 : format_sweep(result))
             << std::flush;
-  if (!arguments.plot.empty()) {
-    const ParentFolders folders(arguments.plot);
-    write_picture(arguments.plot, arguments.force, drawn_figure(sweep_figure(result), style, arguments.plot), false);
+  for (const SweepPicture& picture : wanted) {
+    const PlotStyle style = picture_style(picture.file, arguments.force);
+    const ParentFolders folders(picture.file);
+    write_picture(picture.file, arguments.force, drawn_figure(picture.figure(result), style, picture.file), false);
   }
   if (!arguments.quiet) spdlog::info("sweep: {}", folder.string());
   return kDone;
@@ -436,6 +451,8 @@ void add_sweep(CLI::App& app, Action& action, const std::string& command_line) {
       ->type_name("FRACTION");
   verb->add_option("-o,--output", a.output, "Folder, ending in .sweep (default: SCENARIO.sweep)");
   verb->add_option("--plot", a.plot, "Draw it, too: a file ending in .svg or .png")->type_name("FILE");
+  verb->add_option("--plot-times", a.plot_times, "Draw the mean time until a requirement was violated, too")
+      ->type_name("FILE");
   verb->add_flag("--force", a.force, "Replace an existing picture");
   add_threads(*verb, a.threads);
   add_watchdog(*verb, a.watchdog);

@@ -143,6 +143,23 @@ TEST(Sweep, TellsWhatItFound) {
   EXPECT_THAT(figure.panels[0].series[0].x, ElementsAre(0, 1));
 }
 
+// Claim: where requirements were violated, table and picture tell the mean time until then, which stops at what was
+// seen.
+TEST(Sweep, TellsTimes) {
+  Sweep sweep = sweep_of({successes(2, 2), successes(1, 2)});
+  sweep.points[0].lifetimes = {{{20, false}, {20, false}}};
+  sweep.points[1].lifetimes = {{{20, false}, {20, false}}};
+  EXPECT_THAT(format_sweep(sweep), ::testing::Not(HasSubstr("Time until")));
+  sweep.points[1].lifetimes = {{{20, false}, {1, true}}};
+  EXPECT_THAT(format_sweep(sweep), HasSubstr("0   20.00              -         -         20.00\n1"));
+  EXPECT_THAT(format_sweep(sweep), HasSubstr("10.50  0.00 .. 20.00      1.00         20.00"));
+  const Figure figure = sweep_times_figure(sweep);
+  ASSERT_EQ(figure.panels.size(), 1u);
+  EXPECT_THAT(figure.panels[0].series[0].y, ElementsAre(20, 10.5));
+  EXPECT_EQ(figure.panels[0].series[0].low[0], 20) << "no bar where nothing was violated";
+  EXPECT_LE(figure.panels[0].series[0].high[1], 20);
+}
+
 // Claim: of several curves none hides another's bars, and bands are drawn only while they can be told apart.
 TEST(Sweep, DrawsCurvesBesideEachOther) {
   Sweep sweep = sweep_of({successes(1, 4), successes(3, 4)});

@@ -42,6 +42,24 @@ TEST_F(SweepVerb, RunsEachValueOnTheSameParticles) {
   EXPECT_EQ(nlohmann::json::parse(score.out)["policies"][0]["success"], found["rates"][2]["success"]);
 }
 
+// When requirements were violated: never by balls that stay above 10 cm, at once by those that begin below 40 cm, and
+// of the bound between by as many as the campaign's known failures.
+TEST_F(SweepVerb, TellsWhenRequirementsWereViolated) {
+  const nlohmann::json found =
+      run("ball.yaml -n 40 -o c.sweep --over 'task.requirements.high.height.above=10 cm,19 cm,40 cm'")["rates"];
+  const auto time = [&](int i) { return found[i]["time_to_violation"]; };
+  EXPECT_EQ(time(0)["violated"], 0);
+  EXPECT_NEAR(time(0)["mean"], 0.05, 1e-12);
+  EXPECT_TRUE(time(0)["interval"][0].is_null());
+  EXPECT_EQ(time(1)["violated"], found[1]["known_failure"]);
+  EXPECT_GT(time(1)["violated"], 0);
+  EXPECT_LT(time(1)["violated"], 40);
+  EXPECT_LT(time(1)["interval"][0], time(1)["mean"]);
+  EXPECT_EQ(time(2)["violated"], 40);
+  EXPECT_EQ(time(2)["mean"], 0);
+  EXPECT_THAT(graze("sweep c.sweep --plot-times c.pdf").err, HasSubstr("nearest right answer: c.svg or c.png"));
+}
+
 // Whatever the number of threads, and whatever of it was lost on the way, a sweep comes out the same; a whole one
 // simulates nothing.
 TEST_F(SweepVerb, IsTheSameForAnyThreadsAndAfterARestart) {

@@ -30,6 +30,12 @@ const std::vector<std::string>& settings_of(const std::string& component) {
       {"joint_trajectory",
        {"{sinusoid: {amplitude: {hip: 0.1}, frequency: 5}}", "{sinusoid: {amplitude: 0.1 s, frequency: 5}}",
         "{table: none.csv}", "{}"}},
+      {"gait_switch",
+       {"{at: 0.01, from: {velocity: [0, 0, 0], duration: 0.3, duty: 75 %, liftoff: 0, step_height: 1 cm, feet: "
+        "[foot]}, "
+        "to: {velocity: [0, 0, 0], duration: 0.3, duty: 75 %, liftoff: 0, step_height: 0, feet: [foot]}}",
+        "{at: 1}"}},
+      {"tool_path", {"{link: foot, speed: 1, path: [{wait: 0.1}]}", "{link: foot, speed: 1, path: [{to: [9, 9, 9]}]}"}},
       {"torque", {"{}", "{constant: {hip: 0.1}}", "{constant: {knee: 1}}"}},
       {"gait",
        {"{velocity: [0, 0, 0], duration: 0.3, duty: 75 %, liftoff: 0, step_height: 1 cm, feet: [foot]}",

@@ -25,6 +25,10 @@ std::vector<std::string> least() {
       "{" + walks + ", control: {joint_pd: {kp: 20, kd: 0.1}}}",
       "{gait: {stance: {}, waypoints: {points: [[1, 0.5]], speed: {forward: 0.2, turn: 0.5}}, " + gait +
           "}, control: {operational_pd: {kp: 1000}}}",
+      "{gait_switch: {at: 0.1, from: {velocity: [0.2, 0, 0], " + gait + "}, to: {velocity: [0.3, 0, 0], " + gait +
+          "}}, control: {operational_pd: {kp: 1000}}}",
+      "{tool_path: {link: LF_FOOT, speed: 0.1, path: [{by: [0, 0, 1 cm], joints: {RF_Y_3: -1}}]}, control: {joint_pd: "
+      "{kp: 20}}}",
   };
 }
 
@@ -54,10 +58,13 @@ std::vector<double> commands(const Scene& scene, const Settings& policy) {
 }
 
 TEST(ControlDescriptions, TellTheDefaultsThatAreUsed) {
-  const Scene scene(links_world());
+  World fixed = links_world();
+  fixed.robot.floating_base = false;
+  const Scene free(links_world()), mounted(std::move(fixed));
   std::vector<std::string> seen;
   for (const std::string& yaml : least()) {
     SCOPED_TRACE(yaml);
+    const Scene& scene = yaml.starts_with("{tool_path") ? mounted : free;
     const Settings required = Settings::parse(yaml, "least.yaml");
     Settings whole = required;
     int count = 0;
