@@ -11,16 +11,18 @@
 namespace graze {
 namespace {
 
-using Json = nlohmann::json;
+using PlainJson = nlohmann::json;
 
-std::string as_message_pack(const Json& json) {
-  const std::vector<std::uint8_t> bytes = Json::to_msgpack(json);
+std::string as_message_pack(const PlainJson& json) {
+  const std::vector<std::uint8_t> bytes = PlainJson::to_msgpack(json);
   return {bytes.begin(), bytes.end()};
 }
 
-Json binary(const std::string& bytes) { return Json::binary(std::vector<std::uint8_t>(bytes.begin(), bytes.end())); }
+PlainJson binary(const std::string& bytes) {
+  return PlainJson::binary(std::vector<std::uint8_t>(bytes.begin(), bytes.end()));
+}
 
-std::string text_of_binary(const Json& json) {
+std::string text_of_binary(const PlainJson& json) {
   const std::vector<std::uint8_t>& bytes = json.get_binary();
   return {bytes.begin(), bytes.end()};
 }
@@ -47,12 +49,12 @@ bool receive_bytes(int descriptor, char* bytes, std::size_t count) {
   return true;
 }
 
-Json as_json(const Recording& r) {
+PlainJson as_json(const Recording& r) {
   return {
       static_cast<int>(r.telemetry), r.every, r.last, r.phases, r.rules.gap, r.rules.dwell, r.rules.impulse, r.events};
 }
 
-Recording recording_of(const Json& json) {
+Recording recording_of(const PlainJson& json) {
   return {static_cast<Telemetry>(json.at(0).get<int>()),  json.at(1), json.at(2), json.at(3),
           PhaseRules{json.at(4), json.at(5), json.at(6)}, json.at(7)};
 }
@@ -89,29 +91,30 @@ std::optional<WorkerMessage> receive_word(int descriptor) {
 }
 
 std::string WorkerBriefing::to_text() const {
-  Json json = {{"file", source.file},
-               {"folder", source.folder},
-               {"lax", source.options.ignore_missing_meshes},
-               {"recording", as_json(recording)},
-               {"seed", seed},
-               {"particles", particles},
-               {"watchdog", watchdog},
-               {"kind", kind}};
-  json["overrides"] = Json::array();
+  PlainJson json = {{"file", source.file},
+                    {"folder", source.folder},
+                    {"lax", source.options.ignore_missing_meshes},
+                    {"recording", as_json(recording)},
+                    {"seed", seed},
+                    {"particles", particles},
+                    {"watchdog", watchdog},
+                    {"kind", kind}};
+  json["overrides"] = PlainJson::array();
   for (const Override& one : source.options.overrides) json["overrides"].push_back({one.path, one.value});
-  json["inputs"] = Json::array();
+  json["inputs"] = PlainJson::array();
   for (const auto& [name, bytes] : source.inputs) json["inputs"].push_back({binary(name), binary(bytes)});
   return as_message_pack(json);
 }
 
 WorkerBriefing WorkerBriefing::from_text(const std::string& text) {
-  const Json json = Json::from_msgpack(text.begin(), text.end());
+  const PlainJson json = PlainJson::from_msgpack(text.begin(), text.end());
   WorkerBriefing out;
   out.source.file = json.at("file");
   out.source.folder = json.at("folder");
   out.source.options.ignore_missing_meshes = json.at("lax");
-  for (const Json& one : json.at("overrides")) out.source.options.overrides.push_back({one.at(0), one.at(1)});
-  for (const Json& one : json.at("inputs")) out.source.inputs[text_of_binary(one.at(0))] = text_of_binary(one.at(1));
+  for (const PlainJson& one : json.at("overrides")) out.source.options.overrides.push_back({one.at(0), one.at(1)});
+  for (const PlainJson& one : json.at("inputs"))
+    out.source.inputs[text_of_binary(one.at(0))] = text_of_binary(one.at(1));
   out.kind = json.at("kind");
   out.recording = recording_of(json.at("recording"));
   out.seed = json.at("seed");
@@ -123,7 +126,7 @@ WorkerBriefing WorkerBriefing::from_text(const std::string& text) {
 std::string WorkerRequest::to_text() const { return as_message_pack({{"policy", policy}, {"particles", particles}}); }
 
 WorkerRequest WorkerRequest::from_text(const std::string& text) {
-  const Json json = Json::from_msgpack(text.begin(), text.end());
+  const PlainJson json = PlainJson::from_msgpack(text.begin(), text.end());
   return {json.at("policy"), json.at("particles").get<std::vector<std::uint32_t>>()};
 }
 
