@@ -204,7 +204,8 @@ std::optional<ImproveState> read_improvement(const fs::path& folder, const Scena
           fmt::format("has format version {}, newer than version {}, which this program knows; use a newer Graze",
                       version, kImproveFormat));
     }
-    const Json asked = question_json(question), had = json.at("question");
+    const Json asked = question_json(question);
+    const Json& had = json.at("question");
     for (const auto& [key, value] : asked.items()) {
       if (had.at(key) == value) continue;
       throw InputError(
