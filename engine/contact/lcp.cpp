@@ -242,6 +242,7 @@ LcpSolution solve_contact_ppm(const MatrixXd& N, const MatrixXd& mass, const Vec
   problem.n = static_cast<int>(N.rows());
   problem.scale = problem.n > 0 ? std::max(q.cwiseAbs().maxCoeff(), 1e-300) : 1;
   problem.solve = [&](const std::vector<int>& active) {
+    if (active.empty()) return VectorXd();  // Eigen solves for no columns by looking at the first
     const MatrixXd rows = N(active, Eigen::all);
     return solve_block(rows * factor.solve(rows.transpose()), VectorXd(-q(active)));  // lines 11-13
   };
