@@ -178,7 +178,8 @@ class DesignReader {
     for (const std::string& path : variable.paths) {
       const auto value = at_path(root_, path);
       if (!value) own.at("of").fail(fmt::format("{}: the scenario has no such setting", path));
-      const auto written = value->is_scalar() ? split_number(value->text()) : std::nullopt;
+      const std::string text = value->is_scalar() ? value->text() : "";  // which the unit is a view of
+      const auto written = split_number(text);
       if (!written) own.at("of").fail(fmt::format("{}: is not a number ({})", path, in_one_line(*value)));
       if (out.empty()) {
         variable.unit = std::string(written->unit);
@@ -195,7 +196,8 @@ class DesignReader {
     const auto within = own.find("within");
     if (!within || !within->is_list()) return Quantity::dimensionless;
     for (const Settings& item : within->items()) {
-      const auto written = item.is_scalar() ? split_number(item.text()) : std::nullopt;
+      const std::string text = item.is_scalar() ? item.text() : "";
+      const auto written = split_number(text);
       if (written && !written->unit.empty() && is_unit(written->unit)) return *quantity_of_unit(written->unit);
     }
     return Quantity::dimensionless;
