@@ -127,7 +127,7 @@ std::size_t check_size(const ReplayRequest& request, const Scenario& scenario, c
     too_large(request, fmt::format("{:.0f} frames take {:.3g} MB", frames, frames * each / 1e6),
               std::ceil(frames * request.every / (fit - 1)));
   }
-  return static_cast<std::size_t>(frames);
+  return frames > 0 ? static_cast<std::size_t>(frames) : 0;  // NaN: the trace has no end
 }
 
 /// The trace, with its steps in `log` if they are asked for.
