@@ -178,7 +178,7 @@ class DesignReader {
     for (const std::string& path : variable.paths) {
       const auto value = at_path(root_, path);
       if (!value) own.at("of").fail(fmt::format("{}: the scenario has no such setting", path));
-      const std::string text = value->is_scalar() ? value->text() : "";  // which the unit is a view of
+      const std::string text = value->is_scalar() ? value->text() : "";
       const auto written = split_number(text);
       if (!written) own.at("of").fail(fmt::format("{}: is not a number ({})", path, in_one_line(*value)));
       if (out.empty()) {

@@ -15,6 +15,7 @@
 
 #include "engine/model/measures.h"
 #include "engine/physics.h"
+#include "engine/settings/sha256.h"
 #include "engine/settings/units.h"
 #include "engine/settings/warnings.h"
 #include "sampling/design_name.h"
@@ -27,7 +28,6 @@
 #include "scenarios/names.h"
 #include "scenarios/overlaps.h"
 #include "scenarios/policies.h"
-#include "scenarios/sha256.h"
 #include "scenarios/uncertain.h"
 #include "scenarios/world_reader.h"
 

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <sys/mman.h>
-#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -18,6 +17,7 @@
 #include <new>
 
 #include "archive/files/layout.h"
+#include "engine/settings/forked.h"
 #include "engine/settings/settings.h"
 
 // Their shadow memory is larger than any limit.
@@ -103,8 +103,7 @@ void allow_memory([[maybe_unused]] std::uint64_t bytes) {
 
 void become_child(pid_t parent, const ReadingLimits& limits) {
   child = true;
-  prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (getppid() != parent) _exit(1);  // it had died before
+  die_with(parent);
   getrlimit(RLIMIT_CORE, &before.core);
   lower(RLIMIT_CORE, before.core, 0);
   getrlimit(RLIMIT_AS, &before.memory);

@@ -217,17 +217,16 @@ class InverseDynamics : public Tracker {
     const auto base = [&](const BlockArray& group) { return view_.floating ? group.row(0) : nullptr; };
     const bool sensed = view_.law == PredictedContact::sensed;
     const double* felt = felt_.pass(sensed ? observation.link_push : observation.link_force, active);
-    const double* sum = error_sum_.rows() > 0 ? error_sum_.row(0) : nullptr;
     kernel_.inverse_dynamics(
         view_, {active.bits(), observation.joint_position.row(0), observation.joint_velocity.row(0),
                 base(observation.base_position), base(observation.base_rpy), base(observation.base_velocity),
-                base(observation.base_rate), sensed ? nullptr : felt, sensed ? felt : nullptr, sum, targets.q.row(0),
-                targets.v.row(0), targets.tau.row(0), rows(targets.x), rows(targets.xd), command.tau.row(0),
-                command.kp.row(0), command.kd.row(0), command.ki.row(0)});
+                base(observation.base_rate), sensed ? nullptr : felt, sensed ? felt : nullptr, error_sum_.row(0),
+                targets.q.row(0), targets.v.row(0), targets.tau.row(0), targets.x.row(0), targets.xd.row(0),
+                command.tau.row(0), command.kp.row(0), command.kd.row(0), command.ki.row(0)});
     if (spring_.effectors > 0) {
       kernel_.operational_pd(
           spring_, {active.bits(), observation.joint_position.row(0), observation.joint_velocity.row(0),
-                    command.tau.row(0), rows(targets.x), rows(targets.xd), command.tau.row(0), command.kp.row(0),
+                    command.tau.row(0), targets.x.row(0), targets.xd.row(0), command.tau.row(0), command.kp.row(0),
                     command.kd.row(0), command.ki.row(0)});
     }
     sum_errors(observation, targets, active, command);
@@ -260,8 +259,6 @@ class InverseDynamics : public Tracker {
     servo_kp_ = read_gains(model, described, "kp", Quantity::stiffness);
     servo_kd_ = read_gains(model, described, "kd", Quantity::damping);
   }
-
-  static const double* rows(const BlockArray& all) { return all.rows() > 0 ? all.row(0) : nullptr; }
 
   void read_effectors(const ControlContext& context, const Described& own, const std::vector<int>& effectors) {
     for (const int frame : effectors) chains_.emplace_back(context.nominal, frame);

@@ -141,7 +141,8 @@ void doubt_targets(const Model& model, int k, double low, double high, const Set
   const double far = beyond(room, low, high), factor = room.turns ? std::numbers::pi / 180 : 1e-3;
   if (far == 0) return;
   // A number with a unit is believed; a table's numbers have none.
-  const bool bare = is_bare(typed) || !split_number(typed.text());
+  const std::string text = typed.text();
+  const bool bare = is_bare(typed) || !split_number(text);
   const double middle = is_bare(typed) ? (low + high) / 2 : 0;  // which a unit of the amplitude leaves where it is
   const bool meant =
       far > kFar && bare && beyond(room, middle + factor * (low - middle), middle + factor * (high - middle)) == 0;

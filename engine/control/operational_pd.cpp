@@ -51,7 +51,6 @@ class OperationalPd : public Tracker {
 
   void track(const Observation& observation, const Targets& targets, LaneMask active,
              ActuatorCommand& command) override {
-    if (view_.na == 0) return;  // there is nothing to pull with, and arrays have no rows
     kernel_.operational_pd(view_, {active.bits(), observation.joint_position.row(0), observation.joint_velocity.row(0),
                                    targets.tau.row(0), targets.x.row(0), targets.xd.row(0), command.tau.row(0),
                                    command.kp.row(0), command.kd.row(0), command.ki.row(0)});

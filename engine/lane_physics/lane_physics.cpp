@@ -31,8 +31,6 @@ bool all_zero(const BlockArray& array) {
   return some << 1 == 0;
 }
 
-double* rows_of(BlockArray& array) { return array.rows() > 0 ? array.row(0) : nullptr; }
-
 /// An engine of more lanes than a register holds spills, and takes twice as long for each.
 int best_width() { return chosen_isa() == Isa::avx2 ? 4 : kLanes; }
 
@@ -97,7 +95,7 @@ LanePhysics::LanePhysics(const Model& nominal, int width)
   const LaneKernel& kernel = kernel_of(chosen_isa(), width_);
   for (int first = 0; first < kLanes; first += width_) {
     Part& part = *parts_.emplace_back(std::make_unique<Part>(first, width_, state_, nominal.na()));
-    const StateRows block{rows_of(state_.q), rows_of(state_.v), rows_of(state_.a), rows_of(state_.X)};
+    const StateRows block{state_.q.row(0), state_.v.row(0), state_.a.row(0), state_.X.row(0)};
     part.engine = std::make_unique<LaneEngine>(nominal, kernel, whole() ? block : part.state);
     take_state(part);
   }

@@ -40,8 +40,9 @@ class BlockArray {
   int rows() const { return static_cast<int>(rows_.size()); }
   double& operator()(int row, int lane) { return rows_[row].value[lane]; }
   double operator()(int row, int lane) const { return rows_[row].value[lane]; }
-  double* row(int i) { return rows_[i].value; }
-  const double* row(int i) const { return rows_[i].value; }
+  /// The lanes of row i; of an array without rows null, which stands for rows that nobody reads.
+  double* row(int i) { return rows_.empty() ? nullptr : rows_[i].value; }
+  const double* row(int i) const { return rows_.empty() ? nullptr : rows_[i].value; }
   void set_zero() { rows_.assign(rows_.size(), Row{}); }
 
   /// Column `lane`, rows [first, first + count), as a vector.

@@ -38,9 +38,6 @@ unsigned sensed_groups(std::uint32_t reads) {
   return out;
 }
 
-const double* first_row(const BlockArray& array) { return array.rows() > 0 ? array.row(0) : nullptr; }
-double* first_row(BlockArray& array) { return array.rows() > 0 ? array.row(0) : nullptr; }
-
 /// What a library is told of the robot, with the memory that it points into.
 class LibrarySetup {
  public:
@@ -101,7 +98,7 @@ class LibraryPolicy : public Policy {
     const double time = observation.time[static_cast<std::size_t>(first)];
     preset();
     const GrazeObservation seen = view_of(observation);
-    GrazeTargets out = {first_row(wanted_.q), first_row(wanted_.v), first_row(wanted_.tau)};
+    GrazeTargets out = {wanted_.q.row(0), wanted_.v.row(0), wanted_.tau.row(0)};
     object_->call(LibraryCall::act, time, self_,
                   [&] { return object_->table().act(self_, &seen, active.bits(), &out); });
     take(active, time, targets);
@@ -166,18 +163,18 @@ class LibraryPolicy : public Policy {
             setup_.given().joints,
             setup_.given().links,
             o.time.data(),
-            first_row(o.joint_position),
-            first_row(o.joint_velocity),
-            first_row(o.joint_acceleration),
-            first_row(o.joint_torque),
-            first_row(o.base_position),
-            first_row(o.base_rpy),
-            first_row(o.base_velocity),
-            first_row(o.base_rate),
-            first_row(o.imu_linear),
-            first_row(o.imu_angular),
-            first_row(o.link_force),
-            first_row(o.link_push)};
+            o.joint_position.row(0),
+            o.joint_velocity.row(0),
+            o.joint_acceleration.row(0),
+            o.joint_torque.row(0),
+            o.base_position.row(0),
+            o.base_rpy.row(0),
+            o.base_velocity.row(0),
+            o.base_rate.row(0),
+            o.imu_linear.row(0),
+            o.imu_angular.row(0),
+            o.link_force.row(0),
+            o.link_push.row(0)};
   }
 
   /// Hands over what is wanted, unless some of it is no number.

@@ -1,18 +1,13 @@
 #include "engine/library/library_use.h"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <openssl/evp.h>
-#include <unistd.h>
 
 #include <array>
-#include <cerrno>
-#include <cstring>
 #include <utility>
 
 #include "engine/settings/inputs.h"
 #include "engine/settings/paths.h"
-#include "engine/settings/regular_file.h"
+#include "engine/settings/sha256.h"
 
 namespace graze {
 
@@ -24,31 +19,6 @@ std::atomic<LibraryCalls*> page_of_calls{nullptr};
 std::string& briefed_urdf() {
   static std::string text;
   return text;
-}
-
-/// Of a regular file, in hexadecimal; nothing if it cannot be read.
-std::optional<std::string> file_sha256(const std::string& file) {
-  OpenedFile opened = open_regular(AT_FDCWD, file.c_str(), O_RDONLY, Links::followed);
-  EVP_MD_CTX* const context = EVP_MD_CTX_new();
-  if (!opened.file || !context || EVP_DigestInit_ex(context, EVP_sha256(), nullptr) != 1) {
-    EVP_MD_CTX_free(context);
-    return std::nullopt;
-  }
-  std::array<char, 1 << 16> piece;
-  ssize_t got = 0;
-  while ((got = read(opened.file.number(), piece.data(), piece.size())) != 0) {
-    if (got < 0 && errno == EINTR) continue;
-    if (got < 0) break;
-    EVP_DigestUpdate(context, piece.data(), static_cast<std::size_t>(got));
-  }
-  std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
-  unsigned size = 0;
-  const bool whole = got == 0 && EVP_DigestFinal_ex(context, digest.data(), &size) == 1;
-  EVP_MD_CTX_free(context);
-  if (!whole) return std::nullopt;
-  std::string out;
-  for (unsigned i = 0; i < size; ++i) out += fmt::format("{:02x}", digest[i]);
-  return out;
 }
 
 }  // namespace
@@ -94,7 +64,7 @@ LibraryUse read_library_use(const Described& own) {
   LibraryUse out{own.settings(), input_path(typed.resolve_file(typed.text())), {}, true, own.number("timeout")};
   out.isolated = own.word("isolation") == kOwnProcess;
   // Kept by archives as a file beside the library's own name, and not computed anew from what they keep.
-  const auto sha256 = derived_input(out.file + ".sha256", [&] { return file_sha256(out.file); });
+  const auto sha256 = derived_input(out.file + ".sha256", [&] { return sha256_of_file(out.file); });
   if (!sha256)
     typed.fail(
         fmt::format("{}: there is no such file that can be read{}", out.file, path_suggestion(out.file, {".so"})));
@@ -109,7 +79,7 @@ std::optional<LibraryUse> library_use(const Settings& policy) {
 }
 
 void check_library_file(const LibraryUse& use) {
-  const auto now = file_sha256(use.file);
+  const auto now = sha256_of_file(use.file);
   const Settings place = use.place.at("file");
   if (!now)
     place.fail(fmt::format("{}: the library is not there, or cannot be read; it had SHA-256 {}", use.file, use.sha256));

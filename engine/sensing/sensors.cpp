@@ -283,15 +283,14 @@ void Sensors::sense(const BlockPhysics& physics, const BlockArray& tau, double h
   for (int lane = 0; lane < kLanes; ++lane) {
     if (active[lane]) out.time[lane] = time[lane];
   }
-  const auto first_row = [](auto& array) { return array.rows() > 0 ? array.row(0) : nullptr; };
   const BlockState& state = physics.state();
-  const std::array source = {first_row(state.q), first_row(state.v), first_row(state.a), first_row(tau)};
+  const std::array source = {state.q.row(0), state.v.row(0), state.a.row(0), tau.row(0)};
   std::array<double*, kSums.size()> sums;
-  for (std::size_t i = 0; i < sums.size(); ++i) sums[i] = first_row(out.*kSums[i]);
+  for (std::size_t i = 0; i < sums.size(); ++i) sums[i] = (out.*kSums[i]).row(0);
   ReadingView view{};
   view.active = active.bits();
   view.source = source.data();
-  view.error = first_row(error_);
+  view.error = error_.row(0);
   view.out = sums.data();
   view.reading_count = static_cast<int>(readings_.size());
   view.readings = readings_.data();
@@ -303,7 +302,7 @@ void Sensors::sense(const BlockPhysics& physics, const BlockArray& tau, double h
   if (reads(kLinkForce)) {
     list_forces(physics);
     view.frame_count = out.link_force.rows();
-    view.link_force = first_row(out.link_force);
+    view.link_force = out.link_force.row(0);
     view.force_count = static_cast<int>(forces_.size());
     view.forces = forces_.data();
     view.h = h;

@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
-#include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -17,6 +16,7 @@
 #include <fstream>
 #include <new>
 
+#include "engine/settings/forked.h"
 #include "engine/settings/limits.h"
 #include "engine/settings/pipe.h"
 #include "engine/settings/settings.h"
@@ -58,8 +58,7 @@ void lower_limit(decltype(RLIMIT_AS) which, rlim_t value) {
 }
 
 void confine(pid_t parent, const ChildLimits& limits) {
-  prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (getppid() != parent) _exit(1);  // it had died before
+  die_with(parent);
   for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGTERM, SIGINT, SIGHUP}) {
     std::signal(signal, SIG_DFL);  // the program's own handlers would tell the user of a crash
   }

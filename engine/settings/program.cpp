@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
-#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -18,6 +17,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "engine/settings/forked.h"
 #include "engine/settings/inputs.h"
 #include "engine/settings/pipe.h"
 #include "engine/settings/settings.h"
@@ -58,13 +58,8 @@ std::string start_problem(const std::string& file, int error) {
 /// In the child: silent input, both outputs into pipes, a process group of its own, usual signals, and death with its
 /// parent. Writes errno to `failed` if the program cannot be started.
 [[noreturn]] void become(const char* file, char* const* arguments, pid_t parent, int out, int err, int failed) {
-  prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (getppid() != parent) _exit(1);  // it had died before
-  setpgid(0, 0);
-  sigset_t none;
-  sigemptyset(&none);
-  sigprocmask(SIG_SETMASK, &none, nullptr);
-  for (const int signal : {SIGPIPE, SIGINT, SIGTERM, SIGHUP}) std::signal(signal, SIG_DFL);
+  die_with(parent);
+  behave_as_started();
   dup2(open("/dev/null", O_RDONLY | O_CLOEXEC), STDIN_FILENO);
   dup2(out, STDOUT_FILENO);
   dup2(err, STDERR_FILENO);

@@ -17,6 +17,7 @@ struct WrittenNumber {
   std::string_view unit;  // trimmed; may be empty
 };
 std::optional<WrittenNumber> split_number(std::string_view text);
+std::optional<WrittenNumber> split_number(std::string&&) = delete;  // the unit is a view of it
 
 /// `value` times `unit` in SI, nothing if the unit does not measure `quantity`. The empty unit is SI. Decimal prefixes
 /// divide, so that "2.5 mm" is the double nearest to 0.0025.

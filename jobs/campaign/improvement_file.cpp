@@ -5,10 +5,9 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
-#include <span>
 
-#include "archive/files/files.h"
 #include "engine/settings/inputs.h"
+#include "jobs/campaign/sealed_json.h"
 
 namespace graze {
 namespace {
@@ -16,8 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr int kImproveFormat = 1;
-constexpr std::size_t kMostHistory = std::size_t{1} << 28;
+constexpr SealedKind kKindOfHistory = {"graze improve", 1, "history of graze improve", std::size_t{1} << 28};
 
 /// JSON has neither NaN nor infinities; both stand as null, which `otherwise` says what it was.
 Json number_json(double x) { return std::isfinite(x) ? Json(x) : Json(); }
@@ -169,58 +167,46 @@ void check_state(const ImproveState& state, const Scenario& scenario) {
   if (!fits) throw InputError("its numbers are not those of the scenario");
 }
 
+Json content_json(const Scenario& scenario, const ImproveQuestion& question, const ImproveState& state) {
+  return {{"scenario", scenario.name},
+          {"question", question_json(question)},
+          {"variables", variables_json(*scenario.redesign)},
+          {"limits", limits_json(scenario)},
+          {"task", {{"path", scenario.redesign->task_path}, {"values", scenario.redesign->task_values}}},
+          {"state", state_json(state)}};
+}
+
+void check_question(const Json& asked, const Json& had) {
+  for (const auto& [key, value] : asked.items()) {
+    if (had.at(key) == value) continue;
+    throw InputError(
+        fmt::format("is of another question: its {} is {}, and {} is asked for; choose another "
+                    "--output, or --force to begin anew",
+                    key, clipped(had.at(key).dump(), 60), clipped(value.dump(), 60)));
+  }
+}
+
 }  // namespace
 
 std::string improvement_json(const Scenario& scenario, const ImproveQuestion& question, const ImproveState& state) {
-  Json out = {{"format", "graze improve"},
-              {"format_version", kImproveFormat},
-              {"scenario", scenario.name},
-              {"question", question_json(question)},
-              {"variables", variables_json(*scenario.redesign)},
-              {"limits", limits_json(scenario)},
-              {"task", {{"path", scenario.redesign->task_path}, {"values", scenario.redesign->task_values}}},
-              {"state", state_json(state)}};
-  return out.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+  return sealed_text(content_json(scenario, question, state), kKindOfHistory);
 }
 
 void write_improvement(const fs::path& folder, const Scenario& scenario, const ImproveQuestion& question,
                        const ImproveState& state) {
-  const std::string text = improvement_json(scenario, question, state);
-  NewFile file(Directory(folder), kImproveFile);
-  const int error = write_all(file.descriptor(), std::as_bytes(std::span(text)));
-  if (error != 0) fail_writing(folder / kImproveFile, error);
-  file.publish();
+  write_sealed(folder, kImproveFile, content_json(scenario, question, state), kKindOfHistory);
 }
 
 std::optional<ImproveState> read_improvement(const fs::path& folder, const Scenario& scenario,
                                              const ImproveQuestion& question) {
   const std::string file = (folder / kImproveFile).string();
   if (!input_exists(file)) return std::nullopt;
-  try {
-    const Json json = Json::parse(read_input(file, "", kMostHistory));
-    if (json.at("format") != "graze improve") throw InputError("is not a history of graze improve");
-    if (const int version = json.at("format_version").get<int>(); version > kImproveFormat) {
-      throw InputError(
-          fmt::format("has format version {}, newer than version {}, which this program knows; use a newer Graze",
-                      version, kImproveFormat));
-    }
-    const Json asked = question_json(question);
-    const Json& had = json.at("question");
-    for (const auto& [key, value] : asked.items()) {
-      if (had.at(key) == value) continue;
-      throw InputError(
-          fmt::format("is of another question: its {} is {}, and {} is asked for; choose another "
-                      "--output, or --force to begin anew",
-                      key, clipped(had.at(key).dump(), 60), clipped(value.dump(), 60)));
-    }
+  return read_sealed(file, kKindOfHistory, [&](const Json& json) {
+    check_question(question_json(question), json.at("question"));
     ImproveState out = state_of(json.at("state"));
     check_state(out, scenario);
-    return out;
-  } catch (const nlohmann::json::exception& error) {
-    throw InputError(fmt::format("{}: is damaged, or no history of graze improve: {}", file, error.what()));
-  } catch (const InputError& error) {
-    throw InputError(fmt::format("{}: {}", file, error.what()));
-  }
+    return std::optional(std::move(out));
+  });
 }
 
 }  // namespace graze

@@ -8,8 +8,7 @@
 #include <span>
 
 #include "archive/archive.h"
-#include "archive/files/files.h"
-#include "scenarios/sha256.h"
+#include "jobs/campaign/sealed_json.h"
 
 namespace graze {
 namespace {
@@ -17,8 +16,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-constexpr int kFormat = 1;
-constexpr std::size_t kMostBytes = std::size_t{1} << 26;
+constexpr SealedKind kKind = {"graze sweep", 1, "description of a sweep", std::size_t{1} << 26};
 
 SweepPlan plan_of(const Json& json) {
   SweepPlan out;
@@ -50,12 +48,6 @@ SweepPlan plan_of(const Json& json) {
   }
   number_points(sweep);
   return out;
-}
-
-/// Of all that the file says, but for its seal.
-std::string seal_of(Json json) {
-  json.erase("seal");
-  return sha256_of(json.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
 /// Until the first violation of a requirement that decides; seen without one until its end.
@@ -94,9 +86,9 @@ void number_points(Sweep& sweep) {
 void write_plan(const fs::path& folder, const SweepPlan& plan, const std::vector<CampaignInfo>& campaigns,
                 const std::string& command_line) {
   const Sweep& sweep = plan.sweep;
-  Json json = {{"format", "graze sweep"},      {"format_version", kFormat},   {"scenario", sweep.scenario},
-               {"command_line", command_line}, {"particles", plan.particles}, {"policies", sweep.policies},
-               {"adaptive", nullptr},          {"axes", Json::array()},       {"points", Json::array()}};
+  Json json = {{"scenario", sweep.scenario}, {"command_line", command_line}, {"particles", plan.particles},
+               {"policies", sweep.policies}, {"adaptive", nullptr},          {"axes", Json::array()},
+               {"points", Json::array()}};
   if (sweep.adaptive) {
     json["adaptive"] = {{"width", sweep.rule.width}, {"level", sweep.rule.level}, {"least", sweep.rule.least}};
   }
@@ -115,12 +107,7 @@ void write_plan(const fs::path& folder, const SweepPlan& plan, const std::vector
     }
     json["points"].push_back(std::move(one));
   }
-  json["seal"] = seal_of(json);
-  const std::string text = json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
-  NewFile file(Directory(folder), kSweepFile);
-  const int error = write_all(file.descriptor(), std::as_bytes(std::span(text)));
-  if (error != 0) fail_writing(folder / kSweepFile, error);
-  file.publish();
+  write_sealed(folder, kSweepFile, json, kKind);
 }
 
 bool is_sweep(const fs::path& folder) {
@@ -129,32 +116,13 @@ bool is_sweep(const fs::path& folder) {
 }
 
 SweepPlan read_plan(const fs::path& folder) {
-  const std::string file = (folder / kSweepFile).string();
-  const std::string text = read_input(file, "", kMostBytes);
-  try {
-    const Json json = Json::parse(text);
-    if (json.at("format") != "graze sweep") throw InputError("is not described as a sweep");
-    if (const int version = json.at("format_version").get<int>(); version > kFormat) {
-      throw InputError(
-          fmt::format("has format version {}, newer than version {}, which this program knows; use a "
-                      "newer Graze",
-                      version, kFormat));
-    }
-    if (json.at("seal") != seal_of(json)) {
-      throw InputError(
-          "is damaged: it is not as it was written (its seal differs), and values may stand at the wrong "
-          "campaigns");
-    }
+  return read_sealed((folder / kSweepFile).string(), kKind, [](const Json& json) {
     SweepPlan out = plan_of(json);
     for (std::size_t i = 0; i < out.sweep.points.size(); ++i) {
       json.at("points").at(i).at("scenario_sha256").get_to(out.sweep.points[i].scenario);
     }
     return out;
-  } catch (const nlohmann::json::exception& error) {
-    throw InputError(fmt::format("{}: is damaged, or no description of a sweep: {}", file, error.what()));
-  } catch (const InputError& error) {
-    throw InputError(fmt::format("{}: {}", file, error.what()));
-  }
+  });
 }
 
 bool has_particles(const fs::path& campaign, std::uint64_t particles) {

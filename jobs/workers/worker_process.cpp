@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <poll.h>
 #include <sys/mman.h>
-#include <sys/prctl.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -19,6 +18,7 @@
 #include <new>
 #include <vector>
 
+#include "engine/settings/forked.h"
 #include "engine/settings/pipe.h"
 #include "simulation/watchdog.h"
 
@@ -39,13 +39,8 @@ constexpr double kTick = kTickMilliseconds / 1000.0;
 /// In the child: its descriptors at the numbers that it knows them by, nothing else open, a process group of its own,
 /// usual signals, and death with its parent.
 [[noreturn]] void become_worker(pid_t parent, int socket, int page, int printed) {
-  prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (getppid() != parent) _exit(1);  // it had died before
-  setpgid(0, 0);
-  sigset_t none;
-  sigemptyset(&none);
-  sigprocmask(SIG_SETMASK, &none, nullptr);
-  for (const int signal : {SIGPIPE, SIGINT, SIGTERM, SIGHUP, SIGXFSZ}) std::signal(signal, SIG_DFL);
+  die_with(parent);
+  behave_as_started();
   constexpr int kAway = 10;  // so that none of them stands where another shall go
   socket = fcntl(socket, F_DUPFD, kAway), page = fcntl(page, F_DUPFD, kAway), printed = fcntl(printed, F_DUPFD, kAway);
   dup2(open("/dev/null", O_RDONLY), STDIN_FILENO);

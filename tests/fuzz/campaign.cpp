@@ -175,12 +175,22 @@ void change_byte(const fs::path& file, const Edit& edit) {
   stream.write(reinterpret_cast<const char*>(edit.value), edit.kind % 8 + 1);
 }
 
+/// Whether a link stands on the way from the campaign to a name in it. The changes themselves must not lead outside.
+bool through_link(const fs::path& campaign, fs::path name) {
+  while (name != campaign) {
+    name = name.parent_path();
+    if (fs::is_symlink(fs::symlink_status(name))) return true;
+  }
+  return false;
+}
+
 void apply(const fs::path& campaign, const Change& change) {
   const std::vector<fs::path> files = files_of(campaign);
   if (files.empty()) return;
   const fs::path file = files[change.file % files.size()];
   const bool directory = fs::symlink_status(campaign).type() == fs::file_type::directory;
   const fs::path name = directory ? campaign / names()[change.name % names().size()] : campaign;
+  if (directory && through_link(campaign, name)) return;
   std::error_code error;
   fs::create_directories(name.parent_path(), error);
   switch (change.kind % kKinds) {
@@ -201,6 +211,7 @@ void apply(const fs::path& campaign, const Change& change) {
       fs::create_symlink(targets()[change.file % targets().size()], name, error);
       return;
     case kCopy:
+      if (fs::is_symlink(fs::symlink_status(name))) fs::remove(name, error);
       fs::copy_file(file, name, fs::copy_options::overwrite_existing, error);
       return;
     case kMove:

@@ -11,6 +11,7 @@
 #include "scenarios/scenario.h"
 #include "tests/jobs/ball_campaign.h"
 #include "tests/jobs/traces.h"
+#include "tests/sanitized.h"
 #include "tests/trace_bits.h"
 
 namespace graze {
@@ -165,6 +166,7 @@ TEST(Convergence, DependsOnTheTraceAlone) {
   const Lying lying;
   std::map<std::string, std::string> out;
   for (const char* how : {"--threads 1", "--threads 2", "--threads 5"}) {
+    if (GRAZE_SANITIZED && !out.empty() && how != std::string("--threads 5")) continue;
     const std::string name = fmt::format("{}.graze", out.size());
     ASSERT_EQ(lying.graze(fmt::format("run snake.yaml -n 19 --quiet {} -o {}", how, name)).code, 0);
     const TraceTable table = table_of(Archive(lying.folder / name), "limp");

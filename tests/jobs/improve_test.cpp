@@ -223,6 +223,20 @@ TEST_F(Improve, GoesOnWhereItWasInterrupted) {
   EXPECT_THAT(other.err, AllOf(HasSubstr("its step is \"plain\""), HasSubstr("--force")));
 }
 
+// What was changed by another hand is not gone on with.
+TEST_F(Improve, HistoryIsSealed) {
+  history("-o parts --max-steps 1", 4);
+  std::string text = testing::read_file(folder / "parts/improve.json");
+  const std::size_t at = text.find("\"design\": [");
+  ASSERT_NE(at, std::string::npos);
+  char& digit = text[text.find_first_of("123456789", at)];
+  digit = digit == '8' ? '7' : '8';
+  testing::write_file(folder / "parts/improve.json", text);
+  const testing::Result changed = graze("improve swing.yaml -o parts");
+  EXPECT_EQ(changed.code, 2);
+  EXPECT_THAT(changed.err, HasSubstr("improve.json: is damaged: it is not as it was written"));
+}
+
 // On particles a quantile of the margins is raised; others than these judge. What --set names is found from DIR, too.
 TEST_F(Improve, RaisesAQuantileOfParticles) {
   const testing::Result run = graze("improve swing.yaml --set robot.urdf=twins.urdf -n 8 --verdict 60 -o many");

@@ -140,9 +140,10 @@ TEST_F(SweepVerb, IsSealed) {
 
 // The table is printed whatever becomes of the picture.
 TEST_F(SweepVerb, KeepsTheTableWhereThePictureFails) {
-  const testing::Result run =
-      graze("sweep ball.yaml -n 2 --quiet --over contact.friction=0.3,0.9 --plot /proc/nothing/x.svg");
+  const testing::Result run = graze("sweep ball.yaml -n 2 --quiet --over contact.friction=0.3,0.9 --plot /proc/x.svg");
   EXPECT_NE(run.code, 0);
+  EXPECT_THAT(run.err, HasSubstr("x.svg"));
+  EXPECT_THAT(run.out, AllOf(HasSubstr("0.3"), HasSubstr("0.9"), HasSubstr("still")));
   for (const fs::directory_entry& one : fs::directory_iterator(folder.path())) {
     EXPECT_NE(one.path().extension(), ".tmp") << "what is begun takes its name, or goes";
   }

@@ -6,6 +6,7 @@
 
 #include "engine/contact/lcp.h"
 #include "tests/engine/contact/random_problems.h"
+#include "tests/sanitized.h"
 
 namespace graze::test {
 namespace {
@@ -137,8 +138,9 @@ TEST(Newton, JamsHaveBoundedImpulses) {
 
 TEST(Newton, ManyPointsUnderOneBodyConverge) {
   for (bool convex : {false, true}) {
-    const Shares found = tables(convex ? 15 : 14, 2000, convex);
-    EXPECT_GE(found.newton, 1998) << "sweeps: " << found.sweeps << ", worst " << found.worst;
+    const int count = trials(2000);
+    const Shares found = tables(convex ? 15 : 14, count, convex);
+    EXPECT_GE(found.newton, count - count / 1000) << "sweeps: " << found.sweeps << ", worst " << found.worst;
   }
 }
 

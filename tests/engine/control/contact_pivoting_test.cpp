@@ -7,6 +7,8 @@
 #include <optional>
 #include <random>
 
+#include "tests/sanitized.h"
+
 namespace graze {
 namespace {
 
@@ -51,7 +53,7 @@ VectorXd after(const BaseContacts& contacts, const VectorXd& impulse) {
 // a ray: contacts that the base can leave upward always have a solution.
 TEST(ContactPivoting, CoulombMeetsItsConditions) {
   std::mt19937 generator(11);
-  for (int n = 0; n < 10000; ++n) {
+  for (int n = 0; n < test::trials(10000); ++n) {
     const BaseContacts contacts = random_contacts(generator, 1 + n % 6);
     const VectorXd impulse = pivot_coulomb(contacts);
     ASSERT_EQ(impulse.size(), contacts.u.size()) << n;

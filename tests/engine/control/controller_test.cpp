@@ -19,18 +19,8 @@
 namespace graze {
 namespace {
 
-class ControllerTest : public ::testing::Test {
+class ControllerTest : public ::testing::Test, protected SensedAtRest {
  protected:
-  ControllerTest() : command(scene.model.na()) {
-    observation.joint_position = observation.joint_velocity = BlockArray(scene.model.na());
-    observation.base_position = observation.base_rpy = BlockArray(3);
-    observation.link_force = BlockArray(static_cast<int>(scene.model.frames.size()));
-    for (int lane = 0; lane < kLanes; ++lane) {
-      for (int k = 0; k < scene.model.na(); ++k) {
-        observation.joint_position(k, lane) = scene.initial.q[scene.model.bodies[scene.model.actuated[k]].q];
-      }
-    }
-  }
   Controller make(const std::string& yaml) { return Controller(scene.context(), Settings::parse(yaml, "test.yaml")); }
   std::string error(const std::string& yaml) {
     return input_error([&] { make(yaml); });
@@ -41,10 +31,6 @@ class ControllerTest : public ::testing::Test {
     }
     controller.act(observation, nullptr, active, command);
   }
-
-  Scene scene{links_world()};
-  Observation observation;
-  ActuatorCommand command;
 };
 
 // Policies and trackers are found by name. ("tosses_dice" is of the tests of draws, which share this program.)

@@ -16,17 +16,7 @@ constexpr const char* kWalk =
 constexpr const char* kTrot =
     "{velocity: [0.3, 0, 0.2], duration: 0.3, liftoff: '[25, 75, 75, 25] %', duty: 60 %, step_height: 2 cm}";
 
-struct GaitSwitchTest : ::testing::Test {
-  GaitSwitchTest() : command(scene.model.na()) {
-    observation.joint_position = observation.joint_velocity = BlockArray(scene.model.na());
-    observation.base_position = observation.base_rpy = BlockArray(3);
-    observation.link_force = BlockArray(static_cast<int>(scene.model.frames.size()));
-    for (int lane = 0; lane < kLanes; ++lane) {
-      for (int k = 0; k < scene.model.na(); ++k) {
-        observation.joint_position(k, lane) = scene.initial.q[scene.model.bodies[scene.model.actuated[k]].q];
-      }
-    }
-  }
+struct GaitSwitchTest : ::testing::Test, SensedAtRest {
   Controller make(const std::string& policy, double end = 2) {
     ControlContext context = scene.context();
     context.end = end;
@@ -46,10 +36,6 @@ struct GaitSwitchTest : ::testing::Test {
     out << all.x.column(lane, 0, all.x.rows()), all.xd.column(lane, 0, all.xd.rows());
     return out;
   }
-
-  Scene scene{links_world()};
-  Observation observation;
-  ActuatorCommand command;
 };
 
 TEST_F(GaitSwitchTest, IsOneGaitAndThenTheOther) {

@@ -15,6 +15,7 @@
 #include "engine/model/rotation.h"
 #include "engine/settings/warnings.h"
 #include "tests/engine/control/inverse_dynamics_support.h"
+#include "tests/sanitized.h"
 
 namespace graze {
 namespace {
@@ -292,7 +293,7 @@ std::vector<double> trace_of(const std::string& policy, Isa isa, int lane, bool 
   unsetenv("GRAZE_ISA");
   std::vector<double> out;
   const int late = company ? 23 : 0;
-  for (int step = 0; step < late + 150; ++step) {
+  for (int step = 0; step < late + (GRAZE_SANITIZED ? 40 : 150); ++step) {
     if (step == late) loop.start(lane, other_robot(1.1, 0.5, 1));
     if (company && step == 0) loop.start((lane + 1) % kLanes, other_robot(0.8, 1.5, 2));
     if (company && step == 40) loop.start((lane + 5) % kLanes, other_robot(1.3, 0.05, 3));

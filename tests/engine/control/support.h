@@ -104,4 +104,21 @@ class FakePhysics : public BlockPhysics {
   ContactLists lists_;
 };
 
+/// An observation of LINKS at rest in its initial posture, in every lane, and a place for the commands that answer it.
+struct SensedAtRest {
+  Scene scene{links_world()};
+  Observation observation;
+  ActuatorCommand command{scene.model.na()};
+  SensedAtRest() {
+    observation.joint_position = observation.joint_velocity = BlockArray(scene.model.na());
+    observation.base_position = observation.base_rpy = BlockArray(3);
+    observation.link_force = BlockArray(static_cast<int>(scene.model.frames.size()));
+    for (int lane = 0; lane < kLanes; ++lane) {
+      for (int k = 0; k < scene.model.na(); ++k) {
+        observation.joint_position(k, lane) = scene.initial.q[scene.model.bodies[scene.model.actuated[k]].q];
+      }
+    }
+  }
+};
+
 }  // namespace graze

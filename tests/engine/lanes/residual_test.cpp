@@ -20,7 +20,7 @@ class Measured {
         v_(nominal_.model.nv),
         a_(nominal_.model.nv),
         X_(12 * static_cast<int>(nominal_.model.bodies.size())),
-        tau(std::max(1, nominal_.model.na())),  // a table has no joints
+        tau(nominal_.model.na()),
         engine_(nominal_.model, kernel_of(chosen_isa()), {q_.row(0), v_.row(0), a_.row(0), X_.row(0)}) {
     engine_.block().settings.measure = true;
     for (int lane = 0; lane < kLanes; ++lane) {
