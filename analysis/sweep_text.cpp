@@ -90,7 +90,7 @@ std::string changes_table(const Sweep& sweep) {
 std::string time_text(double seconds) { return std::isfinite(seconds) ? fmt::format("{:.2f}", seconds) : "-"; }
 
 std::string times_table(const Sweep& sweep) {
-  if (!sweep.has_violations()) return "";
+  if (!sweep.has_violations() || sweep.adaptive) return "";  // looking again and again makes its intervals wrong
   std::vector<Row> rows(1);
   for (const SweepAxis& axis : sweep.axes) rows[0].push_back(axis.path);
   for (const char* head : {"policy", "N", "violated", "mean s", "95 % interval", "median s", "seen until s"}) {
@@ -261,7 +261,7 @@ PlotPanel empty_panel(const Sweep& sweep, Shown shown) {
   out.y = {"Success rate", kCurveLow, kCurveHigh};
   if (shown == Shown::times) {
     const double most = longest(sweep);
-    out.y = {plot_titled("Mean time to a violation", "s"), kCurveLow * most, kCurveHigh * most};
+    out.y = {plot_titled("Mean time to a violation, of the trace's", "s"), kCurveLow * most, kCurveHigh * most};
   }
   if (axis.texts.size() > kMostLabels && axis.numeric) return out;
   for (std::size_t i = 0; i < axis.values.size(); ++i) {
@@ -360,7 +360,8 @@ Figure figure_of(const Sweep& sweep, Shown shown) {
   out.notes.push_back(times ? fmt::format("{}: 95 % intervals (Greenwood); none where nothing was violated.", drawn)
                             : fmt::format("{}: 95 % {}.", drawn,
                                           sweep.adaptive ? "confidence sequence" : "intervals (Clopper and Pearson)"));
-  if (curves > 1) out.notes.push_back("Curves stand a little beside each other, so that none hides another.");
+  if (curves > 1)
+    out.notes.push_back("Curves are moved a little along the axis, so that their bars can be told apart.");
   return out;
 }
 

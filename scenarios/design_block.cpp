@@ -9,7 +9,7 @@
 #include <optional>
 
 #include "engine/model/parameters.h"
-#include "engine/settings/units.h"
+#include "engine/settings/unit_quantity.h"
 #include "scenarios/keys.h"
 #include "scenarios/limits.h"
 #include "scenarios/names.h"
@@ -64,14 +64,6 @@ std::string in_one_line(const Settings& value) {
   }
   for (const auto& [key, item] : value.entries()) parts.push_back(key + ": " + in_one_line(item));
   return "{" + joined(parts) + "}";
-}
-
-/// Of a unit as written, the first quantity that it measures.
-std::optional<Quantity> quantity_of_unit(std::string_view unit) {
-  for (std::size_t q = 0; q < quantity_names().size(); ++q) {
-    if (to_si(static_cast<Quantity>(q), 1, unit)) return static_cast<Quantity>(q);
-  }
-  return std::nullopt;
 }
 
 class DesignReader {
@@ -172,12 +164,31 @@ class DesignReader {
     return out;
   }
 
+  /// "; no 'initail' in robot; nearest: initial": the first part of a path that is not there.
+  std::string nearest_part(const std::string& path) const {
+    std::size_t end = path.find('.');
+    for (std::string known;; known = path.substr(0, end), end = path.find('.', end + 1)) {
+      const std::string next = path.substr(0, end);
+      if (at_path(root_, next)) {
+        if (end == std::string::npos) return "";
+        continue;
+      }
+      const std::string part = known.empty() ? next : next.substr(known.size() + 1);
+      const auto above = known.empty() ? std::optional(root_) : at_path(root_, known);
+      if (!above->is_map()) return fmt::format("; {} has no parts", known);
+      std::vector<std::string> names;
+      for (const auto& [key, value] : above->entries()) names.push_back(key);
+      return fmt::format("; no '{}' in {}; {}", part, known.empty() ? "the scenario" : known,
+                         nearest_or_all(part, names));
+    }
+  }
+
   /// Each setting is one number; what it measures is told by the units that are written, there or in the bounds.
   std::vector<double> policy_values(DesignVariable& variable, const Described& own, Quantity& quantity) const {
     std::vector<double> out;
     for (const std::string& path : variable.paths) {
       const auto value = at_path(root_, path);
-      if (!value) own.at("of").fail(fmt::format("{}: the scenario has no such setting", path));
+      if (!value) own.at("of").fail(fmt::format("{}: the scenario has no such setting{}", path, nearest_part(path)));
       const std::string text = value->is_scalar() ? value->text() : "";
       const auto written = split_number(text);
       if (!written) own.at("of").fail(fmt::format("{}: is not a number ({})", path, in_one_line(*value)));
@@ -234,9 +245,7 @@ class DesignReader {
     // A design at its bound comes back from its URDF up to rounding.
     if (variable.nominal < variable.lower - kRounding * range ||
         variable.nominal > variable.upper + kRounding * range) {
-      place.fail(fmt::format("the robot's own {:g} {} lies outside of {:g} … {:g}; nearest right answer: [{:g}, {:g}]",
-                             variable.nominal, variable.unit, variable.lower, variable.upper,
-                             std::min(variable.lower, variable.nominal), std::max(variable.upper, variable.nominal)));
+      fail_outside(variable, own, place);
     }
     variable.nominal = std::clamp(variable.nominal, variable.lower, variable.upper);
     check_possible(variable, place);
@@ -247,6 +256,22 @@ class DesignReader {
     if (variable.step > range / 4) {
       step->fail(fmt::format("{:g}: more than a quarter of the way from bound to bound, {:g}", variable.step, range));
     }
+  }
+
+  /// Numbers are told in the unit in which the variable is written.
+  [[noreturn]] static void fail_outside(const DesignVariable& variable, const Described& own, const Settings& place) {
+    const auto shown = [&](double x) { return x / variable.scale; };
+    const std::string bounds = fmt::format("{:g} … {:g}", shown(variable.lower), shown(variable.upper));
+    const std::string unit = variable.unit.empty() ? "" : " " + variable.unit;
+    const double lower = variable.lower * variable.scale, upper = variable.upper * variable.scale;
+    if (!own.has("factor") && variable.scale != 1 && lower <= variable.nominal && variable.nominal <= upper) {
+      place.fail(fmt::format("{1:g}{0} lies outside of {2}{0}; did you mean [{3:g}{0}, {4:g}{0}]?", unit,
+                             shown(variable.nominal), bounds, shown(lower), shown(upper)));
+    }
+    place.fail(fmt::format("{1}{2:g}{0} lies outside of {3}{0}; nearest right answer: [{4:g}{0}, {5:g}{0}]", unit,
+                           variable.of_policy ? "the policy's own " : "the robot's own ", shown(variable.nominal),
+                           bounds, shown(std::min(variable.lower, variable.nominal)),
+                           shown(std::max(variable.upper, variable.nominal))));
   }
 
   /// No value within the bounds may be one that the parameter cannot have.
@@ -293,8 +318,9 @@ class DesignReader {
         if (chosen[i]) out_.limits.push_back(static_cast<int>(i));
       }
     }
-    if (out_.limits.empty() && !out_.objective)
-      own.settings().fail("the task has neither a requirement nor an objective, so there is no limit to keep");
+    if (!out_.limits.empty() || out_.objective) return;
+    if (limits) limits->fail("names none; without 'limits' they are all requirements and the objective");
+    own.settings().fail("the task has neither a requirement nor an objective, so there is no limit to keep");
   }
 
   void choose_limits(const Settings& glob, const std::vector<std::string>& names, std::vector<char>& chosen) {
@@ -315,8 +341,16 @@ class DesignReader {
     const Described own(task, section_of("design_task"));
     out_.task_path = own.at("path").text();
     if (!at_path(root_, out_.task_path)) {
+      own.at("path").fail(fmt::format("{}: the scenario has no such setting, whose value could make the task harder{}",
+                                      out_.task_path, nearest_part(out_.task_path)));
+    }
+    for (const auto& [path, variable] : owner_) {
+      const bool within = (path + ".").starts_with(out_.task_path + "."),
+                 above = (out_.task_path + ".").starts_with(path + ".");
+      if (!within && !above) continue;
       own.at("path").fail(
-          fmt::format("{}: the scenario has no such setting, whose value could make the task harder", out_.task_path));
+          fmt::format("{}: is what the variable '{}' changes ({}), so that the task would never become harder",
+                      out_.task_path, variable, path));
     }
     const Settings values = own.at("values");
     if (!values.is_list() || values.items().empty()) values.fail("must be a list of values, the easiest first");

@@ -112,7 +112,7 @@ void read_disturbances(const Settings& scenario, World& world, const ReadNumber&
   }
 }
 
-void check_disturbances(const Settings& scenario, const Model& model, const World& world, double end) {
+void check_disturbances(const Settings& scenario, const Model& model, const World& world) {
   for (const Disturbance& one : world.disturbances) {
     const Settings settings = scenario.at("disturbances").at(one.name);
     const Settings link = settings.at(one.kind == Disturbance::Kind::push ? "push" : "payload");
@@ -122,9 +122,6 @@ void check_disturbances(const Settings& scenario, const Model& model, const Worl
     }
     if (model.frames[static_cast<std::size_t>(model.frame(one.link))].body < 0) {
       link.fail(fmt::format("{}: does not move, so that nothing disturbs it", one.link));
-    }
-    if (one.at >= end) {
-      warn(settings.at("at"), fmt::format("{:g} s: the trace is over after {:g} s", one.at, end));
     }
   }
 }
@@ -138,12 +135,19 @@ class Drawn {
       : all_(Distribution::constant(value)) {
     const std::string name = fmt::format("disturbances.{}.{}", one.name, key);
     for (const UncertainParameter& parameter : space.parameters) {
-      if (parameter.name == name) all_ = parameter.persistent;
+      if (parameter.name == name) all_ = parameter.persistent, text_ = parameter.distribution_text;
     }
   }
   /// But for one in a thousand.
   double low() const { return all_.quantile(1e-3); }
   double high() const { return all_.quantile(1 - 1e-3); }
+  bool varies() const { return !all_.is_constant(); }
+  /// "0.5 N s", or what is drawn: "uniform(min=0.2, max=1.6) N s".
+  std::string text(const char* unit) const {
+    return fmt::format(
+        "{} {}",
+        varies() ? rounded_numbers(text_.empty() ? all_.describe() : text_) : fmt::format("{:g}", all_.median()), unit);
+  }
   double size() const { return std::max(std::abs(low()), std::abs(high())); }
   /// Share of particles that draw `bound` or more.
   double share_from(double bound) const {
@@ -157,6 +161,7 @@ class Drawn {
 
  private:
   Distribution all_;
+  std::string text_;  // as it is written, if not by its parameters
 };
 
 /// Throws of more than that speed, m/s, loads of more than so many robots, and points as far off as so many of them
@@ -191,9 +196,11 @@ void doubt_disturbances(const Settings& scenario, const ParameterSpace& space, c
     // A payload comes with the next step that begins.
     const double last = one.kind == Disturbance::Kind::payload ? end - step * (1 - 1e-6) : end;
     const double late = at.share_from(last);
-    if (one.at < end && late > 1e-3) {
+    if (at.low() >= last) {
+      warn(settings.at("at"), fmt::format("{:.4g} s: the trace is over after {:g} s", at.low(), end));
+    } else if (late > 1e-3) {
       warn(settings.at("at"),
-           fmt::format("up to {:.4g} s: the trace is over after {:g} s, so that it never comes to {:.2g} % "
+           fmt::format("up to {:.4g} s: the trace is over after {:g} s, so that it never comes to {:.3g} % "
                        "of the particles",
                        at.high(), end, 100 * late));
     }
@@ -214,12 +221,21 @@ void doubt_disturbances(const Settings& scenario, const ParameterSpace& space, c
   }
 }
 
-std::string disturbance_text(const Disturbance& one) {
-  if (one.kind == Disturbance::Kind::payload)
-    return fmt::format("{:g} kg on {} from {:g} s", one.mass, one.link, one.at);
-  const std::string over = one.duration > 0 ? fmt::format(" over {:g} s", one.duration) : "";
-  return fmt::format("push of {} by {:g} {}{} at {:g} s", one.link, one.strength, one.is_force ? "N" : "N s", over,
-                     one.at);
+std::string disturbance_text(const Disturbance& one, const ParameterSpace& space) {
+  const auto drawn = [&](const char* key, double value) { return Drawn(space, one, key, value); };
+  const std::string at = drawn("at", one.at).text("s");
+  std::string point;
+  if (!one.point.isZero(0))
+    point = fmt::format(" at ({:g}, {:g}, {:g}) m", one.point.x(), one.point.y(), one.point.z());
+  if (one.kind == Disturbance::Kind::payload) {
+    return fmt::format("{} on {}{} from {}", drawn("mass", one.mass).text("kg"), one.link, point, at);
+  }
+  const Drawn duration = drawn("duration", one.duration), elevation = drawn("elevation", one.elevation);
+  const bool lasts = duration.varies() || one.duration > 0, rises = elevation.varies() || one.elevation != 0;
+  return fmt::format("push of {}{} by {}{} towards azimuth {}{} at {}", one.link, point,
+                     drawn(one.is_force ? "force" : "impulse", one.strength).text(one.is_force ? "N" : "N s"),
+                     lasts ? " over " + duration.text("s") : "", drawn("azimuth", one.azimuth).text("rad"),
+                     rises ? ", elevation " + elevation.text("rad") : "", at);
 }
 
 }  // namespace graze

@@ -345,7 +345,7 @@ Scenario read_scenario(const Settings& root, const std::string& file, const Scen
   doubt_gravity(root);
   doubt_solver(root, out.model, out.physics);
   out.timing = read_time(root);
-  check_disturbances(root, out.model, *out.world, out.timing.end);
+  check_disturbances(root, out.model, *out.world);
   const Vec3 extent = robot_extent(out.model, initial_state(*out.world, out.model));
   doubt_clearance(root, extent);
   doubt_support(root, *out.world);
@@ -372,7 +372,11 @@ Scenario read_scenario(const Settings& root, const std::string& file, const Scen
   refuse_hidden(root.at("policies"), options.overrides);
   check_policies(out);
   check_fabrication(root, out);
-  out.redesign = read_design(root, ParameterTable(*out.world), out.task, out.timing.end);
+  try {
+    out.redesign = read_design(root, ParameterTable(*out.world), out.task, out.timing.end);
+  } catch (const InputError& error) {  // campaigns do not heed it
+    out.redesign_problem = error.what();
+  }
   doubt_start(root, out);
   out.warnings.insert(out.warnings.begin(), read.warnings.begin(), read.warnings.end());
   out.warnings.insert(out.warnings.end(), warnings.texts().begin(), warnings.texts().end());

@@ -68,7 +68,8 @@ struct Scenario {
   Recording recording;
   double unconverged = kUnconvergedShare;       // share of steps, above which a trace is flagged
   bool torque_speed = false;                    // actuators follow the torque-speed line
-  std::shared_ptr<const DesignBlock> redesign;  // `design`; null: there is none
+  std::shared_ptr<const DesignBlock> redesign;  // `design`; null: there is none, or it has a problem
+  std::string redesign_problem;                 // what is wrong with `design`, for the verbs that heed it
   std::vector<std::string>
       warnings;  // what was left out (visual meshes, …), what looks wrong (units, empty windows, …)
 };

@@ -20,6 +20,7 @@ namespace graze {
 namespace {
 
 constexpr double kMostPathSteps = 1e6;     // control steps that a path may take
+constexpr double kMostReach = 1e6;         // m: of a place that an arm may be sent to
 constexpr double kOffThePath = 1e-3;       // m: farther off the inverse kinematics has failed
 constexpr double kPathRoundingOff = 1e-9;  // s, of the times at which parts of a path begin
 
@@ -74,6 +75,9 @@ class PathPlan {
       : context_(context), own_(own), frame_(find_tool()), chain_(make_chain()), view_(chain_.view()) {
     const std::vector<double> point =
         own.has("point") ? own.at("point").numbers(3, Quantity::length) : std::vector<double>(3, 0.0);
+    if (!(Vec3::Map(point.data()).cwiseAbs().maxCoeff() <= kMostReach)) {
+      own.at("point").fail(fmt::format("must lie within {:g} m of the link", kMostReach));
+    }
     Vec3::Map(view_.tip) = context.nominal.frames[frame_].X_BF * Vec3::Map(point.data());
     rates_ = read_joint_values_or(context.nominal, own, "rate", Quantity::velocity);
     read_parts();
@@ -163,6 +167,9 @@ class PathPlan {
       } else {
         const std::vector<double> numbers = item.at(part.has("to") ? "to" : "by").numbers(3, Quantity::length);
         const Vec3 given = Vec3::Map(numbers.data());
+        if (!(given.cwiseAbs().maxCoeff() <= kMostReach)) {
+          item.at(part.has("to") ? "to" : "by").fail(fmt::format("must lie within {:g} m", kMostReach));
+        }
         next.to = part.has("to") ? Vec3(X_base_world * given) : Vec3(here + X_base_world.linear() * given);
         next.end += (next.to - here).norm() / speed;
       }

@@ -44,6 +44,7 @@ class LibrarySetup {
   LibrarySetup(const ControlContext& context, const Described& own) : urdf_(library_urdf()) {
     const auto settings = own.find("settings");
     settings_ = settings && !settings->is_null() ? settings_json(*settings) : "{}";
+    if (!settings_.starts_with("{")) settings->fail("must be a map, {kp: 20, …}");
     const Model& model = context.nominal;
     const std::vector<double> initial = actuated_positions(model, context.initial);
     for (int k = 0; k < model.na(); ++k) {

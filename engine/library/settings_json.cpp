@@ -4,6 +4,8 @@
 
 #include <charconv>
 
+#include "engine/settings/unit_quantity.h"
+
 namespace graze {
 
 namespace {
@@ -23,13 +25,28 @@ std::string json_text(const std::string& text) {
   return out + "\"";
 }
 
-std::string json_scalar(const std::string& text) {
+/// What looks like a number but is none would be a text to the controller, which took its own default then.
+void refuse_unit(const Settings& value, const std::string& text) {
+  const auto written = split_number(text);
+  const bool hex = text.starts_with("0x") || text.starts_with("0X");
+  if (hex) value.fail(fmt::format("{}: numbers are decimal here", text));
+  if (!written || written->unit.empty()) return;
+  const auto quantity = quantity_of_unit(written->unit);
+  if (!quantity) return;
+  value.fail(
+      fmt::format("{}: the controller gets numbers as they are written, without units; write {:.12g}, which is SI",
+                  text, *to_si(*quantity, written->value, written->unit)));
+}
+
+std::string json_scalar(const Settings& value) {
+  const std::string text = value.text();
   if (text == "true" || text == "false") return text;
   double number = 0;
   const char* const begin = text.data() + (text.starts_with('+') ? 1 : 0);
   const auto [end, error] = std::from_chars(begin, text.data() + text.size(), number);
   const bool whole = error == std::errc() && end == text.data() + text.size();
   if (whole && number - number == 0) return fmt::format("{}", number);
+  refuse_unit(value, text);
   return json_text(text);
 }
 
@@ -37,7 +54,7 @@ std::string json_scalar(const std::string& text) {
 
 std::string settings_json(const Settings& settings) {
   if (settings.is_null()) return "null";
-  if (settings.is_scalar()) return json_scalar(settings.text());
+  if (settings.is_scalar()) return json_scalar(settings);
   std::string out;
   if (settings.is_list()) {
     for (const Settings& item : settings.items()) out += (out.empty() ? "" : ", ") + settings_json(item);

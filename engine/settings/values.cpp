@@ -54,7 +54,9 @@ double Settings::number_from(const std::string& text, Quantity quantity) const {
   if (!value) {
     const std::string fitting = units_of(quantity);
     fail(fmt::format("{}: the unit '{}' does not fit; {}", shown(), written->unit,
-                     fitting.empty() ? "a bare number is meant" : "one of: " + fitting));
+                     fitting.empty()                       ? "a bare number is meant"
+                     : quantity == Quantity::dimensionless ? "a bare number is meant, or " + fitting
+                                                           : "one of: " + fitting));
   }
   if (!std::isfinite(*value)) fail(shown() + ": must be finite");
   const std::string doubt = unlikely(quantity, written->value, written->unit);

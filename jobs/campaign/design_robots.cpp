@@ -13,11 +13,18 @@ namespace fs = std::filesystem;
 
 bool is_of_drive(const std::string& path) { return path.ends_with(".gear") || path.ends_with(".rotor_inertia"); }
 
+/// As a YAML scalar, whatever quotes it holds.
+std::string quoted(const std::string& text) {
+  std::string out = "'";
+  for (const char c : text) out += c == '\'' ? "''" : std::string(1, c);
+  return out + "'";
+}
+
 /// Of all drives, because one map takes the place of what the scenario says: "{hip: 50, knee: 40}".
 std::string by_joint(const Robot& robot, double Joint::*member) {
   std::string out;
   for (const Joint& joint : robot.joints) {
-    if (joint.driven()) out += fmt::format("{}'{}': {}", out.empty() ? "" : ", ", joint.name, joint.*member);
+    if (joint.driven()) out += fmt::format("{}{}: {}", out.empty() ? "" : ", ", quoted(joint.name), joint.*member);
   }
   return "{" + out + "}";
 }
@@ -28,11 +35,27 @@ DesignRobots::DesignRobots(const Scenario& scenario) : scenario_(scenario) {
   for (const DesignVariable& one : block().variables) {
     if (!one.of_policy) paths_.insert(paths_.end(), one.paths.begin(), one.paths.end());
   }
-  const InputReplay replay(scenario.source.inputs, scenario.source.folder);
+  files_ = scenario.source.inputs;
   const std::size_t levels = std::max<std::size_t>(1, block().task_values.size());
   for (std::size_t level = 0; level < levels; ++level) {
-    worlds_.push_back(block().task_path.empty() ? scenario.world : reload_scenario(source_at(level)).world);
+    if (block().task_path.empty()) {
+      worlds_.push_back(scenario.world);
+      warnings_.emplace_back();
+    } else {
+      read_level(level);
+    }
   }
+}
+
+/// From the files as they are now: a harder task may name others.
+void DesignRobots::read_level(std::size_t level) try {
+  const Scenario there = load_scenario(scenario_.source.file, source_at(level).options);
+  worlds_.push_back(there.world);
+  warnings_.push_back(there.warnings);
+  files_.insert(there.source.inputs.begin(), there.source.inputs.end());
+} catch (const InputError& error) {
+  throw InputError(fmt::format("{}: design.task.values, {} of {} ({}): {}", scenario_.file, level + 1,
+                               block().task_values.size(), block().task_values[level], error.what()));
 }
 
 DesignValues DesignRobots::initial() const {
@@ -86,7 +109,7 @@ MadeDesigns DesignRobots::make(std::size_t level, const std::vector<DesignValues
   MadeDesigns out;
   out.scenarios.resize(designs.size());
   out.problems.resize(designs.size());
-  InputFiles files = scenario_.source.inputs;
+  InputFiles files = files_;
   const auto name = [&](std::size_t i) {
     return (fs::path(scenario_.source.folder) / fmt::format("design-{}.urdf", i)).lexically_normal().string();
   };
@@ -107,6 +130,7 @@ MadeDesigns DesignRobots::make(std::size_t level, const std::vector<DesignValues
       source.options.overrides.push_back({"design", "~"});  // its bounds were those of the first robot
       out.scenarios[i] = reload_scenario(source);
       out.scenarios[i]->seed = scenario_.seed;
+      out.scenarios[i]->particles = scenario_.particles;
     } catch (const InputError& error) {
       out.problems[i] = error.what();
     }
@@ -131,7 +155,7 @@ std::string DesignRobots::yaml_of(std::vector<Override> overrides) const {
   const std::string included = (fs::path(scenario_.source.folder) / scenario_.file).lexically_normal().string();
   const std::string rest =
       overrides.empty() ? "" : Settings::parse("{}", "improved").overridden(overrides).resolved_text();
-  return fmt::format("include: '{}'\n{}{}", included, rest, rest.empty() || rest.ends_with('\n') ? "" : "\n");
+  return fmt::format("include: {}\n{}{}", quoted(included), rest, rest.empty() || rest.ends_with('\n') ? "" : "\n");
 }
 
 }  // namespace graze

@@ -26,8 +26,8 @@ struct MadeDesigns {
 
 class DesignRobots {
  public:
-  /// `scenario` has a DesignBlock and outlives this; its seed is that of all designs. Throws InputError if a task value
-  /// is none that the scenario can have.
+  /// `scenario` has a DesignBlock and outlives this; its seed and its number of particles are those of all designs.
+  /// Throws InputError if a task value is none that the scenario can have.
   explicit DesignRobots(const Scenario& scenario);
 
   const Scenario& scenario() const { return scenario_; }
@@ -35,6 +35,9 @@ class DesignRobots {
   std::size_t levels() const { return worlds_.size(); }
   /// The scenario's own robot.
   DesignValues initial() const;
+
+  /// Of the scenario at a level's task, besides those that the scenario itself has.
+  const std::vector<std::string>& warnings(std::size_t level) const { return warnings_[level]; }
 
   MadeDesigns make(std::size_t level, const std::vector<DesignValues>& designs) const;
   /// The robot as URDF; empty: no variable is about the robot. Throws InputError if it cannot be made.
@@ -46,6 +49,7 @@ class DesignRobots {
   std::string before(std::size_t level) const;
 
  private:
+  void read_level(std::size_t level);
   World world_of(std::size_t level, const DesignValues& design) const;
   std::vector<Override> overrides(std::size_t level, const DesignValues& design) const;
   std::string yaml_of(std::vector<Override> overrides) const;
@@ -55,6 +59,8 @@ class DesignRobots {
   const Scenario& scenario_;
   std::vector<std::string> paths_;                    // of the robot that variables move
   std::vector<std::shared_ptr<const World>> worlds_;  // per level
+  std::vector<std::vector<std::string>> warnings_;    // per level
+  InputFiles files_;                                  // that the scenario was read from, at any level
 };
 
 }  // namespace graze

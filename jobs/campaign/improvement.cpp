@@ -31,13 +31,15 @@ bool any_below_zero(const std::vector<double>& margins) {
 }
 
 /// Earlier steps whose change of a variable this one takes back.
-std::vector<Revert> reverts_of(const std::vector<ImproveStep>& steps, const ImproveStep& now) {
+std::vector<Revert> reverts_of(const std::vector<ImproveStep>& steps, const ImproveStep& now,
+                               const std::vector<DesignVariable>& variables) {
   std::vector<Revert> out;
   for (std::size_t i = 0; i < now.before.size(); ++i) {
+    const double least = kToldChange * (variables[i].upper - variables[i].lower);
     const double change = now.after[i] - now.before[i];
-    for (std::size_t s = steps.size(); s-- > 0 && change != 0;) {
+    for (std::size_t s = steps.size(); s-- > 0 && std::abs(change) >= least;) {
       const double earlier = steps[s].after[i] - steps[s].before[i];
-      if (earlier == 0) continue;
+      if (std::abs(earlier) < least) continue;
       const double share = -change / earlier;
       if (share >= kUndone) out.push_back({static_cast<int>(i), static_cast<int>(s), std::min(share, 1.0)});
       break;
@@ -106,24 +108,36 @@ bool Improvement::reach(const DesignMargins& now) {
 }
 
 bool Improvement::advance() {
-  if (state_.end != ImproveEnd::none) return false;
-  double from = 0, to = std::numeric_limits<double>::infinity();
-  DesignMargins now = here(from, to);
-  if (state_.scales.empty()) begin(now);
-  if (!now.made) return stuck(now.problem);
-  if (!any_below_zero(now.so_far)) {
-    if (!now.problem.empty()) return stuck("the trace is invalid though no limit is violated: " + now.problem);
-    return reach(now);
+  const std::optional<Suggestion> next = suggest();
+  return next ? try_steps(*next) : state_.end == ImproveEnd::none;
+}
+
+std::optional<Suggestion> Improvement::suggest() {
+  if (state_.end != ImproveEnd::none) return std::nullopt;
+  Suggestion out;
+  out.to = std::numeric_limits<double>::infinity();
+  out.now = here(out.from, out.to);
+  if (state_.scales.empty()) begin(out.now);
+  const bool fails = any_below_zero(out.now.so_far);
+  if (!out.now.made) {
+    stuck(out.now.problem);
+  } else if (!fails && !out.now.problem.empty()) {
+    stuck("the trace is invalid though no limit is violated: " + out.now.problem);
+  } else if (!fails) {
+    reach(out.now);
   }
+  if (!out.now.made || !fails) return std::nullopt;
   const double window = robots_.block().window;
   if (options_.particles.empty() && std::isfinite(window) &&
-      now.first_violation + window < robots_.scenario().timing.end) {
-    from = now.first_violation, to = from + window;
-    now = here(from, to);
+      out.now.first_violation + window < robots_.scenario().timing.end) {
+    out.from = out.now.first_violation, out.to = out.from + window;
+    out.now = here(out.from, out.to);
   }
-  const LimitSlopes found = slopes_at(now, from, to);
-  check_moved(now, found);
-  return try_steps(now, found, from, to);
+  out.slopes = slopes_at(out.now, out.from, out.to);
+  check_moved(out.now, out.slopes);
+  out.size = options_.damped ? state_.radius : options_.alpha;
+  out.change = change_of(point(out), out.size);
+  return out;
 }
 
 std::vector<Beside> Improvement::beside(double from, double to, const std::vector<std::size_t>& variables, double part,
@@ -210,17 +224,26 @@ void Improvement::check_moved(const DesignMargins& now, const LimitSlopes& slope
   }
 }
 
-bool Improvement::try_steps(const DesignMargins& now, const LimitSlopes& slopes, double from, double to) {
-  const DesignPoint at{shares(state_.design), vector_of(now.margins), vector_of(state_.scales), &slopes};
+DesignPoint Improvement::point(const Suggestion& at) const {
+  return {shares(state_.design), vector_of(at.now.margins), vector_of(state_.scales), &at.slopes};
+}
+
+Eigen::VectorXd Improvement::change_of(const DesignPoint& at, double size) const {
+  return options_.damped ? damped_step(at, size) : plain_step(at, size);
+}
+
+bool Improvement::try_steps(const Suggestion& from_here) {
+  const DesignMargins& now = from_here.now;
+  const DesignPoint at = point(from_here);
   const double lacking = lack(vector_of(now.so_far), at.scales);
-  double size = options_.damped ? state_.radius : options_.alpha;
+  double size = from_here.size;
   std::string problem;
   for (int trial = 0; size >= kLeastSize; ++trial) {
-    const Eigen::VectorXd change = options_.damped ? damped_step(at, size) : plain_step(at, size);
-    const double predicted = lack(at.margins + slopes.J * change, at.scales);
+    const Eigen::VectorXd change = trial == 0 ? from_here.change : change_of(at, size);
+    const double predicted = lack(at.margins + at.slopes->J * change, at.scales);
     if (change.cwiseAbs().maxCoeff() < 1e-9) break;
     const DesignValues next = values(at.x + change);
-    const DesignMargins after = std::move(try_designs(robots_, {next}, question(from, to)).front());
+    const DesignMargins after = std::move(try_designs(robots_, {next}, question(from_here.from, from_here.to)).front());
     const bool whole = after.made && (after.problem.empty() || !now.problem.empty());
     const double left = whole ? lack(vector_of(after.so_far), at.scales) : lacking;
     if (!after.problem.empty()) problem = after.problem;
@@ -228,18 +251,49 @@ bool Improvement::try_steps(const DesignMargins& now, const LimitSlopes& slopes,
       const double share = (lacking - left) / std::max(lacking - predicted, 1e-300);
       if (options_.damped)
         state_.radius = share > 0.75 ? std::min(2 * size, kMostRadius) : share < 0.25 ? size / 2 : size;
-      ImproveStep step;
-      step.from = from, step.to = to, step.size = size, step.rolled_back = trial;
-      step.before = state_.design, step.after = next;
-      step.lack_before = lacking, step.lack_after = left;
-      step.predicted = list_of(at.margins + slopes.J * change);
-      note(now, after, slopes, std::move(step));
+      note(from_here, after, next, size, trial);
       return true;
     }
     size /= 2;
   }
-  return stuck(problem.empty() ? "no step along the slopes makes the violation smaller" + kinks_of(now, slopes)
-                               : problem);
+  return stuck(problem.empty()
+                   ? "no step along the slopes makes the violation smaller" + kinks_of(now, from_here.slopes)
+                   : problem);
+}
+
+std::vector<double> Improvement::predict(const Suggestion& at, const Eigen::VectorXd& change) const {
+  return list_of(vector_of(at.now.margins) + at.slopes.J * change);
+}
+
+bool Improvement::take(const Suggestion& at, const Eigen::VectorXd& change, std::string& why) {
+  const DesignValues next = changed(change);
+  const DesignMargins after = std::move(try_designs(robots_, {next}, question(at.from, at.to)).front());
+  if (!after.made) {
+    why = after.problem;
+    return false;
+  }
+  note(at, after, next, at.size, 0);
+  return true;
+}
+
+void Improvement::roll_back(std::size_t count) {
+  const std::size_t first = state_.steps.size() - count;
+  const ImproveStep& undone = state_.steps.at(first);
+  state_.design = undone.before;
+  state_.level = undone.level;
+  state_.end = ImproveEnd::none;
+  state_.why.clear();
+  std::erase_if(state_.reached, [&](const ReachedLevel& one) { return one.steps > first; });
+  state_.steps.resize(first);
+}
+
+DesignValues Improvement::changed(const Eigen::VectorXd& change) const {
+  return values(shares(state_.design) + change);
+}
+
+double Improvement::share(std::size_t variable, double value) const {
+  const DesignVariable& one = robots_.block().variables.at(variable);
+  return (value - state_.design.at(variable)) / (one.upper - one.lower);
 }
 
 /// "; kinks, where there is no slope: 'motors' in shin (contacts change)", of limits that are violated.
@@ -256,14 +310,20 @@ std::string Improvement::kinks_of(const DesignMargins& now, const LimitSlopes& s
   return parts.empty() ? "" : fmt::format("; kinks, where there is no slope: {}", fmt::join(parts, ", "));
 }
 
-void Improvement::note(const DesignMargins& now, const DesignMargins& after, const LimitSlopes& slopes,
-                       ImproveStep step) {
+void Improvement::note(const Suggestion& at, const DesignMargins& after, const DesignValues& next, double size,
+                       int rolled_back) {
+  const Eigen::VectorXd scales = vector_of(state_.scales);
+  ImproveStep step;
   step.level = state_.level;
-  step.margins_before = now.margins, step.margins_after = after.margins;
-  step.progress_before = now.progress, step.progress_after = after.progress;
-  step.success_before = now.success, step.success_after = after.success;
-  for (const Kink& one : slopes.kinks) step.kinks.push_back({one.limit, one.variable, one.contacts});
-  step.reverts = reverts_of(state_.steps, step);
+  step.from = at.from, step.to = at.to, step.size = size, step.rolled_back = rolled_back;
+  step.before = state_.design, step.after = next;
+  step.lack_before = lack(vector_of(at.now.so_far), scales), step.lack_after = lack(vector_of(after.so_far), scales);
+  step.predicted = predict(at, shares(next) - shares(state_.design));
+  step.margins_before = at.now.margins, step.margins_after = after.margins;
+  step.progress_before = at.now.progress, step.progress_after = after.progress;
+  step.success_before = at.now.success, step.success_after = after.success;
+  for (const Kink& one : at.slopes.kinks) step.kinks.push_back({one.limit, one.variable, one.contacts});
+  step.reverts = reverts_of(state_.steps, step, robots_.block().variables);
   state_.design = step.after;
   state_.steps.push_back(std::move(step));
 }

@@ -29,6 +29,9 @@ struct StepKink {
   bool contacts = false;  // the contact sequence changes with the variable
 };
 
+/// Smaller changes, as shares of the way from bound to bound, are not worth telling.
+inline constexpr double kToldChange = 1e-4;
+
 /// A change that undoes one of before (§5.2, Algorithmic correctness).
 struct Revert {
   int variable = 0, step = 0;  // index of the step that is undone
@@ -71,6 +74,15 @@ struct ImproveState {
   std::string why;  // of stuck
 };
 
+/// What the present design lacks, and the step that its slopes suggest.
+struct Suggestion {
+  DesignMargins now;
+  LimitSlopes slopes;
+  double from = 0, to = 0;  // s: the window; to: infinite for whole traces
+  double size = 0;          // alpha or radius of the change
+  Eigen::VectorXd change;   // [variable], shares of the way from bound to bound
+};
+
 class Improvement {
  public:
   /// `robots` outlives this.
@@ -81,6 +93,21 @@ class Improvement {
   /// the robot cannot begin, or no variable moves a violated limit.
   bool advance();
 
+  // The same in parts, for who decides on each step (§5.2, supervised).
+
+  /// None: a level was reached, or there is nothing left to do (ImproveState::end). Throws as advance() does.
+  std::optional<Suggestion> suggest();
+  /// Margins of all limits after a change, by the slopes; NaN where they are not known.
+  std::vector<double> predict(const Suggestion& at, const Eigen::VectorXd& change) const;
+  /// Makes a change, within the bounds, whether it helps or not. False: that design cannot be simulated, for which
+  /// `why` has the reason, and nothing is changed.
+  bool take(const Suggestion& at, const Eigen::VectorXd& change, std::string& why);
+  /// Undoes the last `count` steps, and the levels that were reached with them. Throws std::out_of_range.
+  void roll_back(std::size_t count);
+  /// Values of a change from the present design, within the bounds; and the change to a variable's value.
+  DesignValues changed(const Eigen::VectorXd& change) const;
+  double share(std::size_t variable, double value) const;
+
  private:
   DesignMargins here(double from, double to) const;
   void begin(const DesignMargins& first);
@@ -89,8 +116,10 @@ class Improvement {
   std::vector<Beside> beside(double from, double to, const std::vector<std::size_t>& variables, double part,
                              const DesignMargins& now) const;
   void check_moved(const DesignMargins& now, const LimitSlopes& slopes);
-  bool try_steps(const DesignMargins& now, const LimitSlopes& slopes, double from, double to);
-  void note(const DesignMargins& now, const DesignMargins& after, const LimitSlopes& slopes, ImproveStep step);
+  DesignPoint point(const Suggestion& at) const;
+  Eigen::VectorXd change_of(const DesignPoint& at, double size) const;
+  bool try_steps(const Suggestion& at);
+  void note(const Suggestion& at, const DesignMargins& after, const DesignValues& next, double size, int rolled_back);
   std::string kinks_of(const DesignMargins& now, const LimitSlopes& slopes) const;
   bool stuck(const std::string& why);
   TrialQuestion question(double from, double to) const;

@@ -91,7 +91,8 @@ Json question_json(const ImproveQuestion& question) {
           {"step", options.damped ? "damped" : "plain"},
           {"alpha", options.alpha},
           {"particles", options.particles},
-          {"seed", question.seed}};
+          {"seed", question.seed},
+          {"drawn", question.drawn}};
 }
 
 Json variables_json(const DesignBlock& block) {

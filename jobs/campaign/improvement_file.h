@@ -16,7 +16,8 @@ inline constexpr const char* kImproveFile = "improve.json";
 struct ImproveQuestion {
   std::string scenario;  // SHA-256 of its text
   ImproveOptions options;
-  std::uint64_t seed = 1;  // of the particles
+  std::uint64_t seed = 1;   // of the particles
+  std::uint64_t drawn = 0;  // particles of the design that they are of
 };
 
 /// The history as JSON, with names and units of variables and limits, for people and scripts.

@@ -126,7 +126,7 @@ SweepAxis range_axis(const std::string& text, const std::string& path, const std
   out.unit = range.unit;
   for (int i = 0; i < static_cast<int>(count); ++i) {
     const double value = first + i * step;  // near 0 of a range across it, what rounding left
-    out.texts.push_back(number_with_unit(std::abs(value) < kHit * std::abs(step) ? 0.0 : value, out.unit));
+    out.texts.push_back(number_with_unit(i > 0 && std::abs(value) < kHit * std::abs(step) ? 0.0 : value, out.unit));
     out.values.push_back(split_number(out.texts.back())->value);  // what is simulated
     if (i > 0 && out.texts[static_cast<std::size_t>(i)] == out.texts[static_cast<std::size_t>(i) - 1]) {
       refuse(text, "a step that twelve digits do not tell from none", right(last, (last - first) / 10));

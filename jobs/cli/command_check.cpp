@@ -145,7 +145,7 @@ std::string overview(const Scenario& s, const ChannelReaders& readers) {
   out += fmt::format("\n  objective    {}\n", s.task.objective.name);
   for (std::size_t i = 0; i < s.world->disturbances.size(); ++i) {
     const Disturbance& one = s.world->disturbances[i];
-    out += fmt::format("  {:<12} {}: {}\n", i == 0 ? "disturbances" : "", one.name, disturbance_text(one));
+    out += fmt::format("  {:<12} {}: {}\n", i == 0 ? "disturbances" : "", one.name, disturbance_text(one, s.space));
   }
   out += fmt::format("  uncertain    {}: {} drawn once per particle, {} redrawn at each control step",
                      counted(static_cast<std::size_t>(c.total()), "parameter"), c.persistent, c.transient);
@@ -236,7 +236,7 @@ nlohmann::json as_json(const Scenario& s, const ChannelReaders& readers) {
   for (const PolicySpec& policy : s.policies) out["policies"].push_back(policy.name);
   for (const Requirement& r : s.task.requirements) out[r.measure ? "measures" : "requirements"].push_back(r.name);
   for (const Disturbance& one : s.world->disturbances) {
-    out["disturbances"].push_back({{"name", one.name}, {"what", disturbance_text(one)}});
+    out["disturbances"].push_back({{"name", one.name}, {"what", disturbance_text(one, s.space)}});
   }
   for (const UncertainParameter& p : s.space.parameters) {
     const auto policies = readers.of(p.name);
@@ -303,6 +303,7 @@ int check(const CheckArguments& arguments) {
   ScenarioArguments source = arguments.scenario;
   arguments.record.apply_to(source);
   Scenario scenario = source.load();
+  if (!scenario.redesign_problem.empty()) throw InputError(scenario.redesign_problem);
   arguments.draw.apply_to(scenario);
   if (arguments.determinism) return check_determinism(scenario);
   if (!arguments.urdf.empty()) write_urdf(arguments, source, scenario);

@@ -1,5 +1,6 @@
 // graze improve: changes a robot's design until its limits hold (Chapters 5 and 6).
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -10,15 +11,21 @@
 #include <thread>
 
 #include "analysis/compare.h"
+#include "analysis/scenario_changes.h"
 #include "analysis/text_table.h"
 #include "archive/files/files.h"
 #include "archive/files/parent_folders.h"
 #include "jobs/campaign/describe_campaign.h"
 #include "jobs/campaign/improvement_file.h"
+#include "jobs/campaign/improvement_history.h"
 #include "jobs/cli/commands.h"
+#include "jobs/cli/improve_dialogue.h"
+#include "jobs/cli/improve_picture.h"
 #include "jobs/cli/improve_text.h"
 #include "jobs/cli/option_values.h"
+#include "jobs/cli/picture_file.h"
 #include "jobs/cli/resume_campaign.h"
+#include "jobs/cli/value_warnings.h"
 
 namespace graze {
 namespace {
@@ -27,18 +34,19 @@ namespace fs = std::filesystem;
 
 struct ImproveArguments {
   ScenarioArguments scenario;
-  std::string policy, step = "plain", output, from;
+  std::string policy, step = "plain", output, from, answers, plot;
   std::string alpha;
   std::uint64_t particles = 0, verdict = 0, most_steps = 100;
   std::optional<std::uint64_t> seed;
   int threads = 0;
-  bool automatic = false, json = false, force = false;
+  bool automatic = false, ask = false, json = false, force = false;
 };
 
 constexpr std::uint64_t kUsualFailures = 32;  // particles that --from improves on
 constexpr const char* kRobotFile = "improved.urdf";
 constexpr const char* kScenarioFile = "improved.yaml";
 constexpr const char* kBeforeFile = "before.yaml";
+constexpr const char* kAnswersFile = "answers.txt";  // of a supervised session, for --answers
 
 std::string policy_to_improve(const Scenario& scenario, const std::string& asked) {
   std::vector<std::string> names;
@@ -64,12 +72,29 @@ struct FrequentFailure {
   std::string requirement;
   std::vector<std::uint32_t> particles;  // ascending
   std::uint64_t failures = 0, traces = 0;
-  std::uint64_t seed = 1;
+  std::uint64_t seed = 1, drawn = 0;
 };
 
-FrequentFailure most_frequent(const std::string& file, const std::string& policy) {
+/// Its particles are those of the scenario, but for `design`, or failures of others would be improved on.
+void check_same_scenario(const std::string& file, const CampaignInfo& info, const Scenario& scenario) {
+  std::vector<ScenarioChange> changes = scenario_changes(info.scenario_text, scenario.text);
+  std::erase_if(changes, [](const ScenarioChange& one) { return (one.path + ".").starts_with("design."); });
+  if (changes.empty()) return;
+  const auto shown = [](const std::string& text) {
+    return text.empty() ? std::string("not there") : clipped(text, 60);
+  };
+  throw InputError(
+      fmt::format("--from {}: is a campaign of another scenario: {} is {} there and {} here{}; improve the one that "
+                  "was run, or run "
+                  "this one",
+                  file, changes.front().path, shown(changes.front().in_a), shown(changes.front().in_b),
+                  changes.size() > 1 ? fmt::format(", and {} more", changes.size() - 1) : ""));
+}
+
+FrequentFailure most_frequent(const std::string& file, const std::string& policy, const Scenario& scenario) {
   const Archive archive(file);
   const CampaignInfo& info = archive.info();
+  check_same_scenario(file, info, scenario);
   if (std::find(info.policies.begin(), info.policies.end(), policy) == info.policies.end()) {
     throw InputError(
         fmt::format("--from {}: has no policy '{}'; {}", file, policy, nearest_or_all(policy, info.policies)));
@@ -95,12 +120,13 @@ FrequentFailure most_frequent(const std::string& file, const std::string& policy
   out.failures = out.particles.size();
   out.requirement = most < 0 ? "objective" : info.requirements.at(static_cast<std::size_t>(most)).name;
   out.seed = info.seed;
+  out.drawn = info.particles;
   return out;
 }
 
 /// Says what the session begins at, and on which particles.
-void begin_at_failures(const ImproveArguments& arguments, ImproveQuestion& question) {
-  FrequentFailure found = most_frequent(arguments.from, question.options.policy);
+void begin_at_failures(const ImproveArguments& arguments, const Scenario& scenario, ImproveQuestion& question) {
+  FrequentFailure found = most_frequent(arguments.from, question.options.policy, scenario);
   const std::uint64_t most = arguments.particles > 0 ? arguments.particles : kUsualFailures;
   if (found.particles.size() > most) found.particles.resize(most);
   std::cerr << fmt::format(
@@ -108,6 +134,7 @@ void begin_at_failures(const ImproveArguments& arguments, ImproveQuestion& quest
       found.traces, found.requirement, found.particles.size());
   question.options.particles = found.particles;
   question.seed = found.seed;
+  question.drawn = found.drawn;
 }
 
 fs::path folder_of_session(const ImproveArguments& arguments, const Scenario& scenario) {
@@ -148,6 +175,26 @@ void write_robot(const fs::path& folder, const DesignRobots& robots, const Impro
   write_text(folder / kBeforeFile, robots.before(level));
 }
 
+/// Asks about each step until the rest may go by itself. False: it may not.
+bool ask_about_steps(const ImproveArguments& arguments, Improvement& session, const Scenario& scenario,
+                     const fs::path& folder, bool fresh, std::ostream& out, const std::function<void()>& keep) {
+  AnswerSource answers(arguments.answers, arguments.ask);
+  if (fresh) {
+    std::error_code error;
+    fs::remove(folder / kAnswersFile, error);
+  } else if (!arguments.answers.empty()) {
+    throw InputError(fmt::format(
+        "--answers: {} is a session already; choose another --output, or --force to begin anew", folder.string()));
+  }
+  DialogueRequest request;
+  request.answers = &answers;
+  request.out = &out;
+  request.record = folder / kAnswersFile;
+  request.keep = keep;
+  request.most_steps = arguments.most_steps;
+  return supervise(session, scenario, request) == DialogueEnd::go_on;
+}
+
 /// Steps until there is none left, or enough; each is on disk before the next begins.
 ImproveState improve_robot(const ImproveArguments& arguments, const DesignRobots& robots,
                            const ImproveQuestion& question, const fs::path& folder) {
@@ -156,17 +203,23 @@ ImproveState improve_robot(const ImproveArguments& arguments, const DesignRobots
   if (!arguments.force) begun = read_improvement(folder, scenario, question);
   std::ostream& out = arguments.json ? std::cerr : std::cout;
   if (begun) out << fmt::format("{}: goes on after {} steps\n", folder.string(), begun->steps.size());
+  const bool fresh = !begun;
   Improvement session(robots, question.options, std::move(begun));
-  bool more = true;
+  std::size_t steps = session.state().steps.size(), reached = session.state().reached.size();
+  const auto keep = [&] {
+    const ImproveState& state = session.state();
+    write_improvement(folder, scenario, question, state);
+    if (state.steps.size() > steps) out << step_text(scenario, state, steps) << std::flush;
+    if (state.reached.size() > reached) out << reached_text(scenario, state.reached.back()) << std::flush;
+    steps = state.steps.size(), reached = state.reached.size();
+  };
+  const bool asks = arguments.ask || !arguments.answers.empty();
+  bool more = !asks || ask_about_steps(arguments, session, scenario, folder, fresh, out, keep);
   while (more && session.state().steps.size() < arguments.most_steps) {
-    const std::size_t steps = session.state().steps.size(), reached = session.state().reached.size();
     more = session.advance();
-    write_improvement(folder, scenario, question, session.state());
-    if (session.state().steps.size() > steps) out << step_text(scenario, session.state(), steps) << std::flush;
-    if (session.state().reached.size() > reached) {
-      out << reached_text(scenario, session.state().reached.back()) << std::flush;
-    }
+    keep();
   }
+  keep();  // a session without steps is one, too
   return session.state();
 }
 
@@ -216,7 +269,33 @@ Comparison verdict(const fs::path& folder, const ImproveArguments& arguments, co
 
 // ---- the verb
 
+/// A number that each particle draws for itself makes no task harder for them.
+void doubt_task(const Scenario& scenario, bool particles) {
+  const std::string& path = scenario.redesign->task_path;
+  const auto& all = scenario.space.parameters;
+  if (std::none_of(all.begin(), all.end(), [&](const auto& one) { return one.name == path; })) return;
+  if (!particles) {
+    spdlog::warn("design.task.path: {}: is uncertain, so that the nominal robot alone heeds the task", path);
+    return;
+  }
+  throw InputError(fmt::format(
+      "{}: design.task.path: {}: is uncertain, so that each particle draws its own value, whatever the task is; make "
+      "the task of uncertain.{} instead, or take it out of 'uncertain'",
+      scenario.file, path, path));
+}
+
+/// What is doubtful at single tasks.
+void tell_warnings(const DesignRobots& robots) {
+  ValueWarnings warnings(robots.scenario().warnings);
+  const DesignBlock& block = robots.block();
+  for (std::size_t level = 0; level < block.task_values.size(); ++level) {
+    warnings.tell(robots.warnings(level), fmt::format("{}={}", block.task_path, block.task_values[level]));
+  }
+  warnings.end();
+}
+
 void check_asked(const ImproveArguments& arguments, const Scenario& scenario) {
+  if (!scenario.redesign_problem.empty()) throw InputError(scenario.redesign_problem);
   if (!scenario.redesign) {
     throw InputError(
         fmt::format("{}: has no 'design', which says what of the robot may be changed; e.g. design: "
@@ -240,7 +319,8 @@ ImproveQuestion question_of(const ImproveArguments& arguments, const Scenario& s
   out.options.alpha = alpha_of(arguments.alpha);
   out.options.threads = arguments.threads > 0 ? arguments.threads : std::max(1u, std::thread::hardware_concurrency());
   for (std::uint32_t i = 0; i < arguments.particles; ++i) out.options.particles.push_back(i);
-  if (!arguments.from.empty()) begin_at_failures(arguments, out);
+  out.drawn = std::max(scenario.particles, arguments.particles);
+  if (!arguments.from.empty()) begin_at_failures(arguments, scenario, out);
   return out;
 }
 
@@ -253,20 +333,31 @@ int improve(ImproveArguments arguments) {
   check_asked(arguments, scenario);
   const ImproveQuestion question = question_of(arguments, scenario);
   scenario.seed = question.seed;
+  scenario.particles = question.drawn;
   const fs::path folder = folder_of_session(arguments, scenario);
+  if (!arguments.plot.empty()) picture_style(arguments.plot, arguments.force);  // refuses what cannot be
   if (arguments.verdict == 0 && !question.options.particles.empty()) {
     arguments.verdict = std::max<std::uint64_t>(200, question.options.particles.size());
   }
+  doubt_task(scenario, !question.options.particles.empty() || arguments.verdict > 0);
   const DesignRobots robots(scenario);
+  tell_warnings(robots);
   const ParentFolders parents(folder / kImproveFile);
   const ImproveState state = improve_robot(arguments, robots, question, folder);
   write_robot(folder, robots, state);
+  write_history(folder, scenario, state);
   std::ostream& out = arguments.json ? std::cerr : std::cout;
   out << summary_text(scenario, state, best(state).second);
   if (arguments.verdict > 0) out << verdict_text(verdict(folder, arguments, question).policies.front());
   out << fmt::format("{0}/{1}: the improved robot, ready to run; {0}/{2}: the first one in the same task\n",
                      folder.string(), kScenarioFile, kBeforeFile);
   if (arguments.json) std::cout << improvement_json(scenario, question, state);
+  if (!arguments.plot.empty()) {
+    const PlotStyle style = picture_style(arguments.plot, arguments.force);
+    const ParentFolders picture_folders(arguments.plot);
+    write_picture(arguments.plot, arguments.force, drawn_figure(improve_figure(scenario, state), style, arguments.plot),
+                  false);
+  }
   return exit_code_of(state);
 }
 
@@ -283,15 +374,24 @@ void add_loop_options(CLI::App& verb, ImproveArguments& arguments) {
       add_whole(verb, "--max-steps", arguments.most_steps, 0, 1'000'000, "Most steps in all")->default_str("100");
   verb.add_flag("--auto", arguments.automatic, "As long as steps help, up to --max-steps: what it does anyway")
       ->excludes(most);
+  verb.add_flag(
+          "--ask", arguments.ask,
+          "Show each step before it is made, and take answers: accept, scale, zero, only, same, set, reset, back, "
+          "auto, quit ('help' tells them); they are kept in DIR/answers.txt")
+      ->excludes("--auto");
+  verb.add_option("--answers", arguments.answers, "Answers from a file, as --ask keeps them: a session again")
+      ->type_name("FILE")
+      ->excludes("--auto");
   add_whole(verb, "-n,--particles", arguments.particles, 1, 100'000,
             "Improve a quantile of the margins of so many particles (default: the nominal robot's margins)");
   add_whole(verb, "--verdict", arguments.verdict, 1, kParticleLimit,
             "Simulate so many other particles of both robots at the end, and compare them (default: 200 with "
             "--particles, else none)");
-  add_whole(verb, "--seed", arguments.seed, 0, std::numeric_limits<std::uint64_t>::max(),
-            "Root seed (default: the scenario's)");
+  CLI::Option* seed = add_whole(verb, "--seed", arguments.seed, 0, std::numeric_limits<std::uint64_t>::max(),
+                                "Root seed (default: the scenario's)");
   verb.add_option("--from", arguments.from, "Improve on particles of a campaign that failed, by what failed most")
-      ->type_name("ARCHIVE");
+      ->type_name("ARCHIVE")
+      ->excludes(seed);
 }
 
 }  // namespace
@@ -314,7 +414,9 @@ void add_improve(CLI::App& app, Action& action) {
   add_threads(*verb, arguments->threads);
   verb->add_option("-o,--output", arguments->output, "Folder of the session (default: SCENARIO.improve)")
       ->type_name("DIR");
-  verb->add_flag("--force", arguments->force, "Begin anew what stands in the folder");
+  verb->add_option("--plot", arguments->plot, "Draw the session, too: a file ending in .svg or .png")
+      ->type_name("FILE");
+  verb->add_flag("--force", arguments->force, "Begin anew what stands in the folder, and write over the picture");
   verb->add_flag("--json", arguments->json, "Print the history as JSON, and the rest on stderr");
   verb->callback([arguments, &action] { action = [arguments] { return improve(*arguments); }; });
 }

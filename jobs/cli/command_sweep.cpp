@@ -7,7 +7,6 @@
 #include <memory>
 #include <optional>
 #include <random>
-#include <set>
 
 #include "analysis/sequential.h"
 #include "archive/directory/campaign_directory.h"
@@ -18,12 +17,13 @@
 #include "jobs/campaign/describe_campaign.h"
 #include "jobs/campaign/sweep_axis.h"
 #include "jobs/campaign/sweep_directory.h"
-#include "jobs/cli/gnuplot.h"
 #include "jobs/cli/option_values.h"
 #include "jobs/cli/picture_file.h"
 #include "jobs/cli/resume_campaign.h"
 #include "jobs/cli/shared_options.h"
 #include "jobs/cli/size_estimate.h"
+#include "jobs/cli/value_warnings.h"
+#include "jobs/workers/controllers.h"
 
 namespace graze {
 namespace {
@@ -138,26 +138,6 @@ void doubt_uncertain(const Sweep& sweep, const Scenario& scenario) {
   }
 }
 
-/// Warnings of single values, each once, without those of the scenario as it is.
-class ValueWarnings {
- public:
-  explicit ValueWarnings(const Scenario& base) : told_(base.warnings.begin(), base.warnings.end()) {}
-  void tell(const Scenario& scenario, const std::string& at) {
-    for (const std::string& text : scenario.warnings) {
-      if (!told_.insert(text).second) continue;
-      if (++count_ <= kMost) spdlog::warn("{}: {}", at, text);
-    }
-  }
-  void end() const {
-    if (count_ > kMost) spdlog::warn("and {} more of other values", count_ - kMost);
-  }
-
- private:
-  static constexpr std::size_t kMost = 8;
-  std::set<std::string> told_;
-  std::size_t count_ = 0;
-};
-
 SweepPlan plan_of(const SweepArguments& arguments, const Scenario& base) {
   SweepPlan out;
   Sweep& sweep = out.sweep;
@@ -260,6 +240,20 @@ void write_sweep(const fs::path& folder, const SweepPlan& plan, const std::vecto
   }
 }
 
+/// Throws InputError if there are no times to draw.
+void check_times(const SweepArguments& arguments, const Scenario& base) {
+  if (arguments.plot_times.empty()) return;
+  if (arguments.adaptive) {
+    throw InputError(
+        "--plot-times: an adaptive sweep looks at its outcomes again and again, for which intervals of times are too "
+        "narrow; leave out one of both");
+  }
+  const auto decides = [](const Requirement& one) { return !one.measure; };
+  if (std::any_of(base.task.requirements.begin(), base.task.requirements.end(), decides)) return;
+  throw InputError(fmt::format(
+      "--plot-times: {}: its task has no requirements, so that nothing is violated at any time", base.file));
+}
+
 /// Reads the scenario at every value, so that all that can be refused is refused now, and describes every campaign.
 fs::path begin(const SweepArguments& arguments, const std::string& command_line) {
   if (arguments.scenario.file == kStandardInput) {
@@ -268,20 +262,22 @@ fs::path begin(const SweepArguments& arguments, const std::string& command_line)
   Scenario base = arguments.scenario.load();
   arguments.draw.apply_to(base);
   choose_policies(base, arguments.policies);
+  check_times(arguments, base);
   const SweepPlan plan = plan_of(arguments, base);
   const fs::path folder = folder_to_make(arguments, base);
   std::vector<CampaignInfo> campaigns;
   std::optional<Scenario> first;
-  ValueWarnings warnings(base);
+  ValueWarnings warnings(base.warnings);
   for (const SweepPoint& point : plan.sweep.points) {
     const Scenario scenario = load_at(arguments, base, plan.sweep, point);
     if (!first) first = scenario;
     const std::string at = values_text(plan.sweep, point);
     check_common(*first, scenario, at);
-    warnings.tell(scenario, at);
+    warnings.tell(scenario.warnings, at);
     campaigns.push_back(describe_point(plan, scenario, command_line));
   }
   warnings.end();
+  try_controllers(*first);
   doubt_uncertain(plan.sweep, *first);
   check_fits(arguments, plan, *first, folder);
   write_sweep(folder, plan, campaigns, command_line);
@@ -294,6 +290,7 @@ class SweepRun {
   SweepRun(const SweepArguments& arguments, fs::path folder)
       : arguments_(arguments), folder_(std::move(folder)), plan_(read_plan(folder_)) {}
 
+  bool adaptive() const { return plan_.sweep.adaptive; }
   /// Simulates what is missing; all outcomes are there then.
   const Sweep& run() {
     std::vector<std::uint64_t> particles(plan_.sweep.points.size(), first_particles(plan_));
@@ -364,17 +361,6 @@ void check_is_taken_up(const SweepArguments& arguments) {
   refuse(!arguments.output.empty(), "--output");
 }
 
-/// Of a picture that is asked for: `file` is not empty.
-PlotStyle picture_style(const std::string& file, bool force) {
-  PlotStyle style;
-  check_ending(file, "a picture is one SVG or PNG file", {".svg", ".png"}, Endings::only, NamedBy::word);
-  check_new_file(file, force, {}, NamedBy::word);
-  const bool png = ending_of(file) == ".png";
-  style.format = png ? PlotStyle::Format::png : PlotStyle::Format::svg;
-  check_gnuplot(png);
-  return style;
-}
-
 /// A picture that a sweep is asked for, and what it shows.
 struct SweepPicture {
   std::string file;
@@ -386,6 +372,9 @@ std::vector<SweepPicture> pictures(const SweepArguments& arguments) {
   if (!arguments.plot.empty()) out.push_back({arguments.plot, sweep_figure});
   if (!arguments.plot_times.empty()) out.push_back({arguments.plot_times, sweep_times_figure});
   for (const SweepPicture& picture : out) picture_style(picture.file, arguments.force);  // refuses what cannot be
+  if (out.size() > 1 && fs::path(out[0].file).lexically_normal() == fs::path(out[1].file).lexically_normal()) {
+    throw InputError(fmt::format("--plot-times {}: is the file of --plot, too; give it another name", out[1].file));
+  }
   return out;
 }
 
@@ -406,6 +395,11 @@ int sweep(const SweepArguments& arguments, const std::string& command_line) {
   }
   const fs::path folder = there ? fs::path(arguments.scenario.file) : begin(arguments, command_line);
   SweepRun run(arguments, folder);
+  if (run.adaptive() && !arguments.plot_times.empty()) {
+    throw InputError(
+        "--plot-times: an adaptive sweep looks at its outcomes again and again, for which intervals of times are too "
+        "narrow; leave it out, or sweep without --adaptive");
+  }
   const Sweep& result = run.run();
   std::cout << (arguments.json  ? sweep_json(result)
                 : arguments.csv ? sweep_csv(result)

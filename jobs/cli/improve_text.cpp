@@ -24,6 +24,13 @@ std::string task_text(const DesignBlock& block, std::size_t level) {
                      block.task_values[level]);
 }
 
+/// "94 %"; what is not all of it is never told as all.
+std::string share_text(double share) {
+  const double percent = 100 * share;
+  return share < 1 && percent > 99 ? fmt::format("{:.4g} %", std::min(percent, 99.99))
+                                   : fmt::format("{:.0f} %", percent);
+}
+
 std::string margins_text(const Scenario& scenario, const ImproveStep& step) {
   const std::vector<std::string> names = limit_names(scenario), units = limit_units(scenario);
   std::vector<std::string> parts;
@@ -40,7 +47,7 @@ std::string changes_text(const DesignBlock& block, const ImproveStep& step) {
   std::vector<std::string> parts;
   for (std::size_t i = 0; i < block.variables.size(); ++i) {
     const DesignVariable& one = block.variables[i];
-    if (std::abs(step.after[i] - step.before[i]) < 1e-4 * (one.upper - one.lower)) continue;
+    if (std::abs(step.after[i] - step.before[i]) < kToldChange * (one.upper - one.lower)) continue;
     parts.push_back(fmt::format("{} {:.4g} -> {:.4g}{}", one.name, step.before[i] / one.scale,
                                 step.after[i] / one.scale, with_unit(one.unit)));
   }
@@ -71,8 +78,8 @@ std::string step_text(const Scenario& scenario, const ImproveState& state, std::
   const ImproveStep& step = state.steps[number];
   const DesignBlock& block = *scenario.redesign;
   std::string out = fmt::format(
-      "{:4}  {}; without violation {:.0f} % -> {:.0f} % of the trace; step {:.3g}{}\n      {}\n", number + 1,
-      margins_text(scenario, step), 100 * step.progress_before, 100 * step.progress_after, step.size,
+      "{:4}  {}; without violation {} -> {} of the trace; step {:.3g}{}\n      {}\n", number + 1,
+      margins_text(scenario, step), share_text(step.progress_before), share_text(step.progress_after), step.size,
       step.rolled_back == 0 ? "" : fmt::format(", {} larger rolled back", step.rolled_back), changes_text(block, step));
   if (std::isfinite(step.to)) out += fmt::format("      window {:.3g} .. {:.3g} s\n", step.from, step.to);
   out += kinks_text(scenario, step);

@@ -11,6 +11,16 @@
 
 namespace graze {
 
+PlotStyle picture_style(const std::string& file, bool force) {
+  PlotStyle style;
+  check_ending(file, "a picture is one SVG or PNG file", {".svg", ".png"}, Endings::only, NamedBy::word);
+  check_new_file(file, force, {}, NamedBy::word);
+  const bool png = ending_of(file) == ".png";
+  style.format = png ? PlotStyle::Format::png : PlotStyle::Format::svg;
+  check_gnuplot(png);
+  return style;
+}
+
 std::string drawn_figure(const Figure& figure, const PlotStyle& style, const std::filesystem::path& path) {
   std::string out = drawn_by_gnuplot(gnuplot_script(figure, style), path.string());
   return style.format == PlotStyle::Format::svg ? finished_svg(std::move(out)) : out;

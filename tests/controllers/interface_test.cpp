@@ -7,6 +7,7 @@
 #include "engine/settings/settings.h"
 #include "graze/policy.h"
 #include "jobs/workers/record_bytes.h"
+#include "tests/message_of.h"
 
 namespace graze {
 namespace {
@@ -14,11 +15,11 @@ namespace {
 TEST(PolicyHeader, FindsSettingsOfTheOutermostMap) {
   const std::string json = settings_json(
       Settings::parse("{gains: {kp: 1, 'kd\"': 2}, note: 'kp: \"kp\"', list: [3, kp], kp: 2.5e1, name: kd, "
-                      "kd: -0.5, on: true, none: ~, text: 1 m}",
+                      "kd: -0.5, on: true, none: ~, text: 1 more}",
                       "test.yaml"));
   EXPECT_EQ(json,
             "{\"gains\": {\"kp\": 1, \"kd\\\"\": 2}, \"note\": \"kp: \\\"kp\\\"\", \"list\": [3, \"kp\"], \"kp\": 25, "
-            "\"name\": \"kd\", \"kd\": -0.5, \"on\": true, \"none\": null, \"text\": \"1 m\"}");
+            "\"name\": \"kd\", \"kd\": -0.5, \"on\": true, \"none\": null, \"text\": \"1 more\"}");
   GrazeSetup setup{};
   setup.settings = json.c_str();
   EXPECT_EQ(graze_setting(&setup, "kp", 7), 25);
@@ -30,6 +31,17 @@ TEST(PolicyHeader, FindsSettingsOfTheOutermostMap) {
     setup.settings = broken;
     EXPECT_EQ(graze_setting(&setup, "kp", 7), 7) << broken;
   }
+}
+
+// Claim: a number with a unit, which a controller would take for a text, is refused with what to write.
+TEST(PolicyHeader, SettingsAreNumbersInSi) {
+  const auto told = [](const std::string& settings) {
+    return testing::message_of([&] { settings_json(Settings::parse(settings, "test.yaml")); });
+  };
+  EXPECT_THAT(told("{a: {swing: 90 deg}}"),
+              ::testing::AllOf(::testing::HasSubstr("test.yaml:1:"), ::testing::HasSubstr("write 1.5707963267")));
+  EXPECT_THAT(told("{period: 500 ms}"), ::testing::HasSubstr("write 0.5"));
+  EXPECT_THAT(told("{kp: 0x64}"), ::testing::HasSubstr("decimal"));
 }
 
 TraceRecord record() {

@@ -5,9 +5,10 @@
 
 #include <nlohmann/json.hpp>
 
+#include "archive/hdf5/hdf5.h"
 #include "jobs/campaign/design_trials.h"
 #include "jobs/campaign/nominal_traces.h"
-#include "tests/jobs/program.h"
+#include "tests/jobs/swing_session.h"
 #include "tests/message_of.h"
 
 namespace graze {
@@ -17,63 +18,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using Json = nlohmann::json;
 
-/// Two pendulums of 30 cm on a post, let go at 70 degrees.
-constexpr const char* kTwins = R"(<robot name="twins"><link name="post"/>
-  <joint name="left" type="continuous"><origin xyz="0 0.2 0.5"/><parent link="post"/><child link="left_rod"/>
-    <axis xyz="0 1 0"/><limit effort="1" velocity="20"/></joint>
-  <link name="left_rod"><inertial><origin xyz="0 0 -0.15"/><mass value="0.1"/>
-    <inertia ixx="1e-3" iyy="1e-3" izz="1e-5" ixy="0" ixz="0" iyz="0"/></inertial>
-    <collision><origin xyz="0 0 -0.15"/><geometry><cylinder radius="0.004" length="0.3"/></geometry></collision></link>
-  <joint name="right" type="continuous"><origin xyz="0 -0.2 0.5"/><parent link="post"/><child link="right_rod"/>
-    <axis xyz="0 1 0"/><limit effort="1" velocity="20"/></joint>
-  <link name="right_rod"><inertial><origin xyz="0 0 -0.15"/><mass value="0.1"/>
-    <inertia ixx="1e-3" iyy="1e-3" izz="1e-5" ixy="0" ixz="0" iyz="0"/></inertial>
-    <collision><origin xyz="0 0 -0.15"/><geometry><cylinder radius="0.004" length="0.3"/></geometry></collision></link>
-</robot>)";
-
-constexpr const char* kSwing = R"(graze: 1
-name: Swing
-robot:
-  urdf: twins.urdf
-  base: fixed
-  initial: {joints: {"*": 70 deg}}
-time: {end: 0.1 s, step: 1 ms, control: 10 ms}
-uncertain:
-  robot.joint.*.damping: {uniform: [0, 0.002]}
-  initial.joint.*.position: {normal: {std: 4 deg}}
-policies:
-  free: {hold: {}, control: {torque: {}}}
-task:
-  requirements:
-    slow: {joint_speed: {joints: "*", below: 3.4 rad/s}}
-)";
-
-constexpr const char* kBoth = R"(
-design:
-  variables:
-    rods: {of: "robot.link.*_rod.length", within: [10 cm, 60 cm]}
-    thick: {of: "robot.link.*_rod.radius", within: [2 mm, 20 mm]}
-    motor: {of: "robot.joint.*.effort", factor: [0.5, 2]}
-  task: {path: "robot.initial.joints.*", values: [70 deg, 80 deg, 90 deg]}
-)";
-
-class Improve : public ::testing::Test {
- protected:
-  Improve() {
-    testing::write_file(folder / "twins.urdf", kTwins);
-    write(kBoth);
-  }
-  void write(const std::string& design) { testing::write_file(folder / "swing.yaml", kSwing + design); }
-  testing::Result graze(const std::string& arguments) const { return testing::graze(folder.path(), arguments); }
-  Json history(const std::string& options, int code = 0) const {
-    const testing::Result run = graze("improve swing.yaml --json " + options);
-    EXPECT_EQ(run.code, code) << run.err;
-    return run.code == 2 ? Json() : Json::parse(run.out);
-  }
-  Scenario scenario() const { return load_scenario((folder / "swing.yaml").string()); }
-
-  testing::TemporaryFolder folder;
-};
+using Improve = testing::SwingSession;
 
 // The session's slope, (predicted - before) / change, is that of a difference of sixth order on a speed that rises
 // until the end of the trace, a smooth function of the length: within 1e-5.
@@ -210,6 +155,27 @@ TEST_F(Improve, WritesTheRobotThatItFound) {
             Outcome::known_failure);
 }
 
+// The history for NumPy is that of improve.json; a picture is drawn of it.
+TEST_F(Improve, WritesAHistoryAndAPicture) {
+  const Json state = history("-o better --step damped --plot better.svg")["state"];
+  const hdf5::Lock lock;
+  const hdf5::Handle file = hdf5::open_for_reading(folder / "better/history.h5");
+  EXPECT_EQ(hdf5::read_strings(file.id(), "variables/name"), (std::vector<std::string>{"rods", "thick", "motor"}));
+  EXPECT_EQ(hdf5::read_strings(file.id(), "limits/name"), (std::vector<std::string>{"slow"}));
+  const auto design =
+      hdf5::read_column<double>(file.id(), "steps", {.name = "design_after", .matrix = true, .width = 3}, 1 << 20);
+  const auto task =
+      hdf5::read_column<std::uint32_t>(file.id(), "steps", {.name = "task", .type = hdf5::Type::u32}, 1 << 20);
+  ASSERT_EQ(task.size(), state["steps"].size());
+  for (std::size_t k = 0; k < task.size(); ++k) {
+    EXPECT_EQ(task[k], state["steps"][k]["level"].get<std::uint32_t>());
+    for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(design[3 * k + i], state["steps"][k]["after"][i].get<double>());
+  }
+  EXPECT_THAT(testing::read_file(folder / "better.svg"), AllOf(HasSubstr("<svg"), HasSubstr("tasks done")));
+  EXPECT_EQ(graze("improve swing.yaml -o other --plot better.svg").code, 2) << "a file is in the way";
+  EXPECT_FALSE(std::filesystem::exists(folder / "other"));
+}
+
 // An interrupted session goes on to the bytes of the uninterrupted one, whatever the threads.
 TEST_F(Improve, GoesOnWhereItWasInterrupted) {
   history("-o whole --threads 1");
@@ -237,6 +203,13 @@ TEST_F(Improve, HistoryIsSealed) {
   EXPECT_THAT(changed.err, HasSubstr("improve.json: is damaged: it is not as it was written"));
 }
 
+// The scenario that is written includes the first one, whatever its name.
+TEST_F(Improve, QuotesNames) {
+  std::filesystem::rename(folder / "swing.yaml", folder / "it's.yaml");
+  EXPECT_EQ(graze("improve \"it's.yaml\" -o s --max-steps 1").code, 4);
+  EXPECT_EQ(graze("check s/improved.yaml").code, 0);
+}
+
 // On particles a quantile of the margins is raised; others than these judge. What --set names is found from DIR, too.
 TEST_F(Improve, RaisesAQuantileOfParticles) {
   const testing::Result run = graze("improve swing.yaml --set robot.urdf=twins.urdf -n 8 --verdict 60 -o many");
@@ -258,6 +231,50 @@ TEST_F(Improve, BeginsAtTheFailuresOfACampaign) {
   const Json asked = Json::parse(testing::read_file(folder / "from/improve.json"))["question"];
   EXPECT_EQ(asked["particles"].size(), 5u);
   EXPECT_EQ(graze("improve swing.yaml --from nowhere.h5").code, 2);
+}
+
+// What failed in the campaign fails here, whatever the design of its particles.
+TEST_F(Improve, ParticlesOfACampaignAreThoseThatFailed) {
+  const std::string latin = " --set sampling.design=latin_hypercube ";
+  ASSERT_EQ(graze("run swing.yaml -n 24 --seed 5 -o first.graze --quiet" + latin).code, 0);
+  const Json step =
+      history(latin + "--from first.graze -n 4 --verdict 1 --max-steps 1 -o from", 4)["state"]["steps"][0];
+  EXPECT_EQ(step["success_before"].get<double>(), 0);
+  const testing::Result other = graze("improve swing.yaml --from first.graze -o other");
+  EXPECT_EQ(other.code, 2);
+  EXPECT_THAT(other.err,
+              AllOf(HasSubstr("is a campaign of another scenario: sampling.design"), HasSubstr("not there")));
+  EXPECT_THAT(graze("improve swing.yaml --from first.graze --seed 3").err, HasSubstr("--seed"));
+}
+
+// A number that particles draw for themselves makes no task for them.
+TEST_F(Improve, TaskOfWhatIsDrawnIsRefused) {
+  const std::string usable =
+      "improve swing.yaml --set contact.friction=0.8 "
+      "--set 'uncertain.contact.friction={uniform: [0.5, 1]}' --set 'design.task={path: contact.friction, values: "
+      "[0.8, 0.4]}' ";
+  const testing::Result run = graze(usable + "-n 4 -o drawn");
+  EXPECT_EQ(run.code, 2);
+  EXPECT_THAT(run.err, AllOf(HasSubstr("each particle draws its own value"), HasSubstr("uncertain.contact.friction")));
+  EXPECT_THAT(graze(usable + "--max-steps 1 -o nominal").err, HasSubstr("the nominal robot alone heeds the task"));
+}
+
+// What is doubtful at a task is told; campaigns do not heed a design that cannot be.
+TEST_F(Improve, TasksAreReadLikeScenarios) {
+  const std::string told = graze("improve swing.yaml --set 'design.task.values=[70, 90]' --max-steps 0").err;
+  EXPECT_THAT(told, AllOf(HasSubstr("robot.initial.joints.*=70: "), HasSubstr("did you mean 70 deg?")));
+  const testing::Result wrong = graze("improve swing.yaml --set 'design.task.values=[70 deg, 70 kg]' -o wrong");
+  EXPECT_EQ(wrong.code, 2);
+  EXPECT_THAT(wrong.err, HasSubstr("design.task.values, 2 of 2 (70 kg): "));
+  testing::write_file(folder / "other.urdf", testing::read_file(folder / "twins.urdf"));
+  EXPECT_EQ(graze("improve swing.yaml --set 'design.task={path: robot.urdf, values: [twins.urdf, other.urdf]}' "
+                  "--max-steps 1 -o urdf")
+                .code,
+            4);
+  const std::string outside = " --set 'design.variables.rods.within=[1, 2]'";
+  EXPECT_EQ(graze("run swing.yaml -n 2 --quiet -o run.graze" + outside).code, 0);
+  EXPECT_THAT(graze("check swing.yaml" + outside).err, HasSubstr("own 0.3 m lies outside of 1 … 2 m"));
+  EXPECT_EQ(graze("improve swing.yaml" + outside).code, 2);
 }
 
 TEST_F(Improve, RefusesWhatItCannotDo) {

@@ -138,6 +138,17 @@ TEST_F(SweepVerb, IsSealed) {
   EXPECT_THAT(exchanged.err, HasSubstr("000.graze: its scenario is not that of this value"));
 }
 
+// What cannot be drawn is refused before anything is simulated.
+TEST_F(SweepVerb, RefusesPicturesThatCannotBe) {
+  const std::string over = "sweep ball.yaml -n 2 --quiet -o p.sweep --over contact.friction=0.3,0.9 ";
+  EXPECT_THAT(graze(over + "--plot x.svg --plot-times ./x.svg").err, HasSubstr("is the file of --plot, too"));
+  EXPECT_THAT(graze(over + "--plot-times x.svg --adaptive").err, HasSubstr("intervals of times are too narrow"));
+  EXPECT_THAT(graze(over + "--plot-times x.svg --set 'task=!replace {objective: {alive: {}}}'").err,
+              HasSubstr("its task has no requirements"));
+  EXPECT_FALSE(fs::exists(folder / "p.sweep"));
+  EXPECT_FALSE(fs::exists(folder / "x.svg"));
+}
+
 // The table is printed whatever becomes of the picture.
 TEST_F(SweepVerb, KeepsTheTableWhereThePictureFails) {
   const testing::Result run = graze("sweep ball.yaml -n 2 --quiet --over contact.friction=0.3,0.9 --plot /proc/x.svg");
@@ -220,6 +231,7 @@ TEST(SweepAxis, IsWhatItSays) {
   const SweepAxis up = parse_sweep_axis("a.b=0.4:1.4:0.05 N s");
   EXPECT_EQ(up.texts[14], "1.1 N s");
   EXPECT_EQ(up.values[14], 1.1);
+  EXPECT_EQ(parse_sweep_axis("a.b=1e-12:1:0.5").values[0], 1e-12) << "the first value is the one that is written";
 }
 
 // Values of a range are written without the rounding of their sum; units may stand behind each number or behind the

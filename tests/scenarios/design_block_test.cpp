@@ -18,7 +18,7 @@ Scenario with_design(const std::string& design) {
 }
 
 std::string refusal(const std::string& design) {
-  return testing::message_of([&] { with_design(design); });
+  return with_design(design).redesign_problem;  // campaigns do not heed it
 }
 
 std::string refused_variables(const std::string& variables) { return refusal("{variables: {" + variables + "}}"); }
@@ -79,6 +79,29 @@ TEST(DesignBlock, TasksBecomeHarder) {
   EXPECT_EQ(scenario.redesign->task_values, (std::vector<std::string>{"[0.1, 0, 0]", "[0.2, 0, 0]"}));
   EXPECT_THAT(refusal("{" + variable + ", task: {path: policies.trot.gait.speed, values: [1, 2]}}"),
               AllOf(HasSubstr("design.task.path"), HasSubstr("no such setting")));
+  EXPECT_THAT(refusal("{" + variable + ", task: {path: policies.trt.gait.duty, values: [1, 2]}}"),
+              HasSubstr("no 'trt' in policies; nearest: trot"));
+  EXPECT_THAT(refusal("{" + variable + ", task: {path: policies.trot.gait.speed, values: [1, 2]}}"),
+              HasSubstr("no 'speed' in policies.trot.gait"));
+}
+
+// A task of what a variable changes would be done by the variable.
+TEST(DesignBlock, TaskIsNoVariable) {
+  const std::string variable = "variables: {lift: {of: policies.trot.gait.step_height, within: [1 cm, 6 cm]}}";
+  for (const char* path : {"policies.trot.gait.step_height", "policies.trot.gait"}) {
+    EXPECT_THAT(refusal("{" + variable + ", task: {path: " + path + ", values: [3 cm, 5 cm]}}"),
+                AllOf(HasSubstr("design.task.path"), HasSubstr("is what the variable 'lift' changes")))
+        << path;
+  }
+  EXPECT_EQ(refusal("{" + variable + ", task: {path: policies.trot.gait.velocity, values: [[0.1, 0, 0]]}}"), "");
+}
+
+// Numbers of a policy's setting are told in its unit.
+TEST(DesignBlock, BoundsAreToldInTheUnitOfTheSetting) {
+  EXPECT_THAT(refused_variables("lift: {of: policies.trot.gait.step_height, within: [5 cm, 6 cm]}"),
+              AllOf(HasSubstr("the policy's own"), HasSubstr("cm lies outside of 5 … 6 cm"), HasSubstr("cm, 6 cm]")));
+  EXPECT_THAT(refused_variables("duty: {of: policies.trot.gait.duty, within: [40, 90]}"),
+              AllOf(HasSubstr("did you mean [40 %, 90 %]?"), ::testing::Not(HasSubstr("nearest"))));
 }
 
 TEST(DesignBlock, RefusesWhatCannotBeMeant) {
@@ -89,7 +112,7 @@ TEST(DesignBlock, RefusesWhatCannotBeMeant) {
                         "b: {of: robot.link.LF_LEG_3.length, factor: [0.5, 2]}"),
       AllOf(HasSubstr("robot.link.LF_LEG_3.length"), HasSubstr("is moved by 'a' already"), HasSubstr("contradict")));
   EXPECT_THAT(refused_variables("shin: {of: robot.link.*_LEG_3.length, within: [15 cm, 20 cm]}"),
-              AllOf(HasSubstr("own 0.1 m lies outside"), HasSubstr("[0.1, 0.2]")));
+              AllOf(HasSubstr("own 0.1 m lies outside"), HasSubstr("[0.1 m, 0.2 m]")));
   EXPECT_THAT(refused_variables("m: {of: robot.link.BODY0.mass, factor: [0.5, 2]}, "
                                 "d: {of: robot.link.BODY0.density, factor: [0.5, 2]}"),
               HasSubstr("only one of them can be designed"));
@@ -104,6 +127,8 @@ TEST(DesignBlock, RefusesWhatCannotBeMeant) {
   EXPECT_THAT(refused_variables("g: {of: policies.trot.gait.lift, within: [0, 1]}"), HasSubstr("no such setting"));
   EXPECT_THAT(refused_variables("m: {of: robot.link.BODY0.com.x, within: [-1e308, 1e308]}"), HasSubstr("finite"));
   EXPECT_THAT(refused_variables(""), HasSubstr("names no variable"));
+  EXPECT_THAT(refusal("{variables: {m: {of: robot.link.BODY0.mass, factor: [0.5, 2]}}, limits: []}"),
+              HasSubstr("design.limits: names none"));
 }
 
 }  // namespace

@@ -65,6 +65,22 @@ TEST(Disturbance, RefusesWhatCannotBe) {
 TEST(Disturbance, WarnsOfWhatComesTooLate) {
   const Scenario scenario = testing::read(hopper("disturbances: {late: {push: base, impulse: 1, at: 2 s}}\n"));
   EXPECT_THAT(scenario.warnings, ::testing::Contains(HasSubstr("the trace is over after 1 s")));
+  // What each particle draws counts, not what is written where it is drawn for.
+  const Scenario drawn =
+      testing::read(hopper("disturbances: {late: {push: base, impulse: 1, at: 2 s}}\n"
+                           "uncertain: {disturbances.late.at: {uniform: [0.1 s, 0.3 s]}}\n"));
+  EXPECT_THAT(drawn.warnings, ::testing::Each(::testing::Not(HasSubstr("the trace is over"))));
+}
+
+// Claim: `check` tells what is drawn, from where and to where.
+TEST(Disturbance, TellsWhatIsDrawn) {
+  const Scenario scenario = testing::read(
+      hopper("disturbances: {shove: {push: base, impulse: 0.5, azimuth: 90 deg, at: {uniform: [0.1 s, 0.3 s]}, "
+             "point: [0, 0, 1 cm]}}\n"
+             "uncertain: {disturbances.shove.impulse: {uniform: [0.2, 1.6]}}\n"));
+  const std::string text = disturbance_text(scenario.world->disturbances[0], scenario.space);
+  EXPECT_THAT(text, ::testing::AllOf(HasSubstr("push of base at (0, 0, 0.01) m by "), HasSubstr("0.2, 1.6"),
+                                     HasSubstr("towards azimuth 1.5708 rad at "), HasSubstr("0.1"), HasSubstr("0.3")));
 }
 
 }  // namespace

@@ -1,0 +1,104 @@
+#include "jobs/campaign/improvement_history.h"
+
+#include "archive/hdf5/file_driver.h"
+
+namespace graze {
+namespace {
+
+/// Columns of one group, a row per element of a list.
+template <class Row>
+class HistoryRows {
+ public:
+  HistoryRows(hid_t file, const char* group, const std::vector<Row>& rows) : file_(file), group_(group), rows_(rows) {}
+
+  template <class Value>
+  void numbers(const std::string& name, const std::string& unit, const Value& value) const {
+    std::vector<double> out;
+    for (const Row& row : rows_) out.push_back(value(row));
+    write(hdf5::Spec{.name = name, .unit = unit}, out);
+  }
+  template <class Value>
+  void counts(const std::string& name, const Value& value) const {
+    std::vector<std::uint32_t> out;
+    for (const Row& row : rows_) out.push_back(static_cast<std::uint32_t>(value(row)));
+    write(hdf5::Spec{.name = name, .type = hdf5::Type::u32}, out);
+  }
+  template <class Value>
+  void lists(const std::string& name, std::size_t width, const Value& value) const {
+    std::vector<double> out;
+    for (const Row& row : rows_) {
+      const std::vector<double>& list = value(row);
+      for (std::size_t i = 0; i < width; ++i) out.push_back(list.at(i));
+    }
+    write(hdf5::Spec{.name = name, .matrix = true, .width = width}, out);
+  }
+  template <class Value>
+  void texts(const std::string& name, const Value& value) const {
+    std::vector<std::string> out;
+    for (const Row& row : rows_) out.push_back(value(row));
+    hdf5::write_strings(file_, std::string(group_) + "/" + name, out);
+  }
+
+ private:
+  template <class T>
+  void write(const hdf5::Spec& spec, const std::vector<T>& data) const {
+    hdf5::write_column(file_, group_, spec, data, 0);
+  }
+  hid_t file_;
+  const char* group_;
+  const std::vector<Row>& rows_;
+};
+
+void write_steps(hid_t file, const ImproveState& state, std::size_t variables, std::size_t limits) {
+  const HistoryRows<ImproveStep> steps(file, "steps", state.steps);
+  using Step = ImproveStep;
+  steps.counts("task", [](const Step& s) { return s.level; });
+  steps.counts("rolled_back", [](const Step& s) { return s.rolled_back; });
+  steps.counts("kinks", [](const Step& s) { return s.kinks.size(); });
+  steps.counts("reverts", [](const Step& s) { return s.reverts.size(); });
+  steps.numbers("from", "s", [](const Step& s) { return s.from; });
+  steps.numbers("to", "s", [](const Step& s) { return s.to; });
+  steps.numbers("size", "", [](const Step& s) { return s.size; });
+  steps.numbers("lack_before", "", [](const Step& s) { return s.lack_before; });
+  steps.numbers("lack_after", "", [](const Step& s) { return s.lack_after; });
+  steps.numbers("progress_before", "", [](const Step& s) { return s.progress_before; });
+  steps.numbers("progress_after", "", [](const Step& s) { return s.progress_after; });
+  steps.numbers("success_before", "", [](const Step& s) { return s.success_before; });
+  steps.numbers("success_after", "", [](const Step& s) { return s.success_after; });
+  steps.lists(
+      "design_before", variables, [](const Step& s) -> const auto& { return s.before; });
+  steps.lists(
+      "design_after", variables, [](const Step& s) -> const auto& { return s.after; });
+  steps.lists(
+      "margins_before", limits, [](const Step& s) -> const auto& { return s.margins_before; });
+  steps.lists(
+      "margins_predicted", limits, [](const Step& s) -> const auto& { return s.predicted; });
+  steps.lists(
+      "margins_after", limits, [](const Step& s) -> const auto& { return s.margins_after; });
+}
+
+}  // namespace
+
+void write_history(const std::filesystem::path& folder, const Scenario& scenario, const ImproveState& state) {
+  const std::vector<DesignVariable>& all = scenario.redesign->variables;
+  const std::vector<std::string> names = limit_names(scenario), units = limit_units(scenario);
+  publish_hdf5(folder / kHistoryFile, true, [&](const hdf5::Handle& file) {
+    hdf5::write_attribute(file.id(), "format", "graze improve history");
+    hdf5::write_attribute(file.id(), "format_version", std::uint64_t{1});
+    hdf5::write_attribute(file.id(), "scenario", scenario.name);
+    for (const char* group : {"variables", "limits", "steps"}) hdf5::make_group(file.id(), group);
+    const HistoryRows<DesignVariable> variables(file.id(), "variables", all);
+    variables.texts("name", [](const DesignVariable& one) { return one.name; });
+    variables.texts("unit", [](const DesignVariable& one) { return one.unit; });  // in which it is told
+    variables.numbers("scale", "", [](const DesignVariable& one) { return one.scale; });
+    variables.numbers("initial", "", [](const DesignVariable& one) { return one.nominal; });
+    variables.numbers("lower", "", [](const DesignVariable& one) { return one.lower; });
+    variables.numbers("upper", "", [](const DesignVariable& one) { return one.upper; });
+    hdf5::write_strings(file.id(), "limits/name", names);
+    hdf5::write_strings(file.id(), "limits/unit", units);
+    hdf5::write_column(file.id(), "limits", hdf5::Spec{.name = "scale"}, state.scales, 0);
+    write_steps(file.id(), state, all.size(), names.size());
+  });
+}
+
+}  // namespace graze

@@ -1,0 +1,84 @@
+// Claim: a supervised session makes what its answers say, keeps them, and is the same again from the file of them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/jobs/swing_session.h"
+
+namespace graze {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using Json = nlohmann::json;
+
+struct SupervisedImprove : testing::SwingSession {
+  /// Answers, one a line, as they would be typed.
+  testing::Result ask(const std::string& answers, const std::string& options) const {
+    testing::write_file(folder / "typed", answers);
+    return testing::shell(folder.path(), "'" GRAZE_PROGRAM "' improve swing.yaml --ask <typed " + options);
+  }
+  Json steps(const std::string& session) const {
+    return Json::parse(testing::read_file(folder / session / "improve.json"))["state"]["steps"];
+  }
+};
+
+TEST_F(SupervisedImprove, MakesWhatItIsTold) {
+  const testing::Result run = ask(
+      "zero thick mot*\naccept\nback\nset rods 25 cm\naccept\nonly thick\nscale -1  # the other way\naccept\nauto\n",
+      "-o told");
+  EXPECT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.out, AllOf(HasSubstr("Step 1 of task 1 of 3"), HasSubstr("predicted"),
+                             HasSubstr("back after 0 steps"), HasSubstr("Every limit holds in every task")));
+  const Json made = steps("told");
+  ASSERT_GE(made.size(), 2u);
+  EXPECT_NEAR(made[0]["after"][0].get<double>(), 0.25, 1e-12);
+  EXPECT_NE(made[0]["before"][1], made[0]["after"][1]) << "'back' has forgotten what was made zero";
+  EXPECT_EQ(made[1]["before"][0], made[1]["after"][0]);
+  EXPECT_NE(made[1]["before"][1], made[1]["after"][1]);
+  EXPECT_EQ(testing::read_file(folder / "told/answers.txt"),
+            "zero thick mot*\naccept\nback\nset rods 25 cm\naccept\nonly thick\nscale -1\naccept\nauto\n");
+}
+
+TEST_F(SupervisedImprove, IsRepeatedFromItsAnswers) {
+  const std::string answers = "scale 0.5\naccept\nsame rods thick\naccept\nback 2\nzero thick\naccept\nauto\n";
+  ASSERT_EQ(ask(answers, "-o told").code, 0);
+  EXPECT_EQ(graze("improve swing.yaml --answers told/answers.txt -o again --threads 1").code, 0);
+  EXPECT_EQ(testing::read_file(folder / "again/improve.json"), testing::read_file(folder / "told/improve.json"));
+  // In parts, the first of which ends in the middle of a question.
+  EXPECT_EQ(ask("scale 0.5\naccept\nzero rods\n", "-o parts").code, 4);
+  EXPECT_EQ(ask("same rods thick\naccept\nback 2\nquit\n", "-o parts").code, 4);
+  EXPECT_EQ(ask("zero thick\naccept\nauto\n", "-o parts").code, 0);
+  EXPECT_EQ(testing::read_file(folder / "parts/improve.json"), testing::read_file(folder / "told/improve.json"));
+  EXPECT_EQ(testing::read_file(folder / "parts/answers.txt"), answers);
+}
+
+TEST_F(SupervisedImprove, AsksAgainWhatItDoesNotUnderstand) {
+  const testing::Result run = ask(
+      "acept\nset rod 20 cm\nset rods 3 m\nset rods 2 kg\nset *o* 1\nzero\nback\nscale much\nscale 0\naccept\nhelp\n",
+      "-o none");
+  EXPECT_EQ(run.code, 4) << run.err;
+  EXPECT_THAT(run.out, AllOf(HasSubstr("'acept': no answer; nearest: accept"), HasSubstr("nearest: rods"),
+                             HasSubstr("must lie from 0.1 to 0.6 m; nearest right answer: 0.6"), HasSubstr("kg"),
+                             HasSubstr("this names several"), HasSubstr("'zero': is written 'zero VARIABLE…'"),
+                             HasSubstr("back: no step was made yet")));
+  EXPECT_THAT(run.out, AllOf(HasSubstr("much"), HasSubstr("the step changes nothing"),
+                             HasSubstr("take back the last step, or so many")));
+  EXPECT_EQ(steps("none").size(), 0u);
+}
+
+TEST_F(SupervisedImprove, FileOfAnswersSaysWhereItIsWrong) {
+  testing::write_file(folder / "a.txt", "# a session\n\naccept\nacept\n");
+  const testing::Result run = graze("improve swing.yaml --answers a.txt -o s");
+  EXPECT_EQ(run.code, 2);
+  EXPECT_THAT(run.err, HasSubstr("a.txt:4: 'acept': no answer"));
+  EXPECT_EQ(steps("s").size(), 1u) << "what was made is kept";
+  const testing::Result more = graze("improve swing.yaml --answers a.txt -o s");
+  EXPECT_EQ(more.code, 2);
+  EXPECT_THAT(more.err, AllOf(HasSubstr("is a session already"), HasSubstr("--force")));
+  EXPECT_THAT(graze("improve swing.yaml --answers b.txt -o t").err, HasSubstr("b.txt"));
+  EXPECT_THAT(graze("improve swing.yaml --answers a.txt --auto -o t").err, Not(HasSubstr("internal")));
+}
+
+}  // namespace
+}  // namespace graze
