@@ -176,6 +176,9 @@ NetworkPorts sort_ports(const Network& network, const Described& own) {
       pair.fail(fmt::format("the shape of {} is {}, and that of {} {}", in.name, text_of(in.shape), from.name,
                             text_of(from.shape)));
     }
+    for (const auto& [earlier, source] : out.memory) {
+      if (earlier == &in) names[0].fail(fmt::format("'{}' stands twice; it gets one output", in.name));
+    }
     out.memory.emplace_back(&in, &from);
   }
   out.observation = observed_input(network, out, own.at("file"));

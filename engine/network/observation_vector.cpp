@@ -201,7 +201,7 @@ std::string ObservationVector::in_words() const {
   for (const auto& term : terms_) {
     list += fmt::format("{}{} {}", list.empty() ? "" : ", ", term->kind.name, term->rows);
   }
-  return fmt::format("{}: {}{}", size(), list,
+  return fmt::format("{}{}{}{}", size(), list.empty() ? "" : ": ", list,
                      frames_.size() > 1 ? fmt::format("; {} frames of {}", frames_.size(), now_.rows()) : "");
 }
 

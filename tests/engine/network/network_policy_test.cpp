@@ -7,6 +7,7 @@
 #include <random>
 
 #include "engine/network/observation_vector.h"
+#include "engine/settings/warnings.h"
 #include "tests/engine/control/support.h"
 #include "tests/engine/network/evaluate.h"
 #include "tests/engine/settings/spelled_out.h"
@@ -164,6 +165,15 @@ TEST_F(NetworkPolicyTest, MovesTheJointsThatItNames) {
   }
 }
 
+// Places that nobody goes to are told.
+TEST_F(NetworkPolicyTest, WarnsOfPlacesThatNobodyFollows) {
+  for (const std::string action : {"position", "torque"}) {
+    Warnings warnings;
+    make(counter(), "inputs: [joint_position], memory: [[h, hn]], action: " + action);
+    EXPECT_EQ(warnings.texts().size(), action == "position" ? 1u : 0u) << action;
+  }
+}
+
 // A network that breaks down is the particle's fault, not the campaign's.
 TEST_F(NetworkPolicyTest, ThrowsForWhatIsNoNumber) {
   OnnxWriter net;
@@ -204,6 +214,8 @@ TEST_F(NetworkPolicyTest, SaysWhatDoesNotFit) {
   EXPECT_THAT(refused(net, four, "operational_pd: {kp: 1, kd: 1}"), HasSubstr("network gives joint targets"));
   EXPECT_THAT(refused(counter(), "inputs: [joint_position]"),
               HasSubstr("the network has the inputs obs [1, 12], h [1, 1]; one is for what is observed"));
+  EXPECT_THAT(refused(counter(), "inputs: [joint_position], memory: [[h, hn], [h, hn]]"),
+              HasSubstr("'h' stands twice"));
   EXPECT_THAT(refused("rubbish", four), HasSubstr("policy.onnx: is no ONNX file, or a damaged one"));
   EXPECT_THAT(refused(testing::perceptron({48, 13}, "Elu", Numbers::float32), four),
               HasSubstr("output 'actions' of shape [1, 13] has 13 numbers, and there are 12 joints: LF_X_1"));
