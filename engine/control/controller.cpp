@@ -114,7 +114,9 @@ Controller::Controller(const ControlContext& given, const Settings& settings) : 
       policy_registry().at(policy).make(context, Described(policy_settings, policy_text(policy)), entry.kind);
   const std::vector<int> effectors = impl_->policy->effectors();
   impl_->tracker = entry.make(context, Described(tracker_settings, entry.text), effectors);
-  if (tracker == "torque" && (policy == "joint_trajectory" || policy == "tool_path" || policy == "gait")) {
+  const bool torques = policy == "network" && policy_settings.text_or("action", "") == "torque";
+  if (tracker == "torque" && !torques &&
+      (policy == "joint_trajectory" || policy == "tool_path" || policy == "gait" || policy == "network")) {
     warn(settings,
          fmt::format("'{}' wants places, which the tracker 'torque' passes over: the robot is limp; use control: "
                      "{{joint_pd: {{kp: …}}}}",

@@ -153,7 +153,8 @@ class SchemaWriter {
       case Form::Kind::map:
         return component(*form.inner, true);
       case Form::Kind::maps:
-        return {{"type", "array"}, {"items", map(*form.inner, true)}};
+        return {{"type", "array"},
+                {"items", form.inner->instead.empty() ? map(*form.inner, true) : component(*form.inner, true)}};
       case Form::Kind::nothing:
         return {{"type", "null"}};
     }

@@ -21,7 +21,7 @@ LIBRARIES = {
     "model": ["engine/model"],
     "physics": ["engine", "engine/contact", "engine/dynamics", "engine/lanes", "engine/lane_physics", "engine/bullet",
                 "engine/clearance"],
-    "control": ["engine/sensing", "engine/actuation", "engine/control"],
+    "control": ["engine/sensing", "engine/actuation", "engine/control", "engine/library", "engine/network"],
     "scenarios": ["scenarios"],
     "simulation": ["simulation"],
     "archive": ["archive", "archive/files", "archive/hdf5", "archive/schema", "archive/directory"],
@@ -33,7 +33,7 @@ RAW_TEXT = re.compile(r'R"(\w*)\(.*?\)\1"', re.S)
 ANONYMOUS = re.compile(r"^namespace \{\n(.*?)^\}  // namespace\n", re.M | re.S)
 DEFINITION = re.compile(
     r"^(?:template <[^\n]*>\n)?(?:\[\[\w+\]\] )?(?:(?:static|inline|constexpr|const|extern) )*"
-    r"(?:(?:struct|class|enum|enum class) (?P<type>\w+)|(?:using|namespace) (?P<alias>\w+) = (?P<same>[^;]+);|"
+    r"(?:(?:struct|class|enum class|enum) (?P<type>\w+)|(?:using|namespace) (?P<alias>\w+) = (?P<same>[^;]+);|"
     r"[\w:<>,&*\[\]][\w:<>,&* \[\]]*?[ *&](?P<name>\w+)\s*(?P<what>[(={;\[]))", re.M)
 TEST = re.compile(r"^TEST(?:_F|_P)?\((\w+), (\w+)\)", re.M)
 WORDS = {"if", "for", "while", "return", "operator", "else", "public", "private", "namespace"}
