@@ -6,8 +6,6 @@
 
 namespace graze {
 
-namespace {
-
 std::string json_text(const std::string& text) {
   std::string out = "\"";
   for (const char c : text) {
@@ -22,6 +20,8 @@ std::string json_text(const std::string& text) {
   }
   return out + "\"";
 }
+
+namespace {
 
 std::string json_scalar(const std::string& text) {
   if (text == "true" || text == "false") return text;
