@@ -2,15 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <limits>
 #include <memory>
 
 #include "engine/control/joint_values.h"
 #include "engine/control/policy.h"
-#include "engine/control/rows.h"
+#include "engine/library/outside_policy.h"
 #include "engine/library/settings_json.h"
 #include "engine/library/shared_object.h"
 
@@ -69,16 +67,11 @@ class LibrarySetup {
   GrazeSetup given_{};
 };
 
-class LibraryPolicy : public Policy {
+class LibraryPolicy : public OutsidePolicy {
  public:
   LibraryPolicy(const ControlContext& context, const Described& own)
-      : use_(read_library_use(own)),
-        setup_(context, own),
-        names_(actuated_names(context.nominal)),
-        initial_(actuated_positions(context.nominal, context.initial)),
-        draws_(context.draws),
-        wanted_(context.nominal.na(), 0) {
-    if (use_.loads_here()) load();
+      : OutsidePolicy(context, read_library_use(own)), setup_(context, own) {
+    if (use().loads_here()) load();
   }
   ~LibraryPolicy() override { end(); }
   LibraryPolicy(const LibraryPolicy&) = delete;
@@ -94,20 +87,19 @@ class LibraryPolicy : public Policy {
 
   void act(const Observation& observation, LaneMask active, Targets& targets) override {
     if (!object_) refuse();
-    int first = 0;
-    while (first + 1 < kLanes && !active[first]) ++first;
-    const double time = observation.time[static_cast<std::size_t>(first)];
-    preset();
+    const double time = time_of(observation, active);
+    preset(wanted_.q.row(0), wanted_.v.row(0), wanted_.tau.row(0));
     const GrazeObservation seen = view_of(observation);
     GrazeTargets out = {wanted_.q.row(0), wanted_.v.row(0), wanted_.tau.row(0)};
     object_->call(LibraryCall::act, time, self_,
                   [&] { return object_->table().act(self_, &seen, active.bits(), &out); });
-    take(active, time, targets);
+    const std::string wrong = take(wanted_, active, targets);
+    if (!wrong.empty()) object_->fail(LibraryCall::act, time, wrong);
   }
 
  private:
   void load() {
-    object_ = std::make_unique<SharedObject>(use_);
+    object_ = std::make_unique<SharedObject>(use());
     const double never = std::numeric_limits<double>::quiet_NaN();
     try {
       object_->call(LibraryCall::create, never, nullptr, [&] {
@@ -116,10 +108,10 @@ class LibraryPolicy : public Policy {
       });
     } catch (const std::runtime_error& error) {
       end();
-      use_.place.fail_key(error.what());
+      use().place.fail_key(error.what());
     }
     if (!self_) {
-      use_.place.fail_key(fmt::format("{}: create() gave no controller{}", use_.file, object_->reason(nullptr)));
+      use().place.fail_key(fmt::format("{}: create() gave no controller{}", use().file, object_->reason(nullptr)));
     }
   }
 
@@ -130,33 +122,6 @@ class LibraryPolicy : public Policy {
       return 0;
     });
   } catch (const std::exception&) {  // nobody depends on it any more
-  }
-
-  [[noreturn]] void refuse() const {
-    const bool untrusted = libraries_allowed() == LibraryLoading::refused;
-    throw MachineError(fmt::format(
-        "{}: {} {}", use_.place.key_place(), use_.file,
-        untrusted ? "is code that would run with your rights; graze run, resume, replay and check --determinism run "
-                    "it, with --trust"
-                  : "runs in a process of its own, which this command has none of; with isolation: none it runs in "
-                    "the program"));
-  }
-
-  /// 64 bits of (campaign's seed, particle, policy).
-  std::uint64_t seed(int lane) const {
-    if (!draws_) return 0;
-    constexpr double kHalf = 4294967296.0;  // 2^32
-    const auto high = static_cast<std::uint64_t>(std::floor(draws_->uniform_of_trace(lane, 0) * kHalf));
-    const auto low = static_cast<std::uint64_t>(std::floor(draws_->uniform_of_trace(lane, 1) * kHalf));
-    return high << 32 | low;
-  }
-
-  void preset() {
-    for (int k = 0; k < wanted_.q.rows(); ++k) {
-      std::fill_n(wanted_.q.row(k), kLanes, initial_[static_cast<std::size_t>(k)]);
-      std::fill_n(wanted_.v.row(k), kLanes, 0.0);
-      std::fill_n(wanted_.tau.row(k), kLanes, 0.0);
-    }
   }
 
   GrazeObservation view_of(const Observation& o) const {
@@ -178,45 +143,8 @@ class LibraryPolicy : public Policy {
             o.link_push.row(0)};
   }
 
-  /// Hands over what is wanted, unless some of it is no number.
-  void take(LaneMask active, double time, Targets& targets) const {
-    std::array<double, kLanes> poison{};  // becomes NaN, and stays 0 where all is finite
-    const auto move = [&](const BlockArray& from, BlockArray& to) {
-      for (int k = 0; k < from.rows(); ++k) {
-        const double* const row = from.row(k);
-        for (int lane = 0; lane < kLanes; ++lane) poison[static_cast<std::size_t>(lane)] += row[lane] - row[lane];
-        copy_lanes(to.row(k), row, active);
-      }
-    };
-    move(wanted_.q, targets.q);
-    move(wanted_.v, targets.v);
-    move(wanted_.tau, targets.tau);
-    for (int lane = 0; lane < kLanes; ++lane) {
-      if (active[lane] && std::isnan(poison[static_cast<std::size_t>(lane)])) not_finite(lane, time);
-    }
-  }
-
-  [[noreturn]] void not_finite(int lane, double time) const {
-    const auto look = [&](const BlockArray& array, const char* what) {
-      for (int k = 0; k < array.rows(); ++k) {
-        if (std::isfinite(array(k, lane))) continue;
-        object_->fail(LibraryCall::act, time,
-                      fmt::format("asks joint {} for a {} of {}, which is no finite number",
-                                  names_[static_cast<std::size_t>(k)], what, array(k, lane)));
-      }
-    };
-    look(wanted_.q, "position");
-    look(wanted_.v, "velocity");
-    look(wanted_.tau, "torque");
-    object_->fail(LibraryCall::act, time, "asks for what is no finite number");
-  }
-
-  const LibraryUse use_;
   const LibrarySetup setup_;
-  const std::vector<std::string> names_;
-  const std::vector<double> initial_;
-  PolicyDraws* const draws_;
-  Targets wanted_;
+  Targets wanted_ = Targets(joints(), 0);
   std::unique_ptr<SharedObject> object_;
   void* self_ = nullptr;
 };

@@ -5,6 +5,7 @@
 #include <array>
 #include <utility>
 
+#include "engine/library/python_use.h"
 #include "engine/settings/inputs.h"
 #include "engine/settings/paths.h"
 #include "engine/settings/sha256.h"
@@ -35,6 +36,18 @@ const char* name_of(LibraryCall call) {
   return kNames.at(static_cast<std::size_t>(call));
 }
 
+Key isolation_key() {
+  return {"isolation",
+          {Form::word({kOwnProcess, "none"})},
+          Default::value(kOwnProcess),
+          "`process`: its blocks run in processes of their own, whose crash costs one particle; `none`: in the "
+          "program"};
+}
+
+Key timeout_key(std::string help) {
+  return {"timeout", {Form::number(Quantity::time, Bound::positive)}, Default::value("10 s"), std::move(help)};
+}
+
 const Description& library_description() {
   static const Description text = {
       "asks a controller of your own in a shared object, by the C interface graze/policy.h",
@@ -43,14 +56,9 @@ const Description& library_description() {
         {Form::named_numbers("SETTING")},
         {},
         "whatever the controller takes: it gets the map as JSON, numbers without units"},
-       {"isolation",
-        {Form::word({kOwnProcess, "none"})},
-        Default::value(kOwnProcess),
-        "`process`: its blocks run in processes of their own, whose crash costs one particle; `none`: in the program"},
-       {"timeout",
-        {Form::number(Quantity::time, Bound::positive)},
-        Default::value("10 s"),
-        "longest time on the clock that start() or act() may take; loading and create() may take 60 s more"}},
+       isolation_key(),
+       timeout_key("longest time on the clock that start() or act() may take; loading and create() may take 60 s "
+                   "more")},
       {},
       {},
       "It fills joint positions, velocities and torques; `control` says what becomes of them. It runs with your "
@@ -59,35 +67,52 @@ const Description& library_description() {
   return text;
 }
 
-LibraryUse read_library_use(const Described& own) {
+LibraryUse read_outside_use(const Described& own, const std::string& ending) {
   const Settings typed = own.at("file");
   LibraryUse out{own.settings(), input_path(typed.resolve_file(typed.text())), {}, true, own.number("timeout")};
   out.isolated = own.word("isolation") == kOwnProcess;
-  // Kept by archives as a file beside the library's own name, and not computed anew from what they keep.
+  // Kept by archives as a file beside the controller's own name, and not computed anew from what they keep.
   const auto sha256 = derived_input(out.file + ".sha256", [&] { return sha256_of_file(out.file); });
   if (!sha256)
     typed.fail(
-        fmt::format("{}: there is no such file that can be read{}", out.file, path_suggestion(out.file, {".so"})));
+        fmt::format("{}: there is no such file that can be read{}", out.file, path_suggestion(out.file, {ending})));
   out.sha256 = *sha256;
   return out;
 }
 
+LibraryUse read_library_use(const Described& own) { return read_outside_use(own, ".so"); }
+
 std::optional<LibraryUse> library_use(const Settings& policy) {
-  const auto found = policy.is_map() ? policy.find("library") : std::nullopt;
-  if (!found) return std::nullopt;
-  return read_library_use(Described(*found, library_description()));
+  if (!policy.is_map()) return std::nullopt;
+  if (const auto found = policy.find("library")) return read_library_use(Described(*found, library_description()));
+  if (const auto found = policy.find("python")) return read_python_use(Described(*found, python_description()));
+  return std::nullopt;
+}
+
+bool is_from_outside(const Settings& policy) { return policy.has("library") || policy.has("python"); }
+
+bool is_isolated(const Settings& policy) {
+  const auto isolated = [](const Settings& own, const Description& text) {
+    return Described(own, text).word("isolation") == kOwnProcess;
+  };
+  if (const auto found = policy.find("library")) return isolated(*found, library_description());
+  const auto found = policy.find("python");
+  return found && isolated(*found, python_description());
 }
 
 void check_library_file(const LibraryUse& use) {
   const auto now = sha256_of_file(use.file);
   const Settings place = use.place.at("file");
-  if (!now)
-    place.fail(fmt::format("{}: the library is not there, or cannot be read; it had SHA-256 {}", use.file, use.sha256));
+  const char* const kind = use.is_python() ? "controller" : "library";
+  if (!now) {
+    place.fail(
+        fmt::format("{}: the {} is not there, or cannot be read; it had SHA-256 {}", use.file, kind, use.sha256));
+  }
   if (*now == use.sha256) return;
   place.fail(
-      fmt::format("{}: is another library than the one that was meant: SHA-256 {} now, {} then; put that one in "
+      fmt::format("{}: is another {} than the one that was meant: SHA-256 {} now, {} then; put that one in "
                   "its place, or run the scenario anew",
-                  use.file, *now, use.sha256));
+                  use.file, kind, *now, use.sha256));
 }
 
 }  // namespace graze

@@ -1,7 +1,7 @@
 #pragma once
-// What a scenario says of a controller in a shared object (policy `library`), and whether this process may load it. A
-// shared object is code that runs with the user's rights: none is loaded unless the user has said so (--trust), and
-// none that must be isolated but in a process of its own.
+// What a scenario says of a controller from outside, in a shared object (policy `library`) or in Python (policy
+// `python`), and whether this process may run it. Such a controller is code that runs with the user's rights: none is
+// run unless the user has said so (--trust), and none that must be isolated but in a process of its own.
 
 #include <atomic>
 #include <cstdint>
@@ -24,27 +24,41 @@ LibraryLoading libraries_allowed();
 void brief_libraries(std::string urdf);
 std::string library_urdf();
 
-/// What `library: {…}` says.
+/// What `library: {…}` or `python: {…}` says.
 struct LibraryUse {
   Settings place;      // the map, for messages
   std::string file;    // absolute
   std::string sha256;  // of the file when the scenario was read, or as its archive keeps it
   bool isolated = true;
-  double timeout = 0;  // s, longest time of one call
+  double timeout = 0;            // s, longest time of one call
+  std::string class_name = {};   // of a controller in Python; empty: a shared object
+  std::string interpreter = {};  // the same: a program on PATH, or a file
+  std::string environment = {};  // the same: "Python 3.11.2, NumPy 1.24.2"; empty where nobody may ask
+
   bool loads_here() const {
     const LibraryLoading allowed = libraries_allowed();
     return allowed == LibraryLoading::all || (allowed == LibraryLoading::in_process && !isolated);
   }
+  bool is_python() const { return !class_name.empty(); }
 };
 
 /// Of the map under `library`. Throws InputError if there is no such file.
 LibraryUse read_library_use(const Described& own);
-/// Of a whole policy, `{library: {…}, control: {…}}`; nothing if it is another.
+/// Of a whole policy, `{library: {…}, control: {…}}` or `{python: {…}, …}`; nothing if it is another.
 std::optional<LibraryUse> library_use(const Settings& policy);
+/// Whether a policy is one of these, and whether it must run in a process of its own. Reads no file.
+bool is_from_outside(const Settings& policy);
+bool is_isolated(const Settings& policy);
 /// Throws InputError unless the file on the disk is the one that was meant.
 void check_library_file(const LibraryUse& use);
 
 const Description& library_description();
+/// The keys that both kinds have.
+Key isolation_key();
+Key timeout_key(std::string help);
+/// The file under `file`, its SHA-256 and the keys above. `ending`: of files that may be meant. Throws InputError if
+/// there is no such file.
+LibraryUse read_outside_use(const Described& own, const std::string& ending);
 /// The word of `isolation` for processes of its own.
 inline constexpr const char* kOwnProcess = "process";
 

@@ -8,8 +8,6 @@
 
 namespace graze {
 
-namespace {
-
 std::string json_text(const std::string& text) {
   std::string out = "\"";
   for (const char c : text) {
@@ -24,6 +22,8 @@ std::string json_text(const std::string& text) {
   }
   return out + "\"";
 }
+
+namespace {
 
 /// What looks like a number but is none would be a text to the controller, which took its own default then.
 void refuse_unit(const Settings& value, const std::string& text) {

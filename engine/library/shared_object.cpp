@@ -10,22 +10,11 @@
 #include <stdexcept>
 #include <vector>
 
+#include "engine/library/one_line.h"
+
 namespace graze {
 
 namespace {
-
-/// What a stranger says, fit for one line of a message or an archive.
-std::string one_line(const std::string& text) {
-  std::string out = clipped(text, 400);
-  for (char& c : out) {
-    if (static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) == 0x7f) c = ' ';
-  }
-  const auto high = [](char c) { return static_cast<unsigned char>(c) >= 0x80; };
-  for (char& c : out) {
-    if (high(c)) c = '?';  // of whatever encoding it is
-  }
-  return out;
-}
 
 std::string missing_functions(const GrazePolicy& table) {
   const std::vector<std::pair<const char*, bool>> needed = {{"create", table.create != nullptr},

@@ -9,6 +9,7 @@
 
 #include "analysis/failures.h"
 #include "archive/schema/culprit.h"
+#include "engine/library/library_use.h"
 #include "jobs/campaign/archived_scenario.h"
 #include "jobs/campaign/page_scene.h"
 #include "jobs/campaign/trace_frames.h"
@@ -148,7 +149,7 @@ class PolicyPlayer {
   bool is_of_library(const std::string& policy) {
     const Scenario& scenario = simulation_.scenario();
     const std::size_t index = static_cast<std::size_t>(simulation_.policy(policy));
-    const bool of_library = scenario.policies[index].settings.has("library");
+    const bool of_library = is_from_outside(scenario.policies[index].settings);
     if (of_library && !controllers_trusted()) kept_.push_back(policy);
     return of_library;
   }
@@ -222,7 +223,7 @@ std::vector<std::string> add_traces(Json& page, const Scenario& scenario, const 
   page["trajectories"] = played;
   page["scene"] = scene_json(simulation.nominal(), form);
   for (const std::string& one : player.kept()) {
-    page["notes"].push_back("Policy " + one + " is a controller in a shared object, which runs for this page with " +
+    page["notes"].push_back("Policy " + one + " is a controller from outside, which runs for this page with " +
                             "--trust alone; its traces are shown as far as the archive knows them.");
   }
   for (const std::string& one : player.different()) {

@@ -78,10 +78,10 @@ int make_controller(const NewArguments& arguments) {
                                  arguments.file));
   }
   write_controller_template(arguments.file, arguments.urdf, data_folder());
+  const bool compiled = fs::exists(fs::path(arguments.urdf) / "Makefile");
   std::cout << fmt::format(
-      "{0}: a controller, and a scenario that judges it:\n  cd {0} && make && graze run "
-      "scenario.yaml --trust\n",
-      shell_path(arguments.urdf));
+      "{0}: a controller, and a scenario that judges it:\n  cd {0} && {1}graze run scenario.yaml --trust\n",
+      shell_path(arguments.urdf), compiled ? "make && " : "");
   return kDone;
 }
 
@@ -128,9 +128,11 @@ void add_new(CLI::App& app, Action& action) {
                "  graze new my.yaml my_robot.urdf && graze run my.yaml\n"
                "  graze new my.yaml broken.urdf --repair\n"
                "  graze new policy-c my_walk     # a controller in C, in the new folder my_walk\n"
-               "  graze new policy-cpp my_walk   # the same in C++\n");
+               "  graze new policy-cpp my_walk   # the same in C++\n"
+               "  graze new policy-python my_walk\n");
   verb->add_option("scenario", arguments->file,
-                   "Scenario file to write (.yaml); or policy-c, policy-cpp: a controller of your own")
+                   "Scenario file to write (.yaml); or policy-c, policy-cpp, policy-python: a controller of "
+                   "your own")
       ->required()
       ->type_name("SCENARIO");
   verb->add_option("robot", arguments->urdf, "The robot (.urdf); of a controller: the folder to write")

@@ -14,8 +14,9 @@ CLI::Option* add_policies(CLI::App& verb, std::vector<std::string>& policies) {
 }
 
 void add_trust(CLI::App& verb) {
-  verb.add_flag_callback("--trust", trust_controllers,
-                         "Run controllers that the scenario names (policy library): code with your rights");
+  verb.add_flag_callback(
+      "--trust", trust_controllers,
+      "Run controllers that the scenario names (policies library and python): code with your rights");
 }
 
 }  // namespace graze

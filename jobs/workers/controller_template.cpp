@@ -25,7 +25,7 @@ fs::path header_folder(const fs::path& data) {
 }  // namespace
 
 const std::vector<std::string>& controller_templates() {
-  static const std::vector<std::string> names = {"policy-c", "policy-cpp"};
+  static const std::vector<std::string> names = {"policy-c", "policy-cpp", "policy-python"};
   return names;
 }
 
@@ -35,19 +35,23 @@ void write_controller_template(const std::string& name, const fs::path& folder, 
       !(fs::is_directory(folder, error) && fs::is_empty(folder, error))) {
     throw InputError(fmt::format("{}: exists already; name a folder that is new, or empty", folder.string()));
   }
-  const fs::path source = data / "controllers" / name, headers = header_folder(data);
+  const fs::path source = data / "controllers" / name;
   if (!fs::is_directory(source, error)) {
     throw MachineError(
         fmt::format("{}: the program's templates are not there; the environment variable GRAZE_DATA "
                     "names the folder of its data",
                     source.string()));
   }
+  const bool compiled = fs::exists(source / "Makefile", error);
+  const fs::path headers = compiled ? header_folder(data) : fs::path();
   try {
-    fs::create_directories(folder / "graze");
+    fs::create_directories(compiled ? folder / "graze" : folder);
     for (const auto& file : fs::directory_iterator(source)) {
       if (file.is_regular_file()) fs::copy_file(file.path(), folder / file.path().filename());
     }
-    for (const char* header : {"policy.h", "policy.hpp"}) fs::copy_file(headers / header, folder / "graze" / header);
+    if (compiled) {
+      for (const char* header : {"policy.h", "policy.hpp"}) fs::copy_file(headers / header, folder / "graze" / header);
+    }
     fs::copy_file(data / "robots" / "links.urdf", folder / "links.urdf");
   } catch (const fs::filesystem_error& failed) {
     throw MachineError(fmt::format("{}: cannot be written: {}", folder.string(), failed.code().message()));

@@ -1,5 +1,6 @@
 #pragma once
-// A first controller of one's own: source, Makefile, scenario, robot and headers, ready to be built and judged.
+// A first controller of one's own: source, scenario, robot and, where it is compiled,
+// Makefile and headers, ready to be judged.
 
 #include <filesystem>
 #include <string>
@@ -7,7 +8,7 @@
 
 namespace graze {
 
-/// "policy-c", "policy-cpp".
+/// "policy-c", "policy-cpp", "policy-python".
 const std::vector<std::string>& controller_templates();
 
 /// Writes one of them into a folder that is not there yet, or empty. `data`: the program's own (data_folder()). Throws

@@ -10,6 +10,7 @@
 
 #include "archive/files/utf8.h"
 #include "engine/library/library_use.h"
+#include "engine/library/python_use.h"
 #include "jobs/workers/record_bytes.h"
 #include "jobs/workers/worker_process.h"
 #include "scenarios/robot_file.h"
@@ -23,10 +24,14 @@ constexpr int kMostFaultsTold = 20;
 
 /// "; it printed: …", or nothing.
 std::string printed_text(const std::string& output) {
-  constexpr std::size_t kShown = 1000;  // bytes, the last
+  constexpr std::size_t kShown = 2000;  // bytes, the last
   if (output.empty()) return "";
   const std::size_t from = output.size() > kShown ? output.size() - kShown : 0;
-  return fmt::format("; it printed: {}{}", from > 0 ? "…" : "", printable(output.substr(from)));
+  const std::size_t last = output.find_last_not_of("\n\r ");
+  const std::string shown = output.substr(from, last == std::string::npos || last < from ? 0 : last + 1 - from);
+  const bool several = shown.find('\n') != std::string::npos;  // such as a traceback of Python
+  return fmt::format("; it printed:{}",
+                     printable_message((several ? "\n" : " ") + std::string(from > 0 ? "…" : "") + shown));
 }
 
 /// What all processes of a campaign are briefed with.
@@ -101,6 +106,16 @@ std::vector<std::optional<LibraryUse>> libraries_of(const Scenario& scenario) {
   return out;
 }
 
+/// Warns, once, if an archive was made by another Python than the one that would go on.
+void check_environment(const LibraryUse& use) {
+  static std::atomic<bool> told{false};
+  if (!use.is_python() || use.environment.empty()) return;
+  const std::string now = python_environment(use.interpreter);
+  if (now.empty() || now == use.environment || told.exchange(true)) return;
+  spdlog::warn("{}: {} runs it now, and {} when the scenario was read: results may differ in their last bits", use.file,
+               printable(now), printable(use.environment));
+}
+
 /// Throws InputError unless every library is trusted and the one that was meant. Returns whether there are any.
 bool check_libraries(const std::vector<std::optional<LibraryUse>>& libraries) {
   bool any = false;
@@ -114,6 +129,7 @@ bool check_libraries(const std::vector<std::optional<LibraryUse>>& libraries) {
                       use->file));
     }
     check_library_file(*use);
+    check_environment(*use);
   }
   return any;
 }
@@ -141,7 +157,10 @@ void brief_here(const Scenario& scenario) {
 
 }  // namespace
 
-void trust_controllers() { trusted = true; }
+void trust_controllers() {
+  trusted = true;
+  allow_interpreters();
+}
 bool controllers_trusted() { return trusted; }
 
 void try_controllers(const Scenario& scenario) {
@@ -176,10 +195,7 @@ RunElsewhere controllers_elsewhere(const Scenario& scenario, std::uint64_t seed,
   };
 }
 
-bool runs_elsewhere(const PolicySpec& policy) {
-  const auto library = policy.settings.find("library");
-  return library && Described(*library, library_description()).word("isolation") == kOwnProcess;
-}
+bool runs_elsewhere(const PolicySpec& policy) { return is_isolated(policy.settings); }
 
 void prepare_controllers_here(const Scenario& scenario) {
   const auto libraries = libraries_of(scenario);

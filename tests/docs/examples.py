@@ -122,7 +122,8 @@ class Page:
     def shell(self, line, command, codes=(0,)):
         """Runs a command; one that fails is noted."""
         self.count += 1
-        environment = dict(os.environ, PATH=f"{self.folder}/bin:{os.environ['PATH']}")
+        environment = dict(os.environ, PATH=f"{self.folder}/bin:{os.environ['PATH']}",
+                           PYTHONPATH=str(self.source / "jobs/python"))
         try:
             done = subprocess.run(["bash", "-c", command], cwd=self.folder, env=environment, capture_output=True,
                                   text=True, timeout=SECONDS, stdin=subprocess.DEVNULL)

@@ -1,0 +1,199 @@
+"""Runs a controller in Python for Graze, all lanes of a block in one call (docs/controllers.md).
+
+Graze holds this text and starts it by `python3 -c`. It has two descriptors: a socket, and the memory that both processes
+share. The first thing that comes through the socket is the setup, a line of JSON; then each byte asks for one control step,
+and is answered by a byte: "k" done, "e" an exception was raised, which the memory tells.
+"""
+import difflib
+import faulthandler
+import json
+import mmap
+import os
+import signal
+import sys
+import traceback
+import types
+
+SOCKET, MEMORY = 3, 4
+OWN_NAME = "<graze>"  # in tracebacks, which leave these lines out
+STAGE_CREATE, STAGE_RESET, STAGE_ACT = 2, 3, 4  # as LibraryCall
+
+
+class Robot:
+    """The nominal robot: what a controller may know of it before it sees anything."""
+
+    def __init__(self, setup, np):
+        self.lanes = setup["lanes"]          # robots per call
+        self.period = setup["period"]        # s, between two calls of act() for a lane
+        self.joint_names = setup["joints"]   # the driven joints, in the order of all arrays
+        self.link_names = setup["links"]     # in the order of link_force and link_push
+        self.slides = np.array(setup["slides"], dtype=bool)  # [joints]: True: m and N; False: rad and N m
+        for name in ("lower", "upper", "effort", "speed", "initial"):
+            setattr(self, name, np.array(setup[name], dtype=np.float64))  # [joints]
+        self.urdf = setup["urdf"]            # its text; "" where Graze has none at hand
+
+
+class Observation:
+    """What is sensed, as arrays [quantity, lane]; lanes that do not act hold old values."""
+
+    def __getattr__(self, name):
+        raise AttributeError(unknown(name, sorted(vars(self)), "the observation has no"))
+
+
+class Targets:
+    """What is wanted, as arrays [joint, lane]: targets.torque[:] = … and targets.torque = … are the same."""
+
+    def __init__(self, arrays):
+        object.__setattr__(self, "_arrays", arrays)
+
+    def __getattr__(self, name):
+        if name in self._arrays:
+            return self._arrays[name]
+        raise AttributeError(unknown(name, list(self._arrays), "targets have no"))
+
+    def __setattr__(self, name, value):
+        self.__getattr__(name)[...] = value
+
+
+def unknown(name, names, what):
+    """'targets have no torqe; did you mean torque? There are: …'."""
+    near = difflib.get_close_matches(str(name), names, 1)
+    meant = f"; did you mean {near[0]}?" if near else ";"
+    return f"{what} '{name}'{meant} there are: {', '.join(names) or 'none'}"
+
+
+def load(path, name):
+    """The class of that name in a file, which is run like an imported module, its own folder first on the path."""
+    sys.path.insert(0, os.path.dirname(path))
+    module = types.ModuleType(os.path.splitext(os.path.basename(path))[0])
+    module.__file__ = path
+    sys.modules[module.__name__] = module
+    with open(path, "rb") as file:
+        code = compile(file.read(), path, "exec")
+    exec(code, module.__dict__)
+    found = getattr(module, name, None)
+    if not isinstance(found, type):
+        classes = [key for key, value in vars(module).items() if isinstance(value, type)]
+        raise AttributeError(unknown(name, classes, f"{os.path.basename(path)} has no class"))
+    if not callable(getattr(found, "act", None)):
+        raise AttributeError(f"class {name} has no method act(self, observation, targets)")
+    return found
+
+
+class Session:
+    """One controller, and the memory that it sees and fills."""
+
+    def __init__(self, setup):
+        import numpy as np
+
+        self.np = np
+        self.memory = mmap.mmap(MEMORY, setup["size"])
+        at = setup["offsets"]
+        self.file = setup["file"]
+        self.begun = self.array(np.int64, at["begun"], 1)
+        self.stage = self.array(np.int64, at["stage"], 1)
+        self.reads = self.array(np.int64, at["reads"], 1)
+        self.message = self.array(np.int64, at["message_size"], 1), at["message"], setup["message_room"]
+        self.lanes = self.array(np.int64, at["lanes"], setup["lanes"])
+        self.seeds = self.array(np.uint64, at["seeds"], setup["lanes"])
+        self.observation = self.view(setup, at)
+        self.targets = Targets(
+            {name: self.block(place, rows, setup["lanes"]) for name, place, rows in setup["targets"]})
+        self.stage[0] = STAGE_CREATE
+        made = load(self.file, setup["class"])
+        self.reads[0] = self.groups(getattr(made, "reads", None), setup["observation"])
+        self.controller = made(Robot(setup, np), setup["settings"])
+        self.reset = getattr(self.controller, "reset", None)
+
+    def array(self, kind, offset, count):
+        return self.np.frombuffer(self.memory, dtype=kind, count=count, offset=offset)
+
+    def block(self, offset, rows, lanes):
+        return self.array(self.np.float64, offset, rows * lanes).reshape(rows, lanes)
+
+    def view(self, setup, at):
+        out = Observation()
+        for name, place, rows, _ in setup["observation"]:
+            setattr(out, name, self.block(place, rows, setup["lanes"]))
+        out.time = self.array(self.np.float64, at["time"], setup["lanes"])
+        out.active = self.array(self.np.bool_, at["active"], setup["lanes"])
+        for array in vars(out).values():
+            array.flags.writeable = False
+        return out
+
+    @staticmethod
+    def groups(reads, fields):
+        """The bits of the groups that a controller reads; None: all."""
+        bits = {name: bit for name, _, _, bit in fields}
+        out = 0
+        for name in bits if reads is None else [reads] if isinstance(reads, str) else reads:
+            if name not in bits:
+                raise ValueError(unknown(name, list(bits), "reads: there is no"))
+            out |= bits[name]
+        return out
+
+    def step(self):
+        count = int(self.begun[0])
+        if count:
+            self.stage[0] = STAGE_RESET
+            if self.reset is not None:
+                self.reset(self.lanes[:count].copy(), self.seeds[:count].copy())
+        self.stage[0] = STAGE_ACT
+        self.controller.act(self.observation, self.targets)
+
+    def tell(self, text):
+        size, place, room = self.message
+        data = text.encode("utf-8", "replace")[:room]
+        self.memory[place:place + len(data)] = data
+        size[0] = len(data)
+
+
+def explain(error):
+    """Prints the traceback, from the controller's first line on; returns it in one line."""
+    told = traceback.TracebackException.from_exception(error)
+    frames = [frame for frame in told.stack if frame.filename != OWN_NAME and not frame.filename.startswith("<frozen")]
+    told.stack = traceback.StackSummary.from_list(frames)
+    print("".join(told.format()), end="", file=sys.stderr, flush=True)
+    text = "".join(traceback.format_exception_only(type(error), error)).strip()
+    place = f" ({os.path.basename(frames[-1].filename)}:{frames[-1].lineno})" if frames else ""
+    return text + place
+
+
+def read_setup():
+    line = b""
+    while not line.endswith(b"\n"):
+        piece = os.read(SOCKET, 1 << 16)
+        if not piece:
+            os._exit(0)
+        line += piece
+    return json.loads(line.decode("utf-8", "surrogateescape"))
+
+
+def main():
+    faulthandler.enable()
+    faulthandler.register(signal.SIGUSR1)  # what Graze sends before it ends a controller that does not come back
+    setup = read_setup()
+    session = Session.__new__(Session)
+    try:
+        session.__init__(setup)
+    except BaseException as error:  # SystemExit, too
+        text = explain(error)
+        if not hasattr(session, "message"):  # NumPy is not there
+            os.write(SOCKET, b"n")
+            os._exit(1)
+        session.tell(text)
+        os.write(SOCKET, b"e")
+        os._exit(1)
+    os.write(SOCKET, b"k")
+    while os.read(SOCKET, 1):
+        try:
+            session.step()
+        except BaseException as error:
+            session.tell(explain(error))
+            os.write(SOCKET, b"e")
+        else:
+            os.write(SOCKET, b"k")
+    os._exit(0)  # threads that it has left running do not matter any more
+
+
+main()

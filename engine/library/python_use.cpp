@@ -1,0 +1,80 @@
+#include "engine/library/python_use.h"
+
+#include <atomic>
+#include <map>
+#include <mutex>
+
+#include "engine/settings/inputs.h"
+#include "engine/settings/program.h"
+
+namespace graze {
+
+namespace {
+
+std::atomic<bool> interpreters_allowed{false};
+
+std::string asked_environment(const std::string& interpreter) {
+  constexpr const char* kQuestion =
+      "import platform, numpy; print(f'Python {platform.python_version()}, NumPy {numpy.__version__}')";
+  const ProgramRun run = run_program({interpreter, "-c", kQuestion}, {.seconds = 60, .output = 1000});
+  if (!run.there || !run.problem.empty()) return "";
+  return run.output.substr(0, run.output.find('\n'));
+}
+
+}  // namespace
+
+void allow_interpreters() { interpreters_allowed = true; }
+
+std::string python_environment(const std::string& interpreter) {
+  static std::mutex mutex;
+  static std::map<std::string, std::string> known;
+  const std::lock_guard lock(mutex);
+  const auto [place, fresh] = known.try_emplace(interpreter);
+  if (fresh) place->second = asked_environment(interpreter);
+  return place->second;
+}
+
+const Description& python_description() {
+  static const Description text = {
+      "asks a controller of your own in Python, a class with the method act(observation, targets)",
+      {{"file", {Form::text("FILE")}, Default::required(), "the Python file, relative to the scenario"},
+       {"class", {Form::text("CLASS")}, Default::value("Controller"), "the class in it"},
+       {"settings",
+        {Form::named_numbers("SETTING")},
+        {},
+        "whatever the controller takes: it gets the map as a dictionary, numbers without units"},
+       {"interpreter",
+        {Form::text("PROGRAM")},
+        Default::value("python3"),
+        "a program on PATH, or, with a / in it, a file relative to the scenario: .venv/bin/python"},
+       isolation_key(),
+       timeout_key("longest time on the clock that reset() or act() may take; imports and __init__() may take 60 s "
+                   "more")},
+      {},
+      {},
+      "It sees and fills NumPy arrays `[quantity, lane]`, eight robots per call. `control` says what becomes of joint "
+      "positions, velocities and torques. It runs with your rights, so none is run without --trust. "
+      "docs/controllers.md tells more."};
+  return text;
+}
+
+LibraryUse read_python_use(const Described& own) {
+  LibraryUse out = read_outside_use(own, ".py");
+  out.class_name = own.has("class") ? own.at("class").text() : "Controller";
+  if (out.class_name.empty()) own.at("class").fail("is empty; name the class, or leave it out for Controller");
+  out.interpreter = "python3";
+  if (const auto typed = own.find("interpreter")) {
+    const std::string text = typed->text();
+    out.interpreter = text.find('/') == std::string::npos ? text : input_path(typed->resolve_file(text));
+  }
+  // Kept by archives beside the file's own hash.
+  const auto environment = derived_input(out.file + ".environment", [&]() -> std::optional<std::string> {
+    if (!interpreters_allowed) return std::nullopt;
+    std::string asked = python_environment(out.interpreter);
+    return asked.empty() ? std::nullopt : std::optional(std::move(asked));
+  });
+  out.environment = environment.value_or("");
+  return out;
+}
+
+}  // namespace graze

@@ -1,0 +1,20 @@
+#pragma once
+// What a scenario says of a controller in Python (policy `python`), and the environment that it runs in.
+
+#include <string>
+
+#include "engine/library/library_use.h"
+
+namespace graze {
+
+const Description& python_description();
+/// Of the map under `python`. Throws InputError if there is no such file.
+LibraryUse read_python_use(const Described& own);
+
+/// The user has said that programs that a scenario names may run. For the whole process; before the scenario is read.
+void allow_interpreters();
+/// "Python 3.11.2, NumPy 1.24.2", asked of the interpreter itself once in the life of this process; empty if it cannot
+/// be asked.
+std::string python_environment(const std::string& interpreter);
+
+}  // namespace graze

@@ -1,0 +1,24 @@
+"""Graze from Python: campaigns are run by the program `graze`, and read as tables of pandas.
+
+>>> import graze
+>>> campaign = graze.run("quadruped_curb", n=100)
+>>> campaign.counts()
+>>> failed = campaign.traces("step/3cm").query("outcome != 'success'")
+>>> campaign.telemetry("step/3cm", failed.index[0])
+
+docs/python.md tells more; docs/archive.md has the meaning and unit of every column.
+"""
+from .campaign import Campaign, CampaignError
+from .program import GrazeError, find_program, run
+
+
+def open(path) -> Campaign:
+    """A campaign's directory or packed file (.h5). Nothing but its description is read yet.
+
+    Raises CampaignError if it is no campaign, is damaged, or lacks shards that its manifest names.
+    """
+    return Campaign(path)
+
+
+__all__ = ["Campaign", "CampaignError", "GrazeError", "find_program", "open", "run"]
+__version__ = "0.1.0"

@@ -1,0 +1,76 @@
+"""A controller for tests: does what its settings say. `does`: what, from 10 ms on; "strata": by the height that the
+base begins at, between 0.15 and 0.25 m."""
+import ctypes
+import os
+import sys
+import time
+
+import numpy as np
+
+if os.environ.get("ODD_TRACE"):
+    open(os.environ["ODD_TRACE"], "w").close()
+
+STRATA = ["nothing", "raise", "exit", "fork", "segfault", "loop", "nan", "nothing"]
+
+
+class Odd:
+    reads = ("joint_position", "base_position")
+
+    def __init__(self, robot, settings):
+        self.does = settings["does"]
+        if self.does == "refuse":
+            raise ValueError("refused, as it was told")
+        assert robot.joint_names == ["hinge"] and robot.lanes == 8 and "<robot" in robot.urdf, vars(robot)
+        assert robot.upper[0] == np.inf and not robot.slides[0] and robot.period == 0.001, vars(robot)
+        self.start_height = np.full(robot.lanes, np.nan)
+        self.dice = [None] * robot.lanes
+        self.steps = 0
+
+    def reset(self, lanes, seeds):
+        assert lanes.dtype == np.int64 and seeds.dtype == np.uint64 and len(lanes) == len(seeds) > 0
+        self.start_height[lanes] = np.nan
+        for lane, seed in zip(lanes, seeds):
+            self.dice[lane] = np.random.default_rng(seed)
+
+    def act(self, observation, targets):
+        active = observation.active
+        assert np.isnan(observation.base_rpy).all()  # nobody reads it
+        height = observation.base_position[2]
+        begins = active & np.isnan(self.start_height)
+        self.start_height[begins] = height[begins]
+        torque = 0.5 * (0.3 - observation.joint_position[0])
+        if self.does == "dice":
+            for lane in np.flatnonzero(active):
+                torque[lane] += 0.01 * self.dice[lane].standard_normal()
+        if self.does == "remember":
+            torque += 1e-9 * self.steps
+        self.steps += 1
+        targets.torque[0] = torque
+        for lane in np.flatnonzero(active & (observation.time > 0.0095)):
+            stratum = int((self.start_height[lane] - 0.15) / 0.0125)
+            self.err(STRATA[stratum] if self.does == "strata" else self.does, lane, targets)
+
+    def err(self, does, lane, targets):
+        if does == "raise":
+            print("my gripper is on fire")
+            raise RuntimeError("no fingers left")
+        if does == "exit":
+            sys.exit(3)
+        if does == "fork":
+            if os.fork() == 0:
+                time.sleep(1000)
+            os._exit(5)
+        if does == "segfault":
+            ctypes.string_at(0)
+        while does == "loop":
+            pass
+        if does == "nan":
+            targets.velocity[0, lane] = np.nan
+
+
+class Idle:
+    pass
+
+
+class Misreads(Odd):
+    reads = ["joint_positions"]

@@ -1,0 +1,191 @@
+// Claim: a controller in Python runs only if the user says so and is the one that was meant; it gives the bits of the
+// same law of ours, for any number of threads, in a replay and after a resume; whatever it does, the campaign ends, the
+// particle that it does it in is invalid and says so, and every other particle has the bits that it has without it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "engine/library/library_use.h"
+#include "jobs/campaign/archived_scenario.h"
+#include "tests/controllers/swing.h"
+#include "tests/jobs/ball_campaign.h"
+
+namespace graze {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::MatchesRegex;
+using testing::Outcomes;
+using testing::outcomes;
+using testing::Result;
+
+namespace fs = std::filesystem;
+
+const std::string kInterpreter = "/usr/bin/python3";  // the distribution's, which has its NumPy
+
+/// swing.yaml, swing.urdf and odd.py in a folder of their own; eight particles, one in each eighth of the heights.
+struct PythonSwing {
+  testing::TemporaryFolder folder;
+
+  PythonSwing() {
+    testing::write_file(folder / "swing.urdf", testing::kSwingUrdf);
+    const std::string source = std::string(GRAZE_SOURCE_DIR) + "/tests/controllers/odd_controller.py";
+    testing::write_file(folder / "odd.py", testing::read_file(source));
+  }
+  /// `python`: what stands under `python` beside the interpreter.
+  void write(const std::string& python, const std::string& interpreter = kInterpreter) const {
+    std::string text = testing::ball_scenario("sampling: {particles: 8, design: latin_hypercube}\n");
+    const std::string still = "{hold: {}, control: {torque: {}}}";
+    text.replace(text.find("ball.urdf"), 9, "swing.urdf");
+    text.replace(text.find(still), still.size(),
+                 "{python: {" + python + ", interpreter: " + interpreter + "}, control: {torque: {}}}");
+    testing::write_file(folder / "swing.yaml", text);
+  }
+  void odd(const std::string& does, const std::string& more = "") const {
+    write("file: odd.py, class: Odd, settings: {does: " + does + "}" + more);
+  }
+  Result graze(const std::string& arguments) const { return testing::graze(folder.path(), arguments); }
+  Outcomes run(const std::string& name, const std::string& more = "") const {
+    const Result result = graze("run swing.yaml --trust --quiet -o " + name + ".graze " + more);
+    EXPECT_EQ(result.code, 0) << result.err;
+    return outcomes(folder / (name + ".graze"));
+  }
+};
+
+// Neither the controller nor a program that the scenario calls an interpreter.
+TEST(Python, RunsNothingUnlessTrusted) {
+  const PythonSwing swing;
+  testing::write_file(swing.folder / "evil", "#!/bin/sh\ntouch '" + (swing.folder / "ran").string() + "'\n");
+  fs::permissions(swing.folder / "evil", fs::perms::owner_all);
+  swing.write("file: odd.py, class: Odd, settings: {does: nothing}", "./evil");
+  EXPECT_EQ(swing.graze("check swing.yaml").code, 0);
+  for (const char* verb : {"run swing.yaml", "check swing.yaml --determinism", "check swing.yaml --probe"}) {
+    const Result refused = swing.graze(verb);
+    EXPECT_GE(refused.code, 2) << verb;
+    EXPECT_THAT(refused.err, HasSubstr("--trust")) << verb;
+  }
+  EXPECT_FALSE(fs::exists(swing.folder / "ran"));
+  EXPECT_EQ(swing.graze("run swing.yaml --trust").code, 2);
+  EXPECT_TRUE(fs::exists(swing.folder / "ran"));
+}
+
+TEST(Python, RefusesWhatCannotBeMade) {
+  const PythonSwing swing;
+  const auto refused = [&](const std::string& python, const std::string& text,
+                           const std::string& interpreter = kInterpreter) {
+    swing.write(python, interpreter);
+    const Result run = swing.graze("run swing.yaml --trust");
+    EXPECT_EQ(run.code, 2) << python << run.err;
+    EXPECT_THAT(run.err, HasSubstr("swing.yaml:13:")) << python;
+    EXPECT_THAT(run.err, HasSubstr(text));
+    EXPECT_FALSE(fs::exists(swing.folder / "swing.graze")) << python;
+  };
+  testing::write_file(swing.folder / "broken.py", "def act(:\n");
+  refused("file: od.py", "there is no such file that can be read; did you mean '");
+  refused("file: odd.py, class: Od", "odd.py has no class 'Od'; did you mean Odd? there are: Odd, Idle, Misreads");
+  refused("file: odd.py, class: Idle", "class Idle has no method act(self, observation, targets)");
+  refused("file: odd.py, class: Misreads", "reads: there is no 'joint_positions'; did you mean joint_position?");
+  refused("file: odd.py, class: Odd, settings: {does: refuse}",
+          "odd.py: __init__() raised ValueError: refused, as it was told (odd.py:");
+  refused("file: broken.py", "SyntaxError");
+  refused("file: odd.py, class: Odd", "interpreter 'pyton3' cannot be started: No such file or directory", "pyton3");
+}
+
+TEST(Python, SameBitsForAnyThreadsAndEitherIsolation) {
+  const PythonSwing swing;
+  swing.odd("dice");
+  const Outcomes one = swing.run("one", "--threads 1 -n 16");
+  EXPECT_EQ(one.digest.size(), 16u);
+  EXPECT_EQ(one.digest, swing.run("two", "--threads 2 -n 16").digest);
+  EXPECT_NE(one.digest, swing.run("other", "--seed 2 -n 16").digest);
+  EXPECT_EQ(swing.graze("check swing.yaml --determinism --trust").code, 0);
+  swing.odd("dice", ", isolation: none");
+  EXPECT_EQ(one.digest, swing.run("here", "-n 16").digest);
+  swing.odd("remember");
+  const Result broken = swing.graze("check swing.yaml --determinism --trust");
+  EXPECT_EQ(broken.code, 1);
+  EXPECT_THAT(broken.out, HasSubstr("ANOTHER WAY"));
+}
+
+TEST(Python, EachFaultCostsItsParticleAlone) {
+  const PythonSwing swing;
+  swing.odd("nothing");
+  const Outcomes well = swing.run("well");
+  ASSERT_EQ(well.digest.size(), 8u);
+  swing.odd("strata", ", timeout: 1 s");
+  const Result run = swing.graze("run swing.yaml --trust --quiet --threads 1 -o ill.graze");
+  EXPECT_EQ(run.code, 0) << run.err;
+  const Outcomes ill = outcomes(swing.folder / "ill.graze");
+  EXPECT_EQ(ill.digest.size(), 2u);
+  for (const auto& [id, digest] : ill.digest) EXPECT_EQ(digest, well.digest.at(id)) << id;
+  std::vector<std::string> reasons;
+  for (const auto& [id, reason] : ill.invalid) {
+    reasons.push_back(reason);
+    EXPECT_THAT(run.err, HasSubstr("particle " + std::to_string(id) + ": odd.py: "));
+  }
+  EXPECT_THAT(reasons,
+              ::testing::UnorderedElementsAre(
+                  MatchesRegex("odd.py: act\\(\\) at 0.01 s raised RuntimeError: no fingers left \\(odd.py:[0-9]+\\)"),
+                  MatchesRegex("odd.py: act\\(\\) at 0.01 s raised SystemExit: 3 .*"),
+                  "odd.py: the controller ended its process with exit code 5 in act() at 0.01 s",
+                  "odd.py: the controller crashed (SIGSEGV) in act() at 0.01 s",
+                  "odd.py: the controller's act() at 0.01 s did not come back within 1 s",
+                  "odd.py: act() at 0.01 s asks joint hinge for a velocity of nan, which is no finite number"));
+  // Printed beside: what it said itself, and where it raised, crashed or hung.
+  for (const char* text : {"it printed:\n  my gripper is on fire\n  Traceback", "in err\n    raise RuntimeError",
+                           "Fatal Python error: Segmentation fault", "odd.py\", line"}) {
+    EXPECT_THAT(run.err, HasSubstr(text));
+  }
+}
+
+TEST(Python, ReplaysAndResumesTheSameFileAlone) {
+  const PythonSwing swing;
+  swing.odd("dice");
+  const Outcomes whole = swing.run("whole", "-n 16 --set sampling.design=random");
+  swing.run("part", "-n 8 --set sampling.design=random");
+  EXPECT_EQ(swing.graze("resume part.graze -n 16").code, 2);  // trusts nobody
+  ASSERT_EQ(swing.graze("resume part.graze -n 16 --trust --quiet").code, 0);
+  EXPECT_EQ(whole.digest, outcomes(swing.folder / "part.graze").digest);
+  for (const char* more : {"", " -o one.csv"}) {  // in a process of its own, and in the program
+    const Result again = swing.graze("replay whole.graze --particle 3 --trust" + std::string(more));
+    EXPECT_EQ(again.code, 0) << again.err;
+    EXPECT_EQ(again.err, "");
+  }
+  {
+    const std::string path = (swing.folder / "whole.graze").string();
+    const ArchivedScenario archived(path, Archive(path).info(), "");
+    const auto use = library_use(archived.scenario().policies.front().settings);
+    EXPECT_THAT(use.value().environment, MatchesRegex("Python 3\\.[0-9.]+, NumPy [0-9.]+"));
+  }
+  std::string text = testing::read_file(swing.folder / "odd.py");
+  testing::write_file(swing.folder / "odd.py", text + "\n");
+  for (const char* verb : {"replay whole.graze --particle 3", "resume part.graze -n 24"}) {
+    const Result refused = swing.graze(std::string(verb) + " --trust");
+    EXPECT_EQ(refused.code, 2) << verb;
+    EXPECT_THAT(refused.err, HasSubstr("is another controller than the one that was meant: SHA-256"));
+  }
+}
+
+// The template's law is `hold` with a joint_pd that is computed at the control steps: bit for bit.
+TEST(Python, TemplateWorksAndEqualsTheNativeLaw) {
+  const testing::TemporaryFolder folder;
+  ASSERT_EQ(testing::graze(folder.path(), "new policy-python mine").code, 0);
+  EXPECT_EQ(testing::graze(folder.path(), "new policy-python mine").code, 2);  // is there already
+  const fs::path mine = folder / "mine";
+  std::string text = testing::read_file(mine / "scenario.yaml");
+  const std::string file = "file: my_controller.py, settings: {kp: 20, kd: 0.1}}\n    control: {torque: {}}";
+  ASSERT_NE(text.find(file), std::string::npos);
+  const std::string policy = "python: {" + file;
+  testing::write_file(mine / "scenario.yaml",
+                      std::string(text).replace(text.find(file), 4, "interpreter: " + kInterpreter + ", file"));
+  testing::write_file(mine / "native.yaml",
+                      text.replace(text.find(policy), policy.size(),
+                                   "hold: {}\n    control: {joint_pd: {kp: 20, kd: 0.1, implicit: false}}"));
+  const Result run = testing::graze(mine, "run scenario.yaml --trust -n 12 --quiet --set time.end='0.5 s'");
+  ASSERT_EQ(run.code, 0) << run.err;
+  ASSERT_EQ(testing::graze(mine, "run native.yaml -n 12 --quiet --set time.end='0.5 s'").code, 0);
+  EXPECT_EQ(testing::digests(mine / "scenario.graze").at("mine").size(), 12u);
+  EXPECT_EQ(testing::digests(mine / "scenario.graze"), testing::digests(mine / "native.graze"));
+}
+
+}  // namespace
+}  // namespace graze
