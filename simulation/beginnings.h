@@ -1,5 +1,5 @@
 #pragma once
-// Traces that begin elsewhere than the scenario says.
+// Traces that begin elsewhere than the scenario says, and what of RunOptions is refused.
 
 #include <cstdint>
 #include <span>

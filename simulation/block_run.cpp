@@ -68,7 +68,8 @@ struct BlockRun::Impl final : TraceSaver {
 
   const Scenario& scenario;
   const PolicySpec& policy;
-  const int total_steps, per_control;
+  const int per_control;
+  int last_step;  // at which traces end
   State initial;
   std::unique_ptr<BlockPhysics> physics;
   Controller controller;
@@ -101,8 +102,8 @@ struct BlockRun::Impl final : TraceSaver {
   Impl(const Scenario& s, const PolicySpec& chosen, std::uint64_t root_seed)
       : scenario(s),
         policy(chosen),
-        total_steps(s.timing.steps()),
         per_control(s.timing.steps_per_control()),
+        last_step(s.timing.steps()),
         initial(initial_state(*s.world, s.model)),
         physics(make_physics(s.physics, s.model)),
         controller(ControlContext{s.model, initial, s.timing.control, physics->solves_drives(), s.timing.end, root_seed,
@@ -144,8 +145,10 @@ struct BlockRun::Impl final : TraceSaver {
     telemetry.start(lane);
   }
 
-  void start(int lane, const Particle& particle, std::uint32_t first, TraceRecord& record) {
+  void start(int lane, const Particle& particle, std::uint32_t first, const ControllerMemory* memory,
+             TraceRecord& record) {
     prepare(lane, particle, first, record);
+    if (memory) recall(lane, *memory);
     physics->start(lane, particle);
     active.set(lane);
     if (telemetry.on()) telemetry.take(lane, first, false, false, frame_source());
@@ -165,8 +168,7 @@ struct BlockRun::Impl final : TraceSaver {
     tape.carry(log.largest_residual), tape.carry(log.unconverged_steps);
     tape.carry(log.steps), tape.carry(log.braked_steps), tape.carry(log.most_braked);
     last_changes[lane].carry(tape);
-    actuators.carry(lane, tape);
-    controller.carry(lane, tape);
+    carry_controller(lane, tape);
     monitor.carry(lane, tape);
     if (scenario.recording.events) events.carry(lane, tape);
     phases.carry(lane, tape);
@@ -174,12 +176,43 @@ struct BlockRun::Impl final : TraceSaver {
     tape.end();
   }
 
+  void carry_controller(int lane, LaneTape& tape) {
+    controller.carry(lane, tape);
+    actuators.carry(lane, tape);
+  }
+
+  void check_control_step(int lane) const {
+    const std::uint32_t step = lanes[lane].step;
+    if (step % per_control == 0) return;
+    throw SavedTraceError(
+        fmt::format("a trace is saved at a control step, one in {} steps; step {} is none", per_control, step));
+  }
+
+  [[noreturn]] void fail_lane(int lane, const std::logic_error& error) const {
+    throw SavedTraceError(fmt::format("particle {}, {}: {}", lanes[lane].particle->id, policy.name, error.what()));
+  }
+
+  std::shared_ptr<const ControllerMemory> remember(int lane) override try {
+    check_control_step(lane);
+    LaneTape tape;
+    carry_controller(lane, tape);
+    return std::make_shared<const ControllerMemory>(
+        ControllerMemory{numbering_of(scenario.model), policy_kind(policy), time(lane), tape.take()});
+  } catch (const std::logic_error& error) {
+    fail_lane(lane, error);
+  }
+
+  void recall(int lane, const ControllerMemory& memory) try {
+    LaneTape tape(memory.content);
+    carry_controller(lane, tape);
+    tape.end();
+  } catch (const std::logic_error& error) {
+    fail_lane(lane, error);
+  }
+
   std::shared_ptr<const SavedTrace> save(int lane) override try {
     const Lane& l = lanes[lane];
-    if (l.step % per_control != 0) {
-      throw SavedTraceError(
-          fmt::format("a trace is saved at a control step, one in {} steps; step {} is none", per_control, l.step));
-    }
+    check_control_step(lane);
     if (ending[lane]) return nullptr;
     LaneTape tape;
     carry(lane, tape);
@@ -187,7 +220,7 @@ struct BlockRun::Impl final : TraceSaver {
     return std::make_shared<const SavedTrace>(SavedTrace{l.particle->id, own_numbers_of(*l.particle), l.step,
                                                          time(lane), physics->save(lane), tape.take(), kind});
   } catch (const std::logic_error& error) {
-    throw SavedTraceError(fmt::format("particle {}, {}: {}", lanes[lane].particle->id, policy.name, error.what()));
+    fail_lane(lane, error);
   }
 
   /// The frame of the step at which a trace is saved is taken when it goes on; that of its start was the first of all.
@@ -198,7 +231,7 @@ struct BlockRun::Impl final : TraceSaver {
       carry(lane, tape);
       physics->restore(lane, *saved.physics);
     } catch (const std::logic_error& error) {
-      throw SavedTraceError(fmt::format("particle {}, {}: {}", particle.id, policy.name, error.what()));
+      fail_lane(lane, error);
     }
     active.set(lane);
     const bool taken = lanes[lane].step == lanes[lane].first;
@@ -241,7 +274,7 @@ struct BlockRun::Impl final : TraceSaver {
     LaneMask faulty, over;
     for (int lane = 0; lane < kLanes; ++lane) {
       faulty.set(lane, of[lane] && (physics->fault(lane) || is_astray(lane)));
-      over.set(lane, of[lane] && static_cast<int>(lanes[lane].step) >= total_steps);
+      over.set(lane, of[lane] && static_cast<int>(lanes[lane].step) >= last_step);
     }
     const LaneMask violated = monitor.update(witness_input(LaneMask(of.bits() & ~faulty.bits())));
     const unsigned stopped = scenario.task.stop_at_violation ? violated.bits() : 0;
@@ -403,22 +436,6 @@ struct BlockRun::Impl final : TraceSaver {
   }
 };
 
-void check_saved(const Scenario& scenario, const PolicySpec& policy, std::span<const Particle> particles,
-                 const RunOptions& options) {
-  if (options.saved.empty()) return;
-  if (!options.beginnings.empty()) {
-    throw SavedTraceError("a trace cannot both go on from where it was saved and begin elsewhere; give one of the two");
-  }
-  if (options.saved.size() != particles.size()) {
-    throw SavedTraceError(
-        fmt::format("{} saved traces for {} particles; each needs its own", options.saved.size(), particles.size()));
-  }
-  const TraceKind here = trace_kind(scenario, policy);
-  for (std::size_t i = 0; i < particles.size(); ++i) {
-    check_saved(scenario, policy, here, particles[i], options.saved[i].get());
-  }
-}
-
 BlockRun::BlockRun(const Scenario& scenario, const PolicySpec& policy, std::uint64_t seed)
     : impl_(std::make_unique<Impl>(scenario, policy, seed)) {}
 BlockRun::~BlockRun() = default;
@@ -431,8 +448,8 @@ std::vector<TraceRecord> BlockRun::run(std::span<const Particle> particles, RunC
   check_saved(run.scenario, run.policy, particles, options);
   std::vector<Particle> moved;  // particles that begin elsewhere
   std::vector<std::uint32_t> first(particles.size(), 0);
+  check_beginnings(run.scenario, run.policy, particles.size(), options);
   if (!options.beginnings.empty()) {
-    check_beginnings(run.scenario, particles.size(), options.beginnings);
     for (std::size_t i = 0; i < first.size(); ++i) first[i] = first_step(run.scenario.timing, options.beginnings[i]);
     moved = begun_elsewhere(particles, options.beginnings);
     particles = moved;
@@ -442,6 +459,9 @@ std::vector<TraceRecord> BlockRun::run(std::span<const Particle> particles, RunC
   std::vector<TraceRecord> records(particles.size());
   for (std::size_t i = 0; i < particles.size(); ++i) records[i].particle = particles[i].id;
   run.steps_done = 0;
+  run.last_step = run.scenario.timing.steps();
+  if (options.end > 0) run.last_step = static_cast<int>(std::lround(options.end / run.scenario.timing.step));
+  run.active = LaneMask();  // what a block that was past its deadline has left
   if (run.watch) run.watch->begin_block();
   run.clock.begin(cost && cost->timed ? &cost->seconds : nullptr);
   std::size_t next = 0;
@@ -450,7 +470,8 @@ std::vector<TraceRecord> BlockRun::run(std::span<const Particle> particles, RunC
       for (int lane = 0; lane < kLanes; ++lane) {
         while (!run.active[lane] && next < particles.size()) {
           if (options.saved.empty()) {
-            run.start(lane, particles[next], first[next], records[next]);
+            const auto memory = options.beginnings.empty() ? nullptr : options.beginnings[next].memory.get();
+            run.start(lane, particles[next], first[next], memory, records[next]);
           } else {
             run.go_on(lane, particles[next], *options.saved[next], records[next]);
           }

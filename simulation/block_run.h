@@ -24,11 +24,12 @@ struct RunCost {
   PhaseSeconds seconds{};   // by phase
 };
 
-/// Who saves the traces of a block.
+/// Who saves the traces of a block, and what its controllers know.
 class TraceSaver {
  public:
   virtual ~TraceSaver() = default;
   virtual std::shared_ptr<const SavedTrace> save(int lane) = 0;
+  virtual std::shared_ptr<const ControllerMemory> remember(int lane) = 0;
 };
 
 /// One trace after a physics step, or at its start. Arrays are [quantity][lane] and valid during the call.
@@ -53,6 +54,8 @@ struct StepView {
   /// The trace as it is now, from which others can go on (RunOptions::saved); none if it ends here. Throws
   /// SavedTraceError between two control steps, and if its policy or back end cannot be saved.
   std::shared_ptr<const SavedTrace> save() const { return saver.save(lane); }
+  /// What the controller knows now, with which others can begin (Beginning::memory). Throws as save().
+  std::shared_ptr<const ControllerMemory> remember() const { return saver.remember(lane); }
 };
 
 /// Watches traces, step by step, without touching them.
@@ -64,14 +67,12 @@ class TraceObserver {
 };
 
 /// Where a trace begins, other than at the scenario's initial state and t = 0. What happened before is forgotten: no
-/// contact is under way, solvers and policies start afresh, and requirements are judged from here on.
+/// contact is under way, solvers start afresh, and requirements are judged from here on.
 struct Beginning {
-  double time = 0;  // s, a whole number of control periods and before the scenario's end
+  double time = 0;  // s, a whole number of control periods and before the traces' end
   State state;      // q [nq], v [nv], see Model
+  std::shared_ptr<const ControllerMemory> memory = {};  // of this moment; null: the controller starts afresh
 };
-
-/// Throws InputError unless each of so many particles has a beginning that a trace can have, or none is given.
-void check_beginnings(const Scenario& scenario, std::size_t particles, std::span<const Beginning> beginnings);
 
 /// How some particles are simulated.
 struct RunOptions {
@@ -80,7 +81,14 @@ struct RunOptions {
   // One per particle: it goes on from there, to the bits that it would have come to. The observer sees it from the next
   // step on. None: all begin anew.
   std::span<const std::shared_ptr<const SavedTrace>> saved = {};
+  double end =
+      0;  // s, when traces end: a whole number of physics steps, no later than the scenario's; 0: the scenario's
 };
+
+/// Throws InputError unless each of so many particles has a beginning that a trace under this policy can have, or none
+/// is given, and traces can end when they shall.
+void check_beginnings(const Scenario& scenario, const PolicySpec& policy, std::size_t particles,
+                      const RunOptions& options);
 
 /// Throws SavedTraceError unless each of the particles has a saved trace that it can go on from, or none is given.
 void check_saved(const Scenario& scenario, const PolicySpec& policy, std::span<const Particle> particles,

@@ -110,6 +110,9 @@ ContainedRun::Attempt ContainedRun::attempt(WorkUnit& unit, std::size_t begin, s
   watch_.enter();
   try {
     out.records = here ? here->run(particles, &mine, options) : remotes_.at(unit.policy)->run(particles, mine);
+  } catch (const PastDeadline&) {  // between two steps, from where the next block begins afresh
+    watch_.leave();
+    throw;
   } catch (...) {
     thrown = std::current_exception();
   }

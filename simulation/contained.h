@@ -65,7 +65,10 @@ class ContainedRun {
   /// one is `invalid` or unfinished. Throws InputError if the policy's settings are wrong, SavedTraceError,
   /// MachineError, and GivenUp. An observer sees every step, again if particles are simulated again;
   /// `options.beginnings` as the unit's particles.
+  /// PastDeadline leaves it, too: the unit is then as far as it was, and the next one may be run.
   void run(WorkUnit& unit, const RunOptions& options = {});
+  /// Makes what simulates a policy now, not when it is first needed. Throws InputError.
+  void prepare(int policy) { run_here(policy); }
 
  private:
   struct Attempt;

@@ -35,6 +35,16 @@ struct SavedTrace {
   std::shared_ptr<const TraceKind> kind;     // of the run that saved it
 };
 
+/// What the controller of a robot knows at a control step, before it acts: what its policy and tracker remember, its
+/// last targets and those that the lag still holds back, and the integrals of its servos. Of the world it knows nothing
+/// but what it has sensed, so that other particles can go on with it, which have lags of their own.
+struct ControllerMemory {
+  std::uint64_t numbering;  // numbering_of() the nominal model
+  std::string policy;       // policy_kind()
+  double time;              // s
+  LaneTape::Content content;
+};
+
 /// A trace cannot be saved as it was asked for, or does not fit where it should go on. Whoever asked is to blame and no
 /// particle: it leaves Simulator::run.
 class SavedTraceError : public InputError {

@@ -44,8 +44,9 @@ std::shared_ptr<TraceWatch> Simulator::watch() const { return impl_->watch; }
 
 std::vector<TraceRecord> Simulator::run(std::span<const Particle> particles, const RunOptions& options) {
   const Scenario& scenario = impl_->simulation.scenario();
-  check_beginnings(scenario, particles.size(), options.beginnings);
-  check_saved(scenario, scenario.policies[impl_->policy], particles, options);
+  const PolicySpec& policy = scenario.policies[impl_->policy];
+  check_beginnings(scenario, policy, particles.size(), options);
+  check_saved(scenario, policy, particles, options);
   WorkUnit unit;
   unit.policy = impl_->policy;
   unit.particles.assign(particles.begin(), particles.end());
@@ -58,7 +59,8 @@ std::vector<TraceRecord> Simulator::run(std::span<const Particle> particles, con
 }
 
 std::vector<TraceRecord> Simulator::run(std::uint32_t first, std::uint32_t count, const RunOptions& options) {
-  check_beginnings(impl_->simulation.scenario(), count, options.beginnings);
+  const Scenario& scenario = impl_->simulation.scenario();
+  check_beginnings(scenario, scenario.policies[impl_->policy], count, options);
   if (!options.saved.empty() && options.saved.size() != count) {
     throw SavedTraceError(
         fmt::format("{} saved traces for {} particles; each needs its own", options.saved.size(), count));
@@ -72,14 +74,14 @@ std::vector<TraceRecord> Simulator::run(std::uint32_t first, std::uint32_t count
     try {
       particles.push_back(impl_->simulation.particle(first + i));
     } catch (const InputError& error) {
-      out[i] = unfabricated(first + i, impl_->simulation.scenario(), error.what());
+      out[i] = unfabricated(first + i, scenario, error.what());
       continue;
     }
     places.push_back(i);
     if (!options.beginnings.empty()) beginnings.push_back(options.beginnings[i]);
     if (!options.saved.empty()) saved.push_back(options.saved[i]);
   }
-  std::vector<TraceRecord> made = run(particles, {options.observer, beginnings, saved});
+  std::vector<TraceRecord> made = run(particles, {options.observer, beginnings, saved, options.end});
   for (std::size_t k = 0; k < made.size(); ++k) out[places[k]] = std::move(made[k]);
   return out;
 }

@@ -25,6 +25,9 @@ struct Overtime {};
 /// Thrown in a thread that was given up when it does come back: somebody else has its work now.
 struct GivenUp {};
 
+/// Thrown between two steps of a block once the time is over that its thread was given.
+struct PastDeadline {};
+
 /// Where one thread shows what it simulates, and is told to stop.
 class TraceWatch {
  public:
@@ -36,9 +39,12 @@ class TraceWatch {
   /// A trace begins or ends in a lane.
   void begin(int lane) { since_[lane].store(now_.load(std::memory_order_relaxed), std::memory_order_relaxed); }
   void end(int lane) { since_[lane].store(kIdle, std::memory_order_relaxed); }
-  /// Throws Overtime if a trace has been cut off.
+  /// From now on check() throws PastDeadline after this time; max(): never.
+  void stop_at(std::chrono::steady_clock::time_point deadline) { deadline_ = deadline; }
+  /// Throws Overtime if a trace has been cut off, PastDeadline if the time is over.
   void check() const {
     if (cut_.load(std::memory_order_relaxed)) throw Overtime{};
+    if (deadline_ != kNever && std::chrono::steady_clock::now() >= deadline_) throw PastDeadline{};
   }
 
   /// Tells `teller`, if there is one, now and then how many steps more were done since it was told last: a block can
@@ -68,6 +74,7 @@ class TraceWatch {
   void tell_now_and_then();
 
   static constexpr std::uint32_t kIdle = 0;
+  static constexpr auto kNever = std::chrono::steady_clock::time_point::max();
   std::array<std::atomic<std::uint32_t>, kLanes> since_{};  // tick at which the trace of each lane began
   std::atomic<std::uint32_t> now_{1};
   std::atomic<bool> cut_{false};
@@ -75,6 +82,7 @@ class TraceWatch {
   bool inside_ = false, given_up_ = false;
   std::uint32_t cut_at_ = 0;
   // The thread's own.
+  std::chrono::steady_clock::time_point deadline_ = kNever;
   std::uint64_t seen_ = 0, told_of_block_ = 0, told_ = 0;
   std::chrono::steady_clock::time_point told_at_ = std::chrono::steady_clock::now();
 };

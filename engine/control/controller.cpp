@@ -144,7 +144,6 @@ void Controller::carry(int lane, LaneTape& tape) {
   policy.carry(lane, tape);
   tape.same(typeid(tracker).name());
   tracker.carry(lane, tape);
-  tape.carry(impl_->lag[lane]);
   Targets& targets = impl_->targets;
   for (BlockArray* rows : {&targets.q, &targets.v, &targets.tau, &targets.x, &targets.xd}) tape.carry(*rows, lane);
   impl_->buffer->carry(lane, tape);

@@ -93,12 +93,13 @@ void add_threads(CLI::App& verb, int& threads) {
 }
 
 std::vector<std::string> chosen_names(const std::vector<std::string>& policies,
-                                      const std::vector<std::string>& patterns, const std::string& where) {
+                                      const std::vector<std::string>& patterns, const std::string& where,
+                                      const std::string& option) {
   if (patterns.empty()) return policies;
   for (const std::string& pattern : patterns) {
     const auto chosen = [&](const std::string& name) { return matches(pattern, name); };
     if (std::any_of(policies.begin(), policies.end(), chosen)) continue;
-    throw InputError(fmt::format("--policy {}: no policy of that name in {}; {}", pattern, where,
+    throw InputError(fmt::format("{} {}: no policy of that name in {}; {}", option, pattern, where,
                                  nearest_or_all(pattern, policies)));
   }
   std::vector<std::string> out;

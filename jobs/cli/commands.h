@@ -18,6 +18,7 @@ using Action = std::function<int()>;
 void add_check(CLI::App& app, Action& action);
 void add_steps(CLI::App& app, Action& action);
 void add_sources(CLI::App& app, Action& action);
+void add_predict(CLI::App& app, Action& action);
 void add_sample(CLI::App& app, Action& action);
 void add_sweep(CLI::App& app, Action& action, const std::string& command_line);
 void add_run(CLI::App& app, Action& action, const std::string& command_line);
@@ -74,10 +75,11 @@ struct DrawArguments {
 /// Adds --threads to a verb.
 void add_threads(CLI::App& verb, int& threads);
 
-/// The policies that the globs of --policy choose, in their own order; all if there are no globs. Throws InputError
+/// The policies that the globs of an option choose, in their own order; all if there are no globs. Throws InputError
 /// with the nearest name if one of them chooses none; `where` is what should have it.
 std::vector<std::string> chosen_names(const std::vector<std::string>& policies,
-                                      const std::vector<std::string>& patterns, const std::string& where);
+                                      const std::vector<std::string>& patterns, const std::string& where,
+                                      const std::string& option = "--policy");
 
 /// A verb with its description and, below its options, examples.
 CLI::App* add_verb(CLI::App& app, const std::string& name, const std::string& description, const std::string& examples);

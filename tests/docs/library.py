@@ -42,7 +42,7 @@ def main():
         (user / "count.cpp").write_text(blocks(page, "cpp")[0])
         program = blocks(page, "cmake")[0]
         targets = [line for line in program.split("\n") if line.startswith(("add_exec", "target_link"))]
-        for user_program, block in zip(("branch", "hold"), blocks(page, "cpp")[1:]):
+        for user_program, block in zip(("branch", "foresee", "hold"), blocks(page, "cpp")[1:]):
             (user / f"{user_program}.cpp").write_text(block)
             program += "\n" + "\n".join(line.replace("count", user_program) for line in targets)
         (user / "CMakeLists.txt").write_text(program + "\n")
@@ -63,6 +63,9 @@ def main():
         branched = run(user / "build/branch", scenario, PARTICLES, "0.1", folder=user, env=environment).split()
         assert branched[0] == score["policies"][0]["policy"], branched
         assert int(branched[1]) == score["policies"][0]["success"] and int(branched[3]) == PARTICLES, branched
+        foreseen = run(user / "build/foresee", scenario, "0.1", folder=user, env=environment)
+        best = foreseen.splitlines()[-1].removeprefix("best: ")
+        assert best in [policy["policy"] for policy in score["policies"]] and f"{best} " in foreseen, foreseen
         held = run(user / "build/hold", prefix / "share/graze/scenarios/quadruped_walk.yaml", folder=user, env=environment)
         forces = [float(n) for n in re.findall(r"dof \d+: (\S+),", held)]
         rates = [float(n) for n in re.findall(r"acceleration (\S+)", held)]

@@ -111,5 +111,21 @@ TEST(GaitTransition, SucceedsLateInTheCycle) {
   EXPECT_GE(outcomes(testing::simulate(late, 24, kExperimentSeed, 0), "switch/1.125s")[Outcome::success], 21);
 }
 
+// With nothing uncertain a step of 3 cm and more is high enough for the shipped step of 2 cm, one of 2 cm is not for a
+// step of 3 cm.
+TEST(UncertainTerrain, IsCrossedByHighEnoughSteps) {
+  if (GRAZE_SANITIZED) GTEST_SKIP() << "too long for a sanitizer";
+  const auto crossed = [](const std::vector<Override>& overrides, const std::string& policy) {
+    std::vector<Override> all = {{"uncertain", "~"}};
+    all.insert(all.end(), overrides.begin(), overrides.end());
+    Scenario scenario = shipped("quadruped_terrain", all);
+    std::erase_if(scenario.policies, [&](const PolicySpec& one) { return one.name != policy; });
+    return testing::simulate(scenario, 1, kExperimentSeed, 1).begin()->second.outcome == Outcome::success;
+  };
+  EXPECT_TRUE(crossed({}, "walk/3cm"));
+  EXPECT_TRUE(crossed({}, "walk/5cm"));
+  EXPECT_FALSE(crossed({{"environment.step.position", "[1.1, 0, -0.02]"}}, "walk/2cm"));
+}
+
 }  // namespace
 }  // namespace graze
