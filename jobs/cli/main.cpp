@@ -37,8 +37,10 @@ int flushed(int code) {
 
 int parse_and_run(int argc, char** argv) {
   CLI::App app("Graze finds out in simulation how a robot fails before the robot does.", "graze");
-  app.set_version_flag("--version", fmt::format("graze {} ({}), physics: {}\n{}", GRAZE_VERSION, GRAZE_REVISION,
-                                                fmt::join(physics_names(), ", "), isa_report()));
+  app.set_version_flag("--version", [] {  // not before it is asked for: GRAZE_ISA may be wrong
+    return fmt::format("graze {} ({}), physics: {}\n{}", GRAZE_VERSION, GRAZE_REVISION,
+                       fmt::join(physics_names(), ", "), isa_report());
+  });
   app.require_subcommand(1);
   const std::size_t width = output_width();
   app.formatter(help_format(width));  // before the verbs, which take it over
@@ -71,6 +73,7 @@ int parse_and_run(int argc, char** argv) {
   add_plot(app, action);
   add_pack(app, action);
   add_submit(app, action);
+  add_doctor(app, action);
   const std::vector<std::string> given(argv + 1, argv + argc), words = as_help(given);
   if (const auto text = topics_asked_for(app, given, width)) {
     std::cout << *text;
