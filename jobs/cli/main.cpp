@@ -16,6 +16,7 @@
 #include "jobs/campaign/crash.h"
 #include "jobs/cli/commands.h"
 #include "jobs/cli/help_format.h"
+#include "jobs/cli/hidden_words.h"
 #include "jobs/cli/option_words.h"
 #include "jobs/cli/terminal.h"
 #include "jobs/cli/wrapped_text.h"
@@ -73,8 +74,11 @@ int parse_and_run(int argc, char** argv) {
   add_plot(app, action);
   add_pack(app, action);
   add_submit(app, action);
+  add_examples(app, action);
   add_doctor(app, action);
+  add_completion(app, action);
   const std::vector<std::string> given(argv + 1, argv + argc), words = as_help(given);
+  if (const auto code = hidden_words(app, given)) return flushed(*code);
   if (const auto text = topics_asked_for(app, given, width)) {
     std::cout << *text;
     return flushed(kDone);
