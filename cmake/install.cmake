@@ -54,6 +54,9 @@ install(FILES ${written}/fish DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_c
 install(DIRECTORY docs/ DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(FILES README.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright)
+if(TARGET graze_mpi)
+  install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR}-mpi RENAME copyright COMPONENT mpi)
+endif()
 
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/graze)
 install(EXPORT graze NAMESPACE graze:: FILE grazeTargets.cmake DESTINATION ${package})
@@ -63,3 +66,4 @@ write_basic_package_version_file(${CMAKE_BINARY_DIR}/generated/grazeConfigVersio
 install(FILES ${CMAKE_BINARY_DIR}/generated/grazeConfig.cmake ${CMAKE_BINARY_DIR}/generated/grazeConfigVersion.cmake
   DESTINATION ${package})
 
+include(cmake/package.cmake)

@@ -84,7 +84,7 @@ std::string options_section(const CLI::App& app, bool positional) {
     if (option->get_positional() != positional || option->get_group().empty()) continue;
     std::string text = option->get_description();
     if (const std::string fallback = option->get_default_str(); !fallback.empty()) {
-      text += fmt::format("{} Default: {}.", text.ends_with(".") ? "" : ".", fallback);
+      text += fmt::format("{} Default: {}", text.ends_with(".") ? "" : ".", fallback);
     }
     out += fmt::format(".TP\n{}\n{}\n", tag(*option), plain_text(text));
   }
