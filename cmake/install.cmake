@@ -22,10 +22,11 @@ target_include_directories(graze_shared INTERFACE $<INSTALL_INTERFACE:${CMAKE_IN
 target_compile_definitions(graze_shared INTERFACE EIGEN_MAX_ALIGN_BYTES=16
   $<$<TARGET_EXISTS:graze_physics_AVX2>:GRAZE_X86_KERNELS>)
 
+set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME graze)  # cmake/package.cmake
 install(TARGETS graze RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(TARGETS graze_shared EXPORT graze LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
 if(TARGET graze_mpi)
-  install(TARGETS graze_mpi LIBRARY DESTINATION lib/graze)  # where jobs/campaign/communicator.cpp looks for it
+  install(TARGETS graze_mpi LIBRARY DESTINATION lib/graze COMPONENT mpi)  # where jobs/campaign/communicator.cpp looks for it
 endif()
 install(DIRECTORY data/ DESTINATION ${CMAKE_INSTALL_DATADIR}/graze)
 foreach(folder sampling scenarios simulation archive analysis engine)
@@ -36,6 +37,27 @@ endforeach()
 # For controllers of others: <graze/policy.h>.
 install(FILES graze/policy.h graze/policy.hpp DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/graze)
 
+# Manual pages and what shells load to complete words, written by the program from its own option tables.
+set(written ${CMAKE_BINARY_DIR}/written)
+add_custom_command(OUTPUT ${written}/done
+  COMMAND ${CMAKE_COMMAND} -E rm -rf ${written}
+  COMMAND graze manual ${written}/man1
+  COMMAND sh -c "cd written && gzip -9n man1/*.1 && for shell in bash zsh fish; do $1 completion $shell >$shell || exit; done" sh
+    $<TARGET_FILE:graze>
+  COMMAND ${CMAKE_COMMAND} -E touch ${written}/done
+  WORKING_DIRECTORY ${CMAKE_BINARY_DIR} DEPENDS graze COMMENT "Writing manual pages and completions" VERBATIM)
+add_custom_target(graze_written ALL DEPENDS ${written}/done)
+install(DIRECTORY ${written}/man1 DESTINATION ${CMAKE_INSTALL_MANDIR})
+install(FILES ${written}/bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME graze)
+install(FILES ${written}/zsh DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions RENAME _graze)
+install(FILES ${written}/fish DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d RENAME graze.fish)
+install(DIRECTORY docs/ DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(FILES README.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME copyright)
+if(TARGET graze_mpi)
+  install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR}-mpi RENAME copyright COMPONENT mpi)
+endif()
+
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/graze)
 install(EXPORT graze NAMESPACE graze:: FILE grazeTargets.cmake DESTINATION ${package})
 configure_package_config_file(cmake/grazeConfig.cmake.in ${CMAKE_BINARY_DIR}/generated/grazeConfig.cmake
@@ -43,3 +65,5 @@ configure_package_config_file(cmake/grazeConfig.cmake.in ${CMAKE_BINARY_DIR}/gen
 write_basic_package_version_file(${CMAKE_BINARY_DIR}/generated/grazeConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_BINARY_DIR}/generated/grazeConfig.cmake ${CMAKE_BINARY_DIR}/generated/grazeConfigVersion.cmake
   DESTINATION ${package})
+
+include(cmake/package.cmake)

@@ -8,6 +8,7 @@
 #include <array>
 #include <cerrno>
 #include <chrono>
+#include <cstring>
 #include <ctime>
 #include <span>
 #include <thread>
@@ -160,6 +161,18 @@ std::optional<std::string> writer_of(const Directory& directory) {
   lock.l_whence = SEEK_SET;
   if (fcntl(file->number(), F_OFD_GETLK, &lock) != 0 || lock.l_type == F_UNLCK) return std::nullopt;
   return content(file->number());
+}
+
+std::string why_no_locks(const Directory& directory) {
+  const Descriptor one = directory.open_to_change(kLockFile, O_RDWR),
+                   other = directory.open_to_change(kLockFile, O_RDWR);
+  if (const int error = set_lock(one.number(), F_WRLCK, kLeader)) {
+    if (!without_locks(error)) fail_writing(directory / kLockFile, error);
+    return fmt::format("this file system has no locks ({})", std::strerror(error));
+  }
+  return set_lock(other.number(), F_WRLCK, kLeader) == EAGAIN
+             ? ""
+             : "locks exclude nobody: two programs can hold the same one";
 }
 
 }  // namespace graze

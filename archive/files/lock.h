@@ -51,4 +51,8 @@ class MemberLock {
 /// Throws InputError.
 std::optional<std::string> writer_of(const Directory& directory);
 
+/// Tries locks in a directory, on a file that stays there: empty if the second of two that exclude each other is
+/// refused, else why not: "this file system has no locks (No locks available)". Throws InputError, MachineError.
+std::string why_no_locks(const Directory& directory);
+
 }  // namespace graze

@@ -51,16 +51,8 @@ int ranks_started() {
 
 constexpr const char* kPlugin = "libgraze_mpi.so";
 
-/// The module with everything that needs MPI: beside the program, or where it is installed.
-std::filesystem::path plugin_path() {
-  std::error_code error;
-  const std::filesystem::path folder = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
-  const std::filesystem::path installed = folder.parent_path() / "lib" / "graze" / kPlugin;
-  return std::filesystem::exists(installed) ? installed : folder / kPlugin;
-}
-
 std::unique_ptr<Communicator> load_mpi_communicator(int ranks) {
-  const std::filesystem::path path = plugin_path();
+  const std::filesystem::path path = mpi_module();
   const auto fail = [&](const std::string& reason) {
     return MachineError(
         fmt::format("started as one of {} ranks, but this graze cannot use MPI: {}; start it without "
@@ -86,7 +78,15 @@ std::unique_ptr<Communicator> make_communicator() {
   return ranks > 1 ? load_mpi_communicator(ranks) : make_local_communicator();
 }
 
-bool built_with_mpi() { return std::filesystem::exists(plugin_path()); }
+/// Beside the program, or where it is installed.
+std::filesystem::path mpi_module() {
+  std::error_code error;
+  const std::filesystem::path folder = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
+  const std::filesystem::path installed = folder.parent_path() / "lib" / "graze" / kPlugin;
+  return std::filesystem::exists(installed) ? installed : folder / kPlugin;
+}
+
+bool built_with_mpi() { return std::filesystem::exists(mpi_module()); }
 
 int default_threads() {
   cpu_set_t mine;

@@ -4,6 +4,7 @@
 // outcomes are sums; nothing else is sent around, so that nothing grows with the number of ranks.
 
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <span>
 #include <string>
@@ -56,6 +57,8 @@ std::unique_ptr<Communicator> make_communicator();
 
 /// Whether there is a module for MPI, so that this program can run as one of several ranks.
 bool built_with_mpi();
+/// The module's file: where it is, or would be.
+std::filesystem::path mpi_module();
 
 /// Threads that this process should use when it was not told: the processors that it may run on, shared with the ranks
 /// that are on the same machine and may run on them, too.

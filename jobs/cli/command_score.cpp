@@ -9,6 +9,7 @@
 #include "analysis/sequential.h"
 #include "jobs/cli/commands.h"
 #include "jobs/cli/reading_verb.h"
+#include "jobs/cli/score_cases.h"
 #include "jobs/cli/shared_options.h"
 
 namespace graze {
@@ -18,33 +19,14 @@ struct ScoreArguments {
   std::vector<std::string> archives;
   std::vector<std::string> require;
   std::vector<std::string> policies;
+  std::string junit;
   bool failures = false, flagged = false, json = false;
 };
-
-/// A gate is a question about what is there: met if its answer holds, missed if it is refuted.
-ExitCode code_of(Verdict verdict) {
-  return verdict == Verdict::holds ? kDone : verdict == Verdict::refuted ? kGateMissed : kInconclusive;
-}
 
 /// A missed gate outweighs an inconclusive one.
 ExitCode worse(ExitCode a, ExitCode b) {
   if (a == kGateMissed || b == kGateMissed) return kGateMissed;
   return a == kDone ? b : a;
-}
-
-ExitCode judge_all(const std::vector<Question>& gates, const Score& score, std::ostream& out) {
-  ExitCode code = kDone;
-  for (const Question& gate : gates) {
-    for (const PolicyScore& policy : score.policies) {
-      if (!matches(gate.selector, policy.policy)) continue;
-      const ExitCode one = code_of(judge(gate, policy.interval));
-      const char* word = one == kDone ? "met" : one == kGateMissed ? "MISSED" : "inconclusive";
-      out << fmt::format("{}: {}: {} (95 % interval {:.4f} to {:.4f}, {} traces)\n", gate.text, policy.policy, word,
-                         policy.interval.low, policy.interval.high, policy.n);
-      code = worse(code, one);
-    }
-  }
-  return code;
 }
 
 std::vector<std::string> policies_of(const Score& score) {
@@ -110,9 +92,11 @@ std::vector<Asked> open_all(const ScoreArguments& arguments, const std::vector<Q
 int score_archives(const ScoreArguments& arguments) {
   std::vector<Question> gates;
   for (const std::string& text : arguments.require) gates.push_back(parse_question(text, "--require"));
+  if (!arguments.junit.empty()) check_junit_output(arguments.junit, arguments.archives);
   const std::vector<Asked> asked = open_all(arguments, gates);
   ExitCode code = kDone;
   const bool several = asked.size() > 1;
+  std::vector<TestSuite> suites;
   if (arguments.json && several) std::cout << "[\n";
   for (std::size_t i = 0; i < asked.size(); ++i) {
     const Archive& archive = *asked[i].archive;
@@ -125,9 +109,16 @@ int score_archives(const ScoreArguments& arguments) {
       print_text(archive, result, arguments);
       if (several) std::cout << "\n";
     }
-    code = worse(code, judge_all(gates, result, arguments.json ? std::cerr : std::cout));
+    const std::vector<Judged> judged = judge_all(gates, result);
+    for (const Judged& one : judged) {
+      (arguments.json ? std::cerr : std::cout) << one.text << "\n";
+      code = worse(code, one.code);
+    }
     if (!result.complete && code == kDone) code = kMachineFailed;
+    const std::string name = several ? fmt::format("{} ({})", result.campaign, arguments.archives[i]) : result.campaign;
+    suites.push_back(score_cases(name, result, judged));
   }
+  if (!arguments.junit.empty()) write_junit(arguments.junit, suites);
   if (arguments.json) std::cout << (several ? "\n]\n" : "\n");
   return code;
 }
@@ -141,6 +132,7 @@ void add_score(CLI::App& app, Action& action) {
       "  graze score quadruped_curb.graze\n"
       "  graze score curb.h5 --json\n"
       "  graze score curb.h5 --policy 'step/4cm' --require 'p >= 0.9'   # a gate for CI\n"
+      "  graze score curb.h5 --require 'p >= 0.9' --junit score.xml      # for what a CI system shows\n"
       "  graze score curb.h5 --failures                                  # with replay commands\n");
   verb->add_option("archives", arguments->archives, "Campaign directories or packed files")->required();
   verb->add_option("--require", arguments->require,
@@ -149,6 +141,10 @@ void add_score(CLI::App& app, Action& action) {
       ->type_name("QUESTION")
       ->allow_extra_args(false);
   add_policies(*verb, arguments->policies);
+  verb->add_option("--junit", arguments->junit,
+                   "Also write gates, requirements and objective as test cases (JUnit XML), for CI systems; replaces "
+                   "such a file")
+      ->type_name("FILE");
   verb->add_flag("--failures", arguments->failures, "List every failed trace, each with its replay command");
   verb->add_flag("--flagged", arguments->flagged,
                  "List every trace with more unconverged steps than the scenario lets pass, successes among them, each "

@@ -37,6 +37,9 @@ void add_plot(CLI::App& app, Action& action);
 void add_explain(CLI::App& app, Action& action);
 void add_new(CLI::App& app, Action& action);
 void add_pack(CLI::App& app, Action& action);
+void add_examples(CLI::App& app, Action& action);
+void add_completion(CLI::App& app, Action& action);
+void add_doctor(CLI::App& app, Action& action);
 void add_submit(CLI::App& app, Action& action);
 
 /// Options that every verb that reads a scenario has.

@@ -16,6 +16,7 @@
 #include "jobs/campaign/crash.h"
 #include "jobs/cli/commands.h"
 #include "jobs/cli/help_format.h"
+#include "jobs/cli/hidden_words.h"
 #include "jobs/cli/option_words.h"
 #include "jobs/cli/terminal.h"
 #include "jobs/cli/wrapped_text.h"
@@ -37,8 +38,10 @@ int flushed(int code) {
 
 int parse_and_run(int argc, char** argv) {
   CLI::App app("Graze finds out in simulation how a robot fails before the robot does.", "graze");
-  app.set_version_flag("--version", fmt::format("graze {} ({}), physics: {}\n{}", GRAZE_VERSION, GRAZE_REVISION,
-                                                fmt::join(physics_names(), ", "), isa_report()));
+  app.set_version_flag("--version", [] {  // not before it is asked for: GRAZE_ISA may be wrong
+    return fmt::format("graze {} ({}), physics: {}\n{}", GRAZE_VERSION, GRAZE_REVISION,
+                       fmt::join(physics_names(), ", "), isa_report());
+  });
   app.require_subcommand(1);
   const std::size_t width = output_width();
   app.formatter(help_format(width));  // before the verbs, which take it over
@@ -72,7 +75,11 @@ int parse_and_run(int argc, char** argv) {
   add_plot(app, action);
   add_pack(app, action);
   add_submit(app, action);
+  add_examples(app, action);
+  add_doctor(app, action);
+  add_completion(app, action);
   const std::vector<std::string> given(argv + 1, argv + argc), words = as_help(given);
+  if (const auto code = hidden_words(app, given)) return flushed(*code);
   if (const auto text = topics_asked_for(app, given, width)) {
     std::cout << *text;
     return flushed(kDone);

@@ -1,6 +1,7 @@
 // graze score: which policies it shows, and gates.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <tinyxml2.h>
 
 #include <nlohmann/json.hpp>
 
@@ -86,6 +87,62 @@ TEST_F(ScoreOptions, GatesAreQuestions) {
   refused("--require 'q > 1'", {"--require 'q > 1':1: ", "nearest right answer: 'p >= 0.95'"});
   refused("--require 'p => 0.9'", {"--require 'p => 0.9':3: ", "nearest right answer: 'p >= 0.9'"});
   refused("--require 'p >= 90'", {"nearest right answer: 'p >= 90%'"});
+}
+
+/// Names of the failed and broken test cases of a file.
+std::vector<std::string> failed_cases(const std::filesystem::path& file) {
+  tinyxml2::XMLDocument document;
+  EXPECT_EQ(document.LoadFile(file.c_str()), tinyxml2::XML_SUCCESS) << testing::read_file(file);
+  std::vector<std::string> out;
+  if (document.RootElement() == nullptr) return out;
+  for (auto* suite = document.RootElement()->FirstChildElement(); suite; suite = suite->NextSiblingElement()) {
+    for (auto* one = suite->FirstChildElement(); one; one = one->NextSiblingElement()) {
+      if (one->FirstChildElement("failure") || one->FirstChildElement("error")) {
+        out.push_back(std::string(one->Attribute("classname")) + ": " + one->Attribute("name"));
+      }
+    }
+  }
+  return out;
+}
+
+// Claim: --junit has a failed case exactly where the exit code has a reason, names what the policy failed by, and tells
+// intervals; it replaces its own kind of file and no other.
+TEST_F(ScoreOptions, JUnitFailsAsTheExitCodeDoes) {
+  const std::filesystem::path file = campaign.folder / "out/score.xml";
+  EXPECT_EQ(score("--junit out/score.xml").code, 0);
+  EXPECT_TRUE(failed_cases(file).empty());
+  EXPECT_THAT(testing::read_file(file), AllOf(HasSubstr("classname=\"Ball.step-2\" name=\"requirement high\""),
+                                              HasSubstr("95 % interval"), HasSubstr("name=\"success rate\"")));
+  EXPECT_EQ(score("--junit out/score.xml --require 'step-1: p >= 0.999' --policy 'step*'").code, 1);
+  const std::vector<std::string> failed = failed_cases(file);
+  ASSERT_FALSE(failed.empty());
+  EXPECT_EQ(failed.front(), "Ball.step-1: step-1: p >= 0.999");
+  EXPECT_GT(failed.size(), 1u) << "by what it failed";
+  EXPECT_THAT(failed, ::testing::Each(HasSubstr("Ball.step-1: ")));
+  EXPECT_THAT(testing::read_file(file), HasSubstr("graze replay a.graze --particle"));
+  EXPECT_EQ(score("--junit out/score.xml --require 'still: p < 0.01'").code, 1);
+  EXPECT_EQ(failed_cases(file), std::vector<std::string>{"Ball.still: still: p < 0.01"})
+      << "too good: nobody is to blame";
+  EXPECT_EQ(score("--junit out/score.xml --require 'still: ci < 0.001'").code, 4);
+  EXPECT_THAT(testing::read_file(file), HasSubstr("type=\"inconclusive\""));
+  EXPECT_EQ(score("--json --junit out/score.xml").code, 0);
+}
+
+TEST_F(ScoreOptions, JUnitReplacesNoOtherFile) {
+  testing::write_file(campaign.folder / "robot.xml", "<?xml version=\"1.0\"?><robot/>");
+  refused("--junit robot.xml", {"robot.xml: exists already"});
+  refused("--junit score.txt", {"score.txt", ".xml"});
+  refused("--junit a.graze/x.xml", {"a.graze"});
+  EXPECT_EQ(testing::read_file(campaign.folder / "robot.xml"), "<?xml version=\"1.0\"?><robot/>");
+}
+
+// Claim: of several archives each has a suite, whose cases have names of their own.
+TEST_F(ScoreOptions, JUnitOfSeveralArchives) {
+  ASSERT_EQ(campaign.graze("run ball.yaml -n 2 --quiet -o b.graze").code, 0);
+  ASSERT_EQ(score("b.graze --junit two.xml --require 'still: p >= 0.999'").code, 1);
+  const std::vector<std::string> failed = failed_cases(campaign.folder / "two.xml");
+  EXPECT_THAT(failed, ::testing::Contains("Ball (a.graze).still: still: p >= 0.999"));
+  EXPECT_THAT(failed, ::testing::Contains("Ball (b.graze).still: still: p >= 0.999"));
 }
 
 }  // namespace
