@@ -19,10 +19,10 @@ struct Predict : ::testing::Test {
     return testing::graze(folder.path(),
                           "predict ball.yaml --set 'policies.again={hold: {}, control: {torque: {}}}' " + options);
   }
-  nlohmann::json told(const std::string& options) const {
+  nlohmann::json told(const std::string& options, bool hurried = false) const {
     const testing::Result run =
         predict("--json --set 'uncertain.sensor.estimate.z={jitter: {normal: {std: 1 cm}}}' " + options);
-    EXPECT_EQ(run.code, 0) << run.err;
+    EXPECT_TRUE(run.code == 0 || (hurried && run.code == 4)) << run.err;
     return nlohmann::json::parse(run.out);
   }
   testing::TemporaryFolder folder;
@@ -46,8 +46,12 @@ TEST_F(Predict, TellsWhatBecomesOfTheRobot) {
 }
 
 TEST_F(Predict, MakesTheSamePredictionAgain) {
-  nlohmann::json hurried = told("--at 20ms --deadline 50ms --threads 3 --seed 5");
-  const std::uint64_t particles = hurried["particles"];
+  nlohmann::json hurried;
+  std::uint64_t particles = 0;
+  for (int deadline = 50; particles == 0 && deadline < 100'000; deadline *= 4) {  // ms; the machine may be busy
+    hurried = told("--at 20ms --threads 3 --seed 5 --deadline " + std::to_string(deadline) + "ms", true);
+    particles = hurried["particles"];
+  }
   ASSERT_GT(particles, 0u);
   nlohmann::json again = told("--at 20ms --threads 1 --seed 5 -n " + std::to_string(particles));
   EXPECT_EQ(hurried["candidates"], again["candidates"]);
