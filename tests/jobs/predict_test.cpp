@@ -46,7 +46,7 @@ TEST_F(Predict, TellsWhatBecomesOfTheRobot) {
 }
 
 TEST_F(Predict, MakesTheSamePredictionAgain) {
-  nlohmann::json hurried = told("--at 20ms --deadline 50ms --threads 3 --seed 5");
+  nlohmann::json hurried = told("--at 20ms --deadline 200ms --threads 3 --seed 5");
   const std::uint64_t particles = hurried["particles"];
   ASSERT_GT(particles, 0u);
   nlohmann::json again = told("--at 20ms --threads 1 --seed 5 -n " + std::to_string(particles));
@@ -67,6 +67,20 @@ TEST_F(Predict, PrintsTables) {
   EXPECT_EQ(none.code, 4) << none.out;
   EXPECT_THAT(none.out, HasSubstr("No verdict: no block of particles came to its end in time."));
   EXPECT_THAT(none.out, HasSubstr("controllers start afresh"));
+}
+
+// The ball falls under one policy as under the other: it ends as its whole trace does.
+TEST_F(Predict, LetsTheRobotGoOnUnderTheBest) {
+  const std::string half = "--set time.end='1 s' --at 20ms --deadline 500ms -n 8";
+  const nlohmann::json out = told(half + " --follow");
+  EXPECT_NEAR(out["followed"]["verdict"], 0.52, 1e-12);
+  EXPECT_EQ(out["followed"]["ends"], "success");
+  EXPECT_NEAR(out["followed"]["end_time"], 1, 1e-12);
+  EXPECT_THAT(predict(half + " --follow").out,
+              HasSubstr("until the verdict was there, at 0.52 s, and under the best from "
+                        "then on: success at 1 s."));
+  EXPECT_TRUE(told(half)["followed"].is_null());
+  EXPECT_TRUE(told("--at 20ms --deadline 1s -n 8 --follow")["followed"]["ends"].is_null()) << "it had ended by then";
 }
 
 TEST_F(Predict, SaysWhatIsWrong) {
