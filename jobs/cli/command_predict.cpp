@@ -30,7 +30,7 @@ struct PredictArguments {
   std::optional<std::uint64_t> seed;
   std::uint32_t repeat = 1;
   int threads = 0;
-  bool afresh = false, json = false;
+  bool afresh = false, follow = false, json = false;
 };
 
 /// The words between commas that are not within braces.
@@ -102,10 +102,24 @@ bool of_one_kind(const Simulation& simulation, const std::string& under, const s
                      [&](const std::string& name) { return kind(name) == kind(under); });
 }
 
-NominalEstimate estimate_at(const Simulation& simulation, const std::string& under, double time) try {
-  return nominal_estimate(simulation, under, time);
+NominalEstimate estimate_at(const Simulation& simulation, const std::string& under, const NominalTimes& times) try {
+  return nominal_estimate(simulation, under, times);
 } catch (const InputError& error) {
   throw InputError(std::string("--at: ") + error.what());
+}
+
+/// The robot does what it did until the verdict is there, and then what was told to be best.
+std::optional<PredictionStory::Followed> follow(const Simulation& simulation, const PredictionStory& story,
+                                                const NominalEstimate& nominal, double verdict) {
+  const Prediction& told = story.calls.front();
+  if (told.best < 0) return std::nullopt;
+  PredictionStory::Followed out{verdict, "", 0};
+  if (!nominal.saved) return out;
+  const TraceRecord trace =
+      gone_on(simulation, told.candidates[static_cast<std::size_t>(told.best)].policy, nominal.saved);
+  out.ends = how_it_ends(simulation.scenario(), trace);
+  out.end_time = trace.end_time;
+  return out;
 }
 
 int predict(const PredictArguments& arguments) {
@@ -122,7 +136,8 @@ int predict(const PredictArguments& arguments) {
   const Simulation simulation(std::move(scenario), arguments.particles);
   const std::string under = arguments.under.empty() ? candidates.front() : arguments.under;
   simulation.policy(under);  // there is one
-  NominalEstimate nominal = estimate_at(simulation, under, arguments.at);
+  NominalEstimate nominal =
+      estimate_at(simulation, under, {arguments.at, arguments.follow ? arguments.at + arguments.deadline : -1});
   const bool remembers = !arguments.afresh && nominal.remembers && of_one_kind(simulation, under, candidates);
   if (!remembers) nominal.estimate.memory = nullptr;
   nominal.estimate.covariance *= arguments.widen * arguments.widen;
@@ -133,6 +148,7 @@ int predict(const PredictArguments& arguments) {
     story.calls.push_back(
         predictor.predict(nominal.estimate, {arguments.horizon, story.deadline, arguments.particles}));
   }
+  if (arguments.follow) story.followed = follow(simulation, story, nominal, arguments.at + arguments.deadline);
   std::cout << (arguments.json ? prediction_json(story) : prediction_text(story));
   return story.calls.front().best >= 0 ? kDone : kInconclusive;
 }
@@ -159,6 +175,8 @@ void add_options(CLI::App& verb, PredictArguments& arguments) {
       ->type_name("FACTOR")
       ->default_str("1");
   verb.add_flag("--afresh", arguments.afresh, "Candidates start without what the robot's controller remembers");
+  verb.add_flag("--follow", arguments.follow,
+                "Let the robot go on under the best one, from when the verdict is there: --deadline after --at");
   add_whole(verb, "--seed", arguments.seed, 0, std::numeric_limits<std::uint64_t>::max(),
             "Root seed (default: the scenario's)");
   add_whole(verb, "--repeat", arguments.repeat, 1, 1'000'000,
@@ -175,6 +193,7 @@ void add_predict(CLI::App& app, Action& action) {
   CLI::App* verb = add_verb(
       app, "predict", "Which of several policies is best from a moment on, told before a deadline",
       "  graze predict quadruped_gait_transition --at 0.85s --horizon 2s --deadline 100ms\n"
+      "  graze predict quadruped_gait_transition --at 0.4s --deadline 450ms -n 16 --follow\n"
       "  graze predict my.yaml --at 1s --candidates 'turn/*' --under walk -n 200 --json\n\n"
       "Simulates the nominal robot up to there, takes what its sensors read, and simulates particles from there on, "
       "under each\ncandidate the same. docs/predict.md. Nothing is written. Exit code 4: no verdict.\n");

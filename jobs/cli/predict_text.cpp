@@ -119,6 +119,19 @@ std::string times_text(const PredictionStory& story, const Prediction& told) {
                            story.calls.size(), sums.median, sums.fewest, sums.most, sums.in_time, 1e3 * sums.longest);
 }
 
+std::string followed_text(const PredictionStory& story) {
+  if (!story.followed) return "";
+  const auto& [verdict, ends, end_time] = *story.followed;
+  if (ends.empty()) {
+    return fmt::format("The robot's trace under {} had ended when the verdict was there, at {:g} s.\n", story.under,
+                       verdict);
+  }
+  return fmt::format(
+      "The robot went on under {} until the verdict was there, at {:g} s, and under the best from then on: "
+      "{} at {:g} s.\n",
+      story.under, verdict, ends, end_time);
+}
+
 nlohmann::ordered_json summary_json(const NumberSummary& of) {
   return {{"n", of.count()}, {"mean", json_of(of.mean())}, {"std", json_of(of.std())}, {"least", json_of(of.least())}};
 }
@@ -154,10 +167,11 @@ std::string prediction_text(const PredictionStory& story) {
       "time "
       "to the end. place, joints: root mean square about the mean, of the traces that\nlasted, at their end. "
       "objective: "
-      "mean and standard deviation of its margin.\n\n{}{}",
+      "mean and standard deviation of its margin.\n\n{}{}{}",
       story.scenario, story.at, told.horizon, story.under,
       story.remembers ? ", and with what its controller remembers" : "; controllers start afresh",
-      candidates_table(story, told), failures_table(story, told), verdict_text(told), times_text(story, told));
+      candidates_table(story, told), failures_table(story, told), verdict_text(told), times_text(story, told),
+      followed_text(story));
 }
 
 std::string prediction_json(const PredictionStory& story) {
@@ -189,6 +203,13 @@ std::string prediction_json(const PredictionStory& story) {
                   {"in_time", sums.in_time},
                   {"particles", {sums.fewest, sums.median, sums.most}},
                   {"longest", sums.longest}};
+  out["followed"] = nullptr;
+  if (story.followed) {
+    const bool went = !story.followed->ends.empty();
+    out["followed"] = {{"verdict", story.followed->verdict}, {"ends", nullptr}, {"end_time", nullptr}};
+    if (went) out["followed"]["ends"] = story.followed->ends;
+    if (went) out["followed"]["end_time"] = story.followed->end_time;
+  }
   return out.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
 }
 

@@ -19,6 +19,13 @@ struct PredictionStory {
   double deadline = 0;    // s; infinite: none
   int threads = 0;        // that simulated
   std::vector<Prediction> calls;
+  // --follow: what became of the robot, which went on under the best candidate; empty: not asked for, or no verdict.
+  struct Followed {
+    double verdict = 0;   // s, when it was there
+    std::string ends;     // "success", …; empty: the trace had ended before
+    double end_time = 0;  // s
+  };
+  std::optional<Followed> followed = {};
 };
 
 /// Tables of the first call, and sums of all.

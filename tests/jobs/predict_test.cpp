@@ -73,6 +73,20 @@ TEST_F(Predict, PrintsTables) {
   EXPECT_THAT(none.out, HasSubstr("controllers start afresh"));
 }
 
+// The ball falls under one policy as under the other: it ends as its whole trace does.
+TEST_F(Predict, LetsTheRobotGoOnUnderTheBest) {
+  const std::string half = "--set time.end='1 s' --at 20ms --deadline 500ms -n 8";
+  const nlohmann::json out = told(half + " --follow");
+  EXPECT_NEAR(out["followed"]["verdict"], 0.52, 1e-12);
+  EXPECT_EQ(out["followed"]["ends"], "success");
+  EXPECT_NEAR(out["followed"]["end_time"], 1, 1e-12);
+  EXPECT_THAT(predict(half + " --follow").out,
+              HasSubstr("until the verdict was there, at 0.52 s, and under the best from "
+                        "then on: success at 1 s."));
+  EXPECT_TRUE(told(half)["followed"].is_null());
+  EXPECT_TRUE(told("--at 20ms --deadline 1s -n 8 --follow")["followed"]["ends"].is_null()) << "it had ended by then";
+}
+
 TEST_F(Predict, SaysWhatIsWrong) {
   const auto refused = [&](const std::string& options) {
     const testing::Result run = predict(options);
