@@ -1,5 +1,5 @@
 // LSTM and GRU, step by step in time, of one robot's sequence (of one step, for policies). What they keep from call to
-// call goes in and out of the network as tensors (NetworkMemory of network.h).
+// call goes in and out of the network as tensors (`memory` of the policy).
 
 #include <fmt/format.h>
 
