@@ -20,6 +20,14 @@ void two(OperatorCall& call) {
   call.results = {call.build.binary(op, call.operand(0), call.operand(1))};
 }
 
+/// Of as many operands as there are, from the first on.
+template <BinaryOp op>
+void several(OperatorCall& call) {
+  Tensor out = call.operand(0);
+  for (std::size_t i = 1; i < call.node.inputs.size(); ++i) out = call.build.binary(op, out, call.operand(i));
+  call.results = {std::move(out)};
+}
+
 void same(OperatorCall& call) { call.results = {call.operand(0)}; }
 
 void leaky_relu(OperatorCall& call) {
@@ -95,8 +103,8 @@ OperatorTable elementwise_operators() {
           {"HardSigmoid", &hard_sigmoid},
           {"Identity", &same},
           {"LeakyRelu", &leaky_relu},
-          {"Max", &two<BinaryOp::greatest>},
-          {"Min", &two<BinaryOp::least>},
+          {"Max", &several<BinaryOp::greatest>},
+          {"Min", &several<BinaryOp::least>},
           {"Mul", &two<BinaryOp::multiply>},
           {"Neg", &one<UnaryOp::negative>},
           {"PRelu", &two<BinaryOp::prelu>},
@@ -110,6 +118,7 @@ OperatorTable elementwise_operators() {
           {"Softsign", &one<UnaryOp::softsign>},
           {"Sqrt", &one<UnaryOp::root>},
           {"Sub", &two<BinaryOp::subtract>},
+          {"Sum", &several<BinaryOp::add>},
           {"Tanh", &one<UnaryOp::hyperbolic_tangent>}};
 }
 

@@ -139,6 +139,7 @@ void layer_normalization(OperatorCall& call) {
 
 void batch_normalization(OperatorCall& call) {
   call.only("training_mode", 0);
+  call.only("spatial", 1);
   const Tensor& x = call.operand(0);
   if (x.shape.size() < 2) throw NetworkError("normalises a tensor of shape " + text_of(x.shape));
   const auto of_channels = [&](std::size_t i) {
@@ -188,6 +189,7 @@ Tensor reduced(OperatorCall& call, ReduceOp op, const Tensor& x, const std::vect
 
 template <ReduceOp op>
 void reduce(OperatorCall& call) {
+  call.only("noop_with_empty_axes", 0);
   call.results = {reduced(call, op, call.operand(0), call.list("axes", 1), call.integer("keepdims", 1) != 0)};
 }
 

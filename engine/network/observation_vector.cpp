@@ -117,7 +117,7 @@ std::vector<Key> observation_keys() {
 ObservationVector::ObservationVector(const ControlContext& context, const Described& own, const NetworkJoints& joints,
                                      const NetworkKernel& kernel)
     : joints_(joints), kernel_(&kernel) {
-  read_terms(context, own);
+  read_terms(own);
   read_layout(own);
   const bool steered = own.has("velocity") || own.has("waypoints");
   if (steered && own.has("velocity") && own.has("waypoints")) {
@@ -138,7 +138,7 @@ ObservationVector::ObservationVector(const ControlContext& context, const Descri
   command_ = BlockArray(kCommandRows);
 }
 
-void ObservationVector::read_terms(const ControlContext&, const Described& own) {
+void ObservationVector::read_terms(const Described& own) {
   int rows = 0;
   const Settings list = own.at("inputs");
   if (!list.is_list()) list.fail("must be a list: [base_rate, gravity, {of: joint_position, scale: 0.5}, …]");

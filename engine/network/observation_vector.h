@@ -50,7 +50,7 @@ class ObservationVector {
 
  private:
   struct Term;
-  void read_terms(const ControlContext& context, const Described& own);
+  void read_terms(const Described& own);
   void read_layout(const Described& own);
   void fill(const Term& term, const Observation& observation, const BlockArray& action, BlockArray& out) const;
   void turn(const Observation& observation);

@@ -1,5 +1,5 @@
 // LSTM and GRU, step by step in time, of one robot's sequence (of one step, for policies). What they keep from call to
-// call goes in and out of the network as tensors (NetworkMemory of network.h).
+// call goes in and out of the network as tensors (`memory` of the policy).
 
 #include <fmt/format.h>
 
@@ -24,7 +24,11 @@ Recurrent recurrent_operands(const OperatorCall& call, std::int64_t gates) {
     throw NetworkError("runs " + direction->text + "; only forward is known");
   call.only("layout", 0);
   call.only("input_forget", 0);
-  for (const char* refused : {"activations", "activation_alpha", "activation_beta", "clip"}) {
+  std::vector<std::string> usual{"Sigmoid", "Tanh"};
+  if (gates == 4) usual.emplace_back("Tanh");
+  const OnnxAttribute* const activations = call.find("activations");
+  if (activations && activations->texts != usual) throw NetworkError("has 'activations' other than the usual ones");
+  for (const char* refused : {"activation_alpha", "activation_beta", "clip"}) {
     if (call.find(refused))
       throw NetworkError(fmt::format("has '{}' of its own; only what is usual is known", refused));
   }

@@ -41,6 +41,7 @@ void reshaped(OperatorCall& call, TensorShape shape) {
 }
 
 void reshape(OperatorCall& call) {
+  call.only("allowzero", 0);
   const Tensor& in = call.operand(0);
   TensorShape shape = call.list("shape", 1);
   std::int64_t known = 1;
@@ -211,6 +212,8 @@ void transpose(OperatorCall& call) {
 }
 
 void shape_of(OperatorCall& call) {
+  call.only("start", 0);
+  if (call.find("end")) throw NetworkError("has an end of its own; only whole shapes are known");
   const TensorShape& shape = call.operand(0).shape;
   const std::vector<double> lengths(shape.begin(), shape.end());
   call.results = {constant_tensor({static_cast<std::int64_t>(shape.size())}, ElementType::integer, lengths)};

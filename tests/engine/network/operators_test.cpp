@@ -84,6 +84,34 @@ TEST(NetworkOperators, OfTwoNumbers) {
   same("PRelu", [](double a, double b) { return a < 0 ? b * a : a; });
 }
 
+TEST(NetworkOperators, OfManyNumbers) {
+  const std::vector<double> v{1, -2, 0.5, 3, -0.25, 0.125}, x = spread(6, 0);
+  std::vector<double> least, greatest, sum;
+  for (std::size_t i = 0; i < 6; ++i) {
+    least.push_back(std::fmin(std::fmin(x[i], v[i]), 0.75));
+    greatest.push_back(std::fmax(std::fmax(x[i], v[i]), 0.75));
+    sum.push_back(x[i] + v[i] + 0.75);
+  }
+  expect_near(of_one("Min", {}, {"v", "k"}), least, 0);
+  expect_near(of_one("Max", {}, {"v", "k"}), greatest, 0);
+  expect_near(of_one("Sum", {}, {"v", "k"}), sum, 0);
+  expect_near(of_one("Max"), x, 0);
+}
+
+// What an attribute changes must not be passed over.
+TEST(NetworkOperators, RefuseAttributesThatAreNotKnown) {
+  const auto message = [](const std::string& type, const std::string& attribute) {
+    OnnxWriter out;
+    return testing::refusal(
+        out.input("x", {1, 6}).output("y").wholes("s", {0, 6}).node(type, {"x", "s"}, {"y"}, {attribute}).bytes());
+  };
+  EXPECT_THAT(message("Reshape", testing::whole("allowzero", 1)),
+              ::testing::HasSubstr("has allowzero = 1; only 0 is known"));
+  EXPECT_THAT(message("ReduceMean", testing::whole("noop_with_empty_axes", 1)),
+              ::testing::HasSubstr("only 0 is known"));
+  EXPECT_THAT(message("Shape", testing::whole("end", 1)), ::testing::HasSubstr("only whole shapes are known"));
+}
+
 TEST(NetworkOperators, NanIsHandedOn) {
   for (const char* type : {"Relu", "Elu", "Tanh", "Sigmoid", "Softplus", "Exp", "LeakyRelu", "HardSigmoid"}) {
     OnnxWriter out;

@@ -99,6 +99,14 @@ TEST(RecurrentNetworks, RefuseWhatIsNotKnown) {
             std::string::npos);
   EXPECT_NE(message({testing::real("clip", 3)}).find("has 'clip' of its own"), std::string::npos);
   EXPECT_EQ(message({}), "");
+  const auto activations = [](const Names& names) {
+    testing::Message out;
+    out.text(1, "activations");
+    for (const std::string& name : names) out.text(9, name);
+    return out.bytes();
+  };
+  EXPECT_EQ(message({activations({"Sigmoid", "Tanh", "Tanh"})}), "");
+  EXPECT_NE(message({activations({"Sigmoid", "Relu", "Tanh"})}).find("other than the usual ones"), std::string::npos);
   EXPECT_NE(testing::refusal(layer("LSTM", 3, true, {})).find("which do not fit"), std::string::npos);
 }
 
