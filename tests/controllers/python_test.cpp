@@ -177,6 +177,7 @@ TEST(Python, TemplateWorksAndEqualsTheNativeLaw) {
   const testing::TemporaryFolder folder;
   ASSERT_EQ(testing::graze(folder.path(), "new policy-python mine").code, 0);
   EXPECT_EQ(testing::graze(folder.path(), "new policy-python mine").code, 2);  // is there already
+  EXPECT_THAT(testing::graze(folder.path(), "new policy-pyton other").err, HasSubstr("did you mean policy-python?"));
   const fs::path mine = folder / "mine";
   std::string text = testing::read_file(mine / "scenario.yaml");
   const std::string file = "file: my_controller.py, settings: {kp: 20, kd: 0.1}}\n    control: {torque: {}}";
