@@ -29,6 +29,8 @@ if(TARGET graze_mpi)
   install(TARGETS graze_mpi LIBRARY DESTINATION lib/graze COMPONENT mpi)  # where jobs/campaign/communicator.cpp looks for it
 endif()
 install(DIRECTORY data/ DESTINATION ${CMAKE_INSTALL_DATADIR}/graze)
+install(DIRECTORY jobs/python DESTINATION ${CMAKE_INSTALL_DATADIR}/graze  # for pip (docs/python.md)
+  PATTERN "__pycache__" EXCLUDE PATTERN "build" EXCLUDE PATTERN "*.egg-info" EXCLUDE)
 foreach(folder sampling scenarios simulation archive analysis engine)
   install(DIRECTORY ${folder} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/graze FILES_MATCHING PATTERN "*.h"
     PATTERN "lane_physics" EXCLUDE PATTERN "bullet" EXCLUDE PATTERN "shared_object.h" EXCLUDE)

@@ -67,17 +67,23 @@ const Description& library_description() {
   return text;
 }
 
-LibraryUse read_outside_use(const Described& own, const std::string& ending) {
-  const Settings typed = own.at("file");
-  LibraryUse out{own.settings(), input_path(typed.resolve_file(typed.text())), {}, true, own.number("timeout")};
-  out.isolated = own.word("isolation") == kOwnProcess;
+OutsideFile read_outside_file(const Settings& typed, const std::string& ending) {
+  OutsideFile out{input_path(typed.resolve_file(typed.text())), {}};
   // Kept by archives as a file beside the controller's own name, and not computed anew from what they keep.
-  const auto sha256 = derived_input(out.file + ".sha256", [&] { return sha256_of_file(out.file); });
-  if (!sha256)
+  const auto sha256 = derived_input(out.path + ".sha256", [&] { return sha256_of_file(out.path); });
+  if (!sha256) {
+    const std::vector<std::string> endings = ending.empty() ? std::vector<std::string>() : std::vector{ending};
     typed.fail(
-        fmt::format("{}: there is no such file that can be read{}", out.file, path_suggestion(out.file, {ending})));
+        fmt::format("{}: there is no such file that can be read{}", out.path, path_suggestion(out.path, endings)));
+  }
   out.sha256 = *sha256;
   return out;
+}
+
+LibraryUse read_outside_use(const Described& own, const std::string& ending) {
+  OutsideFile file = read_outside_file(own.at("file"), ending);
+  const bool isolated = own.word("isolation") == kOwnProcess;
+  return {own.settings(), std::move(file.path), std::move(file.sha256), isolated, own.number("timeout")};
 }
 
 LibraryUse read_library_use(const Described& own) { return read_outside_use(own, ".so"); }
@@ -100,19 +106,27 @@ bool is_isolated(const Settings& policy) {
   return found && isolated(*found, python_description());
 }
 
-void check_library_file(const LibraryUse& use) {
-  const auto now = sha256_of_file(use.file);
-  const Settings place = use.place.at("file");
-  const char* const kind = use.is_python() ? "controller" : "library";
+namespace {
+
+/// `kind`: what it is, in words.
+void check_outside_file(const OutsideFile& file, const Settings& place, const char* kind) {
+  const auto now = sha256_of_file(file.path);
   if (!now) {
     place.fail(
-        fmt::format("{}: the {} is not there, or cannot be read; it had SHA-256 {}", use.file, kind, use.sha256));
+        fmt::format("{}: the {} is not there, or cannot be read; it had SHA-256 {}", file.path, kind, file.sha256));
   }
-  if (*now == use.sha256) return;
+  if (*now == file.sha256) return;
   place.fail(
       fmt::format("{}: is another {} than the one that was meant: SHA-256 {} now, {} then; put that one in "
                   "its place, or run the scenario anew",
-                  use.file, kind, *now, use.sha256));
+                  file.path, kind, *now, file.sha256));
+}
+
+}  // namespace
+
+void check_library_file(const LibraryUse& use) {
+  check_outside_file({use.file, use.sha256}, use.place.at("file"), use.is_python() ? "controller" : "library");
+  for (const OutsideFile& file : use.files) check_outside_file(file, use.place.at("files"), "file");
 }
 
 }  // namespace graze

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "engine/settings/description.h"
 #include "engine/settings/settings.h"
@@ -24,16 +25,23 @@ LibraryLoading libraries_allowed();
 void brief_libraries(std::string urdf);
 std::string library_urdf();
 
+/// A file of a controller, as it was when the scenario was read, or as its archive keeps it.
+struct OutsideFile {
+  std::string path;  // absolute
+  std::string sha256;
+};
+
 /// What `library: {…}` or `python: {…}` says.
 struct LibraryUse {
   Settings place;      // the map, for messages
   std::string file;    // absolute
   std::string sha256;  // of the file when the scenario was read, or as its archive keeps it
   bool isolated = true;
-  double timeout = 0;            // s, longest time of one call
-  std::string class_name = {};   // of a controller in Python; empty: a shared object
-  std::string interpreter = {};  // the same: a program on PATH, or a file
-  std::string environment = {};  // the same: "Python 3.11.2, NumPy 1.24.2"; empty where nobody may ask
+  double timeout = 0;                   // s, longest time of one call
+  std::string class_name = {};          // of a controller in Python; empty: a shared object
+  std::string interpreter = {};         // the same: a program on PATH, or a file
+  std::string environment = {};         // the same: "Python 3.11.2, NumPy 1.24.2"; empty where nobody may ask
+  std::vector<OutsideFile> files = {};  // the same: what it reads beside `file`
 
   bool loads_here() const {
     const LibraryLoading allowed = libraries_allowed();
@@ -49,13 +57,16 @@ std::optional<LibraryUse> library_use(const Settings& policy);
 /// Whether a policy is one of these, and whether it must run in a process of its own. Reads no file.
 bool is_from_outside(const Settings& policy);
 bool is_isolated(const Settings& policy);
-/// Throws InputError unless the file on the disk is the one that was meant.
+/// Throws InputError unless the files on the disk are the ones that were meant.
 void check_library_file(const LibraryUse& use);
 
 const Description& library_description();
 /// The keys that both kinds have.
 Key isolation_key();
 Key timeout_key(std::string help);
+/// A file that a setting names, relative to the scenario. `ending`: of files that may be meant. Throws InputError if
+/// there is no such file.
+OutsideFile read_outside_file(const Settings& typed, const std::string& ending = "");
 /// The file under `file`, its SHA-256 and the keys above. `ending`: of files that may be meant. Throws InputError if
 /// there is no such file.
 LibraryUse read_outside_use(const Described& own, const std::string& ending);

@@ -47,6 +47,10 @@ const Description& python_description() {
         {Form::text("PROGRAM")},
         Default::value("python3"),
         "a program on PATH, or, with a / in it, a file relative to the scenario: .venv/bin/python"},
+       {"files",
+        {Form::texts(-1, "FILE")},
+        {},
+        "what else the controller reads or imports (weights, modules): `resume` and `replay` refuse others"},
        isolation_key(),
        timeout_key("longest time on the clock that reset() or act() may take; imports and __init__() may take 60 s "
                    "more")},
@@ -66,6 +70,9 @@ LibraryUse read_python_use(const Described& own) {
   if (const auto typed = own.find("interpreter")) {
     const std::string text = typed->text();
     out.interpreter = text.find('/') == std::string::npos ? text : input_path(typed->resolve_file(text));
+  }
+  if (const auto files = own.find("files")) {
+    for (const Settings& one : files->items()) out.files.push_back(read_outside_file(one));
   }
   // Kept by archives beside the file's own hash.
   const auto environment = derived_input(out.file + ".environment", [&]() -> std::optional<std::string> {

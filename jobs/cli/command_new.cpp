@@ -12,6 +12,7 @@
 #include "archive/files/parent_folders.h"
 #include "archive/files/shell_word.h"
 #include "engine/model/urdf.h"
+#include "engine/settings/similar.h"
 #include "jobs/campaign/exit_code.h"
 #include "jobs/cli/commands.h"
 #include "jobs/cli/shipped.h"
@@ -94,6 +95,10 @@ int make_scenario(const NewArguments& arguments) {
                          : "new: robot is required; 'graze new --help' tells more");
   }
   if (is_controller(arguments.file)) return make_controller(arguments);
+  if (arguments.file.starts_with("policy-") && ending_of(arguments.file).empty()) {
+    throw InputError(fmt::format("new {}: there is no such controller{}", arguments.file,
+                                 similar_names(arguments.file, controller_templates(), false)));
+  }
   check_arguments(arguments);
   // Read on its own, so that what is wrong with it is not told of a scenario that is not there yet. It stays, since
   // the hulls of its meshes are kept as long as somebody has them.

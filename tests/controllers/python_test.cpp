@@ -86,6 +86,7 @@ TEST(Python, RefusesWhatCannotBeMade) {
   refused("file: odd.py, class: Misreads", "reads: there is no 'joint_positions'; did you mean joint_position?");
   refused("file: odd.py, class: Odd, settings: {does: refuse}",
           "odd.py: __init__() raised ValueError: refused, as it was told (odd.py:");
+  refused("file: odd.py, class: Odd, files: [od.npz]", "od.npz: there is no such file that can be read");
   refused("file: broken.py", "SyntaxError");
   refused("file: odd.py, class: Odd", "interpreter 'pyton3' cannot be started: No such file or directory", "pyton3");
 }
@@ -137,9 +138,10 @@ TEST(Python, EachFaultCostsItsParticleAlone) {
   }
 }
 
-TEST(Python, ReplaysAndResumesTheSameFileAlone) {
+TEST(Python, ReplaysAndResumesTheSameFilesAlone) {
   const PythonSwing swing;
-  swing.odd("dice");
+  testing::write_file(swing.folder / "weights.npz", "1 2 3");
+  swing.odd("dice", ", files: [weights.npz]");
   const Outcomes whole = swing.run("whole", "-n 16 --set sampling.design=random");
   swing.run("part", "-n 8 --set sampling.design=random");
   EXPECT_EQ(swing.graze("resume part.graze -n 16").code, 2);  // trusts nobody
@@ -156,7 +158,12 @@ TEST(Python, ReplaysAndResumesTheSameFileAlone) {
     const auto use = library_use(archived.scenario().policies.front().settings);
     EXPECT_THAT(use.value().environment, MatchesRegex("Python 3\\.[0-9.]+, NumPy [0-9.]+"));
   }
-  std::string text = testing::read_file(swing.folder / "odd.py");
+  testing::write_file(swing.folder / "weights.npz", "1 2 4");
+  const Result other = swing.graze("replay whole.graze --particle 3 --trust");
+  EXPECT_EQ(other.code, 2);
+  EXPECT_THAT(other.err, HasSubstr("weights.npz: is another file than the one that was meant: SHA-256"));
+  testing::write_file(swing.folder / "weights.npz", "1 2 3");
+  const std::string text = testing::read_file(swing.folder / "odd.py");
   testing::write_file(swing.folder / "odd.py", text + "\n");
   for (const char* verb : {"replay whole.graze --particle 3", "resume part.graze -n 24"}) {
     const Result refused = swing.graze(std::string(verb) + " --trust");
@@ -170,6 +177,7 @@ TEST(Python, TemplateWorksAndEqualsTheNativeLaw) {
   const testing::TemporaryFolder folder;
   ASSERT_EQ(testing::graze(folder.path(), "new policy-python mine").code, 0);
   EXPECT_EQ(testing::graze(folder.path(), "new policy-python mine").code, 2);  // is there already
+  EXPECT_THAT(testing::graze(folder.path(), "new policy-pyton other").err, HasSubstr("did you mean policy-python?"));
   const fs::path mine = folder / "mine";
   std::string text = testing::read_file(mine / "scenario.yaml");
   const std::string file = "file: my_controller.py, settings: {kp: 20, kd: 0.1}}\n    control: {torque: {}}";
