@@ -367,7 +367,7 @@ struct SweepPicture {
   Figure (*figure)(const Sweep&);
 };
 
-std::vector<SweepPicture> pictures(const SweepArguments& arguments) {
+std::vector<SweepPicture> pictures_of(const SweepArguments& arguments) {
   std::vector<SweepPicture> out;
   if (!arguments.plot.empty()) out.push_back({arguments.plot, sweep_figure});
   if (!arguments.plot_times.empty()) out.push_back({arguments.plot_times, sweep_times_figure});
@@ -386,7 +386,7 @@ void check_alone() {
 
 int sweep(const SweepArguments& arguments, const std::string& command_line) {
   check_alone();
-  const std::vector<SweepPicture> wanted = pictures(arguments);
+  const std::vector<SweepPicture> wanted = pictures_of(arguments);
   std::error_code error;
   const bool there = fs::is_directory(arguments.scenario.file, error);
   if (there) check_is_taken_up(arguments);
