@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "scenarios/disturbances.h"
 #include "tests/scenarios/support.h"
 
 namespace graze {
