@@ -26,6 +26,8 @@ Fault fault_of(const std::exception_ptr& thrown) {
     throw;
   } catch (const Overtime&) {
     return {true, "took longer than the watchdog allows"};
+  } catch (const LeftUnfinished& left) {
+    return {true, left.what()};
   } catch (const std::bad_alloc&) {
     return {true, "out of memory"};
   } catch (const std::exception& error) {
