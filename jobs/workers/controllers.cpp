@@ -117,7 +117,10 @@ class ControllerRun : public RemoteRun {
     const int told = faults_told++;
     if (told > kMostFaultsTold) return;
     if (told == kMostFaultsTold) {
-      spdlog::warn("controllers have failed more often; 'graze score ARCHIVE' lists all invalid traces");
+      spdlog::warn(
+          "controllers have failed more often; 'graze score ARCHIVE' counts the invalid traces, and 'graze status' "
+          "tells "
+          "what is unfinished");
       return;
     }
     spdlog::warn("policy {}, {}: {}{}", processes_->names[policy_], when, printable(reason),

@@ -81,6 +81,14 @@ TEST(Worker, TimeoutAndStoppedProcessLeaveUnfinished) {
   }
 }
 
+TEST(Worker, PromiseOfWhatIsUnfinishedIsNotKnown) {
+  const Swing swing;
+  swing.write("file: odd.so, settings: {does: loop, above: 0}, timeout: 0.3 s");
+  const Result check = swing.graze("check swing.yaml --determinism --trust -n 1");
+  EXPECT_EQ(check.code, 3) << check.err;
+  EXPECT_THAT(check.out, HasSubstr("4 traces were left unfinished, so nobody knows"));  // once in each company
+}
+
 TEST(Worker, LibraryThatVanishesEndsTheCampaign) {
   const Campaign swing;
   swing.odd("vanish");
