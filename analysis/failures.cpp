@@ -125,7 +125,9 @@ std::string format_failures(const std::vector<Failure>& failures, const std::str
       {"policy", "outcome", "what", "traces", "particle", "its culprit", "time", "margin", "replay"}};
   for (const Failure& failure : failures) {
     if (rows.size() > most) break;
-    rows.push_back({failure.policy, std::string(outcome_name(failure.outcome)), shortened(failure.what),
+    const bool others = failure.outcome == Outcome::invalid && failure.alike > 1;  // they may have other reasons
+    const std::string what = (others ? "e.g. " : "") + failure.what;
+    rows.push_back({failure.policy, std::string(outcome_name(failure.outcome)), shortened(what),
                     std::to_string(failure.alike), std::to_string(failure.particle), shortened(failure.culprit),
                     number(failure.time, " s"), margin_text(failure),
                     replay_command(archive, failure.policy, failure.particle)});

@@ -5,6 +5,7 @@
 #include <new>
 #include <optional>
 
+#include "engine/library/library_use.h"
 #include "simulation/particles.h"
 
 namespace graze {
@@ -26,6 +27,10 @@ Fault fault_of(const std::exception_ptr& thrown) {
     throw;
   } catch (const Overtime&) {
     return {true, "took longer than the watchdog allows"};
+  } catch (const CallTimedOut& late) {
+    return {true, late.what()};
+  } catch (const LeftUnfinished& left) {
+    return {true, left.what()};
   } catch (const std::bad_alloc&) {
     return {true, "out of memory"};
   } catch (const std::exception& error) {

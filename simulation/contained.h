@@ -6,6 +6,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -40,14 +41,21 @@ struct WorkUnit {
 /// tried alone.
 void take_over(WorkUnit& unit);
 
+/// Particles that are simulated elsewhere have no trace, and are not to blame: the clock has decided, or the process
+/// did not get as far as them. what(): the reason.
+class LeftUnfinished : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
 /// Simulates blocks of one policy somewhere else: what happens there does not happen to this process.
 class RemoteRun {
  public:
   virtual ~RemoteRun() = default;
   /// As BlockRun::run, for particles of the campaign, which are known by their ids alone; one that cannot be fabricated
-  /// is `invalid`. Adds the steps to `cost`. Throws Overtime for a trace that takes
-  /// too long, MachineError, and std::runtime_error for what else has gone wrong there, after which the object is of no
-  /// more use.
+  /// is `invalid`. Returns one record for each, in their order. Adds the steps to `cost`. Throws Overtime for a trace
+  /// that takes too long, LeftUnfinished, MachineError, and std::runtime_error for what else has gone wrong there,
+  /// after which the object is of no more use.
   virtual std::vector<TraceRecord> run(std::span<const Particle> particles, RunCost& cost) = 0;
 };
 /// Begins one for a policy (its index) whose blocks run elsewhere; null for others. Called from any thread.

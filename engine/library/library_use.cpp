@@ -1,6 +1,7 @@
 #include "engine/library/library_use.h"
 
 #include <fmt/format.h>
+#include <pthread.h>
 
 #include <array>
 #include <utility>
@@ -16,6 +17,7 @@ namespace {
 
 std::atomic<LibraryLoading> allowed_libraries{LibraryLoading::refused};
 std::atomic<LibraryCalls*> page_of_calls{nullptr};
+std::atomic<bool> forked_copy{false};
 
 std::string& briefed_urdf() {
   static std::string text;
@@ -24,12 +26,21 @@ std::string& briefed_urdf() {
 
 }  // namespace
 
-void allow_libraries(LibraryLoading what) { allowed_libraries = what; }
+void allow_libraries(LibraryLoading what) {
+  [[maybe_unused]] static const int registered = pthread_atfork(nullptr, nullptr, [] { forked_copy = true; });
+  allowed_libraries = what;
+}
 LibraryLoading libraries_allowed() { return allowed_libraries; }
 void brief_libraries(std::string urdf) { briefed_urdf() = std::move(urdf); }
 std::string library_urdf() { return briefed_urdf(); }
 void show_library_calls(LibraryCalls* page) { page_of_calls = page; }
 LibraryCalls* shown_library_calls() { return page_of_calls.load(std::memory_order_relaxed); }
+bool is_forked_copy() { return forked_copy.load(std::memory_order_relaxed); }
+
+LibraryCallHere& library_call_here() {
+  thread_local LibraryCallHere here;
+  return here;
+}
 
 const char* name_of(LibraryCall call) {
   constexpr std::array<const char*, 6> kNames = {"nothing", "its loading", "create()", "start()", "act()", "destroy()"};
@@ -57,8 +68,9 @@ const Description& library_description() {
         {},
         "whatever the controller takes: it gets the map as JSON, numbers without units"},
        isolation_key(),
-       timeout_key("longest time on the clock that start() or act() may take; loading and create() may take 60 s "
-                   "more")},
+       timeout_key(
+           "longest time on the clock that start() or act() may take (loading and create() 60 s more); then its "
+           "particle is left unfinished")},
       {},
       {},
       "It fills joint positions, velocities and torques; `control` says what becomes of them. It runs with your "

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cstdint>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,17 @@ enum class LibraryLoading { refused, in_process, all };
 /// read.
 void allow_libraries(LibraryLoading what);
 LibraryLoading libraries_allowed();
+/// The user has asked for what this process may not load. Nothing is wrong with the machine, but no particle is to
+/// blame either, so it ends a campaign as a MachineError does; programs return the exit code of invalid input.
+class LibraryRefused : public MachineError {
+ public:
+  using MachineError::MachineError;
+};
+/// A call has not returned by its limit on the clock: its particle is left unfinished, whoever is to blame.
+class CallTimedOut : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
 /// The nominal robot's URDF, which libraries are given (GrazeSetup::urdf). For the whole process.
 void brief_libraries(std::string urdf);
 std::string library_urdf();
@@ -80,9 +92,20 @@ struct LibraryCalls {
   std::atomic<LibraryCall> inside{LibraryCall::none};
   std::atomic<std::uint64_t> count{0};  // calls that have returned
   std::atomic<double> time{0};          // s in the trace, of the call
+  std::atomic<std::uint64_t> beats{0};  // grows several times a second as long as the process runs at all
 };
 /// Null, as at first: nobody watches. For the whole process.
 void show_library_calls(LibraryCalls* page);
 LibraryCalls* shown_library_calls();
+
+/// The call into a library that this thread is in, for whoever must name it when the library ends the program there.
+struct LibraryCallHere {
+  LibraryCall call = LibraryCall::none;
+  double time = 0;             // s in the trace; NaN: there is none
+  const char* file = nullptr;  // name of the library
+};
+LibraryCallHere& library_call_here();
+/// Whether this process is a copy that a library has made of it by fork(). Known once libraries have been allowed.
+bool is_forked_copy();
 
 }  // namespace graze

@@ -20,10 +20,10 @@ OutsidePolicy::OutsidePolicy(const ControlContext& context, LibraryUse use)
 
 void OutsidePolicy::refuse() const {
   const bool untrusted = libraries_allowed() == LibraryLoading::refused;
-  throw MachineError(fmt::format(
+  throw LibraryRefused(fmt::format(
       "{}: {} {}", use_.place.key_place(), use_.file,
-      untrusted ? "is code that would run with your rights; graze run, resume, replay and check --determinism run "
-                  "it, with --trust"
+      untrusted ? "is code that would run with your rights, and runs only if you say --trust, to graze run, resume, "
+                  "replay, sweep, submit, steps, sources, improve, check --probe or check --determinism"
                 : "runs in a process of its own, which this command has none of; with isolation: none it runs in "
                   "the program"));
 }

@@ -18,7 +18,7 @@ class OutsidePolicy : public Policy {
   int joints() const { return static_cast<int>(names_.size()); }
   const std::vector<std::string>& joint_names() const { return names_; }
 
-  /// Throws MachineError that says why the controller does not run here.
+  /// Throws LibraryRefused that says why the controller does not run here.
   [[noreturn]] void refuse() const;
   /// 64 bits of (campaign's seed, particle, policy).
   std::uint64_t seed(int lane) const;

@@ -271,8 +271,7 @@ void PythonProcess::hangs(double time, double limit) {
   kill(id_, SIGUSR1);
   usleep(200000);
   end();
-  throw std::runtime_error(
-      fmt::format("{}: the controller's {} did not come back within {:g} s", name_, where(time), limit));
+  throw CallTimedOut(fmt::format("{}: the controller's {} did not come back within {:g} s", name_, where(time), limit));
 }
 
 void PythonProcess::end() noexcept {

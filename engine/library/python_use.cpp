@@ -52,8 +52,9 @@ const Description& python_description() {
         {},
         "what else the controller reads or imports (weights, modules): `resume` and `replay` refuse others"},
        isolation_key(),
-       timeout_key("longest time on the clock that reset() or act() may take; imports and __init__() may take 60 s "
-                   "more")},
+       timeout_key(
+           "longest time on the clock that reset() or act() may take (imports and __init__() 60 s more); then its "
+           "particle is left unfinished")},
       {},
       {},
       "It sees and fills NumPy arrays `[quantity, lane]`, eight robots per call. `control` says what becomes of joint "

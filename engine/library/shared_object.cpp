@@ -73,7 +73,7 @@ SharedObject::SharedObject(const LibraryUse& use) : file_(std::filesystem::path(
   void* symbol = nullptr;
   std::string problem;
   {
-    const Shown shown(LibraryCall::load, std::nan(""));
+    const Shown shown(LibraryCall::load, std::nan(""), file_.c_str());
     void* const handle = dlopen(use.file.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
     if (!handle) problem = dlerror();
     if (handle) symbol = dlsym(handle, "graze_policy");

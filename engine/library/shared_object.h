@@ -1,6 +1,8 @@
 #pragma once
 // A controller's shared object: loaded, checked, and called so that what it does wrong is an error with a name.
 
+#include <unistd.h>
+
 #include <functional>
 #include <string>
 
@@ -25,7 +27,7 @@ class SharedObject {
   template <class Call>
   void call(LibraryCall which, double time, void* policy, const Call& function) const {
     const FloatingPoint before;
-    Shown shown(which, time);
+    const Shown shown(which, time, file_.c_str());
     int code = 0;
     try {
       code = function();
@@ -60,15 +62,19 @@ class SharedObject {
     unsigned vector_ = 0;
     unsigned short stack_ = 0;
   };
-  /// Shows a call to whoever watches.
+  /// Shows a call to whoever watches. A copy of this process that the library has made by fork(), and that comes back
+  /// from the call, ends: it shall not go on with a campaign that the process itself goes on with.
   class Shown {
    public:
-    Shown(LibraryCall which, double time) : page_(shown_library_calls()) {
+    Shown(LibraryCall which, double time, const char* file) : page_(shown_library_calls()) {
+      library_call_here() = {which, time, file};
       if (!page_) return;
       page_->time.store(time, std::memory_order_relaxed);
       page_->inside.store(which, std::memory_order_release);
     }
     ~Shown() {
+      if (is_forked_copy()) _exit(0);
+      library_call_here() = {};
       if (!page_) return;
       page_->inside.store(LibraryCall::none, std::memory_order_relaxed);
       page_->count.fetch_add(1, std::memory_order_release);

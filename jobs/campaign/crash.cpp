@@ -5,6 +5,7 @@
 
 #include <array>
 #include <atomic>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -13,6 +14,7 @@
 
 #include "archive/files/shell_word.h"
 #include "archive/files/utf8.h"
+#include "engine/library/library_use.h"
 #include "jobs/campaign/exit_code.h"
 #include "jobs/campaign/say.h"
 
@@ -48,8 +50,24 @@ void on_crash(int number) {
   }
 }
 
+/// A controller in the program itself has called exit(): a success that is none, were nobody to say so.
+[[noreturn]] void leave_by(const LibraryCallHere& here, int status) {
+  while (crash_told.test_and_set()) pause();
+  const std::string when = std::isnan(here.time) ? "" : fmt::format(" at {:.6g} s", here.time);
+  const std::string text = fmt::format(
+      "graze: the controller {} called exit({}) in {}{}, which ends the whole program; with isolation: process it ends "
+      "its own",
+      printable(here.file), status, name_of(here.call), when);
+  say_safely(text.c_str());
+  say_safely(advice.data());
+  say_safely("\n");
+  _exit(kMachineFailed);
+}
+
 /// HDF5 1.10 leaves the program by exit(-1) if it finds no memory for an identifier (H5I_register).
 [[maybe_unused]] void on_exit_of_library(int status, void*) {
+  const LibraryCallHere here = library_call_here();
+  if (here.call != LibraryCall::none && !in_child()) leave_by(here, status);
   if (status != -1) return;
   if (!in_child()) leave("exit(-1)");
   std::signal(SIGABRT, SIG_DFL);

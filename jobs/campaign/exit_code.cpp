@@ -8,6 +8,7 @@
 #include <new>
 
 #include "archive/files/utf8.h"
+#include "engine/library/library_use.h"
 #include "engine/settings/settings.h"
 
 namespace graze {
@@ -25,6 +26,8 @@ ExitCode report_error(const std::exception_ptr& error) {
     std::rethrow_exception(error);
   } catch (const InputError& input) {
     return fail(kInvalidInput, input.what());
+  } catch (const LibraryRefused& refused) {
+    return fail(kInvalidInput, refused.what());
   } catch (const MachineError& machine) {
     return fail(kMachineFailed, machine.what());
   } catch (const std::bad_alloc&) {

@@ -37,8 +37,10 @@ std::string printed_text(const std::string& output) {
 /// What all processes of a campaign are briefed with.
 struct Processes {
   std::string briefing;
-  std::vector<std::string> names;  // of the policies
-  std::vector<double> timeout;     // s, of each; NaN: it runs in this process
+  std::vector<std::string> names;   // of the policies
+  std::vector<double> timeout;      // s, of each; NaN: it runs in this process
+  std::vector<std::string> places;  // of each, where its library stands in the scenario
+  double watchdog = 0;              // s
 };
 
 class ControllerRun : public RemoteRun {
@@ -46,14 +48,28 @@ class ControllerRun : public RemoteRun {
   ControllerRun(std::shared_ptr<const Processes> processes, int policy)
       : processes_(std::move(processes)), policy_(static_cast<std::size_t>(policy)) {}
 
-  std::vector<TraceRecord> run(std::span<const Particle> particles, RunCost& cost) override {
+  /// Ends its process in order; what goes wrong there costs no particle.
+  ~ControllerRun() override {
     try {
-      if (!process_) process_ = std::make_unique<WorkerProcess>(processes_->briefing, processes_->timeout[policy_]);
+      const std::string problem = process_ ? process_->finish() : "";
+      if (!problem.empty()) tell("at its end", problem);
+    } catch (const std::exception&) {  // no memory to tell it
+    }
+  }
+  ControllerRun(const ControllerRun&) = delete;
+  ControllerRun& operator=(const ControllerRun&) = delete;
+
+  std::vector<TraceRecord> run(std::span<const Particle> particles, RunCost& cost) override {
+    start();
+    try {
       WorkerRequest request{processes_->names[policy_], {}};
       for (const Particle& particle : particles) request.particles.push_back(particle.id);
-      return answer(process_->ask(request), cost);
+      return answer(process_->ask(request), request, cost);
     } catch (const MachineError&) {
       throw;
+    } catch (const WorkerLost& lost) {
+      if (particles.size() == 1) tell(particles.front().id, lost.what());
+      throw LeftUnfinished(lost.what());
     } catch (const std::exception& error) {
       if (particles.size() == 1) tell(particles.front().id, error.what());
       throw;
@@ -61,36 +77,59 @@ class ControllerRun : public RemoteRun {
   }
 
  private:
-  static std::vector<TraceRecord> answer(const WorkerMessage& word, RunCost& cost) {
+  void start() {
+    if (process_) return;
+    try {
+      process_ = std::make_unique<WorkerProcess>(processes_->briefing,
+                                                 WorkerPatience{processes_->timeout[policy_], processes_->watchdog});
+    } catch (const InputError& refused) {
+      throw LibraryRefused(
+          fmt::format("{}: policy {}: {}", processes_->places[policy_], processes_->names[policy_], refused.what()));
+    }
+  }
+
+  static std::vector<TraceRecord> answer(const WorkerMessage& word, const WorkerRequest& request, RunCost& cost) {
     switch (static_cast<WorkerWord>(word.kind)) {
-      case WorkerWord::traces: {
-        std::uint64_t steps = 0;
-        if (word.bytes.size() < sizeof steps) break;
-        std::memcpy(&steps, word.bytes.data(), sizeof steps);
-        cost.steps += steps;
-        return records_of(std::string_view(word.bytes).substr(sizeof steps));
-      }
+      case WorkerWord::traces:
+        return traces_of(word.bytes, request, cost);
       case WorkerWord::overtime:
+        if (!word.bytes.empty()) throw WorkerLost(word.bytes);  // a call into Python
         throw Overtime{};
       case WorkerWord::machine:
+      case WorkerWord::refusal:  // it was taken once: the library has been replaced, or create() fails now and then
         throw MachineError(word.bytes);
       case WorkerWord::fault:
-      case WorkerWord::refusal:
         throw std::runtime_error(word.bytes);
       case WorkerWord::ready:
         break;
     }
-    throw std::runtime_error("the controller's process sent what nobody understands");
+    throw std::runtime_error("the controller's process sent what is no answer");
+  }
+
+  static std::vector<TraceRecord> traces_of(const std::string& bytes, const WorkerRequest& request, RunCost& cost) {
+    std::uint64_t steps = 0;
+    if (bytes.size() < sizeof steps) throw std::runtime_error("the controller's process sent no traces");
+    std::memcpy(&steps, bytes.data(), sizeof steps);
+    std::vector<TraceRecord> out = records_of(std::string_view(bytes).substr(sizeof steps), request.particles);
+    cost.steps += steps;
+    return out;
   }
 
   void tell(std::uint32_t particle, const std::string& reason) const {
+    tell(fmt::format("particle {}", particle), reason);
+  }
+
+  void tell(const std::string& when, const std::string& reason) const {
     const int told = faults_told++;
     if (told > kMostFaultsTold) return;
     if (told == kMostFaultsTold) {
-      spdlog::warn("controllers have failed more often; 'graze score ARCHIVE' lists all invalid traces");
+      spdlog::warn(
+          "controllers have failed more often; 'graze score ARCHIVE' counts the invalid traces, and 'graze status' "
+          "tells "
+          "what is unfinished");
       return;
     }
-    spdlog::warn("policy {}, particle {}: {}{}", processes_->names[policy_], particle, printable(reason),
+    spdlog::warn("policy {}, {}: {}{}", processes_->names[policy_], when, printable(reason),
                  process_ ? printed_text(process_->output()) : "");
   }
 
@@ -138,10 +177,12 @@ std::shared_ptr<const Processes> processes_of(const Scenario& scenario,
                                               const std::vector<std::optional<LibraryUse>>& libraries,
                                               std::uint64_t seed, std::uint64_t particles, double watchdog) {
   auto out = std::make_shared<Processes>();
+  out->watchdog = watchdog;
   out->briefing =
       WorkerBriefing{scenario.source, scenario_kind(scenario), scenario.recording, seed, particles, watchdog}.to_text();
   for (std::size_t i = 0; i < libraries.size(); ++i) {
     out->names.push_back(scenario.policies[i].name);
+    out->places.push_back(libraries[i] ? libraries[i]->place.key_place() : "");
     out->timeout.push_back(libraries[i] && libraries[i]->isolated ? libraries[i]->timeout : std::nan(""));
   }
   return out;
@@ -166,18 +207,21 @@ bool controllers_trusted() { return trusted; }
 void try_controllers(const Scenario& scenario) {
   const auto libraries = libraries_of(scenario);
   if (!check_libraries(libraries)) return;
+  constexpr double kFrozen = 60;  // s: nobody has named a limit here
   const auto processes = processes_of(scenario, libraries, scenario.seed, scenario.particles, 0);
   for (std::size_t i = 0; i < libraries.size(); ++i) {
     if (!libraries[i]) continue;
     std::optional<WorkerProcess> process;
     WorkerMessage word{};
     try {
-      process.emplace(processes->briefing, libraries[i]->timeout);
+      process.emplace(processes->briefing, WorkerPatience{libraries[i]->timeout, kFrozen});
       word = process->ask({processes->names[i], {}});
     } catch (const WorkerDied& end) {
       libraries[i]->place.at("file").fail(
           fmt::format("{}: {}{}", libraries[i]->file, end.what(), process ? printed_text(process->output()) : ""));
     }
+    const std::string problem = process->finish();
+    if (!problem.empty()) spdlog::warn("policy {}: {}", processes->names[i], printable(problem));
     if (word.kind == static_cast<char>(WorkerWord::traces)) continue;
     if (word.kind == static_cast<char>(WorkerWord::machine)) throw MachineError(word.bytes);
     throw InputError(printable(word.bytes) + printed_text(process->output()));

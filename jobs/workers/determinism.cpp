@@ -42,20 +42,20 @@ class PromiseCheck {
     for (auto id = static_cast<std::uint32_t>(count_); id-- > 0;) reversed.push_back(id);
     TraceWatch watch;
     ContainedRun run(scenario_, scenario_.seed, watch, elsewhere_);
-    const Records reference = simulate(run, policy, first);
+    const Records reference = simulate(run, policy, first, out);
     out.particles = reference.size();
     for (const auto& [id, record] : reference) out.invalid += record.outcome == Outcome::invalid;
-    compare(reference, simulate(run, policy, first), "a second time by the same controller", out);
-    compare(reference, simulate(run, policy, reversed), "in other lanes, beside and after others", out);
+    compare(reference, simulate(run, policy, first, out), "a second time by the same controller", out);
+    compare(reference, simulate(run, policy, reversed, out), "in other lanes, beside and after others", out);
     for (const std::uint32_t id : first) {
       ContainedRun fresh(scenario_, scenario_.seed, watch, elsewhere_);
-      compare(reference, simulate(fresh, policy, {id}), "alone, by a fresh controller", out);
+      compare(reference, simulate(fresh, policy, {id}, out), "alone, by a fresh controller", out);
     }
     return out;
   }
 
  private:
-  Records simulate(ContainedRun& run, int policy, const std::vector<std::uint32_t>& ids) const {
+  Records simulate(ContainedRun& run, int policy, const std::vector<std::uint32_t>& ids, PromiseReport& report) const {
     WorkUnit unit;
     unit.policy = policy;
     for (const std::uint32_t id : ids) {
@@ -66,6 +66,7 @@ class PromiseCheck {
     }
     if (unit.particles.empty()) return {};
     run.run(unit);
+    report.unfinished += unit.unfinished.size();
     Records out;
     for (TraceRecord& record : unit.records) out[record.particle] = std::move(record);
     return out;
@@ -102,10 +103,12 @@ std::string promises_text(const std::vector<PromiseReport>& reports) {
   std::string out;
   for (const PromiseReport& report : reports) {
     const std::string invalid = report.invalid > 0 ? fmt::format(", {} of them invalid", report.invalid) : "";
+    const std::string verdict = !report.broken.empty() ? fmt::format("{} came out ANOTHER WAY", report.broken.size())
+                                : report.unfinished > 0
+                                    ? fmt::format("{} traces were left unfinished, so nobody knows", report.unfinished)
+                                    : "the same bits in any company";
     out += fmt::format("{}: {} particles{}, {} comparisons: {}\n", report.policy, report.particles, invalid,
-                       report.comparisons,
-                       report.broken.empty() ? "the same bits in any company"
-                                             : fmt::format("{} came out ANOTHER WAY", report.broken.size()));
+                       report.comparisons, verdict);
     for (std::size_t i = 0; i < std::min(kShown, report.broken.size()); ++i) {
       const BrokenPromise& one = report.broken[i];
       out += fmt::format("  particle {}, {}: {}\n", one.particle, one.company, one.difference);

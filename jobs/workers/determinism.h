@@ -21,7 +21,8 @@ struct PromiseReport {
   std::string policy;
   std::size_t particles = 0, comparisons = 0;
   std::vector<BrokenPromise> broken;
-  std::size_t invalid = 0;  // of the first traces
+  std::size_t invalid = 0;     // of the first traces
+  std::size_t unfinished = 0;  // of all traces: these compare with nothing
 };
 
 /// Simulates a block of particles of each policy four times: as it is, again by the same controller, in reverse order

@@ -1,9 +1,9 @@
 #include "jobs/workers/record_bytes.h"
 
+#include <algorithm>
 #include <cstring>
+#include <stdexcept>
 #include <type_traits>
-
-#include "engine/settings/settings.h"
 
 namespace graze {
 namespace {
@@ -19,18 +19,19 @@ class Bytes {
     static_assert(std::is_trivially_copyable_v<T>);
     raw(&x, sizeof x);
   }
-  std::uint64_t count(std::uint64_t now) {
+  /// `least`: bytes that each of them takes at least, so that a number that cannot be costs no memory.
+  std::uint64_t count(std::uint64_t now, std::size_t least) {
     plain(now);
-    if (reads_ && now > source_.size()) refuse();
+    if (reads_ && now > (source_.size() - at_) / least) refuse();
     return now;
   }
   template <class T>
   void numbers(std::vector<T>& items) {
-    items.resize(count(items.size()));
+    items.resize(count(items.size(), sizeof(T)));
     raw(items.data(), items.size() * sizeof(T));
   }
   void text(std::string& text) {
-    text.resize(count(text.size()));
+    text.resize(count(text.size(), 1));
     raw(text.data(), text.size());
   }
   bool reads() const { return reads_; }
@@ -40,7 +41,9 @@ class Bytes {
   std::string take() { return std::move(written_); }
 
  private:
-  [[noreturn]] static void refuse() { throw MachineError("a worker process sent traces that cannot be read"); }
+  [[noreturn]] static void refuse() {
+    throw std::runtime_error("the controller's process sent traces that cannot be read");
+  }
   void raw(void* x, std::size_t size) {
     if (size == 0) return;
     if (!reads_) {
@@ -89,26 +92,31 @@ void carry(Bytes& bytes, TraceRecord& record) {
   bytes.plain(record.digest);
   bytes.text(record.sequence), bytes.text(record.invalid_reason);
   bytes.plain(record.stopped), bytes.plain(record.solver);
-  record.events.resize(bytes.count(record.events.size()));
+  record.events.resize(bytes.count(record.events.size(), sizeof(Event::time) + sizeof(Event::p_W)));
   for (Event& event : record.events) carry(bytes, event);
   bytes.numbers(record.phases);
   carry(bytes, record.telemetry);
 }
 
+constexpr std::size_t kLeastRecord = sizeof(SolverLog);  // bytes; each has one, and more
+
 }  // namespace
 
 std::string bytes_of(const std::vector<TraceRecord>& records) {
   Bytes bytes;
-  bytes.count(records.size());
+  bytes.count(records.size(), kLeastRecord);
   for (TraceRecord record : records) carry(bytes, record);
   return bytes.take();
 }
 
-std::vector<TraceRecord> records_of(std::string_view written) {
+std::vector<TraceRecord> records_of(std::string_view written, const std::vector<std::uint32_t>& particles) {
   Bytes bytes(written);
-  std::vector<TraceRecord> out(bytes.count(0));
+  std::vector<TraceRecord> out(bytes.count(0, kLeastRecord));
   for (TraceRecord& record : out) carry(bytes, record);
   bytes.end();
+  const bool those = std::equal(out.begin(), out.end(), particles.begin(), particles.end(),
+                                [](const TraceRecord& record, std::uint32_t id) { return record.particle == id; });
+  if (!those) throw std::runtime_error("the controller's process sent other traces than it was asked for");
   return out;
 }
 

@@ -4,14 +4,28 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 namespace graze {
 namespace {
 
 using PlainJson = nlohmann::json;
+
+/// Of a message: its kind, its mark, how many bytes follow.
+constexpr std::size_t kMarkAt = 1, kSizeAt = kMarkAt + sizeof(std::uint64_t), kHead = kSizeAt + sizeof(std::uint64_t);
+/// What a worker, which may take no more memory (limit_memory()), can have to say.
+constexpr std::uint64_t kMostBytes = std::uint64_t{4} << 30;
+
+std::uint64_t number_at(const char* bytes) {
+  std::uint64_t out = 0;
+  std::memcpy(&out, bytes, sizeof out);
+  return out;
+}
 
 std::string as_message_pack(const PlainJson& json) {
   const std::vector<std::uint8_t> bytes = PlainJson::to_msgpack(json);
@@ -71,22 +85,54 @@ std::string scenario_kind(const Scenario& scenario) {
   return out;
 }
 
-bool send_word(int descriptor, char kind, const std::string& bytes) {
-  const std::uint64_t size = bytes.size();
-  std::string head(1 + sizeof size, kind);
-  std::memcpy(head.data() + 1, &size, sizeof size);
-  return send_bytes(descriptor, head.data(), head.size()) && send_bytes(descriptor, bytes.data(), bytes.size());
+bool send_word(int descriptor, const WorkerMessage& word) {
+  const std::uint64_t size = word.bytes.size();
+  std::string head(kHead, word.kind);
+  std::memcpy(head.data() + kMarkAt, &word.mark, sizeof word.mark);
+  std::memcpy(head.data() + kSizeAt, &size, sizeof size);
+  return send_bytes(descriptor, head.data(), head.size()) && send_bytes(descriptor, word.bytes.data(), size);
 }
 
 std::optional<WorkerMessage> receive_word(int descriptor) {
-  WorkerMessage out{};
-  std::uint64_t size = 0;
-  if (!receive_bytes(descriptor, &out.kind, 1)) return std::nullopt;
-  if (!receive_bytes(descriptor, reinterpret_cast<char*>(&size), sizeof size)) return std::nullopt;
-  constexpr std::uint64_t kMost = std::uint64_t{1} << 36;  // bytes; more is no message, but something that went wrong
-  if (size > kMost) return std::nullopt;
+  std::array<char, kHead> head{};
+  if (!receive_bytes(descriptor, head.data(), head.size())) return std::nullopt;
+  WorkerMessage out{head[0], {}, number_at(head.data() + kMarkAt)};
+  const std::uint64_t size = number_at(head.data() + kSizeAt);
+  if (size > kMostBytes) return std::nullopt;
   out.bytes.resize(size);
   if (!receive_bytes(descriptor, out.bytes.data(), size)) return std::nullopt;
+  return out;
+}
+
+WorkerInbox::State WorkerInbox::look(int descriptor, std::uint64_t mark) {
+  constexpr std::size_t kPortion = std::size_t{1} << 20;  // bytes: memory grows by what has arrived, not by a claim
+  while (true) {
+    if (const State now = state(mark); now != State::part) return now;
+    const std::size_t before = bytes_.size(), portion = std::min(wanted() - before, kPortion);
+    bytes_.resize(before + portion);
+    const ssize_t got = recv(descriptor, bytes_.data() + before, portion, MSG_DONTWAIT);
+    const int error = errno;
+    bytes_.resize(before + static_cast<std::size_t>(std::max<ssize_t>(got, 0)));
+    if (got > 0 || (got < 0 && error == EINTR)) continue;
+    return got < 0 && (error == EAGAIN || error == EWOULDBLOCK) ? State::part : State::closed;
+  }
+}
+
+WorkerInbox::State WorkerInbox::state(std::uint64_t mark) const {
+  if (bytes_.size() >= kSizeAt && number_at(bytes_.data() + kMarkAt) != mark) return State::garbled;
+  if (bytes_.size() < kHead) return State::part;
+  if (number_at(bytes_.data() + kSizeAt) > kMostBytes) return State::garbled;
+  return bytes_.size() == wanted() ? State::whole : State::part;
+}
+
+std::size_t WorkerInbox::wanted() const {
+  return bytes_.size() < kHead ? kHead : kHead + number_at(bytes_.data() + kSizeAt);
+}
+
+WorkerMessage WorkerInbox::take() {
+  WorkerMessage out{bytes_[0], {}, number_at(bytes_.data() + kMarkAt)};
+  bytes_.erase(0, kHead);
+  out.bytes = std::exchange(bytes_, {});
   return out;
 }
 

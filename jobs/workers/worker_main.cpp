@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -14,6 +15,7 @@
 #include <memory>
 #include <new>
 #include <string_view>
+#include <thread>
 
 #include "engine/library/library_use.h"
 #include "jobs/workers/record_bytes.h"
@@ -33,6 +35,8 @@ WorkerMessage word_of(const std::exception_ptr& thrown) {
     std::rethrow_exception(thrown);
   } catch (const Overtime&) {
     return word(WorkerWord::overtime, "");
+  } catch (const CallTimedOut& late) {
+    return word(WorkerWord::overtime, late.what());
   } catch (const MachineError& error) {
     return word(WorkerWord::machine, error.what());
   } catch (const InputError& error) {
@@ -50,7 +54,7 @@ WorkerMessage word_of(const std::exception_ptr& thrown) {
 Scenario read_again(const WorkerBriefing& briefing) {
   Scenario scenario = reload_scenario(briefing.source);
   if (scenario_kind(scenario) != briefing.kind) {
-    throw MachineError(
+    throw InputError(
         "this command changes the scenario after reading it, which the process of a controller cannot; say isolation: "
         "none");
   }
@@ -81,9 +85,18 @@ class Worker {
   }
 
  private:
+  /// What is refused here is refused for all particles, and none is to blame.
   WorkerMessage work(const WorkerRequest& request) {
     try {
-      BlockRun& run = run_of(request.policy);
+      return simulate(run_of(request.policy), request);
+    } catch (...) {
+      runs_.erase(request.policy);
+      return word_of(std::current_exception());
+    }
+  }
+
+  WorkerMessage simulate(BlockRun& run, const WorkerRequest& request) {
+    try {
       std::vector<TraceRecord> records(request.particles.size());
       std::vector<Particle> particles;
       std::vector<std::size_t> places;  // of `particles`, among the records
@@ -101,9 +114,8 @@ class Worker {
       for (std::size_t k = 0; k < made.size(); ++k) records[places[k]] = std::move(made[k]);
       std::string bytes(reinterpret_cast<const char*>(&cost.steps), sizeof cost.steps);
       return {static_cast<char>(WorkerWord::traces), bytes + bytes_of(records)};
-    } catch (...) {
-      runs_.erase(request.policy);
-      return word_of(std::current_exception());
+    } catch (const InputError& error) {
+      throw std::runtime_error(error.what());  // of a particle, not of the scenario
     }
   }
 
@@ -147,6 +159,19 @@ void share_page() {
   if (page != MAP_FAILED) show_library_calls(static_cast<LibraryCalls*>(page));
 }
 
+/// Lets the parent see that the process runs at all, which one that was stopped does not.
+void show_life() {
+  LibraryCalls* const page = shown_library_calls();
+  if (!page) return;
+  constexpr std::chrono::milliseconds kBetween(100);
+  std::thread([page, kBetween] {
+    while (true) {
+      page->beats.fetch_add(1, std::memory_order_relaxed);
+      std::this_thread::sleep_for(kBetween);
+    }
+  }).detach();
+}
+
 }  // namespace
 
 bool started_as_worker(int argc, char** argv) {
@@ -161,24 +186,31 @@ int work_for_parent() {
   for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGUSR1, SIGXCPU}) {
     std::signal(number, SIG_IGN);  // meant for the campaign, whose parent ends this process when it is time
   }
-  const auto say = [](const WorkerMessage& word) { return send_word(kWorkerSocket, word.kind, word.bytes); };
+  const pid_t self = getpid();
+  const auto say = [self](WorkerMessage word, std::uint64_t mark) {
+    if (getpid() != self) _exit(EXIT_SUCCESS);  // a copy by fork() that has come as far as this has nothing to say
+    word.mark = mark;
+    return send_word(kWorkerSocket, word);
+  };
   share_page();
   std::unique_ptr<Worker> worker;
+  const auto briefing = receive_word(kWorkerSocket);
+  if (!briefing) return EXIT_FAILURE;
   try {
-    const auto briefing = receive_word(kWorkerSocket);
-    if (!briefing) return EXIT_FAILURE;
+    show_life();
     worker = std::make_unique<Worker>(WorkerBriefing::from_text(briefing->bytes));
   } catch (...) {
-    say(word_of(std::current_exception()));
+    say(word_of(std::current_exception()), briefing->mark);
     return EXIT_FAILURE;
   }
   limit_memory();
   allow_libraries(LibraryLoading::all);
-  say({static_cast<char>(WorkerWord::ready), ""});
+  say({static_cast<char>(WorkerWord::ready), ""}, briefing->mark);
   while (const auto request = receive_word(kWorkerSocket)) {
-    if (!say(worker->serve(WorkerRequest::from_text(request->bytes)))) break;
+    if (!say(worker->serve(WorkerRequest::from_text(request->bytes)), request->mark)) _exit(kWorkerUnheard);
   }
-  _exit(EXIT_SUCCESS);  // what the controller has left running does not matter any more
+  worker.reset();  // destroy() is called; exit handlers follow
+  return EXIT_SUCCESS;
 }
 
 }  // namespace graze

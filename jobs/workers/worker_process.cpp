@@ -5,6 +5,7 @@
 #include <poll.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
+#include <sys/time.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -16,7 +17,8 @@
 #include <csignal>
 #include <cstring>
 #include <new>
-#include <vector>
+#include <random>
+#include <utility>
 
 #include "engine/settings/forked.h"
 #include "engine/settings/pipe.h"
@@ -27,13 +29,43 @@ namespace {
 
 using SteadyClock = std::chrono::steady_clock;
 
-constexpr double kSlowStart = 60;          // s more, for loading and create()
+constexpr double kSlowStart = 60;          // s more, for loading and create(); for taking a message
 constexpr std::size_t kMostOutput = 4096;  // bytes of what a controller prints that are kept
 constexpr int kTickMilliseconds = 50;      // between looks at a worker
 constexpr double kTick = kTickMilliseconds / 1000.0;
+constexpr double kStall = 10;     // s for the next byte of an answer that has begun
+constexpr double kLeastWait = 2;  // s: shorter limits than that say nothing about a process as a whole
+constexpr int kNotStarted = 127;  // exit code
+constexpr const char* kNoProcess = "no process can be started for the controller";
 
 [[noreturn]] void no_process(const char* what) {
-  throw MachineError(fmt::format("no process can be started for the controller: {}: {}", what, std::strerror(errno)));
+  throw MachineError(fmt::format("{}: {}: {}", kNoProcess, what, std::strerror(errno)));
+}
+
+/// In the child, which may make few calls: closes all descriptors but these, so that there is room for theirs.
+void close_others(std::array<int, 3> kept) {
+  std::sort(kept.begin(), kept.end());
+  unsigned first = 0;
+  for (const int number : kept) {
+    const auto next = static_cast<unsigned>(number);
+    if (next > first) close_range(first, next - 1, 0);
+    first = next + 1;
+  }
+  close_range(first, ~0U, 0);
+}
+
+/// Puts them where the worker knows them, and nothing else. False: that cannot be.
+bool place_descriptors(int socket, int page, int printed) {
+  close_others({socket, page, printed});
+  constexpr int kAway = kWorkerPage + 1;  // so that none of them stands where another shall go
+  socket = fcntl(socket, F_DUPFD, kAway), page = fcntl(page, F_DUPFD, kAway), printed = fcntl(printed, F_DUPFD, kAway);
+  if (socket < 0 || page < 0 || printed < 0) return false;
+  const int nothing = open("/dev/null", O_RDONLY);
+  if (nothing < 0 || dup2(nothing, STDIN_FILENO) < 0) return false;
+  if (dup2(printed, STDOUT_FILENO) < 0 || dup2(printed, STDERR_FILENO) < 0) return false;
+  if (dup2(socket, kWorkerSocket) < 0 || dup2(page, kWorkerPage) < 0) return false;
+  close_range(kAway, ~0U, 0);
+  return true;
 }
 
 /// In the child: its descriptors at the numbers that it knows them by, nothing else open, a process group of its own,
@@ -41,19 +73,33 @@ constexpr double kTick = kTickMilliseconds / 1000.0;
 [[noreturn]] void become_worker(pid_t parent, int socket, int page, int printed) {
   die_with(parent);
   behave_as_started();
-  constexpr int kAway = 10;  // so that none of them stands where another shall go
-  socket = fcntl(socket, F_DUPFD, kAway), page = fcntl(page, F_DUPFD, kAway), printed = fcntl(printed, F_DUPFD, kAway);
-  dup2(open("/dev/null", O_RDONLY), STDIN_FILENO);
-  dup2(printed, STDOUT_FILENO);
-  dup2(printed, STDERR_FILENO);
-  dup2(socket, kWorkerSocket);
-  dup2(page, kWorkerPage);
-  close_range(kWorkerPage + 1, ~0U, 0);
+  if (!place_descriptors(socket, page, printed)) _exit(kNotStarted);
   std::array<char, 6> name = {'g', 'r', 'a', 'z', 'e', '\0'};
   std::array<char, 7> verb = {'w', 'o', 'r', 'k', 'e', 'r', '\0'};
   std::array<char*, 3> arguments = {name.data(), verb.data(), nullptr};
   execv("/proc/self/exe", arguments.data());
-  _exit(127);
+  _exit(kNotStarted);
+}
+
+/// Where the controller's output goes.
+Pipe output_pipe() {
+  try {
+    return {};
+  } catch (const MachineError& error) {
+    throw MachineError(std::string(kNoProcess) + ": " + error.what());
+  }
+}
+
+std::uint64_t random_mark() {
+  std::random_device random;
+  return std::uint64_t{random()} << 32 | random();
+}
+
+/// s since `before`, which becomes now. No more than two ticks, so that a machine that was asleep makes nothing look
+/// slow.
+double time_since(SteadyClock::time_point& before) {
+  const auto now = SteadyClock::now();
+  return std::min(std::chrono::duration<double>(now - std::exchange(before, now)).count(), 2 * kTick);
 }
 
 std::string signal_name(int signal) {
@@ -63,13 +109,45 @@ std::string signal_name(int signal) {
 
 }  // namespace
 
-WorkerProcess::WorkerProcess(const std::string& briefing, double timeout) : timeout_(timeout) {
+/// Time that has passed in one and the same state of a worker, s.
+class WorkerClock {
+ public:
+  void look(const LibraryCalls& calls, std::size_t arrived) {
+    const double passed = time_since(before_);
+    call_ = calls.inside.load(std::memory_order_acquire);
+    const std::uint64_t returned = calls.count.load(std::memory_order_acquire);
+    const bool same_call = call_ != LibraryCall::none && std::exchange(count_, returned) == returned;
+    inside_ = same_call ? inside_ + passed : 0;
+    const std::uint64_t beats = calls.beats.load(std::memory_order_relaxed);
+    still_ = std::exchange(beats_, beats) == beats ? still_ + passed : 0;
+    stalled_ = std::exchange(arrived_, arrived) == arrived && arrived > 0 ? stalled_ + passed : 0;
+  }
+  LibraryCall call() const { return call_; }
+  double inside() const { return inside_; }    // in this call
+  double still() const { return still_; }      // without a sign of life
+  double stalled() const { return stalled_; }  // since the last byte of a message that is not whole
+
+ private:
+  SteadyClock::time_point before_ = SteadyClock::now();
+  LibraryCall call_ = LibraryCall::none;
+  std::uint64_t count_ = 0, beats_ = 0;
+  std::size_t arrived_ = 0;
+  double inside_ = 0, still_ = 0, stalled_ = 0;
+};
+
+WorkerProcess::WorkerProcess(const std::string& briefing, const WorkerPatience& patience)
+    : patience_(patience), mark_(random_mark()) {
   try {
     start();
-    send_word(socket_.number(), 'b', briefing);  // if nobody takes it, listen() says why
+    say('b', briefing);
     const WorkerMessage word = listen();
     if (word.kind == static_cast<char>(WorkerWord::refusal)) throw InputError(word.bytes);
     if (word.kind != static_cast<char>(WorkerWord::ready)) throw MachineError(word.bytes);
+    ready_ = true;
+  } catch (const WorkerDied& died) {
+    end();
+    if (calls_) munmap(calls_, sizeof(LibraryCalls));
+    throw MachineError(fmt::format("{}: {}", kNoProcess, died.what()));
   } catch (...) {
     end();
     if (calls_) munmap(calls_, sizeof(LibraryCalls));
@@ -87,12 +165,14 @@ void WorkerProcess::start() {
   if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) no_process("a socket");
   socket_ = Descriptor(ends[0]);
   const Descriptor theirs(ends[1]);
+  const timeval most{static_cast<time_t>(kSlowStart), 0};
+  setsockopt(ends[0], SOL_SOCKET, SO_SNDTIMEO, &most, sizeof most);  // one that is stopped takes nothing
   const Descriptor page(memfd_create("graze-controller", MFD_CLOEXEC));
   if (!page || ftruncate(page.number(), sizeof(LibraryCalls)) != 0) no_process("shared memory");
   void* const shared = mmap(nullptr, sizeof(LibraryCalls), PROT_READ | PROT_WRITE, MAP_SHARED, page.number(), 0);
   if (shared == MAP_FAILED) no_process("shared memory");
   calls_ = new (shared) LibraryCalls;
-  Pipe printed;
+  Pipe printed = output_pipe();
   const pid_t parent = getpid();
   id_ = fork();
   if (id_ < 0) {
@@ -105,44 +185,64 @@ void WorkerProcess::start() {
   fcntl(printed_.number(), F_SETFL, O_NONBLOCK);
 }
 
+/// A message with the next mark. If nobody takes it, listen() says why.
+void WorkerProcess::say(char kind, const std::string& bytes) {
+  if (send_word(socket_.number(), {kind, bytes, ++mark_})) return;
+  if (errno == EAGAIN || errno == EWOULDBLOCK) lost(fmt::format("process took no message for {:g} s", kSlowStart));
+}
+
 WorkerMessage WorkerProcess::ask(const WorkerRequest& request) {
-  send_word(socket_.number(), 'a', request.to_text());
+  say('a', request.to_text());
   return listen();
 }
 
-/// Waits for its word. Time in a call is counted in ticks of this process, so that a machine that was asleep does not
-/// make a call look slow.
+/// Waits for its word.
 WorkerMessage WorkerProcess::listen() {
-  double inside = 0;  // s in one and the same call
-  std::uint64_t count = 0;
-  auto before = SteadyClock::now();
+  WorkerClock clock;
   while (true) {
     std::array<pollfd, 2> ends = {{{socket_.number(), POLLIN, 0}, {printed_.number(), POLLIN, 0}}};
     poll(ends.data(), ends.size(), kTickMilliseconds);
     if (ends[1].revents != 0) take_output();
-    if (ends[0].revents != 0) {
-      auto word = receive_word(socket_.number());
-      take_output();
-      if (!word) died();
-      return std::move(*word);
+    const bool ended = has_ended();  // before the last look at what it has said
+    switch (inbox_.look(socket_.number(), mark_)) {
+      case WorkerInbox::State::whole:
+        take_output();
+        return inbox_.take();
+      case WorkerInbox::State::garbled:
+        end();
+        take_output();
+        throw WorkerDied("something in the controller's process wrote into the simulator's socket");
+      case WorkerInbox::State::closed:
+        died();
+      case WorkerInbox::State::part:
+        break;
     }
-    if (has_ended()) died();
-    const auto now = SteadyClock::now();
-    const double passed = std::chrono::duration<double>(now - std::exchange(before, now)).count();
-    const LibraryCall call = calls_->inside.load(std::memory_order_acquire);
-    const std::uint64_t returned = calls_->count.load(std::memory_order_acquire);
-    inside = call == LibraryCall::none || std::exchange(count, returned) != returned
-                 ? 0
-                 : inside + std::min(passed, 2 * kTick);
-    const bool slow = call != LibraryCall::start && call != LibraryCall::act;
-    const double limit = timeout_ + (slow ? kSlowStart : 0);
-    if (inside > limit) hangs(call, limit);
+    if (ended) died();
+    clock.look(*calls_, inbox_.arrived());
+    look_at_clock(clock);
   }
 }
 
+void WorkerProcess::look_at_clock(const WorkerClock& clock) {
+  const LibraryCall call = clock.call();
+  const bool slow = call != LibraryCall::start && call != LibraryCall::act;
+  const double limit = patience_.call + (slow ? kSlowStart : 0);
+  if (clock.inside() > limit) {
+    const double time = calls_->time.load(std::memory_order_relaxed);
+    lost(fmt::format("{}{} did not come back within {:g} s", name_of(call),
+                     std::isnan(time) ? "" : fmt::format(" at {:.6g} s", time), limit));
+  }
+  const double still = std::max(patience_.frozen, kLeastWait);
+  if (patience_.frozen > 0 && clock.still() > still) {
+    lost(fmt::format("process did not run for {:g} s, as if it had been stopped", still));
+  }
+  if (clock.stalled() > kStall) lost(fmt::format("process began an answer and did not end it within {:g} s", kStall));
+}
+
 void WorkerProcess::take_output() {
+  constexpr int kMostReads = 16;  // one that prints without end shall not keep us from looking at the clock
   std::array<char, 1 << 12> bytes;
-  while (printed_) {
+  for (int reads = 0; printed_ && reads < kMostReads; ++reads) {
     const ssize_t got = read(printed_.number(), bytes.data(), bytes.size());
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) return;
@@ -169,41 +269,71 @@ std::string WorkerProcess::where() const {
   return std::isnan(time) ? fmt::format("in {}", name_of(call)) : fmt::format("in {} at {:.6g} s", name_of(call), time);
 }
 
-void WorkerProcess::died() {
-  const std::string place = where();
-  end();
-  take_output();
-  if (WIFEXITED(status_) && WEXITSTATUS(status_) == kWorkerStuck) throw Overtime{};
-  if (WIFEXITED(status_)) {
-    throw WorkerDied(fmt::format("the controller ended its process with exit code {} {}", WEXITSTATUS(status_), place));
+/// Waits for its end, and takes what it prints meanwhile.
+bool WorkerProcess::ends_within(double seconds) {
+  double waited = 0;
+  auto before = SteadyClock::now();
+  while (!has_ended()) {
+    if (waited > seconds) return false;
+    pollfd printed = {printed_.number(), POLLIN, 0};
+    poll(&printed, 1, kTickMilliseconds / 10);
+    if (printed.revents != 0) take_output();
+    waited += time_since(before);
   }
-  const int signal = WTERMSIG(status_);
-  const char* const perhaps = signal == SIGKILL ? ", perhaps for want of memory," : "";
-  throw WorkerDied(fmt::format("the controller crashed ({}){} {}", signal_name(signal), perhaps, place));
+  return true;
 }
 
-void WorkerProcess::hangs(LibraryCall call, double limit) {
-  const double time = calls_->time.load(std::memory_order_relaxed);
+void WorkerProcess::died() {
+  const std::string place = where();
+  const LibraryCall call = calls_->inside.load(std::memory_order_acquire);
+  const bool itself = ends_within(kLeastWait);  // one that has closed its end is about to
   end();
   take_output();
-  throw WorkerDied(fmt::format("the controller's {}{} did not come back within {:g} s", name_of(call),
-                               std::isnan(time) ? "" : fmt::format(" at {:.6g} s", time), limit));
+  const bool exited = WIFEXITED(status_);
+  if (exited && WEXITSTATUS(status_) == kWorkerStuck) throw Overtime{};
+  if (!ready_ && exited && WEXITSTATUS(status_) == kNotStarted) {
+    throw WorkerLost("its descriptors cannot be placed, or this program cannot be run once more");
+  }
+  if (!itself || (exited && WEXITSTATUS(status_) == kWorkerUnheard)) {
+    throw WorkerDied("the controller closed its process's connection to the simulator");
+  }
+  const int signal = WTERMSIG(status_);
+  const std::string what =
+      exited ? fmt::format("the controller ended its process with exit code {} {}", WEXITSTATUS(status_), place)
+             : fmt::format("the controller crashed ({}){} {}", signal_name(signal),
+                           signal == SIGKILL ? ", perhaps for want of memory," : "", place);
+  if (call == LibraryCall::load || call == LibraryCall::create) throw WorkerLost(what);
+  throw WorkerDied(what);
+}
+
+void WorkerProcess::lost(const std::string& why) {
+  end();
+  take_output();
+  throw WorkerLost("the controller's " + why);
+}
+
+std::string WorkerProcess::finish() {
+  if (id_ == 0) return "";
+  shutdown(socket_.number(), SHUT_WR);
+  const double limit = std::max(patience_.call, kLeastWait);
+  const bool itself = ends_within(limit);
+  const LibraryCall call = calls_->inside.load(std::memory_order_acquire);
+  end();
+  take_output();
+  const char* const where = call == LibraryCall::destroy ? "destroy()" : "process";
+  if (!itself) return fmt::format("the controller's {} did not end within {:g} s and was killed", where, limit);
+  if (WIFEXITED(status_)) return "";
+  return fmt::format("the controller crashed ({}) {}", signal_name(WTERMSIG(status_)),
+                     call == LibraryCall::destroy ? "in destroy()" : "at its end");
 }
 
 void WorkerProcess::end() {
-  if (id_ > 0) {
-    // One that has closed its end is about to end; its own status tells more than ours.
-    for (int i = 0; i < 100 && !has_ended(); ++i) {
-      pollfd gone = {socket_.number(), POLLIN, 0};
-      if (poll(&gone, 1, 0) == 0 || recv(socket_.number(), &gone, 1, MSG_PEEK | MSG_DONTWAIT) != 0) break;
-      usleep(2000);
-    }
-    kill(-id_, SIGKILL);
-    kill(id_, SIGKILL);  // before it had a group
-    while (waitpid(id_, &status_, 0) < 0 && errno == EINTR) {
-    }
-    id_ = 0;
+  if (id_ == 0) return;
+  kill(-id_, SIGKILL);
+  kill(id_, SIGKILL);  // before it had a group
+  while (waitpid(id_, &status_, 0) < 0 && errno == EINTR) {
   }
+  id_ = 0;
 }
 
 }  // namespace graze

@@ -18,36 +18,57 @@ class WorkerDied : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
+/// The same, but the clock has decided it, or no particle had begun: none is to blame.
+class WorkerLost : public WorkerDied {
+ public:
+  using WorkerDied::WorkerDied;
+};
+
+/// How long the process is waited for, s.
+struct WorkerPatience {
+  double call;    // longest time of one call of the controller, but for loading and create()
+  double frozen;  // longest time that it may not run at all (stopped by a signal); 0: any
+};
+
+class WorkerClock;
 
 class WorkerProcess {
  public:
-  /// Starts this program anew, as a worker, and briefs it. It dies with this thread. `timeout`: s, longest time of one
-  /// call of the controller. Throws WorkerDied, InputError, MachineError.
-  WorkerProcess(const std::string& briefing, double timeout);
-  /// Kills it, and what it has started.
+  /// Starts this program anew, as a worker, and briefs it. It dies with this thread. Throws InputError, MachineError.
+  WorkerProcess(const std::string& briefing, const WorkerPatience& patience);
+  /// Kills it, if it still runs, and what it has started.
   ~WorkerProcess();
   WorkerProcess(const WorkerProcess&) = delete;
   WorkerProcess& operator=(const WorkerProcess&) = delete;
 
   /// What it answers. Throws WorkerDied, and Overtime if the simulator itself hangs there.
   WorkerMessage ask(const WorkerRequest& request);
+  /// Lets it end in order: the controller's destroy() and exit handlers run. Returns what went wrong in that, or
+  /// nothing. For one that has died: does nothing.
+  std::string finish();
   /// What it has printed, the last 4 kB.
   const std::string& output() const { return output_; }
 
  private:
   void start();
+  void say(char kind, const std::string& bytes);
   WorkerMessage listen();
+  void look_at_clock(const WorkerClock& clock);
   void take_output();
   bool has_ended() const;
+  bool ends_within(double seconds);
   [[noreturn]] void died();
-  [[noreturn]] void hangs(LibraryCall call, double limit);
+  [[noreturn]] void lost(const std::string& why);
   void end();
   std::string where() const;
 
-  const double timeout_;
+  const WorkerPatience patience_;
   pid_t id_ = 0;  // 0: none that runs
   int status_ = 0;
+  bool ready_ = false;  // has been briefed; before, no library was loaded
   Descriptor socket_, printed_;
+  WorkerInbox inbox_;
+  std::uint64_t mark_;             // of the last message to it
   LibraryCalls* calls_ = nullptr;  // shared with it
   std::string output_;
 };

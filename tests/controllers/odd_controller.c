@@ -1,11 +1,15 @@
 /* A controller for tests: does what its settings say. `does`: what; `above` (m): only in robots whose base is higher at
- * the start; from 10 ms on. With NO_SYMBOL, OTHER_VERSION, LACKS_ACT: a library that is not to be loaded. */
+ * the start; from 10 ms on. ODD_TAME in the environment: not at all. With NO_SYMBOL, OTHER_VERSION, LACKS_ACT: a
+ * library that is not to be loaded. */
 #include "graze/policy.h"
 
 #include <fenv.h>
 #include <math.h>
+#include <pthread.h>
+#include <signal.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 typedef struct Odd {
@@ -52,8 +56,48 @@ static int start(void* policy, int32_t lane, uint64_t seed) {
   return 0;
 }
 
+/* As a message of the simulator's begins; what a controller should never write there. */
+static void forge(char kind, uint64_t length, const char* text) {
+  enum { simulator = 3 };
+  char bytes[100];
+  bytes[0] = kind;
+  memcpy(bytes + 1, &length, sizeof length);
+  memcpy(bytes + 1 + sizeof length, text, strlen(text));
+  if (send(simulator, bytes, 1 + sizeof length + strlen(text), 0) < 0) abort();
+}
+
+static void* stop_soon(void* unused) {
+  usleep(20000);
+  kill(getpid(), SIGSTOP);
+  return unused;
+}
+
+/* What touches the process as a whole. */
+static void err_aside(Odd* self, double time) {
+  pthread_t other;
+  if (does(self, "exit_well")) exit(0);
+  if (does(self, "fork_back") && time < 0.0105) fork(); /* both go on */
+  if (does(self, "freeze") && pthread_create(&other, NULL, stop_soon, NULL) == 0) usleep(100000);
+  if (does(self, "vanish")) {
+    if (unlink("odd.so") != 0) abort();
+    exit(3);
+  }
+  if (does(self, "forge_length")) {
+    forge('t', (uint64_t)1 << 35, "");
+    pause();
+  }
+  if (does(self, "forge_words")) forge('m', 3, "hey");
+  if (does(self, "forge_part")) {
+    if (send(3, "t", 1, 0) < 0) abort();
+    pause();
+  }
+  if (does(self, "shut")) shutdown(3, SHUT_RDWR);
+}
+
 static int err(Odd* self, const GrazeRobot* robot) {
   volatile int always = 1;
+  if (getenv("ODD_TAME") != NULL) return 0;
+  err_aside(self, robot->time);
   if (does(self, "segfault")) *(volatile int*)8 = 1;
   if (does(self, "print")) {
     printf("my gripper is %s\n", "on fire");
@@ -93,7 +137,15 @@ static int act(void* policy, const GrazeObservation* observation, uint32_t activ
   return graze_each_robot(policy, observation, active, targets, act_one);
 }
 
-static void destroy(void* policy) { free(policy); }
+static void destroy(void* policy) {
+  FILE* const trace = getenv("ODD_DESTROYED") ? fopen(getenv("ODD_DESTROYED"), "a") : NULL;
+  if (trace) {
+    fputs("destroyed\n", trace);
+    fclose(trace);
+  }
+  if (does(policy, "hang_destroy")) pause();
+  free(policy);
+}
 
 static const char* last_error(void* policy) { return policy ? "the gripper has no fingers" : "refused, as it was told"; }
 

@@ -1,0 +1,237 @@
+// Claim: what happens to the processes of controllers is told as what it is. Only what a controller does in a particle
+// costs this particle; what the clock has decided, or who runs the campaign has done, leaves particles unfinished, and
+// `resume` finishes them with the bits that they have in a campaign where all goes well.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <iterator>
+
+#include "jobs/workers/record_bytes.h"
+#include "jobs/workers/worker_channel.h"
+#include "tests/controllers/swing.h"
+#include "tests/sanitized.h"
+
+namespace graze {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::AnyOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+using testing::Outcomes;
+using testing::outcomes;
+using testing::Result;
+using testing::Swing;
+
+/// A swing, and what comes of it where the controller does nothing odd.
+struct Campaign : Swing {
+  std::uint32_t tried = 8;  // particles of a campaign that goes wrong: few, since each costs time
+  Outcomes well;
+  Campaign() {
+    odd("nothing");
+    EXPECT_EQ(graze("run swing.yaml --trust --quiet -o well.graze").code, 0);
+    well = outcomes(folder / "well.graze");
+    EXPECT_EQ(well.digest.size(), 24u);
+    EXPECT_GT(odd_ones(), 1u);
+    EXPECT_LT(odd_ones(), tried);
+  }
+  std::size_t odd_ones() const { return std::distance(well.high.begin(), well.high.lower_bound(tried)); }
+  Result run(const std::string& more) const {
+    return graze("run swing.yaml --trust --quiet --force -o ill.graze -n " + std::to_string(tried) + " " + more);
+  }
+  /// All particles that did nothing odd have their bits, and no others have any.
+  void expect_rest_well(const Outcomes& ill) const {
+    EXPECT_EQ(ill.digest.size() + odd_ones(), tried);
+    for (const auto& [id, digest] : ill.digest) EXPECT_EQ(digest, well.digest.at(id)) << id;
+  }
+  /// Finishes ill.graze with a controller that does nothing odd any more.
+  void expect_resumes_well() const {
+    setenv("ODD_TAME", "1", 1);
+    const Result resumed = graze("resume ill.graze -n 24 --trust --quiet");
+    unsetenv("ODD_TAME");
+    EXPECT_EQ(resumed.code, 0) << resumed.err;
+    const Outcomes ill = outcomes(folder / "ill.graze");
+    EXPECT_EQ(ill.digest, well.digest);
+    EXPECT_TRUE(ill.invalid.empty());
+  }
+};
+
+TEST(Worker, TimeoutAndStoppedProcessLeaveUnfinished) {
+  Campaign swing;
+  swing.tried = std::max(*swing.well.high.begin(), 1u) + 1;  // one odd particle, and others
+  struct Case {
+    const char *does, *more, *options, *reason;
+  };
+  for (const Case& one : {Case{"loop", ", timeout: 0.3 s", "", "act() at 0.01 s did not come back within 0.3 s"},
+                          Case{"forge_part", ", timeout: 0.3 s", "", "act() at 0.01 s did not come back within 0.3 s"},
+                          Case{"freeze", ", timeout: 600 s", "--watchdog 0.5", "did not run for 2 s"}}) {
+    swing.odd(one.does, one.more);
+    const Result run = swing.run(std::string("--threads 2 ") + one.options);
+    EXPECT_EQ(run.code, 3) << one.does << run.err;
+    EXPECT_THAT(run.err, AllOf(HasSubstr(one.reason), HasSubstr("policy still, particle ")));
+    const Outcomes ill = outcomes(swing.folder / "ill.graze");
+    EXPECT_TRUE(ill.invalid.empty()) << one.does;
+    swing.expect_rest_well(ill);
+    swing.expect_resumes_well();
+  }
+}
+
+TEST(Worker, PromiseOfWhatIsUnfinishedIsNotKnown) {
+  const Swing swing;
+  swing.write("file: odd.so, settings: {does: loop, above: 0}, timeout: 0.3 s");
+  const Result check = swing.graze("check swing.yaml --determinism --trust -n 1");
+  EXPECT_EQ(check.code, 3) << check.err;
+  EXPECT_THAT(check.out, HasSubstr("4 traces were left unfinished, so nobody knows"));  // once in each company
+}
+
+TEST(Worker, LibraryThatVanishesEndsTheCampaign) {
+  const Campaign swing;
+  swing.odd("vanish");
+  setenv("ODD_TAME", "1", 1);
+  ASSERT_EQ(swing.run("").code, 0);
+  unsetenv("ODD_TAME");
+  const Result run = swing.graze("resume ill.graze -n 24 --threads 1 --trust --quiet");
+  EXPECT_EQ(run.code, 3) << run.err;
+  EXPECT_THAT(run.err, AllOf(HasSubstr("odd.so: the library is not there"), HasSubstr("graze resume")));
+  swing.build("odd.so");
+  swing.expect_resumes_well();
+  swing.build("odd.so", "-DANOTHER -O0");
+  EXPECT_EQ(swing.graze("resume ill.graze -n 30 --trust --quiet").code, 2);
+}
+
+TEST(Worker, ExitInTheProgramItselfIsNoSuccess) {
+  const Campaign swing;
+  for (const auto& [does, call] : {std::pair{"exit_well", "exit(0)"}, std::pair{"exit", "exit(3)"}}) {
+    swing.odd(does, ", isolation: none");
+    const Result run = swing.run("--threads 2");
+    EXPECT_EQ(run.code, 3) << does;
+    EXPECT_THAT(run.err, HasSubstr(std::string("the controller odd.so called ") + call + " in act() at 0.01 s"));
+    EXPECT_THAT(run.err, HasSubstr("graze resume"));
+    swing.expect_resumes_well();
+  }
+}
+
+TEST(Worker, CopiesByForkGoOnWithNothing) {
+  const Campaign swing;
+  for (const char* isolation : {"process", "none"}) {
+    swing.odd("fork_back", std::string(", isolation: ") + isolation);
+    const Result run = swing.run("--threads 2");
+    EXPECT_EQ(run.code, 0) << isolation << run.err;
+    EXPECT_EQ(run.err, "");
+    const auto digest = outcomes(swing.folder / "ill.graze").digest;
+    EXPECT_EQ(digest.size(), swing.tried) << isolation;
+    for (const auto& [id, bits] : digest) EXPECT_EQ(bits, swing.well.digest.at(id)) << isolation << id;
+  }
+}
+
+TEST(Worker, ForgedAnswersCostTheirParticle) {
+  const Campaign swing;
+  for (const auto& [does, reason] : {std::pair{"forge_length", "wrote into the simulator's socket"},
+                                     std::pair{"forge_words", "wrote into the simulator's socket"},
+                                     std::pair{"shut", "closed its process's connection to the simulator"}}) {
+    swing.odd(does);
+    const Result run = swing.run("--threads 2");
+    EXPECT_EQ(run.code, 0) << does << run.err;
+    EXPECT_THAT(run.err, AllOf(HasSubstr("policy still, particle "), HasSubstr(reason), Not(HasSubstr("SIGKILL"))));
+    const Outcomes ill = outcomes(swing.folder / "ill.graze");
+    EXPECT_EQ(ill.invalid.size(), swing.odd_ones()) << does;
+    EXPECT_THAT(run.out, HasSubstr("e.g. ")) << does;  // one reason stands for those of several traces
+    for (const auto& [id, why] : ill.invalid) EXPECT_THAT(why, HasSubstr(reason)) << id;
+    swing.expect_rest_well(ill);
+  }
+}
+
+TEST(Worker, FewDescriptorsAreTheMachinesMatter) {
+  if (GRAZE_SANITIZED) GTEST_SKIP() << "a sanitizer takes descriptors of its own";
+  const Swing swing;
+  swing.odd("nothing");
+  int failed = 0;
+  for (const char* limit : {"12", "14", "16", "18", "20"}) {
+    const std::string program = std::string("ulimit -n ") + limit + "; '" + GRAZE_PROGRAM + "' ";
+    const Result run = testing::shell(swing.folder.path(),
+                                      program + "run swing.yaml --trust --quiet --threads 4 --force -o few.graze");
+    if (run.code == 0) {
+      EXPECT_EQ(outcomes(swing.folder / "few.graze").digest.size(), 24u) << limit;
+      continue;
+    }
+    ++failed;
+    EXPECT_EQ(run.code, 3) << limit << run.err;
+    EXPECT_THAT(run.err, AllOf(AnyOf(HasSubstr("no process can be started"), HasSubstr("Too many open files")),
+                               Not(HasSubstr("is not a verb"))));
+  }
+  EXPECT_GT(failed, 0);
+}
+
+TEST(Worker, EndsInOrder) {
+  const Swing swing;
+  const auto trace = swing.folder / "destroyed";
+  setenv("ODD_DESTROYED", trace.c_str(), 1);
+  for (const char* does : {"nothing", "hang_destroy"}) {
+    std::filesystem::remove(trace);
+    swing.odd(does, ", timeout: 0.3 s");
+    const Result run = swing.graze("run swing.yaml --trust --quiet -n 8 --threads 1 --force -o end.graze");
+    EXPECT_EQ(run.code, 0) << run.err;
+    EXPECT_EQ(testing::read_file(trace), "destroyed\ndestroyed\n");  // before the campaign, and in it
+    EXPECT_EQ(outcomes(swing.folder / "end.graze").digest.size(), 8u);
+    const bool hangs = std::string(does) == "hang_destroy";
+    EXPECT_EQ(run.err.find("destroy() did not end within 2 s and was killed") != std::string::npos, hangs) << run.err;
+  }
+  unsetenv("ODD_DESTROYED");
+}
+
+TEST(Worker, CommandsWithoutProcessesSayWhere) {
+  const Swing swing;
+  swing.odd("nothing");
+  for (const char* verb : {"sources swing.yaml", "steps swing.yaml", "check swing.yaml --probe"}) {
+    const Result refused = swing.graze(std::string(verb) + " --trust");
+    EXPECT_EQ(refused.code, 2) << verb;
+    EXPECT_THAT(refused.err, AllOf(HasSubstr("swing.yaml:13:"), HasSubstr("isolation: none"))) << verb;
+  }
+}
+
+TEST(Worker, TracesAreThoseThatWereAskedFor) {
+  std::vector<TraceRecord> records(2);
+  records[0].particle = 3, records[1].particle = 8;
+  const std::string bytes = bytes_of(records);
+  EXPECT_EQ(records_of(bytes, {3, 8}).size(), 2u);
+  for (const std::vector<std::uint32_t>& others : {std::vector<std::uint32_t>{3}, {8, 3}, {3, 8, 9}, {}}) {
+    EXPECT_THROW(records_of(bytes, others), std::runtime_error);
+  }
+  // A number of traces that cannot be costs no memory: 2^40 of them would.
+  std::string forged = bytes;
+  const std::uint64_t many = std::uint64_t{1} << 40;
+  std::memcpy(forged.data(), &many, sizeof many);
+  EXPECT_THROW(records_of(forged, {3, 8}), std::runtime_error);
+  EXPECT_THROW(records_of(bytes.substr(0, bytes.size() - 1), {3, 8}), std::runtime_error);
+}
+
+TEST(Worker, InboxTakesAnswersAloneAndNeverWaits) {
+  using State = WorkerInbox::State;
+  std::array<int, 2> ends{};
+  ASSERT_EQ(socketpair(AF_UNIX, SOCK_STREAM, 0, ends.data()), 0);
+  WorkerInbox inbox;
+  EXPECT_EQ(inbox.look(ends[0], 7), State::part);  // nothing is there
+  ASSERT_TRUE(send_word(ends[1], {'t', "traces", 7}));
+  ASSERT_EQ(inbox.look(ends[0], 7), State::whole);
+  EXPECT_EQ(inbox.take().bytes, "traces");
+  ASSERT_EQ(send(ends[1], "t", 1, 0), 1);
+  EXPECT_EQ(inbox.look(ends[0], 7), State::part);
+  std::array<std::uint64_t, 2> head = {7, std::uint64_t{1} << 32};  // no worker has so much to say
+  ASSERT_EQ(send(ends[1], head.data(), sizeof head, 0), static_cast<ssize_t>(sizeof head));
+  EXPECT_EQ(inbox.look(ends[0], 7), State::part);  // just as much as can be
+  WorkerInbox second, third;
+  head[1] += 1;
+  ASSERT_EQ(send(ends[1], "t", 1, 0) + send(ends[1], head.data(), sizeof head, 0), 17);
+  EXPECT_EQ(second.look(ends[0], 7), State::garbled);
+  ASSERT_TRUE(send_word(ends[1], {'t', "", 6}));  // an answer to what was asked before
+  EXPECT_EQ(third.look(ends[0], 7), State::garbled);
+  close(ends[0]), close(ends[1]);
+}
+
+}  // namespace
+}  // namespace graze
