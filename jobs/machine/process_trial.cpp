@@ -57,7 +57,8 @@ Finding worker_finding() {
     const InputReplay files(source.inputs, source.folder);
     const Scenario scenario = reload_scenario(source);
     constexpr double kPatience = 10;  // s
-    const WorkerProcess worker(WorkerBriefing{source, scenario_kind(scenario), {}, 1, 1, 0}.to_text(), kPatience);
+    const WorkerProcess worker(WorkerBriefing{source, scenario_kind(scenario), {}, 1, 1, 0}.to_text(),
+                               WorkerPatience{kPatience, kPatience});
     return {"processes", "worker", Health::good, "works: controllers of your own run apart"};
   } catch (const std::runtime_error& error) {
     return {"processes", "worker", Health::note, error.what(),
