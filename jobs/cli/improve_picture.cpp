@@ -2,12 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
 namespace graze {
 namespace {
 
+constexpr double kWordsApart = 0.06;                                 // of names, shares of the way
 constexpr double kBreak = std::numeric_limits<double>::quiet_NaN();  // of a line
 
 /// Of each step the value before it and after it; a task that becomes harder between two steps breaks the line.
@@ -81,7 +83,8 @@ Figure improve_figure(const Scenario& scenario, const ImproveState& state) {
     PlotSeries line = over_steps(state.steps, i, [&](const ImproveStep& step, bool after) {
       return ((after ? step.after : step.before)[i] - one.lower) / way;
     });
-    if (!line.y.empty() && i < kPolicyColors) {
+    const auto is_near = [&](const PlotWords& other) { return std::abs(other.y - line.y.back()) < kWordsApart; };
+    if (!line.y.empty() && std::none_of(design.words.begin(), design.words.end(), is_near)) {
       design.words.push_back({line.x.back(), line.y.back(), one.name, line.color});
     }
     design.series.push_back(std::move(line));
