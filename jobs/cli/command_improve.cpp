@@ -26,6 +26,7 @@
 #include "jobs/cli/picture_file.h"
 #include "jobs/cli/resume_campaign.h"
 #include "jobs/cli/value_warnings.h"
+#include "sampling/design_name.h"
 
 namespace graze {
 namespace {
@@ -78,7 +79,14 @@ struct FrequentFailure {
 /// Its particles are those of the scenario, but for `design`, or failures of others would be improved on.
 void check_same_scenario(const std::string& file, const CampaignInfo& info, const Scenario& scenario) {
   std::vector<ScenarioChange> changes = scenario_changes(info.scenario_text, scenario.text);
-  std::erase_if(changes, [](const ScenarioChange& one) { return (one.path + ".").starts_with("design."); });
+  std::erase_if(changes, [](const ScenarioChange& one) {
+    return (one.path + ".").starts_with("design.") || one.path == "sampling.design";
+  });
+  // --design changes it where no file says so.
+  if (info.design != design_name(scenario.design)) {
+    const ScenarioChange drawn{"sampling.design", info.design, std::string(design_name(scenario.design))};
+    changes.insert(changes.begin(), drawn);
+  }
   if (changes.empty()) return;
   const auto shown = [](const std::string& text) {
     return text.empty() ? std::string("not there") : clipped(text, 60);

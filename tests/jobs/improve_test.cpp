@@ -242,8 +242,9 @@ TEST_F(Improve, ParticlesOfACampaignAreThoseThatFailed) {
   EXPECT_EQ(step["success_before"].get<double>(), 0);
   const testing::Result other = graze("improve swing.yaml --from first.graze -o other");
   EXPECT_EQ(other.code, 2);
-  EXPECT_THAT(other.err,
-              AllOf(HasSubstr("is a campaign of another scenario: sampling.design"), HasSubstr("not there")));
+  EXPECT_THAT(
+      other.err,
+      AllOf(HasSubstr("is a campaign of another scenario: sampling.design is latin_hypercube there and random here")));
   EXPECT_THAT(graze("improve swing.yaml --from first.graze --seed 3").err, HasSubstr("--seed"));
 }
 

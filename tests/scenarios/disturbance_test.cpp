@@ -80,7 +80,7 @@ TEST(Disturbance, TellsWhatIsDrawn) {
              "point: [0, 0, 1 cm]}}\n"
              "uncertain: {disturbances.shove.impulse: {uniform: [0.2, 1.6]}}\n"));
   const std::string text = disturbance_text(scenario.world->disturbances[0], scenario.space);
-  EXPECT_THAT(text, ::testing::AllOf(HasSubstr("push of base at (0, 0, 0.01) m by "), HasSubstr("0.2, 1.6"),
+  EXPECT_THAT(text, ::testing::AllOf(HasSubstr("push of base at (0, 0, 0.01) m by "), HasSubstr("min=0.2, max=1.6"),
                                      HasSubstr("towards azimuth 1.5708 rad at "), HasSubstr("0.1"), HasSubstr("0.3")));
 }
 

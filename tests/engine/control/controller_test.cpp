@@ -36,7 +36,7 @@ class ControllerTest : public ::testing::Test, protected SensedAtRest {
 // Policies and trackers are found by name. ("tosses_dice" is of the tests of draws, which share this program.)
 TEST_F(ControllerTest, Names) {
   EXPECT_EQ(fmt::format("{}", fmt::join(policy_names(), " ")),
-            "gait gait_switch hold joint_trajectory library network tool_path torque tosses_dice");
+            "gait gait_switch hold joint_trajectory library network python tool_path torque tosses_dice");
   EXPECT_EQ(fmt::format("{}", fmt::join(tracker_names(), " ")),
             "inverse_dynamics joint_pd operational_inverse_dynamics operational_pd prescribed torque");
 }
@@ -277,11 +277,10 @@ TEST_F(ControllerTest, GaitJointTargetsReachItsFootTargets) {
 // Wrong settings are refused where they stand.
 TEST_F(ControllerTest, Errors) {
   EXPECT_NE(error("{holt: {}, control: {joint_pd: {kp: 1}}}").find("hold"), std::string::npos);
-  EXPECT_NE(
-      error("{control: {joint_pd: {kp: 1}}}")
-          .find(
-              "names no policy; one of gait, gait_switch, hold, joint_trajectory, library, network, tool_path, torque"),
-      std::string::npos);
+  EXPECT_NE(error("{control: {joint_pd: {kp: 1}}}")
+                .find("names no policy; one of gait, gait_switch, hold, joint_trajectory, library, network, python, "
+                      "tool_path, torque"),
+            std::string::npos);
   EXPECT_NE(error("{hold: {}, gait: {}, control: {joint_pd: {kp: 1}}}").find("a second policy beside hold"),
             std::string::npos);
   EXPECT_NE(error("{hold: {}, control: {joint_pdd: {kp: 1}}}").find("joint_pd"), std::string::npos);
