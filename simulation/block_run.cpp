@@ -189,7 +189,9 @@ struct BlockRun::Impl final : TraceSaver {
   }
 
   [[noreturn]] void fail_lane(int lane, const std::logic_error& error) const {
-    throw SavedTraceError(fmt::format("particle {}, {}: {}", lanes[lane].particle->id, policy.name, error.what()));
+    const std::uint32_t id = lanes[lane].particle->id;
+    const std::string who = id == kParticleLimit ? "the nominal robot" : fmt::format("particle {}", id);
+    throw SavedTraceError(fmt::format("{}, {}: {}", who, policy.name, error.what()));
   }
 
   std::shared_ptr<const ControllerMemory> remember(int lane) override try {

@@ -68,7 +68,10 @@ PredictionTally::PredictionTally(const PredictionLayout& layout) : joints_(layou
 void PredictionTally::add(const PredictionLayout& layout, const TraceRecord& trace, double begin, double end) {
   ++sums_.outcomes[static_cast<std::size_t>(trace.outcome)];
   sums_.by_particle.push_back(trace.outcome);
-  if (trace.outcome == Outcome::invalid) return;
+  if (trace.outcome == Outcome::invalid) {
+    if (sums_.invalid_reason.empty()) sums_.invalid_reason = trace.invalid_reason;
+    return;
+  }
   if (trace.outcome == Outcome::known_failure) ++sums_.violated.at(static_cast<std::size_t>(trace.violated));
   for (std::size_t i = 0; i < layout.requirements; ++i) add_finite(trace.margins[i], sums_.margins[i]);
   add_finite(trace.objective_margin, sums_.objective);
@@ -79,13 +82,15 @@ void PredictionTally::add(const PredictionLayout& layout, const TraceRecord& tra
   for (std::size_t k = 0; k < joints_.size(); ++k) joints_[k].add(trace.q[static_cast<std::size_t>(layout.joints[k])]);
 }
 
-void PredictionTally::add_unfabricated(std::uint64_t count) {
+void PredictionTally::add_unfabricated(std::uint64_t count, const std::string& reason) {
+  if (count > 0 && sums_.invalid_reason.empty()) sums_.invalid_reason = reason;
   sums_.outcomes[static_cast<std::size_t>(Outcome::invalid)] += count;
   sums_.by_particle.insert(sums_.by_particle.end(), count, Outcome::invalid);
 }
 
 void PredictionTally::add(const PredictionTally& other) {
   const CandidatePrediction& more = other.sums_;
+  if (sums_.invalid_reason.empty()) sums_.invalid_reason = more.invalid_reason;
   for (std::size_t i = 0; i < sums_.outcomes.size(); ++i) sums_.outcomes[i] += more.outcomes[i];
   for (std::size_t i = 0; i < sums_.violated.size(); ++i) {
     sums_.violated[i] += more.violated[i];

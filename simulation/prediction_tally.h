@@ -25,8 +25,8 @@ class PredictionTally {
   explicit PredictionTally(const PredictionLayout& layout);
   /// A trace that began at `begin` and lasts to `end` if nothing ends it, s.
   void add(const PredictionLayout& layout, const TraceRecord& trace, double begin, double end);
-  /// Particles that cannot be made: they are invalid.
-  void add_unfabricated(std::uint64_t count);
+  /// Particles that cannot be made, and why the first cannot: they are invalid.
+  void add_unfabricated(std::uint64_t count, const std::string& reason);
   void add(const PredictionTally& other);
   CandidatePrediction told(const PredictionLayout& layout, const std::string& policy) const;
 

@@ -29,6 +29,7 @@ struct ParticleBlock {
   bool made = false;
   std::vector<Particle> particles;
   std::uint64_t failed = 0;  // that could not be made
+  std::string why;           // the first of these could not
 };
 
 /// The blocks of a simulation's particles.
@@ -59,16 +60,18 @@ class ParticleBlocks {
     const std::uint64_t end = std::min((index + 1) * kLanes, particles);
     std::vector<Particle> made;
     std::uint64_t failed = 0;
+    std::string why;
     for (std::uint64_t id = index * kLanes; id < end; ++id) {
       watch.check();
       try {
         made.push_back(simulation_.particle(static_cast<std::uint32_t>(id)));
-      } catch (const InputError&) {
-        ++failed;
+      } catch (const InputError& error) {
+        if (failed++ == 0) why = error.what();
       }
     }
     block.particles = std::move(made);
     block.failed = failed;
+    block.why = std::move(why);
     block.made = true;
   }
 
@@ -179,7 +182,7 @@ struct Predictor::Impl {
     if (!unit.unfinished.empty()) throw MachineError("a prediction: " + unit.unfinished.front().reason);
     PredictionTally out(layout);
     for (const TraceRecord& trace : unit.records) out.add(layout, trace, call.estimate.time, call.end);
-    out.add_unfabricated(all.failed);
+    out.add_unfabricated(all.failed, all.why);
     return out;
   }
 

@@ -52,6 +52,7 @@ struct CandidatePrediction {
   // joints, rad (m where they slide). NaN: it is fixed, or fewer than 2.
   double place = 0, joints = 0;
   std::vector<Outcome> by_particle;
+  std::string invalid_reason;  // of the first invalid one; "": all are valid
 
   std::uint64_t valid() const { return outcomes[0] + outcomes[1] + outcomes[2]; }
 };

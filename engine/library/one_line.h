@@ -12,9 +12,8 @@ inline std::string one_line(const std::string& text) {
   for (char& c : out) {
     const auto code = static_cast<unsigned char>(c);
     if (code < 0x20 || code == 0x7f) c = ' ';
-    if (code >= 0x80) c = '?';  // of whatever encoding it is
   }
-  return out;
+  return out;  // archives and terminals see to what is no UTF-8
 }
 
 }  // namespace graze

@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "engine/library/one_line.h"
+#include "engine/library/python_use.h"
 #include "engine/settings/forked.h"
 #include "python_runner.h"
 
@@ -37,7 +38,9 @@ constexpr double kPythonTick = kPythonTickMilliseconds / 1000.0;
 /// The descriptors of the interpreter, by the numbers that the runner knows them by.
 constexpr int kSocket = 3, kRunner = 5;  // the memory is 4
 /// What it answers.
-constexpr char kDone = 'k', kRaised = 'e', kNoNumPy = 'n', kNotStarted = 'x';
+constexpr char kMade = 'k', kRaised = 'e', kNoNumPy = 'n', kNotStarted = 'x';
+/// Its answer to the control step of this number.
+constexpr char done(unsigned request) { return static_cast<char>(0x80 | (request & 0x7f)); }
 
 [[noreturn]] void nothing_left(const char* what) {
   throw MachineError(fmt::format("no Python can be started for the controller: {}: {}", what, std::strerror(errno)));
@@ -98,9 +101,19 @@ struct PythonStart {
   sigprocmask(SIG_SETMASK, &none, nullptr);
   for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGUSR1, SIGXCPU}) std::signal(signal, SIG_IGN);
   std::signal(SIGPIPE, SIG_DFL);
-  constexpr int kAway = 20;  // so that none of them stands where another shall go
+  const auto give_up = [&] {
+    const std::array<char, 2> told = {kNotStarted, static_cast<char>(errno)};
+    [[maybe_unused]] const ssize_t sent = write(start.descriptors[0], told.data(), told.size());
+    _exit(127);
+  };
+  constexpr int kAway = kRunner + 1;  // so that none of them stands where another shall go
   std::array<int, 3> away{};
-  for (std::size_t i = 0; i < away.size(); ++i) away[i] = fcntl(start.descriptors[i], F_DUPFD, kAway);
+  for (std::size_t i = 0; i < away.size(); ++i) {
+    away[i] = fcntl(start.descriptors[i], F_DUPFD, kAway);
+    if (away[i] >= 0) continue;
+    errno = EMFILE;  // EINVAL where the limit is below kAway
+    give_up();
+  }
   dup2(open("/dev/null", O_RDONLY), STDIN_FILENO);
   dup2(STDERR_FILENO, STDOUT_FILENO);
   for (std::size_t i = 0; i < away.size(); ++i) dup2(away[i], kSocket + static_cast<int>(i));
@@ -141,7 +154,7 @@ PythonProcess::PythonProcess(const LibraryUse& use, const std::string& setup, st
           name_, interpreter_));
     }
     if (word == kRaised) fail(never, "raised " + message());
-    if (word != kDone) fail(never, "wrote into the socket that Graze listens to");
+    if (word != kMade) fail(never, "wrote into the socket that Graze listens to");
   } catch (...) {
     end();
     if (memory_) munmap(memory_, bytes_);
@@ -163,9 +176,11 @@ void PythonProcess::start(const std::string& setup) {
   if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) nothing_left("a socket");
   socket_ = Descriptor(ends[0]);
   const Descriptor theirs(ends[1]);
-  // -u: what is printed before a crash shall be seen. The last word is there for those who look at a list of processes.
-  std::vector<std::string> words = {interpreter_, "-u", "-c",
-                                    "exec(compile(open(5, encoding='utf-8').read(), '<graze>', 'exec'))", name_};
+  // -u: what is printed before a crash shall be seen. Nothing is imported from the folder that this program happens to
+  // run in. The last word is there for those who look at a list of processes.
+  std::vector<std::string> words = {
+      interpreter_, "-u", "-c",
+      std::string(kNotFromHere) + "exec(compile(open(5, encoding='utf-8').read(), '<graze>', 'exec'))", name_};
   std::vector<std::string> variables = python_variables();
   const std::vector<char*> word_list = pointers_to(words), variable_list = pointers_to(variables);
   own_group_ = shown_library_calls() == nullptr;  // else this is a worker process, whose group is ended as a whole
@@ -201,7 +216,7 @@ void PythonProcess::step(double time) {
   while (send(socket_.number(), &request, 1, MSG_NOSIGNAL) < 0 && errno == EINTR) {
   }
   const char word = listen(time, timeout_);
-  if (word == kDone) return;
+  if (word == done(++requests_)) return;
   fail(time, word == kRaised ? "raised " + message() : "wrote into the socket that Graze listens to");
 }
 
@@ -251,6 +266,8 @@ void PythonProcess::fail(double time, const std::string& what) const {
 void PythonProcess::not_started() {
   unsigned char error = 0;
   if (recv(socket_.number(), &error, 1, 0) != 1) error = 0;
+  errno = error;
+  if (error == EMFILE || error == ENFILE) nothing_left("descriptors (ulimit -n)");
   throw std::runtime_error(
       fmt::format("{}: the interpreter '{}' cannot be started: {}; name a program on PATH or a "
                   "file under `interpreter`",

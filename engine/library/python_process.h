@@ -67,6 +67,7 @@ class PythonProcess {
   Descriptor socket_;
   pid_t id_ = 0;  // 0: none that runs
   bool own_group_ = false;
+  unsigned requests_ = 0;  // control steps that were asked for
   int status_ = 0;
 };
 

@@ -1,8 +1,9 @@
 """Runs a controller in Python for Graze, all lanes of a block in one call (docs/controllers.md).
 
 Graze holds this text and starts it by `python3 -c`. It has two descriptors: a socket, and the memory that both processes
-share. The first thing that comes through the socket is the setup, a line of JSON; then each byte asks for one control step,
-and is answered by a byte: "k" done, "e" an exception was raised, which the memory tells.
+share. The first thing that comes through the socket is the setup, a line of JSON, which is answered by "k"; then each byte
+asks for one control step, and is answered by a byte: done (128 + the number of the request modulo 128, so that nobody else
+answers in its place by chance), or "e": an exception was raised, which the memory tells.
 """
 import difflib
 import faulthandler
@@ -169,7 +170,14 @@ def read_setup():
     return json.loads(line.decode("utf-8", "surrogateescape"))
 
 
+def leave_copies(own):
+    """Ends a copy that the controller made by fork(): it would answer, too."""
+    if os.getpid() != own:
+        os._exit(0)
+
+
 def main():
+    own = os.getpid()
     faulthandler.enable()
     faulthandler.register(signal.SIGUSR1)  # what Graze sends before it ends a controller that does not come back
     setup = read_setup()
@@ -177,6 +185,7 @@ def main():
     try:
         session.__init__(setup)
     except BaseException as error:  # SystemExit, too
+        leave_copies(own)
         text = explain(error)
         if not hasattr(session, "message"):  # NumPy is not there
             os.write(SOCKET, b"n")
@@ -184,15 +193,20 @@ def main():
         session.tell(text)
         os.write(SOCKET, b"e")
         os._exit(1)
+    leave_copies(own)
     os.write(SOCKET, b"k")
+    request = 0
     while os.read(SOCKET, 1):
+        request = (request + 1) % 128
         try:
             session.step()
         except BaseException as error:
+            leave_copies(own)
             session.tell(explain(error))
             os.write(SOCKET, b"e")
         else:
-            os.write(SOCKET, b"k")
+            leave_copies(own)
+            os.write(SOCKET, bytes([128 + request]))
     os._exit(0)  # threads that it has left running do not matter any more
 
 

@@ -14,9 +14,10 @@ namespace {
 std::atomic<bool> interpreters_allowed{false};
 
 std::string asked_environment(const std::string& interpreter) {
-  constexpr const char* kQuestion =
+  const std::string question =
+      std::string(kNotFromHere) +
       "import platform, numpy; print(f'Python {platform.python_version()}, NumPy {numpy.__version__}')";
-  const ProgramRun run = run_program({interpreter, "-c", kQuestion}, {.seconds = 60, .output = 1000});
+  const ProgramRun run = run_program({interpreter, "-c", question}, {.seconds = 60, .output = 1000});
   if (!run.there || !run.problem.empty()) return "";
   return run.output.substr(0, run.output.find('\n'));
 }

@@ -7,6 +7,10 @@
 
 namespace graze {
 
+/// What Python code given by `-c` begins with, so that nothing is imported from the folder that the program runs in
+/// (its first place is "", before the library of Python itself).
+inline constexpr const char* kNotFromHere = "import sys; sys.path[:] = [place for place in sys.path if place]; ";
+
 const Description& python_description();
 /// Of the map under `python`. Throws InputError if there is no such file.
 LibraryUse read_python_use(const Described& own);

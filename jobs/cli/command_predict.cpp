@@ -93,19 +93,37 @@ PredictionStory tell_of(const PredictArguments& arguments, const Simulation& sim
   return out;
 }
 
+std::string kind_of(const Simulation& simulation, const std::string& name) {
+  return policy_kind(simulation.scenario().policies[static_cast<std::size_t>(simulation.policy(name))]);
+}
+
 /// Whether what a policy remembers is of use to all candidates.
 bool of_one_kind(const Simulation& simulation, const std::string& under, const std::vector<std::string>& candidates) {
-  const auto kind = [&](const std::string& name) {
-    return policy_kind(simulation.scenario().policies[static_cast<std::size_t>(simulation.policy(name))]);
-  };
   return std::all_of(candidates.begin(), candidates.end(),
-                     [&](const std::string& name) { return kind(name) == kind(under); });
+                     [&](const std::string& name) { return kind_of(simulation, name) == kind_of(simulation, under); });
 }
 
 NominalEstimate estimate_at(const Simulation& simulation, const std::string& under, const NominalTimes& times) try {
   return nominal_estimate(simulation, under, times);
+} catch (const SavedTraceError& error) {
+  throw InputError(
+      fmt::format("--follow: the robot cannot go on from the middle of a trace under {}: {}", under, error.what()));
 } catch (const InputError& error) {
   throw InputError(std::string("--at: ") + error.what());
+}
+
+/// A trace goes on under another policy of its kind only.
+void check_can_follow(const Simulation& simulation, const std::string& under,
+                      const std::vector<std::string>& candidates) {
+  const std::string own = kind_of(simulation, under);
+  for (const std::string& name : candidates) {
+    const std::string other = kind_of(simulation, name);
+    if (other == own) continue;
+    throw InputError(
+        fmt::format("--follow: a trace under {} ({}) cannot go on under {} ({}), which may be the best; "
+                    "choose --candidates of one kind, and --under one of them, or leave --follow out",
+                    under, own, name, other));
+  }
 }
 
 /// The robot does what it did until the verdict is there, and then what was told to be best.
@@ -136,6 +154,7 @@ int predict(const PredictArguments& arguments) {
   const Simulation simulation(std::move(scenario), arguments.particles);
   const std::string under = arguments.under.empty() ? candidates.front() : arguments.under;
   simulation.policy(under);  // there is one
+  if (arguments.follow) check_can_follow(simulation, under, candidates);
   NominalEstimate nominal =
       estimate_at(simulation, under, {arguments.at, arguments.follow ? arguments.at + arguments.deadline : -1});
   const bool remembers = !arguments.afresh && nominal.remembers && of_one_kind(simulation, under, candidates);

@@ -114,7 +114,8 @@ int score_archives(const ScoreArguments& arguments) {
       (arguments.json ? std::cerr : std::cout) << one.text << "\n";
       code = worse(code, one.code);
     }
-    if (!result.complete && code == kDone) code = kMachineFailed;
+    // What is missing may answer what is open.
+    if (!result.complete && code != kGateMissed) code = kMachineFailed;
     const std::string name = several ? fmt::format("{} ({})", result.campaign, arguments.archives[i]) : result.campaign;
     suites.push_back(score_cases(name, result, judged));
   }

@@ -43,6 +43,8 @@ Value value_kind(const std::string& name, const std::string& type) {
   if (type.starts_with("ARCHIVE")) return Value::archive;
   const std::pair<const char*, Value> names[] = {{"--policy", Value::policy},
                                                  {"--with", Value::policy},
+                                                 {"--under", Value::policy},
+                                                 {"--candidates", Value::policy},
                                                  {"--set", Value::path},
                                                  {"--over", Value::path},
                                                  {"--output", Value::file},

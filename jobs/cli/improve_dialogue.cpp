@@ -47,7 +47,13 @@ std::vector<std::string> words_of(std::string line) {
 }
 
 double number_of(const std::string& what, const std::string& text, Quantity quantity = Quantity::dimensionless) {
-  return Settings::parse(what + ": " + text, what).at(what).number(quantity);
+  try {
+    return Settings::parse(what + ": " + text, what).at(what).number(quantity);
+  } catch (const InputError& error) {
+    const std::string told = error.what();  // "scale:1:8: scale: …": of a file that is not there
+    const std::size_t place = told.find(": ");
+    throw InputError(place == std::string::npos ? told : told.substr(place + 2));
+  }
 }
 
 /// One question: the change that is suggested, as answers make of it.
@@ -264,7 +270,7 @@ std::optional<DialogueEnd> decide(Improvement& session, const Scenario& scenario
 
 AnswerSource::AnswerSource(const std::string& file, bool also_terminal) : terminal_(also_terminal) {
   if (file.empty()) return;
-  std::istringstream stream(read_input(file, "--answers", kMostAnswers));
+  std::istringstream stream(read_input(file, "--answers ", kMostAnswers));
   int number = 0;
   for (std::string line; std::getline(stream, line);) {
     ++number;

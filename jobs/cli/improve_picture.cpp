@@ -48,7 +48,8 @@ PlotPanel progress_panel(const ImproveState& state, std::size_t tasks) {
     line.x.push_back(static_cast<double>(k) + 1),
         line.y.push_back(static_cast<double>(step.level) + step.progress_after);
   }
-  if (!state.reached.empty() && !state.steps.empty()) {
+  // A task that the last step has done.
+  if (!state.reached.empty() && !state.steps.empty() && state.reached.back().steps >= state.steps.size()) {
     line.x.push_back(static_cast<double>(state.reached.back().steps));
     line.y.push_back(static_cast<double>(state.reached.back().level) + 1);
   }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <sstream>
 
 #include "archive/files/utf8.h"
@@ -113,15 +114,32 @@ std::string footer_section(const CLI::App& verb) {
   return literal ? out + ".fi\n.RE\n" : out;
 }
 
-std::string exit_section() {
+/// What codes of single verbs mean, where it is not what they mean elsewhere.
+const char* own_meaning(const std::string& verb, int code) {
+  static const std::map<std::pair<std::string, int>, const char*> all = {
+      {{"replay", kGateMissed}, "the trace is not the one of the archive"},
+      {{"view", kGateMissed}, "a trace is not the one of the archive"},
+      {{"improve", kGateMissed}, "no step helps any more"},
+      {{"improve", kInconclusive}, "--max-steps ended it"},
+      {{"predict", kInconclusive}, "no verdict: no particle was done in time, or none is valid"},
+      {{"doctor", kMachineFailed}, "something that campaigns need is broken"},
+      {{"check", kGateMissed}, "--determinism: a controller does not keep its promise"}};
+  const auto found = all.find({verb, code});
+  return found == all.end() ? nullptr : found->second;
+}
+
+std::string exit_section(const std::string& verb) {
   const std::pair<int, const char*> codes[] = {
       {kDone, "done, and every gate met"},
-      {kGateMissed, "a gate was missed; replay: the trace is not the one of the archive"},
+      {kGateMissed, "a gate was missed"},
       {kInvalidInput, "invalid input, or a damaged archive"},
       {kMachineFailed, "the campaign is incomplete, or the machine failed"},
       {kInconclusive, "a gate or a question is inconclusive: run more particles"}};
   std::string out = ".SH EXIT STATUS\n";
-  for (const auto& [code, text] : codes) out += fmt::format(".TP\n{}\n{}\n", code, plain_text(text));
+  for (const auto& [code, text] : codes) {
+    const char* const own = own_meaning(verb, code);
+    out += fmt::format(".TP\n{}\n{}\n", code, plain_text(own ? own : text));
+  }
   return out;
 }
 
@@ -135,7 +153,8 @@ std::string verb_page(const CLI::App& verb) {
         slanted(option->get_name(true, false)) + (option->get_items_expected_max() > 1 ? "..." : "");
     out += option->get_required() ? " " + word : " [" + word + "]";
   }
-  out += "\n" + options_section(verb, true) + options_section(verb, false) + footer_section(verb) + exit_section();
+  out += "\n" + options_section(verb, true) + options_section(verb, false) + footer_section(verb) +
+         exit_section(verb.get_name());
   return out + ".SH SEE ALSO\n.BR graze (1)\n";
 }
 
@@ -149,7 +168,7 @@ std::string main_page(const CLI::App& app) {
     out += fmt::format(".TP\n{}\n{}\n", bold(verb->get_name()), plain_text(verb->get_description()));
     also.push_back(fmt::format(".BR graze\\-{} (1)", plain_text(verb->get_name())));
   }
-  out += options_section(app, false) + ".SH TOPICS OF HELP\n" + footer_section(app) + exit_section();
+  out += options_section(app, false) + ".SH TOPICS OF HELP\n" + footer_section(app) + exit_section("");
   out +=
       ".SH ENVIRONMENT\n"
       ".TP\n.B GRAZE_ISA\navx512, avx2 or portable: which instructions the lanes use; all give the same bits\n"

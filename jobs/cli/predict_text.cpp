@@ -71,6 +71,16 @@ std::string failures_table(const PredictionStory& story, const Prediction& told)
   return all == 0 ? "" : "\nKnown failures by the requirement that was violated first\n" + text_table(table, 1);
 }
 
+std::string invalid_text(const Prediction& told) {
+  std::string out;
+  for (const CandidatePrediction& one : told.candidates) {
+    if (one.outcomes[3] == 0) continue;
+    out += fmt::format("{}{}: {} invalid, the first: {}\n", out.empty() ? "\n" : "", one.policy, one.outcomes[3],
+                       one.invalid_reason);
+  }
+  return out;
+}
+
 std::string verdict_text(const Prediction& told) {
   if (told.best < 0)
     return told.particles == 0 ? "No verdict: no block of particles came to its end in time.\n"
@@ -148,6 +158,8 @@ nlohmann::ordered_json candidate_json(const PredictionStory& story, const Candid
           {"known_failure", one.outcomes[1]},
           {"unknown_failure", one.outcomes[2]},
           {"invalid", one.outcomes[3]},
+          {"invalid_reason",
+           one.invalid_reason.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(one.invalid_reason)},
           {"rate", json_of(one.rate)},
           {"interval", json_of(Interval{one.low, one.high})},
           {"lasted", summary_json(one.lasted)},
@@ -167,11 +179,11 @@ std::string prediction_text(const PredictionStory& story) {
       "time "
       "to the end. place, joints: root mean square about the mean, of the traces that\nlasted, at their end. "
       "objective: "
-      "mean and standard deviation of its margin.\n\n{}{}{}",
+      "mean and standard deviation of its margin.\n{}\n{}{}{}",
       story.scenario, story.at, told.horizon, story.under,
       story.remembers ? ", and with what its controller remembers" : "; controllers start afresh",
-      candidates_table(story, told), failures_table(story, told), verdict_text(told), times_text(story, told),
-      followed_text(story));
+      candidates_table(story, told), failures_table(story, told), invalid_text(told), verdict_text(told),
+      times_text(story, told), followed_text(story));
 }
 
 std::string prediction_json(const PredictionStory& story) {

@@ -25,12 +25,17 @@ namespace graze {
 namespace {
 
 /// The machine's failure, and what it has left.
-std::string failed(const CampaignWriter& writer, const CampaignInfo& info, const MachineError& error) {
+std::string failed(CampaignWriter& writer, const CampaignInfo& info, const MachineError& error) {
   const std::string directory = writer.directory().string();
   try {
     writer.check_in_place();
   } catch (const MachineError&) {
     return error.what();  // what is found under the path is another's
+  }
+  try {
+    writer.flush();  // what other threads have finished meanwhile
+  } catch (const MachineError&) {
+    // Perhaps the very disk that has failed: what it holds counts.
   }
   const std::uint64_t kept = traces_kept(writer.directory(), info);
   if (kept == 0) return fmt::format("{}; no trace had been written yet", error.what());
@@ -74,7 +79,7 @@ std::string incomplete(const std::string& directory, const CampaignEnd& end, std
 }
 
 /// What there is to say about a campaign that is not complete, as an exception.
-std::exception_ptr why_incomplete(const CampaignWriter& writer, const CampaignInfo& info, const CampaignEnd& end,
+std::exception_ptr why_incomplete(CampaignWriter& writer, const CampaignInfo& info, const CampaignEnd& end,
                                   std::uint64_t failed_ranks, const Communicator& comm) {
   if (!end.error) {
     return std::make_exception_ptr(MachineError(incomplete(writer.directory().string(), end, failed_ranks)));

@@ -110,6 +110,7 @@ const std::vector<Tool>& tools() {
        "robots in .xacro files",
        "ROS has it (ros-DISTRO-xacro); or expand them where it is: xacro r.urdf.xacro > r.urdf"},
       {{"sbatch"}, "graze submit", "it is a part of Slurm, on the nodes of a cluster; --dry-run needs none"},
+      {{"python3"}, "controllers of your own in Python, which need NumPy, too", "apt-get install python3-numpy"},
       {{"cc", "gcc", "clang"}, "controllers of your own in C", "apt-get install gcc make libc6-dev"},
   };
   return all;

@@ -1,6 +1,7 @@
 // Claim: a controller in Python runs only if the user says so and is the one that was meant; it gives the bits of the
 // same law of ours, for any number of threads, in a replay and after a resume; whatever it does, the campaign ends, the
 // particle that it does it in is invalid and says so, and every other particle has the bits that it has without it.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -8,6 +9,7 @@
 #include "jobs/campaign/archived_scenario.h"
 #include "tests/controllers/swing.h"
 #include "tests/jobs/ball_campaign.h"
+#include "tests/sanitized.h"
 
 namespace graze {
 namespace {
@@ -116,6 +118,7 @@ TEST(Python, EachFaultCostsItsParticleAlone) {
   const Result run = swing.graze("run swing.yaml --trust --quiet --threads 1 -o ill.graze");
   EXPECT_EQ(run.code, 3) << "who hangs is left unfinished: " << run.err;
   EXPECT_THAT(run.err, HasSubstr("odd.py: the controller's act() at 0.01 s did not come back within 3 s"));
+  EXPECT_EQ(swing.graze("score ill.graze --require 'ci < 0.001'").code, 3) << "the missing one may answer it";
   const Outcomes ill = outcomes(swing.folder / "ill.graze");
   EXPECT_EQ(ill.digest.size(), 2u);
   for (const auto& [id, digest] : ill.digest) EXPECT_EQ(digest, well.digest.at(id)) << id;
@@ -135,6 +138,49 @@ TEST(Python, EachFaultCostsItsParticleAlone) {
   for (const char* text : {"it printed:\n  my gripper is on fire\n  Traceback", "in err\n    raise RuntimeError",
                            "Fatal Python error: Segmentation fault", "odd.py\", line"}) {
     EXPECT_THAT(run.err, HasSubstr(text));
+  }
+}
+
+// A copy that returns from the call would answer in the controller's place.
+TEST(Python, CopiesAndStrangersDoNotAnswer) {
+  const PythonSwing swing;
+  swing.odd("nothing");
+  const Outcomes well = swing.run("well");
+  swing.odd("copy");
+  EXPECT_EQ(swing.run("copies", "--threads 1").digest, well.digest);
+  for (const auto& [does, text] : {std::pair{"answer",
+                                             "odd.py: act() at 0.01 s wrote into the socket that Graze "
+                                             "listens to"},
+                                   std::pair{"umlaut", "raised ValueError: Gelenk über Grenze (odd.py:"}}) {
+    swing.odd(does);
+    const Outcomes ill = swing.run(does, "--threads 1 -n 2");
+    EXPECT_EQ(ill.invalid.size(), 2u);
+    for (const auto& [id, reason] : ill.invalid) EXPECT_THAT(reason, HasSubstr(text)) << id;
+  }
+}
+
+// What stands in the folder that one happens to be in is not imported in place of Python's own.
+TEST(Python, ImportsNothingFromTheFolderItIsStartedIn) {
+  const PythonSwing swing;
+  swing.odd("nothing");
+  for (const char* name : {"json.py", "numpy.py", "signal.py", "platform.py"}) {
+    testing::write_file(swing.folder / name, "raise RuntimeError('not me')\n");
+  }
+  EXPECT_EQ(swing.run("well").digest.size(), 8u);
+}
+
+TEST(Python, FewDescriptorsAreTheMachinesMatter) {
+  if (GRAZE_SANITIZED) GTEST_SKIP() << "sanitizers have descriptors of their own";
+  const PythonSwing swing;
+  swing.odd("nothing");
+  for (const int most : {9, 12, 14, 16, 20, 24, 32}) {
+    const Result run = testing::shell(
+        swing.folder.path(), fmt::format("ulimit -n {}; exec '{}' run swing.yaml --trust --quiet -n 2 -o {}.graze",
+                                         most, GRAZE_PROGRAM, most));
+    EXPECT_TRUE(run.code == 0 || run.code == 3) << most << ": " << run.code << run.err;
+    EXPECT_THAT(run.err, ::testing::Not(HasSubstr("exit code 1"))) << most;
+    if (run.code != 3) continue;
+    EXPECT_THAT(run.err, HasSubstr("oo many open files")) << most;
   }
 }
 

@@ -116,6 +116,8 @@ def check_zsh(folder):
 def check_manual(folder):
     pages = folder / "manual"
     expect(graze("manual", str(pages)).returncode == 0, "graze manual")
+    for verb, code in (("improve", "no step helps any more"), ("predict", "no verdict"), ("score", "a gate was missed")):
+        expect(code in (pages / f"graze-{verb}.1").read_text(), f"graze-{verb}.1 does not tell '{code}'")
     verbs = re.findall(r"^  ([a-z]+) ", graze("--help").stdout.split("Subcommands:")[1], re.M)
     expect(len(verbs) > 20, f"verbs: {verbs}")
     expect({page.name for page in pages.iterdir()} == {"graze.1"} | {f"graze-{verb}.1" for verb in verbs}, "pages")

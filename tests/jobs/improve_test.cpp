@@ -8,6 +8,7 @@
 #include "archive/hdf5/hdf5.h"
 #include "jobs/campaign/design_trials.h"
 #include "jobs/campaign/nominal_traces.h"
+#include "jobs/cli/improve_picture.h"
 #include "tests/jobs/swing_session.h"
 #include "tests/message_of.h"
 
@@ -174,6 +175,21 @@ TEST_F(Improve, WritesAHistoryAndAPicture) {
   EXPECT_THAT(testing::read_file(folder / "better.svg"), AllOf(HasSubstr("<svg"), HasSubstr("tasks done")));
   EXPECT_EQ(graze("improve swing.yaml -o other --plot better.svg").code, 2) << "a file is in the way";
   EXPECT_FALSE(std::filesystem::exists(folder / "other"));
+}
+
+// The line of progress never goes back, though steps go on after a task was done.
+TEST_F(Improve, ProgressIsDrawnStepByStep) {
+  const Scenario scenario = load_scenario((folder / "swing.yaml").string());
+  const std::size_t variables = scenario.redesign->variables.size();
+  ImproveState state;
+  state.steps.resize(3);
+  for (ImproveStep& step : state.steps) step.before = step.after = DesignValues(variables);
+  state.reached.push_back({0, 1, {}, {}, 1});
+  const auto drawn = [&] { return improve_figure(scenario, state).panels.front().series.front(); };
+  EXPECT_THAT(drawn().x, ::testing::ElementsAre(0, 1, 1, 2, 2, 3));
+  state.reached.push_back({1, 3, {}, {}, 1});
+  EXPECT_THAT(drawn().x, ::testing::ElementsAre(0, 1, 1, 2, 2, 3, 3));
+  EXPECT_EQ(drawn().y.back(), 2);
 }
 
 // An interrupted session goes on to the bytes of the uninterrupted one, whatever the threads.

@@ -10,6 +10,7 @@
 namespace graze {
 namespace {
 
+using ::testing::ContainsRegex;
 using ::testing::HasSubstr;
 
 /// A ball in the air whose height is read to 1 cm, and two names for doing nothing about it.
@@ -57,6 +58,27 @@ TEST_F(Predict, MakesTheSamePredictionAgain) {
   EXPECT_EQ(hurried["candidates"], again["candidates"]);
   EXPECT_EQ(hurried["best"], again["best"]);
   EXPECT_NE(told("--at 20ms --seed 6 -n " + std::to_string(particles))["candidates"], again["candidates"]);
+}
+
+TEST_F(Predict, TellsWhyTracesAreInvalid) {
+  std::string text = testing::ball_scenario();
+  text.replace(text.find("{normal: {std: 2%}}"), 19, "{choice: [200, 1e-323]}");  // the second has no mass
+  testing::write_file(folder / "ball.yaml", text);
+  const testing::Result run = predict("--at 20ms -n 20");
+  EXPECT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.out, ContainsRegex("\nstill: [0-9]+ invalid, the first: .*mass 0"));
+  const nlohmann::json out = told("--at 20ms -n 20");
+  EXPECT_THAT(out["candidates"][0]["invalid_reason"].get<std::string>(), HasSubstr("mass 0"));
+  testing::write_ball(folder);
+  EXPECT_TRUE(told("--at 20ms -n 4")["candidates"][0]["invalid_reason"].is_null());
+}
+
+TEST_F(Predict, FollowsCandidatesOfOneKindOnly) {
+  const testing::Result run =
+      predict("--at 20ms --deadline 10ms --follow --set 'policies.other={hold: {}, control: {joint_pd: {kp: 1}}}'");
+  EXPECT_EQ(run.code, 2);
+  EXPECT_THAT(run.err, HasSubstr("--follow: a trace under still (hold, control torque) cannot go on under other "
+                                 "(hold, control joint_pd), which may be the best; choose --candidates of one kind"));
 }
 
 TEST_F(Predict, PrintsTables) {
