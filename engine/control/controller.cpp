@@ -114,13 +114,17 @@ Controller::Controller(const ControlContext& given, const Settings& settings) : 
       policy_registry().at(policy).make(context, Described(policy_settings, policy_text(policy)), entry.kind);
   const std::vector<int> effectors = impl_->policy->effectors();
   impl_->tracker = entry.make(context, Described(tracker_settings, entry.text), effectors);
-  const bool torques = policy == "network" && policy_settings.text_or("action", "") == "torque";
-  if (tracker == "torque" && !torques &&
+  const std::string action = policy == "network" ? policy_settings.text_or("action", "") : "";
+  const auto kd = tracker == "joint_pd" ? tracker_settings.find("kd") : std::nullopt;
+  if (tracker == "joint_pd" && action == "velocity" && (!kd || (kd->is_scalar() && kd->text() == "0"))) {
+    warn(settings, "the network's action is velocities, which count by kd, and that is 0: the network does nothing");
+  }
+  if (tracker == "torque" && action != "torque" &&
       (policy == "joint_trajectory" || policy == "tool_path" || policy == "gait" || policy == "network")) {
     warn(settings,
-         fmt::format("'{}' wants places, which the tracker 'torque' passes over: the robot is limp; use control: "
-                     "{{joint_pd: {{kp: …}}}}",
-                     policy));
+         fmt::format("'{}' wants {}, which the tracker 'torque' passes over: the robot is limp; use control: "
+                     "{{joint_pd: {{{}: …}}}}",
+                     policy, action == "velocity" ? "velocities" : "places", action == "velocity" ? "kd" : "kp"));
   }
   if (tracker == "prescribed") doubt_jump(context, policy_settings, *impl_->policy);
   impl_->targets = initial_targets(context, effectors);

@@ -14,6 +14,7 @@
 #include "engine/settings/inputs.h"
 #include "engine/settings/paths.h"
 #include "engine/settings/similar.h"
+#include "engine/settings/warnings.h"
 
 namespace graze {
 
@@ -66,6 +67,19 @@ const Description& network_description() {
 
 enum class ActionKind { position, velocity, torque };
 
+/// Warns of the first joint that cannot stand where `stance` says.
+void doubt_stance(const Model& model, const Described& own, const std::vector<double>& stance) {
+  const auto written = own.find("stance");
+  for (std::size_t k = 0; k < stance.size() && written; ++k) {
+    const Body& body = model.bodies[static_cast<std::size_t>(model.actuated[k])];
+    if (stance[k] >= body.lower && stance[k] <= body.upper) continue;
+    const char* const unit = body.type == JointType::revolute ? "rad" : "m";
+    warn(*written, fmt::format("of joint {} is {:.6g} {}, and its limits are {:.6g} and {:.6g} {}", body.joint,
+                               stance[k], unit, body.lower, body.upper, unit));
+    return;
+  }
+}
+
 /// The joints of `joints`, or all.
 NetworkJoints read_network_joints(const ControlContext& context, const Described& own) {
   const Model& model = context.nominal;
@@ -77,6 +91,7 @@ NetworkJoints read_network_joints(const ControlContext& context, const Described
     const std::vector<double> high = read_joint_values(model, *written, Quantity::angle, 1, Quantity::length);
     for (std::size_t k = 0; k < stance.size(); ++k) stance[k] = low[k] == high[k] ? low[k] : stance[k];
   }
+  doubt_stance(model, own, stance);
   NetworkJoints out{{}, {}, std::move(stance)};
   const auto add = [&](std::size_t k) {
     out.actuators.push_back(static_cast<int>(k));
@@ -178,6 +193,7 @@ NetworkPorts sort_ports(const Network& network, const Described& own) {
     }
     for (const auto& [earlier, source] : out.memory) {
       if (earlier == &in) names[0].fail(fmt::format("'{}' stands twice; it gets one output", in.name));
+      if (source == &from) names[1].fail(fmt::format("'{}' stands twice; it goes into one input", from.name));
     }
     out.memory.emplace_back(&in, &from);
   }
@@ -208,6 +224,7 @@ class NetworkPolicy : public Policy {
     const std::vector<double> scale = written
                                           ? read_joint_values(context.nominal, *written, Quantity::dimensionless, 1.0)
                                           : read_joint_values_or(context.nominal, own, "scale");
+    if (written) check_moved(*written);
     for (const int k : joints_.actuators) scale_.push_back(scale[static_cast<std::size_t>(k)]);
     clip_ = own.find_number("clip").value_or(std::numeric_limits<double>::infinity());
     if (const auto every = own.find("every")) {
@@ -259,9 +276,26 @@ class NetworkPolicy : public Policy {
   }
 
  private:
+  /// A factor of a joint that the network does not move would do nothing. Globs may match more joints.
+  void check_moved(const Settings& scale) const {
+    if (!scale.is_map()) return;
+    for (const auto& [name, value] : scale.entries()) {
+      const bool moved = std::find(joints_.names.begin(), joints_.names.end(), name) != joints_.names.end();
+      if (moved || name.find_first_of("*?[{") != std::string::npos) continue;
+      value.fail_key(fmt::format("the network does not move '{}'; it moves {}", name, listed(joints_.names)));
+    }
+  }
+
   void check_sizes(const Described& own) const {
     const int wanted = static_cast<int>(ports_.observation->rows.size()),
               moved = static_cast<int>(joints_.actuators.size());
+    const TensorShape& shape = ports_.observation->shape;
+    if (shape.size() > 1 && shape.front() > 1 && wanted == static_cast<int>(shape.front()) * seen_.size()) {
+      own.at("file").fail(
+          fmt::format("the network's input '{}' of shape {} is a batch of {} robots; export it with a "
+                      "batch of 1, or an open one: lanes are Graze's own matter",
+                      ports_.observation->name, text_of(shape), shape.front()));
+    }
     if (wanted != seen_.size()) {
       const std::string fitting = seen_.of_size(wanted - seen_.size());
       own.at("inputs").fail(

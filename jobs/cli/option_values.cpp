@@ -34,6 +34,7 @@ std::optional<double> number_meant(std::string text) {
 double longer_unit(std::string_view unit) {
   if (unit.starts_with("m")) return 60;  // "min"; "ms" is known
   if (unit.starts_with("h")) return 3600;
+  if (unit.starts_with("n")) return 1e-9;
   return unit.starts_with("d") ? 86400 : 1;
 }
 

@@ -172,6 +172,27 @@ TEST_F(NetworkPolicyTest, WarnsOfPlacesThatNobodyFollows) {
     make(counter(), "inputs: [joint_position], memory: [[h, hn]], action: " + action);
     EXPECT_EQ(warnings.texts().size(), action == "position" ? 1u : 0u) << action;
   }
+  const std::string velocity = "inputs: [joint_position], memory: [[h, hn]], action: velocity";
+  for (const auto& [control, text] : {std::pair{"torque: {}", "'network' wants velocities"},
+                                      std::pair{"joint_pd: {kp: 60}", "count by kd, and that is 0"},
+                                      std::pair{"joint_pd: {kp: 60, kd: 0}", "count by kd, and that is 0"},
+                                      std::pair{"joint_pd: {kp: 60, kd: 1}", ""}}) {
+    Warnings warnings;
+    make(counter(), velocity, control);
+    EXPECT_EQ(warnings.texts().size(), *text == '\0' ? 0u : 1u) << control;
+    for (const std::string& one : warnings.texts()) EXPECT_THAT(one, HasSubstr(text));
+  }
+}
+
+TEST_F(NetworkPolicyTest, WarnsOfAStanceBeyondTheLimits) {
+  scene.model.bodies[static_cast<std::size_t>(scene.model.joint("LF_X_1"))].upper = 0.8;
+  const std::string more = "inputs: [joint_position], memory: [[h, hn]], action: torque, stance: {LF_X_1: ";
+  Warnings warnings;
+  make(counter(), more + "0.7}");
+  EXPECT_EQ(warnings.texts().size(), 0u);
+  make(counter(), more + "3}");
+  ASSERT_EQ(warnings.texts().size(), 1u);
+  EXPECT_THAT(warnings.texts().front(), HasSubstr("of joint LF_X_1 is 3 rad, and its limits are "));
 }
 
 // A network that breaks down is the particle's fault, not the campaign's.
@@ -216,6 +237,18 @@ TEST_F(NetworkPolicyTest, SaysWhatDoesNotFit) {
               HasSubstr("the network has the inputs obs [1, 12], h [1, 1]; one is for what is observed"));
   EXPECT_THAT(refused(counter(), "inputs: [joint_position], memory: [[h, hn], [h, hn]]"),
               HasSubstr("'h' stands twice"));
+  OnnxWriter two;
+  two.input("obs", {1, 12}).input("h", {1, 1}).input("c", {1, 1}).output("y").output("hn");
+  two.node("Mul", {"obs", "c"}, {"y"}).node("Neg", {"h"}, {"hn"});
+  EXPECT_THAT(refused(two.bytes(), "inputs: [joint_position], memory: [[h, hn], [c, hn]]"),
+              HasSubstr("'hn' stands twice; it goes into one input"));
+  const std::string first = testing::perceptron({1, 1}, "Elu", Numbers::float32);
+  EXPECT_THAT(refused(first, "inputs: [joint_position], joints: [LF_X_1], scale: {LF_X_1: 2, RH_X_1: 3}"),
+              HasSubstr("the network does not move 'RH_X_1'; it moves LF_X_1"));
+  OnnxWriter batch;
+  batch.input("obs", {4, 12}).output("y").node("Neg", {"obs"}, {"y"});
+  EXPECT_THAT(refused(batch.bytes(), "inputs: [joint_position]"),
+              HasSubstr("of shape [4, 12] is a batch of 4 robots; export it with a batch of 1"));
   EXPECT_THAT(refused("rubbish", four), HasSubstr("policy.onnx: is no ONNX file, or a damaged one"));
   EXPECT_THAT(refused(testing::perceptron({48, 13}, "Elu", Numbers::float32), four),
               HasSubstr("output 'actions' of shape [1, 13] has 13 numbers, and there are 12 joints: LF_X_1"));
