@@ -9,7 +9,8 @@
 docs/python.md tells more; docs/archive.md has the meaning and unit of every column.
 """
 from .campaign import Campaign, CampaignError
-from .program import GrazeError, find_program, run
+from .errors import GrazeError
+from .program import find_program, run
 
 
 def open(path) -> Campaign:
