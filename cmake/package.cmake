@@ -16,11 +16,11 @@ set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_GRAZE_PACKAGE_NAME graze)
 set(CPACK_DEBIAN_GRAZE_PACKAGE_SUGGESTS
-  "graze-mpi, gnuplot-nox | gnuplot, gcc | c-compiler, make, g++ | c++-compiler, cmake, libeigen3-dev, libfmt-dev")
+  "graze-mpi, gnuplot-nox | gnuplot, gcc | c-compiler, make, g++ | c++-compiler, cmake, libeigen3-dev, libfmt-dev, python3-h5py, python3-pandas")
 set(CPACK_COMPONENT_GRAZE_DESCRIPTION "A scenario becomes thousands of slightly different copies of a robot.
 Each is simulated under each policy, and sorted into success, known and
 unknown failure. Program, robots and scenarios, library and headers for
-C++, manual pages.")
+C++, a package for Python, manual pages.")
 if(TARGET graze_mpi)
   list(APPEND CPACK_COMPONENTS_ALL mpi)
   set(CPACK_DEBIAN_MPI_PACKAGE_NAME graze-mpi)

@@ -10,11 +10,12 @@
 #include "engine/contact/phases.h"
 #include "engine/model/limits.h"
 #include "engine/physics.h"
-#include "sampling/stream.h"
 #include "simulation/beginnings.h"
 #include "simulation/change_counts.h"
 #include "simulation/disturbances.h"
 #include "simulation/invalid_reason.h"
+#include "simulation/lag_noise.h"
+#include "simulation/lane_digests.h"
 #include "simulation/names.h"
 #include "simulation/telemetry.h"
 #include "simulation/watchdog.h"
@@ -23,36 +24,9 @@
 namespace graze {
 namespace {
 
-using Digests = std::array<std::uint64_t, kLanes>;
-
-/// Folds the bits of an array, row by row, into the running digest of each lane (multiply and fold; order matters).
-void fold(Digests& digests, const BlockArray& array) {
-  Digests d = digests;
-  for (int i = 0; i < array.rows(); ++i) {
-    const double* x = array.row(i);
-    for (int lane = 0; lane < kLanes; ++lane) {
-      d[lane] = (d[lane] ^ std::bit_cast<std::uint64_t>(x[lane])) * 0x9e3779b97f4a7c15u;
-      d[lane] ^= d[lane] >> 32;
-    }
-  }
-  digests = d;
-}
-
 std::vector<double> to_vector(const BlockArray& array, int lane) {
-  std::vector<double> out(array.rows());
-  for (int i = 0; i < array.rows(); ++i) out[i] = array(i, lane);
-  return out;
-}
-
-/// The jitter of the control lag, drawn at each control step: row 0.
-LaneNoise lag_noise(const Scenario& scenario, std::uint64_t seed) {
-  std::vector<LaneNoise::Channel> channels;
-  for (const UncertainParameter& parameter : scenario.space.parameters) {
-    if (parameter.name == "control.lag" && parameter.jitter) {
-      channels.push_back({name_hash(parameter.name), 0, *parameter.jitter});
-    }
-  }
-  return LaneNoise(seed, channels);
+  const Eigen::VectorXd column = array.column(lane);
+  return {column.begin(), column.end()};
 }
 
 }  // namespace
@@ -98,6 +72,13 @@ struct BlockRun::Impl final : TraceSaver {
   const std::uint64_t seed;
   TraceWatch* watch = nullptr;
   std::shared_ptr<const TraceKind> kind;  // made when first needed
+  // What is being run: BlockRun::begin.
+  RunOptions options;
+  std::vector<Particle> moved;  // particles that begin elsewhere
+  std::span<const Particle> particles;
+  std::vector<std::uint32_t> firsts;  // steps at which they begin
+  std::size_t next = 0;               // the first that has no lane yet
+  std::vector<TraceRecord> records;   // of `particles`
 
   Impl(const Scenario& s, const PolicySpec& chosen, std::uint64_t root_seed)
       : scenario(s),
@@ -436,57 +417,85 @@ struct BlockRun::Impl final : TraceSaver {
     }
     return true;
   }
+
+  /// Gives free lanes to particles that wait.
+  void fill() {
+    if (next == particles.size() || !at_control_step()) return;
+    for (int lane = 0; lane < kLanes; ++lane) {
+      while (!active[lane] && next < particles.size()) {
+        const std::size_t i = next++;
+        if (options.saved.empty()) {
+          const auto memory = options.beginnings.empty() ? nullptr : options.beginnings[i].memory.get();
+          start(lane, particles[i], firsts[i], memory, records[i]);
+        } else {
+          go_on(lane, particles[i], *options.saved[i], records[i]);
+        }
+      }
+    }
+  }
+
+  void begin(std::span<const Particle> given, const RunOptions& chosen) {
+    check_saved(scenario, policy, given, chosen);
+    check_beginnings(scenario, policy, given.size(), chosen);
+    options = chosen;
+    particles = given;
+    firsts.assign(given.size(), 0);
+    if (!options.beginnings.empty()) {
+      for (std::size_t i = 0; i < firsts.size(); ++i) firsts[i] = first_step(scenario.timing, options.beginnings[i]);
+      moved = begun_elsewhere(given, options.beginnings);
+      particles = moved;
+    }
+    observer = options.observer;
+    if (observer && !watched) watched.emplace(scenario, seed);
+    records.assign(particles.size(), {});
+    for (std::size_t i = 0; i < particles.size(); ++i) records[i].particle = particles[i].id;
+    steps_done = 0;
+    last_step = scenario.timing.steps();
+    if (options.end > 0) last_step = static_cast<int>(std::lround(options.end / scenario.timing.step));
+    active = LaneMask();  // what a block that was past its deadline has left
+    next = 0;
+    if (watch) watch->begin_block();
+    fill();
+  }
+
+  bool step() {
+    if (active.any()) advance();
+    if (watch) watch->check(), watch->count(steps_done);
+    fill();
+    return active.any();
+  }
+
+  void stop(LaneMask some) {
+    const LaneMask ended(some.bits() & active.bits());
+    for (int lane = 0; lane < kLanes; ++lane) {
+      if (ended[lane]) lanes[lane].record->stopped = true;
+    }
+    finish(ended);
+    fill();
+  }
 };
 
 BlockRun::BlockRun(const Scenario& scenario, const PolicySpec& policy, std::uint64_t seed)
     : impl_(std::make_unique<Impl>(scenario, policy, seed)) {}
 BlockRun::~BlockRun() = default;
 BlockRun::BlockRun(BlockRun&&) noexcept = default;
-
 void BlockRun::watch(TraceWatch* watch) { impl_->watch = watch; }
 
 std::vector<TraceRecord> BlockRun::run(std::span<const Particle> particles, RunCost* cost, const RunOptions& options) {
-  Impl& run = *impl_;
-  check_saved(run.scenario, run.policy, particles, options);
-  std::vector<Particle> moved;  // particles that begin elsewhere
-  std::vector<std::uint32_t> first(particles.size(), 0);
-  check_beginnings(run.scenario, run.policy, particles.size(), options);
-  if (!options.beginnings.empty()) {
-    for (std::size_t i = 0; i < first.size(); ++i) first[i] = first_step(run.scenario.timing, options.beginnings[i]);
-    moved = begun_elsewhere(particles, options.beginnings);
-    particles = moved;
-  }
-  run.observer = options.observer;
-  if (run.observer && !run.watched) run.watched.emplace(run.scenario, run.seed);
-  std::vector<TraceRecord> records(particles.size());
-  for (std::size_t i = 0; i < particles.size(); ++i) records[i].particle = particles[i].id;
-  run.steps_done = 0;
-  run.last_step = run.scenario.timing.steps();
-  if (options.end > 0) run.last_step = static_cast<int>(std::lround(options.end / run.scenario.timing.step));
-  run.active = LaneMask();  // what a block that was past its deadline has left
-  if (run.watch) run.watch->begin_block();
-  run.clock.begin(cost && cost->timed ? &cost->seconds : nullptr);
-  std::size_t next = 0;
-  while (run.active.any() || next < particles.size()) {
-    if (next < particles.size() && run.at_control_step()) {
-      for (int lane = 0; lane < kLanes; ++lane) {
-        while (!run.active[lane] && next < particles.size()) {
-          if (options.saved.empty()) {
-            const auto memory = options.beginnings.empty() ? nullptr : options.beginnings[next].memory.get();
-            run.start(lane, particles[next], first[next], memory, records[next]);
-          } else {
-            run.go_on(lane, particles[next], *options.saved[next], records[next]);
-          }
-          ++next;
-        }
-      }
-    }
-    if (run.active.any()) run.advance();
-    if (run.watch) run.watch->check();
-    if (run.watch) run.watch->count(run.steps_done);
-  }
-  if (cost) cost->steps += run.steps_done;
-  return records;
+  impl_->clock.begin(cost && cost->timed ? &cost->seconds : nullptr);
+  impl_->begin(particles, options);
+  while (impl_->active.any()) impl_->step();
+  if (cost) cost->steps += impl_->steps_done;
+  return std::move(impl_->records);
 }
+
+void BlockRun::begin(std::span<const Particle> particles, const RunOptions& options) {
+  impl_->clock.begin(nullptr);
+  impl_->begin(particles, options);
+}
+bool BlockRun::step() { return impl_->step(); }
+void BlockRun::stop(LaneMask lanes) { impl_->stop(lanes); }
+const std::vector<TraceRecord>& BlockRun::records() const { return impl_->records; }
+const std::vector<Event>& BlockRun::events(int lane) const { return impl_->events.events(lane); }
 
 }  // namespace graze

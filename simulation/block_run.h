@@ -112,6 +112,18 @@ class BlockRun {
   std::vector<TraceRecord> run(std::span<const Particle> particles, RunCost* cost = nullptr,
                                const RunOptions& options = {});
 
+  /// run() in parts, for who looks at the traces between two steps: begin(), then step() until it returns false. The
+  /// traces have the bits that run() gives. `particles` and what `options` refer to outlive them. Throws as run().
+  void begin(std::span<const Particle> particles, const RunOptions& options = {});
+  /// One physics step of all lanes. False: every trace has ended.
+  bool step();
+  /// Ends the traces of some lanes where they are, as an observer's false does.
+  void stop(LaneMask lanes);
+  /// One per particle; whole where its trace has ended.
+  const std::vector<TraceRecord>& records() const;
+  /// Of the trace that goes on in a lane; none unless the scenario records events.
+  const std::vector<Event>& events(int lane) const;
+
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;

@@ -85,5 +85,43 @@ void check(const std::string& physics) {
 TEST(Observer, SeesEveryStepOnLanes) { check("lanes"); }
 TEST(Observer, SeesEveryStepOnBullet) { check("bullet"); }
 
+// Claim: a run in parts has the bits of a whole one, is judged by them, and tells events as they happen; stop() ends
+// the traces that are meant, where they are, and no others.
+TEST(Observer, RunsInPartsAreTheSame) {
+  Scenario scenario = scenario_on("lanes");
+  scenario.recording.events = true;
+  const ParticleSource source(scenario, 3, 11);
+  std::vector<Particle> particles;
+  for (std::uint32_t i = 0; i < 11; ++i) particles.push_back(source.fabricate(i, source.draw(i)));
+  BlockRun run(scenario, scenario.policies.back(), 3);
+  const std::vector<TraceRecord> whole = run.run(particles);
+  run.begin(particles);
+  std::size_t steps = 1, events = 0;
+  for (; run.step(); ++steps) events = std::max(events, run.events(0).size());
+  EXPECT_FALSE(run.step()) << "all have ended";
+  EXPECT_GT(events, 0u);
+  EXPECT_GE(steps, std::lround(whole[0].end_time / scenario.timing.step));
+  for (std::size_t i = 0; i < whole.size(); ++i) {
+    EXPECT_EQ(run.records()[i].digest, whole[i].digest);
+    EXPECT_EQ(run.records()[i].outcome, whole[i].outcome);
+    EXPECT_EQ(run.records()[i].margins, whole[i].margins);
+    EXPECT_EQ(run.records()[i].events.size(), whole[i].events.size());
+  }
+
+  const std::vector<Particle> eight(particles.begin(), particles.begin() + kLanes);
+  run.begin(eight);
+  for (int k = 0; k < 5; ++k) ASSERT_TRUE(run.step());
+  run.stop(LaneMask(0b10));
+  EXPECT_TRUE(run.records()[1].stopped);
+  EXPECT_EQ(run.records()[1].end_time, 5 * scenario.timing.step);
+  while (run.step()) continue;
+  run.stop(LaneMask::all());  // nothing is left to be stopped
+  for (std::size_t i = 0; i < eight.size(); ++i) {
+    EXPECT_EQ(run.records()[i].stopped, i == 1);
+    EXPECT_EQ(run.records()[i].digest == whole[i].digest, i != 1);
+  }
+  EXPECT_EQ(run.run(particles)[5].digest, whole[5].digest) << "nothing of it is left";
+}
+
 }  // namespace
 }  // namespace graze

@@ -1,15 +1,19 @@
-"""Graze from Python: campaigns are run by the program `graze`, and read as tables of pandas.
+"""Graze from Python: campaigns are run by the program `graze`, and read as tables of pandas; blocks are simulated step by step.
 
 >>> import graze
 >>> campaign = graze.run("quadruped_curb", n=100)
 >>> campaign.counts()
 >>> failed = campaign.traces("step/3cm").query("outcome != 'success'")
 >>> campaign.telemetry("step/3cm", failed.index[0])
+>>> for block in graze.simulate("quadruped_curb", [17], policy="step/3cm"):
+...     print(block.time, block.row("q", "base.z"))
 
 docs/python.md tells more; docs/archive.md has the meaning and unit of every column.
 """
+from .block import Block, Contacts, simulate
 from .campaign import Campaign, CampaignError
-from .program import GrazeError, find_program, run
+from .errors import GrazeError
+from .program import find_program, run
 
 
 def open(path) -> Campaign:
@@ -20,5 +24,5 @@ def open(path) -> Campaign:
     return Campaign(path)
 
 
-__all__ = ["Campaign", "CampaignError", "GrazeError", "find_program", "open", "run"]
+__all__ = ["Block", "Campaign", "CampaignError", "Contacts", "GrazeError", "find_program", "open", "run", "simulate"]
 __version__ = "0.1.0"

@@ -1,24 +1,20 @@
 """The program `graze`, called."""
 from __future__ import annotations
 
+import contextlib
+import json
 import os
 import pathlib
 import shutil
 import subprocess
-from typing import Iterable, Mapping, Optional, Sequence, Union
+from typing import Iterable, Iterator, List, Mapping, Optional, Sequence, Tuple, Union
 
 from .campaign import Campaign
+from .controllers import Policies, WrittenPolicies, needs_trust, policies_folder
+from .errors import GrazeError
+from .shipped import PathLike
 
-PathLike = Union[str, "os.PathLike[str]"]
 ANSWERS = {0: "done", 1: "a question of `until` was refuted", 4: "`until` is open"}  # exit codes that come with a campaign
-
-
-class GrazeError(Exception):
-    """The program refused or failed. `code`: its exit code (2: wrong input, 3: the machine); the text is what it said."""
-
-    def __init__(self, code: int, text: str):
-        super().__init__(text or f"graze ended with exit code {code}")
-        self.code = code
 
 
 def find_program(program: Optional[PathLike] = None) -> str:
@@ -33,7 +29,7 @@ def find_program(program: Optional[PathLike] = None) -> str:
 
 
 def run(scenario: PathLike, n: Optional[int] = None, *, output: Optional[PathLike] = None, seed: Optional[int] = None,
-        threads: Optional[int] = None, policies: Union[str, Iterable[str]] = (),
+        threads: Optional[int] = None, policy: Optional[Policies] = None, policies: Union[str, Iterable[str]] = (),
         set: Optional[Mapping[str, object]] = None, telemetry: Optional[str] = None, every: Optional[int] = None,
         until: Union[str, Iterable[str]] = (), trust: bool = False, force: bool = False, quiet: bool = True,
         options: Sequence[str] = (), program: Optional[PathLike] = None) -> Campaign:
@@ -42,11 +38,14 @@ def run(scenario: PathLike, n: Optional[int] = None, *, output: Optional[PathLik
     scenario   a YAML file, or the name of a shipped one
     n          particles (default: the scenario's)
     output     directory, or a file ending in .h5 (default: SCENARIO.graze in the working directory)
-    policies   names or globs; default: all
+    policy     in place of the scenario's policies: a class with act(observation, targets) (docs/controllers.md), an
+               object of one, or a map of names to these or to what a scenario says of a policy. Source is written into
+               the folder OUTPUT.policies beside the archive, where `graze resume` and `graze replay` find it
+    policies   names or globs of those that are run; default: all
     set        values of the scenario by path: {"time.end": "2 s", "contact.friction": 0.8}
     telemetry  "none", "failures", "last" or "all"; every: physics steps between frames
     until      questions that end it: "p >= 0.95". Campaign.answer tells what came of them
-    trust      controllers that the scenario names may run: code with your rights
+    trust      controllers that the scenario names may run: code with your rights. Those of `policy` may
     force      an existing archive is replaced
     quiet      False: progress goes to standard error
     options    further arguments of `graze run`
@@ -63,10 +62,34 @@ def run(scenario: PathLike, n: Optional[int] = None, *, output: Optional[PathLik
     for option, values in (("--policy", policies), ("--until", until)):
         for value in [values] if isinstance(values, str) else values:
             words += [option, value]
-    for path, value in (set or {}).items():
-        words += ["--set", f"{path}={_as_yaml(value)}"]
-    words += [option for option, on in (("--trust", trust), ("--force", force), ("--quiet", quiet)) if on]
-    done = subprocess.run([*words, *options], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+    with _policies(policy, archive) as written:
+        for path, value in overrides(set, written):
+            words += ["--set", f"{path}={value}"]
+        trusted = needs_trust(written, trust) if written else trust
+        words += [option for option, on in (("--trust", trusted), ("--force", force), ("--quiet", quiet)) if on]
+        return _run([*words, *options], archive, quiet)
+
+
+def overrides(set: Optional[Mapping[str, object]], written: Optional[WrittenPolicies]) -> List[Tuple[str, str]]:
+    """Values of the scenario by path, as text in YAML: of a caller, and of his policies."""
+    out = [(path, as_yaml(value)) for path, value in (set or {}).items()]
+    return out + ([("policies", as_yaml(written.settings))] if written else [])
+
+
+@contextlib.contextmanager
+def _policies(policy: Optional[Policies], archive: pathlib.Path) -> Iterator[Optional[WrittenPolicies]]:
+    """The policies with their source written; it is taken back if no campaign comes of them."""
+    written = WrittenPolicies(policy, policies_folder(archive)) if policy is not None else None
+    try:
+        yield written
+    except BaseException:
+        if written and not archive.exists():
+            written.remove()
+        raise
+
+
+def _run(words: Sequence[str], archive: pathlib.Path, quiet: bool) -> Campaign:
+    done = subprocess.run(words, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
                           stderr=subprocess.PIPE if quiet else None, text=True, errors="replace")
     if done.returncode not in ANSWERS:
         raise GrazeError(done.returncode, (done.stderr or "").strip())
@@ -76,10 +99,15 @@ def run(scenario: PathLike, n: Optional[int] = None, *, output: Optional[PathLik
     return campaign
 
 
-def _as_yaml(value: object) -> str:
-    """A value as `--set` takes it."""
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, (list, tuple)):
-        return "[" + ", ".join(_as_yaml(one) for one in value) + "]"
+def as_yaml(value: object) -> str:
+    """A value as `--set` takes it: text as it stands, so that units may be written; all else as JSON, which is YAML."""
+    return value if isinstance(value, str) else json.dumps(value, default=_plain, ensure_ascii=False)
+
+
+def _plain(value: object) -> object:
+    """Numbers and arrays of NumPy as Python's own, for JSON."""
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
     return str(value)
