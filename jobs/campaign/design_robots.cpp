@@ -148,8 +148,9 @@ std::string DesignRobots::yaml(std::size_t level, const DesignValues& design, co
 std::string DesignRobots::before(std::size_t level) const { return yaml_of(source_at(level).options.overrides); }
 
 std::string DesignRobots::yaml_of(std::vector<Override> overrides) const {
-  // Names of files that --set gave begin in the working directory, those in a file beside it.
-  for (std::size_t i = 0; i < scenario_.source.options.overrides.size(); ++i) {
+  // Names of files that --set or a task gave begin in the working directory, those in a file beside it.
+  const std::size_t given = scenario_.source.options.overrides.size() + (block().task_path.empty() ? 0 : 1);
+  for (std::size_t i = 0; i < given; ++i) {
     if (input_exists(input_path(overrides[i].value))) overrides[i].value = input_path(overrides[i].value);
   }
   const std::string included = (fs::path(scenario_.source.folder) / scenario_.file).lexically_normal().string();

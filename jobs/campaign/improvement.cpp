@@ -50,6 +50,11 @@ std::vector<Revert> reverts_of(const std::vector<ImproveStep>& steps, const Impr
 
 }  // namespace
 
+std::pair<std::size_t, DesignValues> best_design(const ImproveState& state) {
+  if (state.reached.empty()) return {state.level, state.design};
+  return {state.reached.back().level, state.reached.back().design};
+}
+
 Improvement::Improvement(const DesignRobots& robots, ImproveOptions options, std::optional<ImproveState> begun)
     : robots_(robots), options_(std::move(options)) {
   if (begun) {
@@ -238,8 +243,9 @@ bool Improvement::try_steps(const Suggestion& from_here) {
   const double lacking = lack(vector_of(now.so_far), at.scales);
   double size = from_here.size;
   std::string problem;
-  for (int trial = 0; size >= kLeastSize; ++trial) {
-    const Eigen::VectorXd change = trial == 0 ? from_here.change : change_of(at, size);
+  std::vector<RefusedStep> refused;
+  while (size >= kLeastSize) {
+    const Eigen::VectorXd change = refused.empty() ? from_here.change : change_of(at, size);
     const double predicted = lack(at.margins + at.slopes->J * change, at.scales);
     if (change.cwiseAbs().maxCoeff() < 1e-9) break;
     const DesignValues next = values(at.x + change);
@@ -251,11 +257,13 @@ bool Improvement::try_steps(const Suggestion& from_here) {
       const double share = (lacking - left) / std::max(lacking - predicted, 1e-300);
       if (options_.damped)
         state_.radius = share > 0.75 ? std::min(2 * size, kMostRadius) : share < 0.25 ? size / 2 : size;
-      note(from_here, after, next, size, trial);
+      note(from_here, after, next, size, std::move(refused));
       return true;
     }
+    refused.push_back({size, whole ? after.progress : kUnknown, whole ? left : kUnknown});
     size /= 2;
   }
+  state_.refused = std::move(refused);
   return stuck(problem.empty()
                    ? "no step along the slopes makes the violation smaller" + kinks_of(now, from_here.slopes)
                    : problem);
@@ -272,7 +280,7 @@ bool Improvement::take(const Suggestion& at, const Eigen::VectorXd& change, std:
     why = after.problem;
     return false;
   }
-  note(at, after, next, at.size, 0);
+  note(at, after, next, at.size, {});
   return true;
 }
 
@@ -283,6 +291,7 @@ void Improvement::roll_back(std::size_t count) {
   state_.level = undone.level;
   state_.end = ImproveEnd::none;
   state_.why.clear();
+  state_.refused.clear();
   std::erase_if(state_.reached, [&](const ReachedLevel& one) { return one.steps > first; });
   state_.steps.resize(first);
 }
@@ -311,11 +320,12 @@ std::string Improvement::kinks_of(const DesignMargins& now, const LimitSlopes& s
 }
 
 void Improvement::note(const Suggestion& at, const DesignMargins& after, const DesignValues& next, double size,
-                       int rolled_back) {
+                       std::vector<RefusedStep> refused) {
   const Eigen::VectorXd scales = vector_of(state_.scales);
   ImproveStep step;
   step.level = state_.level;
-  step.from = at.from, step.to = at.to, step.size = size, step.rolled_back = rolled_back;
+  step.from = at.from, step.to = at.to, step.size = size;
+  step.rolled_back = static_cast<int>(refused.size()), step.refused = std::move(refused);
   step.before = state_.design, step.after = next;
   step.lack_before = lack(vector_of(at.now.so_far), scales), step.lack_after = lack(vector_of(after.so_far), scales);
   step.predicted = predict(at, shares(next) - shares(state_.design));

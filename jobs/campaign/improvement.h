@@ -8,6 +8,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "analysis/redesign.h"
@@ -38,6 +39,13 @@ struct Revert {
   double share = 0;            // of that step's change
 };
 
+/// A proposal that made it no better, and was rolled back.
+struct RefusedStep {
+  double size = 0;      // alpha or radius
+  double progress = 0;  // share of the trace before a limit is violated; NaN: it could not be simulated to its end
+  double lack = 0;      // as ImproveStep::lack_after; NaN as well
+};
+
 struct ImproveStep {
   std::size_t level = 0;
   double from = 0, to = 0;                                       // s: the window; to: infinite for whole traces
@@ -45,8 +53,9 @@ struct ImproveStep {
   std::vector<double> margins_before, predicted, margins_after;  // per limit, within the window
   double lack_before = 0, lack_after = 0;                        // up to the window's end (lack())
   double progress_before = 0, progress_after = 0, success_before = 0, success_after = 0;
-  double size = 0;      // alpha or radius of the step that was taken
-  int rolled_back = 0;  // larger steps that had made it worse
+  double size = 0;                   // alpha or radius of the step that was taken
+  int rolled_back = 0;               // larger steps that had made it worse
+  std::vector<RefusedStep> refused;  // these; histories of older programs lack them
   std::vector<StepKink> kinks;
   std::vector<Revert> reverts;
 };
@@ -71,8 +80,12 @@ struct ImproveState {
   std::vector<ReachedLevel> reached;
   std::vector<int> idle;  // variables that no limit heeded when the first Jacobian was made
   ImproveEnd end = ImproveEnd::none;
-  std::string why;  // of stuck
+  std::string why;                   // of stuck
+  std::vector<RefusedStep> refused;  // by which it got stuck
 };
+
+/// The best design that a session knows: of the hardest task that was done, else the one that it has come to.
+std::pair<std::size_t, DesignValues> best_design(const ImproveState& state);  // level, values
 
 /// What the present design lacks, and the step that its slopes suggest.
 struct Suggestion {
@@ -119,7 +132,8 @@ class Improvement {
   DesignPoint point(const Suggestion& at) const;
   Eigen::VectorXd change_of(const DesignPoint& at, double size) const;
   bool try_steps(const Suggestion& at);
-  void note(const Suggestion& at, const DesignMargins& after, const DesignValues& next, double size, int rolled_back);
+  void note(const Suggestion& at, const DesignMargins& after, const DesignValues& next, double size,
+            std::vector<RefusedStep> refused);
   std::string kinks_of(const DesignMargins& now, const LimitSlopes& slopes) const;
   bool stuck(const std::string& why);
   TrialQuestion question(double from, double to) const;

@@ -35,6 +35,23 @@ std::vector<double> list_of(const Json& json) {
   return out;
 }
 
+Json refused_json(const std::vector<RefusedStep>& refused) {
+  Json out = Json::array();
+  for (const RefusedStep& one : refused) {
+    out.push_back({{"size", one.size}, {"progress", number_json(one.progress)}, {"lack", number_json(one.lack)}});
+  }
+  return out;
+}
+
+/// Histories of older programs do not have them.
+std::vector<RefusedStep> refused_of(const Json& json) {
+  std::vector<RefusedStep> out;
+  for (const Json& one : json.value("refused", Json::array())) {
+    out.push_back({one.at("size"), number_of(one.at("progress")), number_of(one.at("lack"))});
+  }
+  return out;
+}
+
 Json step_json(const ImproveStep& step) {
   Json out = {{"level", step.level},
               {"from", step.from},
@@ -52,6 +69,7 @@ Json step_json(const ImproveStep& step) {
               {"success_after", step.success_after},
               {"size", step.size},
               {"rolled_back", step.rolled_back},
+              {"refused", refused_json(step.refused)},
               {"kinks", Json::array()},
               {"reverts", Json::array()}};
   for (const StepKink& one : step.kinks) {
@@ -75,6 +93,7 @@ ImproveStep step_of(const Json& json) {
   json.at("progress_before").get_to(out.progress_before), json.at("progress_after").get_to(out.progress_after);
   json.at("success_before").get_to(out.success_before), json.at("success_after").get_to(out.success_after);
   json.at("size").get_to(out.size), json.at("rolled_back").get_to(out.rolled_back);
+  out.refused = refused_of(json);
   for (const Json& one : json.at("kinks")) {
     out.kinks.push_back({one.at("limit"), one.at("variable"), one.at("contacts")});
   }
@@ -93,6 +112,18 @@ Json question_json(const ImproveQuestion& question) {
           {"particles", options.particles},
           {"seed", question.seed},
           {"drawn", question.drawn}};
+}
+
+ImproveQuestion question_of_json(const Json& json) {
+  ImproveQuestion out;
+  json.at("scenario_sha256").get_to(out.scenario);
+  json.at("policy").get_to(out.options.policy);
+  out.options.damped = json.at("step") == "damped";
+  json.at("alpha").get_to(out.options.alpha);
+  json.at("particles").get_to(out.options.particles);
+  json.at("seed").get_to(out.seed);
+  json.at("drawn").get_to(out.drawn);
+  return out;
 }
 
 Json variables_json(const DesignBlock& block) {
@@ -125,6 +156,7 @@ Json state_json(const ImproveState& state) {
                                                        : "reached all"},
               {"why", state.why},
               {"idle", state.idle},
+              {"refused", refused_json(state.refused)},
               {"reached", Json::array()},
               {"steps", Json::array()}};
   for (const ReachedLevel& one : state.reached) {
@@ -148,6 +180,7 @@ ImproveState state_of(const Json& json) {
   out.end = end.empty() ? ImproveEnd::none : end == "stuck" ? ImproveEnd::stuck : ImproveEnd::reached_all;
   json.at("why").get_to(out.why);
   json.at("idle").get_to(out.idle);
+  out.refused = refused_of(json);
   for (const Json& one : json.at("reached")) {
     out.reached.push_back(
         {one.at("level"), one.at("steps"), list_of(one.at("design")), list_of(one.at("margins")), one.at("success")});
@@ -158,12 +191,18 @@ ImproveState state_of(const Json& json) {
 
 /// What fits the scenario alone may be gone on with.
 void check_state(const ImproveState& state, const Scenario& scenario) {
+  const std::size_t limits = limit_names(scenario).size();
   const std::size_t levels = std::max<std::size_t>(1, scenario.redesign->task_values.size());
-  bool fits = state.design.size() == scenario.redesign->variables.size() && state.level < levels;
+  bool fits = state.design.size() == scenario.redesign->variables.size() && state.level < levels &&
+              (state.scales.empty() || state.scales.size() == limits);
   for (const ReachedLevel& one : state.reached) fits = fits && one.level < levels;
   for (const ImproveStep& one : state.steps) {
     fits = fits && one.before.size() == state.design.size() && one.after.size() == state.design.size() &&
-           one.level < levels;
+           one.level < levels && one.margins_before.size() == limits && one.margins_after.size() == limits &&
+           one.predicted.size() == limits;
+  }
+  for (const ReachedLevel& one : state.reached) {
+    fits = fits && one.design.size() == state.design.size() && one.margins.size() == limits;
   }
   if (!fits) throw InputError("its numbers are not those of the scenario");
 }
@@ -207,6 +246,17 @@ std::optional<ImproveState> read_improvement(const fs::path& folder, const Scena
     ImproveState out = state_of(json.at("state"));
     check_state(out, scenario);
     return std::optional(std::move(out));
+  });
+}
+
+ImproveSession read_session(const fs::path& folder, const Scenario& scenario) {
+  return read_sealed((folder / kImproveFile).string(), kKindOfHistory, [&](const Json& json) {
+    if (json.at("variables") != variables_json(*scenario.redesign) || json.at("limits") != limits_json(scenario)) {
+      throw InputError("its design variables or limits are no longer those of the scenario; begin anew with --force");
+    }
+    ImproveSession out{question_of_json(json.at("question")), state_of(json.at("state"))};
+    check_state(out.state, scenario);
+    return out;
   });
 }
 

@@ -30,4 +30,12 @@ void write_improvement(const std::filesystem::path& folder, const Scenario& scen
 std::optional<ImproveState> read_improvement(const std::filesystem::path& folder, const Scenario& scenario,
                                              const ImproveQuestion& question);
 
+struct ImproveSession {
+  ImproveQuestion question;
+  ImproveState state;
+};
+/// The session in a folder, whatever it was asked. `scenario`: with the design block that it is about. Throws
+/// InputError: there is none, of another design, of a newer format, damaged.
+ImproveSession read_session(const std::filesystem::path& folder, const Scenario& scenario);
+
 }  // namespace graze

@@ -1,5 +1,7 @@
 #include "jobs/campaign/improvement_history.h"
 
+#include <utility>
+
 #include "archive/hdf5/file_driver.h"
 
 namespace graze {
@@ -77,16 +79,58 @@ void write_steps(hid_t file, const ImproveState& state, std::size_t variables, s
       "margins_after", limits, [](const Step& s) -> const auto& { return s.margins_after; });
 }
 
+/// A row per proposal that was rolled back; `step`: which one was made in its place, from 0; of those that ended the
+/// session the number of steps.
+void write_refused(hid_t file, const ImproveState& state) {
+  std::vector<std::pair<std::size_t, RefusedStep>> all;
+  for (std::size_t k = 0; k < state.steps.size(); ++k) {
+    for (const RefusedStep& one : state.steps[k].refused) all.emplace_back(k, one);
+  }
+  for (const RefusedStep& one : state.refused) all.emplace_back(state.steps.size(), one);
+  using Row = std::pair<std::size_t, RefusedStep>;
+  const HistoryRows<Row> rows(file, "refused", all);
+  rows.counts("step", [](const Row& row) { return row.first; });
+  rows.numbers("size", "", [](const Row& row) { return row.second.size; });
+  rows.numbers("progress", "", [](const Row& row) { return row.second.progress; });
+  rows.numbers("lack", "", [](const Row& row) { return row.second.lack; });
+}
+
+/// What the drives of a robot did, a column per joint.
+void write_drives(hid_t file, const std::string& group, const DesignTrace& trace) {
+  hdf5::make_group(file, group);
+  const std::size_t drives = trace.drives.size();
+  std::vector<std::string> names;
+  std::vector<double> effort, velocity, speed, torque;
+  for (const DriveTrace& one : trace.drives) {
+    names.push_back(one.joint);
+    effort.push_back(one.effort), velocity.push_back(one.velocity);
+  }
+  for (std::size_t i = 0; i < trace.time.size(); ++i) {
+    for (const DriveTrace& one : trace.drives) speed.push_back(one.speed[i]), torque.push_back(one.torque[i]);
+  }
+  hdf5::write_strings(file, group + "/joint", names);
+  const auto column = [&](const hdf5::Spec& spec, const std::vector<double>& data) {
+    hdf5::write_column(file, group, spec, data, 0);
+  };
+  column({.name = "effort"}, effort);
+  column({.name = "velocity"}, velocity);
+  column({.name = "time", .unit = "s"}, trace.time);
+  if (drives == 0) return;
+  column({.name = "speed", .matrix = true, .width = drives}, speed);
+  column({.name = "torque", .matrix = true, .width = drives}, torque);
+}
+
 }  // namespace
 
-void write_history(const std::filesystem::path& folder, const Scenario& scenario, const ImproveState& state) {
+void write_history(const std::filesystem::path& folder, const Scenario& scenario, const ImproveState& state,
+                   const DesignPair& traces) {
   const std::vector<DesignVariable>& all = scenario.redesign->variables;
   const std::vector<std::string> names = limit_names(scenario), units = limit_units(scenario);
   publish_hdf5(folder / kHistoryFile, true, [&](const hdf5::Handle& file) {
     hdf5::write_attribute(file.id(), "format", "graze improve history");
     hdf5::write_attribute(file.id(), "format_version", std::uint64_t{1});
     hdf5::write_attribute(file.id(), "scenario", scenario.name);
-    for (const char* group : {"variables", "limits", "steps"}) hdf5::make_group(file.id(), group);
+    for (const char* group : {"variables", "limits", "steps", "refused", "traces"}) hdf5::make_group(file.id(), group);
     const HistoryRows<DesignVariable> variables(file.id(), "variables", all);
     variables.texts("name", [](const DesignVariable& one) { return one.name; });
     variables.texts("unit", [](const DesignVariable& one) { return one.unit; });  // in which it is told
@@ -98,6 +142,9 @@ void write_history(const std::filesystem::path& folder, const Scenario& scenario
     hdf5::write_strings(file.id(), "limits/unit", units);
     hdf5::write_column(file.id(), "limits", hdf5::Spec{.name = "scale"}, state.scales, 0);
     write_steps(file.id(), state, all.size(), names.size());
+    write_refused(file.id(), state);
+    write_drives(file.id(), "traces/before", traces.before);
+    write_drives(file.id(), "traces/improved", traces.improved);
   });
 }
 

@@ -10,7 +10,7 @@
 #include <span>
 #include <thread>
 
-#include "analysis/compare.h"
+#include "analysis/report_data.h"
 #include "analysis/scenario_changes.h"
 #include "analysis/text_table.h"
 #include "archive/files/files.h"
@@ -18,11 +18,14 @@
 #include "jobs/campaign/describe_campaign.h"
 #include "jobs/campaign/improvement_file.h"
 #include "jobs/campaign/improvement_history.h"
+#include "jobs/campaign/improvement_page.h"
 #include "jobs/cli/commands.h"
 #include "jobs/cli/improve_dialogue.h"
+#include "jobs/cli/improve_page.h"
 #include "jobs/cli/improve_picture.h"
 #include "jobs/cli/improve_text.h"
 #include "jobs/cli/option_values.h"
+#include "jobs/cli/page.h"
 #include "jobs/cli/picture_file.h"
 #include "jobs/cli/resume_campaign.h"
 #include "jobs/cli/value_warnings.h"
@@ -35,7 +38,7 @@ namespace fs = std::filesystem;
 
 struct ImproveArguments {
   ScenarioArguments scenario;
-  std::string policy, step = "plain", output, from, answers, plot;
+  std::string policy, step = "plain", output, from, answers, plot, report;
   std::string alpha;
   std::uint64_t particles = 0, verdict = 0, most_steps = 100;
   std::optional<std::uint64_t> seed;
@@ -43,10 +46,7 @@ struct ImproveArguments {
   bool automatic = false, ask = false, json = false, force = false;
 };
 
-constexpr std::uint64_t kUsualFailures = 32;  // particles that --from improves on
-constexpr const char* kRobotFile = "improved.urdf";
-constexpr const char* kScenarioFile = "improved.yaml";
-constexpr const char* kBeforeFile = "before.yaml";
+constexpr std::uint64_t kUsualFailures = 32;         // particles that --from improves on
 constexpr const char* kAnswersFile = "answers.txt";  // of a supervised session, for --answers
 
 std::string policy_to_improve(const Scenario& scenario, const std::string& asked) {
@@ -169,18 +169,12 @@ void write_text(const fs::path& file, const std::string& text) {
   out.publish();
 }
 
-/// The best design: of the hardest task that was done, else the one that the session has come to.
-std::pair<std::size_t, DesignValues> best(const ImproveState& state) {
-  if (state.reached.empty()) return {state.level, state.design};
-  return {state.reached.back().level, state.reached.back().design};
-}
-
 void write_robot(const fs::path& folder, const DesignRobots& robots, const ImproveState& state) {
-  const auto [level, design] = best(state);
+  const auto [level, design] = best_design(state);
   const std::string urdf = robots.urdf(level, design);
-  if (!urdf.empty()) write_text(folder / kRobotFile, urdf);
-  write_text(folder / kScenarioFile, robots.yaml(level, design, urdf.empty() ? "" : kRobotFile));
-  write_text(folder / kBeforeFile, robots.before(level));
+  if (!urdf.empty()) write_text(folder / kImprovedRobot, urdf);
+  write_text(folder / kImprovedScenario, robots.yaml(level, design, urdf.empty() ? "" : kImprovedRobot));
+  write_text(folder / kBeforeScenario, robots.before(level));
 }
 
 /// Asks about each step until the rest may go by itself. False: it may not.
@@ -256,23 +250,29 @@ void simulate_verdict(const fs::path& folder, const std::string& name, const Imp
 }
 
 std::string verdict_text(const PolicyComparison& pair) {
-  const bool better = pair.interval.low > 0, worse = pair.interval.high < 0;
   return fmt::format(
       "\nVerdict on {} particles that it was not improved on: {} succeed before, {} after; {} were fixed, {} broke\n"
       "Difference {:+.3f}, 95 % interval {:+.3f} .. {:+.3f}, p = {:.2g}: {}\n",
       pair.pairs.n(), pair.success_a, pair.success_b, pair.pairs.only_b, pair.pairs.only_a, pair.difference,
-      pair.interval.low, pair.interval.high, pair.p_value,
-      better  ? "the new design is better"
-      : worse ? "the new design is worse, though the robot that it was improved on is not"
-              : "not shown to be better");
+      pair.interval.low, pair.interval.high, pair.p_value, verdict_words(pair));
 }
 
-Comparison verdict(const fs::path& folder, const ImproveArguments& arguments, const ImproveQuestion& question) {
-  simulate_verdict(folder, kBeforeFile, arguments, question);
-  simulate_verdict(folder, kScenarioFile, arguments, question);
-  CompareRequest request;
-  request.name_a = (folder / "before.graze").string(), request.name_b = (folder / "improved.graze").string();
-  return compare_campaigns(Archive(request.name_a), Archive(request.name_b), request);
+void simulate_verdict(const fs::path& folder, const ImproveArguments& arguments, const ImproveQuestion& question) {
+  simulate_verdict(folder, kBeforeScenario, arguments, question);
+  simulate_verdict(folder, kImprovedScenario, arguments, question);
+}
+
+/// The picture and the page, if they are asked for.
+void show_session(const ImproveArguments& arguments, const Redesign& redesign) {
+  if (!arguments.plot.empty()) {
+    const PlotStyle style = picture_style(arguments.plot, arguments.force);
+    const ParentFolders picture_folders(arguments.plot);
+    const Figure figure = improve_figure(redesign.scenario, redesign.state);
+    write_picture(arguments.plot, arguments.force, drawn_figure(figure, style, arguments.plot), false);
+  }
+  if (arguments.report.empty()) return;
+  const ParentFolders page_folders(arguments.report);
+  write_page(arguments.report, arguments.force, script_json(redesign_page(redesign, NumberForm::packed)));
 }
 
 // ---- the verb
@@ -344,6 +344,10 @@ int improve(ImproveArguments arguments) {
   scenario.particles = question.drawn;
   const fs::path folder = folder_of_session(arguments, scenario);
   if (!arguments.plot.empty()) picture_style(arguments.plot, arguments.force);  // refuses what cannot be
+  if (!arguments.report.empty()) {
+    check_page_built("improve --report");
+    check_page_output(arguments.report, arguments.force, arguments.scenario.file);
+  }
   if (arguments.verdict == 0 && !question.options.particles.empty()) {
     arguments.verdict = std::max<std::uint64_t>(200, question.options.particles.size());
   }
@@ -353,19 +357,23 @@ int improve(ImproveArguments arguments) {
   const ParentFolders parents(folder / kImproveFile);
   const ImproveState state = improve_robot(arguments, robots, question, folder);
   write_robot(folder, robots, state);
-  write_history(folder, scenario, state);
+  DesignPair traces = trace_pair(folder, question);
+  write_history(folder, scenario, state, traces);
   std::ostream& out = arguments.json ? std::cerr : std::cout;
-  out << summary_text(scenario, state, best(state).second);
-  if (arguments.verdict > 0) out << verdict_text(verdict(folder, arguments, question).policies.front());
+  out << summary_text(scenario, state, best_design(state).second);
+  if (arguments.verdict > 0) simulate_verdict(folder, arguments, question);
+  Redesign redesign{scenario,
+                    question,
+                    state,
+                    best_design(state).first,
+                    best_design(state).second,
+                    std::move(traces),
+                    arguments.verdict > 0 ? session_verdict(folder) : kept_verdict(folder)};
+  if (arguments.verdict > 0) out << verdict_text(*redesign.verdict);
   out << fmt::format("{0}/{1}: the improved robot, ready to run; {0}/{2}: the first one in the same task\n",
-                     folder.string(), kScenarioFile, kBeforeFile);
+                     folder.string(), kImprovedScenario, kBeforeScenario);
   if (arguments.json) std::cout << improvement_json(scenario, question, state);
-  if (!arguments.plot.empty()) {
-    const PlotStyle style = picture_style(arguments.plot, arguments.force);
-    const ParentFolders picture_folders(arguments.plot);
-    write_picture(arguments.plot, arguments.force, drawn_figure(improve_figure(scenario, state), style, arguments.plot),
-                  false);
-  }
+  show_session(arguments, redesign);
   return exit_code_of(state);
 }
 
@@ -424,7 +432,12 @@ void add_improve(CLI::App& app, Action& action) {
       ->type_name("DIR");
   verb->add_option("--plot", arguments->plot, "Draw the session, too: a file ending in .svg or .png")
       ->type_name("FILE");
-  verb->add_flag("--force", arguments->force, "Begin anew what stands in the folder, and write over the picture");
+  verb->add_option("--report", arguments->report,
+                   "Make a page of the session for a browser, too: a file ending in .html ('graze report DIR' makes it "
+                   "later)")
+      ->type_name("FILE");
+  verb->add_flag("--force", arguments->force,
+                 "Begin anew what stands in the folder, and write over the picture and the page");
   verb->add_flag("--json", arguments->json, "Print the history as JSON, and the rest on stderr");
   verb->callback([arguments, &action] { action = [arguments] { return improve(*arguments); }; });
 }

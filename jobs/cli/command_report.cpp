@@ -14,8 +14,10 @@
 #include "archive/files/utf8.h"
 #include "archive/hdf5/reading_child.h"
 #include "jobs/campaign/archived_scenario.h"
+#include "jobs/campaign/improvement_page.h"
 #include "jobs/campaign/page_traces.h"
 #include "jobs/cli/commands.h"
+#include "jobs/cli/improve_page.h"
 #include "jobs/cli/option_values.h"
 #include "jobs/cli/page.h"
 #include "jobs/cli/reading_verb.h"
@@ -80,6 +82,31 @@ void add_sections(Json& page, const Archive& archive, const std::string& name,
   if (Json section = unknown_section(unknown, name); !section.is_null()) page["sections"].push_back(std::move(section));
 }
 
+/// The page of a session of graze improve.
+int report_redesign(const ReportArguments& arguments) {
+  if (!arguments.policies.empty()) {
+    throw InputError(
+        fmt::format("--policy: {} is a session of graze improve, which is about one policy", arguments.archive));
+  }
+  std::filesystem::path output = arguments.output;
+  if (!arguments.json) {
+    check_page_built("report");
+    if (output.empty()) output = default_page(arguments.archive, "");
+    check_page_output(output, arguments.force, arguments.archive);
+  }
+  const Redesign redesign = read_redesign(arguments.archive);
+  if (arguments.json) {
+    std::cout << redesign_page(redesign, NumberForm::plain).dump(-1, ' ', false, Json::error_handler_t::replace)
+              << "\n";
+    return kDone;
+  }
+  const ParentFolders folders(output);
+  write_page(output, arguments.force, script_json(redesign_page(redesign, NumberForm::packed)));
+  std::cout << fmt::format("{}: {:.1f} kB\n", printable(output.string()),
+                           static_cast<double>(std::filesystem::file_size(output)) / 1e3);
+  return kDone;
+}
+
 int report(const ReportArguments& arguments) {
   if (!arguments.json) check_page_built("report");
   std::filesystem::path output = arguments.output;
@@ -127,7 +154,8 @@ void add_report(CLI::App& app, Action& action) {
                "  graze report quadruped_curb.graze                      # writes quadruped_curb.html\n"
                "  graze report curb.h5 -o report.html --force\n"
                "  graze report curb.h5 --policy 'step/*' --replays 24\n"
-               "  graze report curb.h5 --json                            # all that the page shows, as data\n\n"
+               "  graze report curb.h5 --json                            # all that the page shows, as data\n"
+               "  graze report my.improve                                # a session of graze improve\n\n"
                "The page is one file, which needs no network. Trajectories and replays are simulated again from what\n"
                "the archive keeps; where that cannot be, the page and the terminal say why.\n");
   add_archive(*verb, arguments->archive);
@@ -143,6 +171,7 @@ void add_report(CLI::App& app, Action& action) {
   verb->callback([arguments, &action] {
     // Beside reading, some tests of many policies take seconds for few megabytes, as those of explain.
     action = [arguments] {
+      if (is_session(arguments->archive)) return report_redesign(*arguments);
       return in_reading_child(
           {arguments->archive}, [&] { return report(*arguments); }, 2);
     };

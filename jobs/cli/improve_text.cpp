@@ -9,20 +9,12 @@
 #include <set>
 
 #include "analysis/text_table.h"
+#include "jobs/campaign/improvement_words.h"
 
 namespace graze {
 namespace {
 
-std::string with_unit(const std::string& unit) { return unit.empty() || unit == "1" ? "" : " " + unit; }
-
 std::string margin_text(double x) { return std::isnan(x) ? "-" : fmt::format("{:.3g}", x); }
-
-/// "task 2 of 5 (gait.velocity = 0.2 m/s)"; of one task alone "the task".
-std::string task_text(const DesignBlock& block, std::size_t level) {
-  if (block.task_path.empty()) return "the task";
-  return fmt::format("task {} of {} ({} = {})", level + 1, block.task_values.size(), block.task_path,
-                     block.task_values[level]);
-}
 
 /// "94 %"; what is not all of it is never told as all.
 std::string share_text(double share) {
@@ -37,7 +29,7 @@ std::string margins_text(const Scenario& scenario, const ImproveStep& step) {
   for (std::size_t k = 0; k < names.size(); ++k) {
     if (!(step.margins_before[k] < 0 || step.margins_after[k] < 0)) continue;
     parts.push_back(fmt::format("{} {} -> {}{} (predicted {})", names[k], margin_text(step.margins_before[k]),
-                                margin_text(step.margins_after[k]), with_unit(units[k]),
+                                margin_text(step.margins_after[k]), unit_behind(units[k]),
                                 margin_text(step.predicted[k])));
   }
   return fmt::format("{}", fmt::join(parts, ", "));
@@ -49,7 +41,7 @@ std::string changes_text(const DesignBlock& block, const ImproveStep& step) {
     const DesignVariable& one = block.variables[i];
     if (std::abs(step.after[i] - step.before[i]) < kToldChange * (one.upper - one.lower)) continue;
     parts.push_back(fmt::format("{} {:.4g} -> {:.4g}{}", one.name, step.before[i] / one.scale,
-                                step.after[i] / one.scale, with_unit(one.unit)));
+                                step.after[i] / one.scale, unit_behind(one.unit)));
   }
   return parts.empty() ? "no variable by a ten thousandth of its way" : fmt::format("{}", fmt::join(parts, ", "));
 }
@@ -94,9 +86,9 @@ std::string reached_text(const Scenario& scenario, const ReachedLevel& level) {
   const std::vector<std::string> names = limit_names(scenario), units = limit_units(scenario);
   std::vector<std::string> parts;
   for (std::size_t k = 0; k < names.size(); ++k) {
-    parts.push_back(fmt::format("{} {}{}", names[k], margin_text(level.margins[k]), with_unit(units[k])));
+    parts.push_back(fmt::format("{} {}{}", names[k], margin_text(level.margins[k]), unit_behind(units[k])));
   }
-  return fmt::format("Every limit holds in {} after {} step{}: {}\n", task_text(*scenario.redesign, level.level),
+  return fmt::format("Every limit holds in {} after {} step{}: {}\n", task_words(*scenario.redesign, level.level),
                      level.steps, level.steps == 1 ? "" : "s", fmt::join(parts, ", "));
 }
 
@@ -115,7 +107,7 @@ std::string summary_text(const Scenario& scenario, const ImproveState& state, co
                              : ""});
   }
   std::string out = "\n" + text_table(table, 2) + "\n";
-  const std::string task = task_text(*scenario.redesign, state.level);
+  const std::string task = task_words(*scenario.redesign, state.level);
   switch (state.end) {
     case ImproveEnd::reached_all:
       return out + "Every limit holds in every task.\n";

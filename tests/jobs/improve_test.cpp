@@ -288,6 +288,7 @@ TEST_F(Improve, TasksAreReadLikeScenarios) {
                   "--max-steps 1 -o urdf")
                 .code,
             4);
+  EXPECT_EQ(graze("check urdf/before.yaml").code, 0) << "its robot is in the working directory, not beside it";
   const std::string outside = " --set 'design.variables.rods.within=[1, 2]'";
   EXPECT_EQ(graze("run swing.yaml -n 2 --quiet -o run.graze" + outside).code, 0);
   EXPECT_THAT(graze("check swing.yaml" + outside).err, HasSubstr("own 0.3 m lies outside of 1 … 2 m"));

@@ -87,7 +87,21 @@ PROBE = """
       const gl = stage.renderer.getContext(), w = gl.drawingBufferWidth, h = gl.drawingBufferHeight;
       const pixels = new Uint8Array(4 * w * h);
       gl.readPixels(0, 0, w, h, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
-      told.colors = new Set(new Uint32Array(pixels.buffer)).size;
+      const all = new Uint32Array(pixels.buffer);
+      told.colors = new Set(all).size;
+      if (stage.wide) {  // two robots: colours of each half, and the share of pixels in which they are alike
+        const down = stage.stacked ? h >> 1 : 0, right = stage.stacked ? 0 : w >> 1, found = [new Set(), new Set()];
+        let same = 0, count = 0;
+        for (let y = 0; y < h - down; ++y) {
+          for (let x = 0; x < w - right; ++x) {
+            const [a, b] = [all[y * w + x], all[(y + down) * w + x + right]];
+            if (!(stage.stacked ? y < h >> 1 : x < w >> 1)) continue;
+            found[0].add(a); found[1].add(b);
+            same += a === b; count += 1;
+          }
+        }
+        told.halves = {colors: found.map((one) => one.size), same: same / count};
+      }
       for (const name of ['dark', 'light']) { document.querySelector('.theme').click(); wait(); }
     }
   } catch (error) {
@@ -246,6 +260,28 @@ class Test:
             self.check(told["sections"][0] == "replay", f"view: {told['sections']}")
             self.moves(told)
 
+    def redesign(self):
+        """A session of graze improve: both robots are drawn side by side, or one above the other, and differ."""
+        (self.folder / "swing.yaml").write_text(
+            f"include: {self.source}/data/scenarios/pendulum.yaml\nname: {json.dumps(NASTY)}\ntime: {{end: 0.2 s}}\n"
+            "task: !replace {requirements: {slow: {joint_speed: {joints: hinge, below: 2.6 rad/s}}}}\n"
+            "design:\n  variables: {rod: {of: robot.link.rod.length, within: [10 cm, 3 m]}}\n"
+            "  task: {path: robot.initial.joints.hinge, values: [70 deg, 90 deg]}\n")
+        self.graze("improve", "swing.yaml", "--step", "damped", "--report", "swing.html", "-o", "swing.improve")
+        told = self.open(self.folder / "swing.html")
+        if not told:
+            return
+        self.check(told["sections"][:2] == ["section-outcome", "robots"], f"redesign: {told['sections']}")
+        for section in ("section-limits", "section-progress", "section-design"):
+            self.check(told["plots"].get(section, 0) > 0 and told["marks"][section] > 0, f"{section}: has a plot")
+        self.check(told["rows"]["section-limits"] == 1, f"redesign: limits: {told['rows']}")
+        self.check(told["stage"][0]["players"] == 2, "redesign: two robots")
+        halves = told["halves"]
+        self.check(min(halves["colors"]) > 8 and halves["same"] < 0.999, f"redesign: two robots are drawn: {halves}")
+        self.check(told["played"] > 0, f"redesign: it moves: {told['played']}")
+        told = self.open(self.folder / "swing.html", width=600)
+        self.check(told and min(told["halves"]["colors"]) > 8, "redesign: one above the other")
+
     def large(self):
         """10,000 traces of the curb's robot with its 176 parameters."""
         scenario = self.folder / "large.yaml"
@@ -267,6 +303,7 @@ def main():
         test.report()
         test.unsolved()
         test.view()
+        test.redesign()
         test.large()
         for claim in test.wrong:
             print(f"WRONG: {claim}")

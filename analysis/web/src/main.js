@@ -1,8 +1,9 @@
-// The page of graze report and graze view. Its data stand in the element #graze-data; window.graze tells tests of its state.
+// The page of graze report, graze view and graze improve. Its data stand in the element #graze-data; window.graze tells tests of its state.
 import './hook.js';
 import {drawWaiting, el} from './dom.js';
 import {counted} from './data.js';
 import {campaign, failures, margins, parameters, rates, verdict} from './report.js';
+import {pair} from './pair.js';
 import {replay} from './replay.js';
 import {phases, trajectories} from './traces.js';
 import {widget} from './widgets.js';
@@ -28,12 +29,15 @@ function theme() {
 }
 
 function header(data) {
+  if (data.kind === 'redesign') return heading(data.title, data.lead, data.notes);
   const c = data.campaign;
   const traces = data.kind === 'view' ? counted(data.trajectories.length, 'trace', 'traces')
     : `${counted(data.score.policies.reduce((sum, one) => sum + one.n + one.invalid, 0), 'trace', 'traces')}, ${counted(data.score.particles, 'particle', 'particles')} under ${counted(data.score.policies.length, 'policy', 'policies')}`;
-  return el('header', {}, el('div', {}, theme(), el('h1', {}, c.name || c.archive),
-      el('p', {class: 'lead'}, `${traces}. Seed ${c.seed}. Simulated ${c.started.slice(0, 10)} by graze ${c.program.split(' ')[0]}.`),
-      data.notes.map((text) => el('p', {class: 'warning'}, text))));
+  return heading(c.name || c.archive, `${traces}. Seed ${c.seed}. Simulated ${c.started.slice(0, 10)} by graze ${c.program.split(' ')[0]}.`, data.notes);
+}
+
+function heading(title, lead, notes) {
+  return el('header', {}, el('div', {}, theme(), el('h1', {}, title), el('p', {class: 'lead'}, lead), notes.map((text) => el('p', {class: 'warning'}, text))));
 }
 
 /** A section that cannot be drawn must not take the others with it. */
@@ -46,10 +50,16 @@ function attempt(make, data) {
   }
 }
 
+/** What came of a redesign, both robots, and how it went. */
+function redesign(data) {
+  const [first, ...rest] = others(data);
+  return [first, attempt(pair, data), ...rest];
+}
+
 function show(data) {
-  const make = data.kind === 'view' ? [replay, trajectories, phases, others] : [verdict, rates, failures, replay, trajectories, phases, margins, parameters, others, campaign];
+  const make = data.kind === 'redesign' ? [redesign] : data.kind === 'view' ? [replay, trajectories, phases, others] : [verdict, rates, failures, replay, trajectories, phases, margins, parameters, others, campaign];
   const sections = make.flatMap((one) => attempt(one, data)).filter(Boolean);
-  document.title = `${data.campaign.name || data.campaign.archive} · Graze`;
+  document.title = `${data.title ?? (data.campaign.name || data.campaign.archive)} · Graze`;
   document.getElementById('page').replaceChildren(header(data),
       el('nav', {}, el('div', {}, sections.map((one) => el('a', {href: `#${one.id}`}, one.short ?? one.title)))),
       el('main', {}, sections.map((one) => el('section', {id: one.id}, el('h2', {}, one.title), one.text && el('p', {class: 'lead'}, one.text), one.parts))));

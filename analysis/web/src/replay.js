@@ -191,8 +191,12 @@ export class Stage {
     }
     if (!this.dirty) return;
     this.dirty = false;
-    this.renderer.render(this.world, this.camera);
+    this.draw();
     this.drawn = (this.drawn ?? 0) + 1;
+  }
+
+  draw() {
+    this.renderer.render(this.world, this.camera);
   }
 
   resize(width, height) {
@@ -226,7 +230,8 @@ function chooser(stage) {
   return {list: el('div', {class: 'list', 'aria-label': 'Traces'}, items), mark: (focus) => items.forEach((one, k) => one.setAttribute('aria-current', k === focus))};
 }
 
-function controls(stage) {
+/** Buttons and sliders of a stage, and update(), which brings them to its time. */
+export function controls(stage, one = true) {
   const play = el('button', {class: 'play', onclick: () => stage.play(!stage.playing)}, 'Play');
   const scrub = el('input', {type: 'range', min: 0, max: stage.end, step: 'any', value: 0, 'aria-label': 'Time', oninput: () => { stage.play(false); stage.seek(Number(scrub.value)); }});
   const time = el('span', {class: 'time'});
@@ -243,7 +248,7 @@ function controls(stage) {
   };
   const bar = el('div', {}, el('div', {class: 'bar'}, play, el('button', {title: 'One frame back', onclick: frame(-1)}, '◂'), el('button', {title: 'One frame on', onclick: frame(1)}, '▸'), scrub, time),
       el('div', {class: 'bar'}, select('Speed', [[0.05, '1/20'], [0.1, '1/10'], [0.25, '1/4'], [0.5, '1/2'], [1, '1'], [2, '2']], 1, (v) => { stage.speed = Number(v); }),
-          checkbox('Contacts', true, flag('contacts')), checkbox('Ghosts', true, flag('ghosts')),
+          checkbox('Contacts', true, flag('contacts')), one && checkbox('Ghosts', true, flag('ghosts')),
           stage.scene.floating_base && [checkbox('Follow', true, flag('follow')), checkbox('Paths', true, flag('paths'))],
           el('button', {onclick: () => stage.home()}, 'Reset view')));
   return {bar, update() {

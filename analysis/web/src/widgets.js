@@ -5,7 +5,7 @@ import {el, svg, whenSized} from './dom.js';
 import {axes, band, dots, errorBar, extent, hover, linePath} from './plot.js';
 import {column, OUTCOMES, policyColor, short, titled, whole, withUnit} from './data.js';
 
-const NAMED = {success: OUTCOMES[0].color, known: OUTCOMES[1].color, unknown: OUTCOMES[2].color, invalid: OUTCOMES[3].color};
+const NAMED = {ink: 'var(--ink)', success: OUTCOMES[0].color, known: OUTCOMES[1].color, unknown: OUTCOMES[2].color, invalid: OUTCOMES[3].color};
 /** A colour by its name in `color` ("success", "known", …), else by its place among its neighbours. */
 export const colorOf = (one, index) => /^policy-\d+$/.test(one?.color) ? policyColor(Number(one.color.slice(7))) : NAMED[one?.color] ?? OUTCOMES.find((o) => o.name === one?.color)?.color ?? policyColor(index);
 
@@ -104,9 +104,9 @@ function stairs(xs, ys) {
 /**
  * lines: [{name, x: [], y: [], low?: [], high?: [], color?, marks?: true, errors?: true, dash?}]; x, y: {title, unit,
  * domain?, labels?: [[value, text]]}. low and high make a band, or with `errors` bars. steps: what holds at a point holds
- * until the next.
+ * until the next. y.zero: a line at 0; legend: false: names stand elsewhere.
  */
-export function lines({lines, x, y, height = 300, label, steps = false}) {
+export function lines({lines, x, y, height = 300, label, steps = false, legend: named = true}) {
   const path = (xs, ys) => (steps ? stairs(xs, ys) : [[...xs], ys]);
   const all = lines.map((one) => ({...one, x: column(one.x), y: column(one.y), low: column(one.low), high: column(one.high)}));
   const box = el('div', {class: 'figure'});
@@ -114,6 +114,7 @@ export function lines({lines, x, y, height = 300, label, steps = false}) {
     const plot = axes({width, height, label: label ?? y.title,
       x: {domain: x.domain ?? extent(all.map((one) => one.x)), title: titled(x.title, x.unit), ticks: x.labels, grid: !x.labels},
       y: {domain: y.domain ?? extent(all.flatMap((one) => [one.y, one.low, one.high])), title: titled(y.title, y.unit)}});
+    if (y.zero) plot.layer.append(svg('line', {class: 'zero', x1: plot.area.left, x2: plot.area.right, y1: plot.y(0), y2: plot.y(0)}));
     all.forEach((one, k) => {
       const color = colorOf(one, k);
       if (one.low.length && !one.errors) band(plot, path(one.x, one.low)[0], path(one.x, one.low)[1], path(one.x, one.high)[1], color);
@@ -126,8 +127,8 @@ export function lines({lines, x, y, height = 300, label, steps = false}) {
       ...(one.low.length ? [`95 %: ${short(one.low[i])} … ${short(one.high[i])}`] : [])].filter(Boolean)}))));
     box.replaceChildren(plot.root);
   });
-  const named = lines.filter((one) => one.name);
-  return el('div', {}, named.length > 1 && legend(named.map((one) => [one.name, colorOf(one, lines.indexOf(one))])), box);
+  const names = named ? lines.filter((one) => one.name) : [];
+  return el('div', {}, names.length > 1 && legend(names.map((one) => [one.name, colorOf(one, lines.indexOf(one))])), box);
 }
 
 /** groups: [{name, x: [], y: [], color?, labels?: []}]; x, y as of lines. */
@@ -186,9 +187,9 @@ export function tree({root, legend: names}) {
 }
 
 /** Widgets beside each other, where there is room. */
-const row = ({widgets}) => el('div', {class: 'columns'}, widgets.map(widget));
+const row = ({widgets, three}) => el('div', {class: three ? 'columns three' : 'columns'}, widgets.map(widget));
 
-const TYPES = {table, bars, lines, scatter, tree, row, text: ({text}) => el('p', {}, text)};
+const TYPES = {table, bars, lines, scatter, tree, row, legend: ({entries}) => legend(entries.map((one, k) => [one.name, colorOf(one, k)])), text: ({text}) => el('p', {}, text)};
 
 export function widget(spec) {
   const make = TYPES[spec.type];

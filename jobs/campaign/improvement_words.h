@@ -1,0 +1,44 @@
+#pragma once
+// What came of a session of `graze improve`, in sentences.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "analysis/compare.h"
+#include "jobs/campaign/design_trace.h"
+#include "jobs/campaign/improvement_file.h"
+
+namespace graze {
+
+/// A session as it stands, and what its first and its improved robot do in the same task.
+struct Redesign {
+  Scenario scenario;  // of the first robot, with `design`
+  ImproveQuestion question;
+  ImproveState state;
+  std::size_t level = 0;  // of the task that both are shown in
+  DesignValues improved;
+  DesignPair traces;
+  std::optional<PolicyComparison> verdict;  // on particles that it was not improved on
+};
+
+/// "task 2 of 5 (gait.velocity = 0.2 m/s)"; of one task alone "the task".
+std::string task_words(const DesignBlock& block, std::size_t level);
+/// " rad/s"; of a number without a unit nothing.
+std::string unit_behind(const std::string& unit);
+
+/// A limit's margin in a trace; NaN: it was never looked at.
+double limit_margin(const DesignBlock& block, std::size_t limit, const TraceRecord& trace);
+/// When it was first below 0, s; NaN: never, or it is the objective.
+double limit_violation(const DesignBlock& block, std::size_t limit, const TraceRecord& trace);
+
+/// "the new design is better", by the interval of the difference.
+std::string verdict_words(const PolicyComparison& pair);
+
+/// In this order: what failed, what was changed, what the robot does now, and what other particles say.
+struct RedesignWords {
+  std::string failed, changed, now, verdict;
+};
+RedesignWords redesign_words(const Redesign& redesign);
+
+}  // namespace graze
