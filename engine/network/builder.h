@@ -23,6 +23,7 @@ struct NetworkProgram {
   std::vector<std::pair<int, double>> constants;  // rows that are the same in all lanes
   int rows = 0;
   double multiplications = 0;  // of one robot, in dense layers
+  double operations = 0;       // of one robot, in all steps
 
   NetworkProgram() = default;
   NetworkProgram(NetworkProgram&&) = default;
@@ -48,6 +49,9 @@ class ProgramBuilder {
   std::vector<Element> dense(const std::vector<Element>& x, const std::vector<double>& weight,
                              const std::vector<double>& bias, ElementType type);
 
+  /// Counts numbers that are gone through while the file is read, which bounds the time that it takes.
+  void handle(std::int64_t numbers);
+
   /// A row of the memory with this element.
   int row(const Element& element);
   /// `rows` new ones, one behind the other; the first.
@@ -56,6 +60,7 @@ class ProgramBuilder {
   NetworkProgram finish() { return std::move(program_); }
 
  private:
+  void spend(std::size_t operations);
   const int* keep(const std::vector<Element>& elements);
   const double* keep(std::vector<double> numbers);
   std::vector<Element> add(NetworkStep step, ElementType type);
@@ -64,6 +69,7 @@ class ProgramBuilder {
 
   const NetworkKernel& kernel_;
   NetworkProgram program_;
+  std::int64_t handled_ = 0;
   std::map<std::uint64_t, int> constant_rows_;  // by the number's bits
 };
 

@@ -21,12 +21,22 @@ std::vector<double> transposed(const std::vector<double>& in, std::int64_t m, st
   return out;
 }
 
-/// a [m][k] times weight [n][k], plus bias [m][n] if there is any: [m][n].
-std::vector<Element> product(OperatorCall& call, const std::vector<Element>& a, std::int64_t k,
+/// Shape of a product: [m][k] times [k][n].
+struct ProductShape {
+  std::int64_t m, k, n;
+};
+
+/// a [m][k] times weight [n][k], plus bias [m][n] if there is any: [m][n], of a size that was checked.
+std::vector<Element> product(OperatorCall& call, const std::vector<Element>& a, const ProductShape& shape,
                              const std::vector<double>& weight, const std::vector<double>& bias, ElementType type) {
-  const std::int64_t n = static_cast<std::int64_t>(weight.size()) / std::max<std::int64_t>(k, 1);
+  const auto [m, k, n] = shape;
   std::vector<Element> out;
-  for (std::int64_t i = 0; k > 0 && (i + 1) * k <= static_cast<std::int64_t>(a.size()); ++i) {
+  if (k == 0 || n == 0) {  // an empty sum is 0
+    out.resize(static_cast<std::size_t>(m * n), Element{-1, 0});
+    for (std::size_t i = 0; i < out.size() && !bias.empty(); ++i) out[i].value = bias[i];
+    return out;
+  }
+  for (std::int64_t i = 0; i < m; ++i) {
     const std::vector<Element> x(a.begin() + i * k, a.begin() + (i + 1) * k);
     std::vector<double> offset;
     if (!bias.empty()) offset.assign(bias.begin() + i * n, bias.begin() + (i + 1) * n);
@@ -67,7 +77,7 @@ void gemm(OperatorCall& call) {
   if (fixed) {
     for (const Element& element : broadcast(call.operand(2), shape)) bias.push_back(beta * element.value);
   }
-  Tensor out{shape, a.type, product(call, left.elements, k, weight, bias, a.type)};
+  Tensor out{shape, a.type, product(call, left.elements, {left.shape[0], k, n}, weight, bias, a.type)};
   if (call.has(2) && !fixed) {
     const Tensor scaled = call.build.binary(BinaryOp::multiply, call.operand(2), constant_tensor({}, a.type, {beta}));
     out = call.build.binary(BinaryOp::add, out, scaled);
@@ -80,12 +90,13 @@ Tensor constant_times(OperatorCall& call, const Tensor& a, const Tensor& b) {
   const bool vector = b.shape.size() == 1;
   if (a.shape.size() != 2 || b.shape.size() > 2 || b.shape.empty() || b.shape[0] != a.shape[1]) refuse_factors(a, b);
   const std::int64_t k = a.shape[1], n = vector ? 1 : b.shape[1], m = a.shape[0];
+  Tensor out{vector ? TensorShape{m} : TensorShape{m, n}, b.type, {}};
+  size_of(out.shape);
   std::vector<Element> columns;  // [n][k]
   for (std::int64_t j = 0; j < n; ++j) {
     for (std::int64_t i = 0; i < k; ++i) columns.push_back(b.elements[static_cast<std::size_t>(i * n + j)]);
   }
-  const std::vector<Element> by_column = product(call, columns, k, numbers_of(a), {}, b.type);  // [n][m]
-  Tensor out{vector ? TensorShape{m} : TensorShape{m, n}, b.type, {}};
+  const std::vector<Element> by_column = product(call, columns, {n, k, m}, numbers_of(a), {}, b.type);  // [n][m]
   for (std::int64_t i = 0; i < m; ++i) {
     for (std::int64_t j = 0; j < n; ++j) out.elements.push_back(by_column[static_cast<std::size_t>(j * m + i)]);
   }
@@ -105,9 +116,12 @@ void matmul(OperatorCall& call) {
   while (factor.size() > 2 && factor[0] == 1) factor.erase(factor.begin());
   if (a.shape.empty() || factor.empty() || factor.size() > 2 || factor[0] != a.shape.back()) refuse_factors(a, b);
   const std::int64_t k = factor[0], n = factor.size() == 1 ? 1 : factor[1];
-  Tensor out{a.shape, a.type, product(call, a.elements, k, transposed(numbers_of(b), k, n), {}, a.type)};
+  Tensor out{a.shape, a.type, {}};
   out.shape.pop_back();
+  const std::int64_t m = size_of(out.shape);
   if (factor.size() == 2) out.shape.push_back(n);
+  size_of(out.shape);
+  out.elements = product(call, a.elements, {m, k, n}, transposed(numbers_of(b), k, n), {}, a.type);
   call.results = {std::move(out)};
 }
 
@@ -156,18 +170,18 @@ void batch_normalization(OperatorCall& call) {
   call.results = {call.build.binary(BinaryOp::add, call.build.binary(BinaryOp::multiply, off, factor), of_channels(2))};
 }
 
-/// Elements in groups that are reduced to one: those that differ along the axes only.
-std::vector<std::vector<Element>> groups_along(const Tensor& x, const std::vector<bool>& along) {
-  std::size_t count = 1;
-  for (std::size_t d = 0; d < along.size(); ++d) count *= along[d] ? 1 : static_cast<std::size_t>(x.shape[d]);
-  std::vector<std::vector<Element>> out(count);
+/// Elements in groups that are reduced to one, a group of `width` behind the other: those that differ along the axes
+/// only.
+std::vector<Element> by_groups(const Tensor& x, const std::vector<bool>& along, std::size_t width) {
+  std::vector<Element> out(x.elements.size());
+  std::vector<std::size_t> taken(x.elements.size() / width, 0);
   TensorShape at(x.shape.size(), 0);
   for (const Element& element : x.elements) {
     std::size_t group = 0;
     for (std::size_t d = 0; d < along.size(); ++d) {
       if (!along[d]) group = group * static_cast<std::size_t>(x.shape[d]) + static_cast<std::size_t>(at[d]);
     }
-    out[group].push_back(element);
+    out[group * width + taken[group]++] = element;
     for (std::size_t d = at.size(); d-- > 0 && ++at[d] == x.shape[d];) at[d] = 0;
   }
   return out;
@@ -178,13 +192,12 @@ Tensor reduced(OperatorCall& call, ReduceOp op, const Tensor& x, const std::vect
   for (const std::int64_t axis : axes) along[OperatorCall::axis_of(axis, along.size())] = true;
   if (x.elements.empty()) throw NetworkError("is of no numbers at all");
   TensorShape shape;
+  std::size_t width = 1;
   for (std::size_t d = 0; d < along.size(); ++d) {
     if (!along[d] || keep) shape.push_back(along[d] ? 1 : x.shape[d]);
+    if (along[d]) width *= static_cast<std::size_t>(x.shape[d]);
   }
-  const std::vector<std::vector<Element>> groups = groups_along(x, along);
-  std::vector<Element> all;
-  for (const std::vector<Element>& group : groups) all.insert(all.end(), group.begin(), group.end());
-  return {shape, x.type, call.build.reduce(op, all, static_cast<int>(groups[0].size()), x.type)};
+  return {shape, x.type, call.build.reduce(op, by_groups(x, along, width), static_cast<int>(width), x.type)};
 }
 
 template <ReduceOp op>

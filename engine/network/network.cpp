@@ -14,7 +14,6 @@ namespace graze {
 namespace {
 
 constexpr std::size_t kLongestNodeName = 80;              // in messages
-constexpr std::size_t kMostRank = 8;                      // dimensions of a tensor
 constexpr std::int64_t kMostElements = 4 * kMostNumbers;  // of all tensors together: 256 MiB while a file is read
 constexpr std::int64_t kOldestSet = 7, kNewestSet = 22;   // of ai.onnx, whose meaning operators.h has
 
@@ -75,7 +74,10 @@ class Graph {
     const OperatorFunction function = function_of(node);
     try {
       std::vector<const Tensor*> operands;
-      for (const std::string& name : node.inputs) operands.push_back(name.empty() ? nullptr : &value(name));
+      for (const std::string& name : node.inputs) {
+        operands.push_back(name.empty() ? nullptr : &value(name));
+        if (operands.back() != nullptr) build_.handle(span_of(operands.back()->shape));
+      }
       OperatorCall call(build_, node, version_, std::move(operands));
       function(call);
       take(node, std::move(call.results));
@@ -92,11 +94,16 @@ class Graph {
 
  private:
   void take(const OnnxNode& node, std::vector<Tensor> results) {
+    for (const Tensor& result : results) {
+      build_.handle(span_of(result.shape));
+      if (result.size() != size_of(result.shape)) {  // operators rely on it of their operands
+        throw NetworkError(fmt::format("makes {} numbers of shape {}", result.size(), text_of(result.shape)));
+      }
+    }
     for (std::size_t i = 0; i < node.outputs.size(); ++i) {
       const std::string& name = node.outputs[i];
       if (name.empty()) continue;
       if (i >= results.size()) throw NetworkError(fmt::format("has an output {} that is not known", i + 1));
-      if (results[i].shape.size() > kMostRank) throw NetworkError("makes a tensor of too many dimensions");
       elements_ += results[i].size();
       if (elements_ > kMostElements) throw NetworkError("makes tensors of more numbers than fit into memory");
       if (!values_.emplace(name, std::move(results[i])).second) {
@@ -130,7 +137,11 @@ Network::Network(std::string_view bytes, const NetworkKernel& kernel) : kernel_(
   for (const OnnxPort& port : file.inputs) graph.add_input(port);
   for (const OnnxNode* node : needed_nodes(file)) graph.add(*node);
   for (const OnnxPort& port : file.inputs) inputs_.push_back(port_of(port.name, graph.value(port.name), build));
+  std::set<std::string> names;
   for (const OnnxPort& port : file.outputs) {
+    if (!names.insert(port.name).second) {
+      throw NetworkError("has two outputs '" + clipped(port.name, kLongestNodeName) + "'");
+    }
     try {
       outputs_.push_back(port_of(port.name, graph.value(port.name), build));
     } catch (const NetworkError& error) {

@@ -20,6 +20,9 @@ namespace graze {
 
 namespace {
 
+/// Control steps between two calls: beyond any trace.
+constexpr long long kLongestWait = 1'000'000;
+
 const NetworkKernel& chosen_network_kernel() { return GRAZE_KERNEL(chosen_isa(), find_network_kernel); }
 
 const Description& network_description() {
@@ -51,7 +54,8 @@ const Description& network_description() {
         {"every",
          {Form::whole(Bound::positive)},
          Default::value("1"),
-         "control steps from one call to the next; between them the action stays"},
+         fmt::format("control steps from one call to the next, at most {}; between them the action stays",
+                     kLongestWait)},
         {"memory",
          {Form::text_rows(2, "NAME")},
          {},
@@ -227,11 +231,7 @@ class NetworkPolicy : public Policy {
     if (written) check_moved(*written);
     for (const int k : joints_.actuators) scale_.push_back(scale[static_cast<std::size_t>(k)]);
     clip_ = own.find_number("clip").value_or(std::numeric_limits<double>::infinity());
-    if (const auto every = own.find("every")) {
-      every_ = every->integer();
-      if (every_ < 1 || every_ > 1'000'000)
-        every->fail(fmt::format("{}: must be from 1 to 1000000 control steps", every_));
-    }
+    if (const auto every = own.find("every")) every_ = read_count(*every, kLongestWait, "control steps");
     int rows = 0;
     for (const auto& [in, out] : ports_.memory) rows += static_cast<int>(in->rows.size());
     kept_ = BlockArray(rows);

@@ -99,12 +99,22 @@ struct ObservationVector::Term {
   double period = 0, offset = 0;
 };
 
+long long read_count(const Settings& value, long long most, const char* what) {
+  const double number = value.number();
+  // First the range, so that what integer() suggests lies in it.
+  if (number < 1 || number > static_cast<double>(most)) {
+    value.fail(fmt::format("{}: must be from 1 to {} {}; nearest right answer: {}", value.text(), most, what,
+                           number < 1 ? 1 : most));
+  }
+  return value.integer();
+}
+
 std::vector<Key> observation_keys() {
   return {{"inputs", {Form::maps(network_input_description())}, Default::required(), network_input_description().help},
           {"history",
            {Form::whole(Bound::positive)},
            Default::value("1"),
-           "frames that it sees: the newest and those before"},
+           fmt::format("frames that it sees, at most {}: the newest and those before", kMostFrames)},
           {"newest", {Form::word({"last", "first"})}, Default::value("last"), "where the newest frame stands"},
           {"stacked",
            {Form::word({"frames", "inputs"})},
@@ -175,10 +185,7 @@ void ObservationVector::read_terms(const Described& own) {
 
 void ObservationVector::read_layout(const Described& own) {
   const auto written = own.find("history");
-  const long long frames = written ? written->integer() : 1;
-  if (frames < 1 || frames > kMostFrames) {
-    written->fail(fmt::format("{}: a network sees at least 1 frame and at most {}", frames, kMostFrames));
-  }
+  const long long frames = written ? read_count(*written, kMostFrames, "frames") : 1;
   if (frames == 1) {
     for (const char* key : {"newest", "stacked"}) {
       if (own.has(key)) own.at(key).fail_key("goes with a history of several frames");

@@ -17,6 +17,9 @@ namespace graze {
 /// The keys of a network that say what it sees: `inputs`, `history`, `newest`, `stacked`, `velocity`, `waypoints`.
 std::vector<Key> observation_keys();
 
+/// A whole number of things `what` from 1 to `most`. Throws InputError, whose nearest right answer lies within.
+long long read_count(const Settings& value, long long most, const char* what);
+
 /// The joints that a network moves, in its order, and what it counts their positions from.
 struct NetworkJoints {
   std::vector<int> actuators;  // rows of an observation's joints and of targets

@@ -15,7 +15,6 @@ namespace {
 
 /// Far above any network that moves a robot.
 constexpr std::size_t kMostNetworkNodes = 10000;
-constexpr std::size_t kMostDimensions = 8;
 constexpr std::size_t kLongestName = 80;  // in messages
 
 // TensorProto.DataType
@@ -111,7 +110,6 @@ std::pair<std::string, Tensor> read_tensor(std::string_view bytes) {
                        " is kept in another file (external data); save the network as one file, by "
                        "onnx.save_model(…, save_as_external_data=False)");
   }
-  if (written.shape.size() > kMostDimensions) throw NetworkError(name + " has too many dimensions");
   Tensor out{written.shape, element_type(written.data_type, name), {}};
   const auto size = static_cast<std::size_t>(size_of(out.shape));
   const std::vector<double> numbers = written_numbers(written);
@@ -214,8 +212,9 @@ OnnxPort read_port(std::string_view bytes) {
     if (in.field() == 1) out.name = in.text();
     if (in.field() == 2) read_port_type(in.bytes(), out);
   }
-  if (out.shape.size() > kMostDimensions) {
-    throw NetworkError("'" + clipped(out.name, kLongestName) + "' has too many dimensions");
+  if (out.shape.size() > kMostRank) {
+    throw NetworkError(fmt::format("'{}' has {} dimensions; at most {}", clipped(out.name, kLongestName),
+                                   out.shape.size(), kMostRank));
   }
   return out;
 }

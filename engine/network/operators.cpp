@@ -78,10 +78,12 @@ Tensor pick(const Tensor& in, std::size_t axis, const std::vector<std::int64_t>&
   for (std::size_t d = axis + 1; d < in.shape.size(); ++d) after *= in.shape[d];
   Tensor out{in.shape, in.type, {}};
   out.shape[axis] = static_cast<std::int64_t>(picks.size());
-  size_of(out.shape);
+  for (const std::int64_t at : picks) {
+    if (at < 0 || at >= length) throw NetworkError(fmt::format("takes number {} of {}", at, length));
+  }
+  if (size_of(out.shape) == 0) return out;
   for (std::int64_t i = 0; i < before; ++i) {
     for (const std::int64_t at : picks) {
-      if (at < 0 || at >= length) throw NetworkError(fmt::format("takes number {} of {}", at, length));
       const auto first = in.elements.begin() + (i * length + at) * after;
       out.elements.insert(out.elements.end(), first, first + after);
     }

@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "engine/network/operators.h"
+#include "engine/settings/settings.h"
 
 namespace graze {
 
@@ -21,7 +22,7 @@ struct Recurrent {
 Recurrent recurrent_operands(const OperatorCall& call, std::int64_t gates) {
   const OnnxAttribute* const direction = call.find("direction");
   if (direction && direction->text != "forward")
-    throw NetworkError("runs " + direction->text + "; only forward is known");
+    throw NetworkError("runs " + clipped(direction->text, 80) + "; only forward is known");
   call.only("layout", 0);
   call.only("input_forget", 0);
   std::vector<std::string> usual{"Sigmoid", "Tanh"};
@@ -156,6 +157,7 @@ void run_layer(OperatorCall& call, const Recurrent& layer, bool cell, const Step
   const Tensor& x = call.operand(0);
   const std::int64_t n = layer.width;
   Tensor all{{layer.times, 1, layer.batch, n}, x.type, {}}, last{{1, layer.batch, n}, x.type, {}}, cells = last;
+  // The size of `last` is bounded with it, also where there are no times.
   all.elements.resize(static_cast<std::size_t>(size_of(all.shape)));
   for (std::int64_t b = 0; b < layer.batch; ++b) {
     CellState state{beginning(call, 5, layer, b), cell ? beginning(call, 6, layer, b) : std::vector<Element>{}};
@@ -163,8 +165,8 @@ void run_layer(OperatorCall& call, const Recurrent& layer, bool cell, const Step
       state = step(part(x.elements, t * layer.batch + b, layer.inputs), state);
       std::copy(state.h.begin(), state.h.end(), all.elements.begin() + (t * layer.batch + b) * n);
     }
-    last.elements = joined(last.elements, state.h);
-    cells.elements = joined(cells.elements, state.c);
+    last.elements.insert(last.elements.end(), state.h.begin(), state.h.end());
+    cells.elements.insert(cells.elements.end(), state.c.begin(), state.c.end());
   }
   call.results = {std::move(all), std::move(last)};
   if (cell) call.results.push_back(std::move(cells));

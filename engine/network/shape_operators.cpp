@@ -72,7 +72,10 @@ void squeeze(OperatorCall& call) {
   for (const std::int64_t axis : axes) drop[OperatorCall::axis_of(axis, shape.size())] = true;
   TensorShape out;
   for (std::size_t d = 0; d < shape.size(); ++d) {
-    if (!drop[d] || (axes.empty() && shape[d] != 1)) out.push_back(shape[d]);
+    if (drop[d] && !axes.empty() && shape[d] != 1) {
+      throw NetworkError(fmt::format("drops dimension {} of shape {}, which is not 1", d, text_of(shape)));
+    }
+    if (!drop[d] || shape[d] != 1) out.push_back(shape[d]);
   }
   reshaped(call, out);
 }
@@ -142,8 +145,11 @@ void slice(OperatorCall& call) {
   if (ends.size() != begins.size() || axes.size() != begins.size() || steps.size() != begins.size()) {
     throw NetworkError("has lists of different lengths");
   }
+  std::vector<bool> cut(out.shape.size(), false);
   for (std::size_t i = 0; i < begins.size(); ++i) {
     const std::size_t axis = OperatorCall::axis_of(axes[i], out.shape.size());
+    if (cut[axis]) throw NetworkError(fmt::format("has axis {} twice", axes[i]));
+    cut[axis] = true;
     out = pick(out, axis, slice_places(begins[i], ends[i], steps[i], out.shape[axis]));
   }
   call.results = {std::move(out)};
@@ -158,6 +164,9 @@ void split(OperatorCall& call) {
     const std::int64_t each = (in.shape[axis] + parts - 1) / parts;  // the last may be shorter
     lengths.assign(static_cast<std::size_t>(parts), each);
     lengths.back() = in.shape[axis] - each * (parts - 1);
+  }
+  if (static_cast<std::int64_t>(lengths.size()) != parts) {
+    throw NetworkError(fmt::format("has {} lengths and {} outputs", lengths.size(), parts));
   }
   const auto outside = [&](std::int64_t length) { return length < 0 || length > in.shape[axis]; };
   if (std::any_of(lengths.begin(), lengths.end(), outside) ||

@@ -9,19 +9,33 @@
 
 namespace graze {
 
-std::int64_t size_of(const TensorShape& shape) {
+std::int64_t span_of(const TensorShape& shape) {
+  if (shape.size() > kMostRank) {
+    throw NetworkError(fmt::format("has a tensor of {} dimensions; at most {}", shape.size(), kMostRank));
+  }
   std::int64_t out = 1;
   for (const std::int64_t length : shape) {
     if (length < 0) throw NetworkError(fmt::format("has a tensor of shape {}", text_of(shape)));
     if (length > 0 && out > kMostNumbers / length) {
-      throw NetworkError(fmt::format("has a tensor of shape {}; at most {} numbers", text_of(shape), kMostNumbers));
+      const bool hidden = std::count(shape.begin(), shape.end(), 0) > 0;
+      throw NetworkError(fmt::format("has a tensor of shape {}; at most {} numbers{}", text_of(shape), kMostNumbers,
+                                     hidden ? ", also without its dimension of 0" : ""));
     }
-    out *= length;
+    out *= std::max<std::int64_t>(length, 1);
   }
   return out;
 }
 
-std::string text_of(const TensorShape& shape) { return fmt::format("[{}]", fmt::join(shape, ", ")); }
+std::int64_t size_of(const TensorShape& shape) {
+  const std::int64_t span = span_of(shape);
+  return std::count(shape.begin(), shape.end(), 0) > 0 ? 0 : span;
+}
+
+std::string text_of(const TensorShape& shape) {
+  if (shape.size() <= kMostRank) return fmt::format("[{}]", fmt::join(shape, ", "));
+  const auto end = shape.begin() + static_cast<std::ptrdiff_t>(kMostRank);
+  return fmt::format("[{}, …] of {}", fmt::join(shape.begin(), end, ", "), shape.size());
+}
 
 bool Tensor::constant() const {
   return std::all_of(elements.begin(), elements.end(), [](const Element& one) { return one.constant(); });

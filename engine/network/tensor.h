@@ -12,9 +12,16 @@ using TensorShape = std::vector<std::int64_t>;
 /// Numbers of one tensor, and of all constants of a file: policies of legged robots have some 100,000.
 inline constexpr std::int64_t kMostNumbers = 4 << 20;
 
-/// Numbers in a tensor of this shape. Throws NetworkError if they are too many, or a dimension is negative.
+/// Dimensions of one tensor.
+inline constexpr std::size_t kMostRank = 8;
+
+/// Numbers in a tensor of this shape. Throws NetworkError if they, its dimensions or its span are too many, or a
+/// dimension is negative.
 std::int64_t size_of(const TensorShape& shape);
-/// "[1, 48]".
+/// The product of the dimensions with those of 0 as 1, which bounds every loop over some of them: an empty tensor may
+/// hide a large dimension behind a 0.
+std::int64_t span_of(const TensorShape& shape);
+/// "[1, 48]"; of one that is far too long its beginning.
 std::string text_of(const TensorShape& shape);
 
 /// `single`: every result is rounded to a float.
@@ -30,7 +37,7 @@ struct Element {
 struct Tensor {
   TensorShape shape;
   ElementType type = ElementType::single;
-  std::vector<Element> elements;  // the last dimension runs fastest
+  std::vector<Element> elements;  // size_of(shape) of them, which Graph checks; the last dimension runs fastest
 
   std::int64_t size() const { return static_cast<std::int64_t>(elements.size()); }
   bool constant() const;

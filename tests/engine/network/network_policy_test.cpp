@@ -232,6 +232,13 @@ TEST_F(NetworkPolicyTest, SaysWhatDoesNotFit) {
   EXPECT_THAT(refused(net, four + ", joints: [LF_X_1, LF_X_2]"),
               HasSubstr("'LF_X_2' is no driven joint of the robot; did you mean"));
   EXPECT_THAT(refused(net, four + ", memory: [[h, hn]]"), HasSubstr("'h' is no input of the network; there are: obs"));
+  EXPECT_THAT(refused(net, four + ", every: 1e9"),
+              HasSubstr("every: 1e9: must be from 1 to 1000000 control steps; nearest right answer: 1000000"));
+  EXPECT_THAT(refused(net, four + ", every: 0"), HasSubstr("; nearest right answer: 1"));
+  EXPECT_THAT(refused(net, four + ", every: 1e6"), HasSubstr("in digits; nearest right answer: 1000000"));
+  EXPECT_NO_THROW(make(net, four + ", every: 1000000"));
+  EXPECT_THAT(refused(net, "inputs: [joint_position], history: 1e9"),
+              HasSubstr("history: 1e9: must be from 1 to 1000 frames; nearest right answer: 1000"));
   EXPECT_THAT(refused(net, four, "operational_pd: {kp: 1, kd: 1}"), HasSubstr("network gives joint targets"));
   EXPECT_THAT(refused(counter(), "inputs: [joint_position]"),
               HasSubstr("the network has the inputs obs [1, 12], h [1, 1]; one is for what is observed"));
