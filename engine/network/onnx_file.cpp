@@ -16,6 +16,8 @@ namespace {
 /// Far above any network that moves a robot.
 constexpr std::size_t kMostNetworkNodes = 10000;
 constexpr std::size_t kLongestName = 80;  // in messages
+/// Inputs, and outputs: recurrent policies have two for each layer. Messages list them with their names.
+constexpr std::size_t kMostPorts = 100, kLongestPortName = 256;
 
 // TensorProto.DataType
 constexpr int kFloat = 1, kInt32 = 6, kInt64 = 7, kDouble = 11;
@@ -102,6 +104,14 @@ std::vector<double> written_numbers(const WrittenTensor& in) {
   return {whole.begin(), whole.end()};
 }
 
+std::int64_t size_of_constant(const TensorShape& shape, const std::string& name) {
+  try {
+    return size_of(shape);
+  } catch (const NetworkError& error) {
+    throw NetworkError(name + " " + error.what());
+  }
+}
+
 std::pair<std::string, Tensor> read_tensor(std::string_view bytes) {
   const WrittenTensor written = read_written(bytes);
   const std::string name = "the constant '" + clipped(written.name, kLongestName) + "'";
@@ -111,7 +121,7 @@ std::pair<std::string, Tensor> read_tensor(std::string_view bytes) {
                        "onnx.save_model(…, save_as_external_data=False)");
   }
   Tensor out{written.shape, element_type(written.data_type, name), {}};
-  const auto size = static_cast<std::size_t>(size_of(out.shape));
+  const auto size = static_cast<std::size_t>(size_of_constant(out.shape, name));
   const std::vector<double> numbers = written_numbers(written);
   if (numbers.size() != size) {
     throw NetworkError(fmt::format("{} of shape {} has {} numbers", name, text_of(out.shape), numbers.size()));
@@ -263,6 +273,17 @@ void read_version(std::string_view bytes, OnnxFile& out) {
   if (domain.empty() || domain == "ai.onnx") out.version = version;
 }
 
+void check_ports(const std::vector<OnnxPort>& ports, const char* what) {
+  if (ports.size() > kMostPorts) {
+    throw NetworkError(fmt::format("has {} {}s; at most {}", ports.size(), what, kMostPorts));
+  }
+  for (const OnnxPort& port : ports) {
+    if (port.name.size() <= kLongestPortName) continue;
+    throw NetworkError(fmt::format("has the {} '{}' of {} bytes; names have at most {}", what,
+                                   clipped(port.name, kLongestName), port.name.size(), kLongestPortName));
+  }
+}
+
 }  // namespace
 
 ElementType element_type(int data_type, const std::string& what) {
@@ -292,6 +313,8 @@ OnnxFile read_onnx(std::string_view bytes) {
   }
   if (!graph) throw NetworkError("is no ONNX file, or a damaged one: it has no graph");
   std::erase_if(out.inputs, [&](const OnnxPort& port) { return out.constants.contains(port.name); });
+  check_ports(out.inputs, "input");
+  check_ports(out.outputs, "output");
   return out;
 }
 

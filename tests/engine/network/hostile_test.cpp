@@ -156,9 +156,14 @@ TEST(HostileNetworks, ListsSayAThingOnce) {
   EXPECT_EQ(refusal(OnnxWriter().input("x", {1, 3}).output("x").output("x").bytes()), "has two outputs 'x'");
   EXPECT_THAT(refusal(OnnxWriter().input("x", Dims(9, 1)).output("x").bytes()),
               HasSubstr("has 9 dimensions; at most 8"));
+  OnnxWriter wide;
+  for (int i = 0; i < 101; ++i) wide.input("x" + std::to_string(i), {1});
+  EXPECT_EQ(refusal(wide.output("x0").bytes()), "has 101 inputs; at most 100");
+  EXPECT_THAT(refusal(OnnxWriter().input(std::string(100000, 'x'), {1}).output("x").bytes()),
+              HasSubstr("…' of 100000 bytes; names have at most 256"));
   OnnxWriter deep;
   deep.input("x", {1}).output("x").constant("w", Dims(9, 1), {1});
-  EXPECT_THAT(refusal(deep.bytes()), HasSubstr("has a tensor of 9 dimensions; at most 8"));
+  EXPECT_THAT(refusal(deep.bytes()), HasSubstr("the constant 'w' has a tensor of 9 dimensions; at most 8"));
 }
 
 }  // namespace
