@@ -26,7 +26,7 @@ SMALL = {"time.end": "0.3 s", "record.events": True, "task.stop_at_violation": T
 
 
 class Law:
-    """A PD law, whose first lanes fail if they are told to."""
+    """A PD law that fails when it is told to."""
 
     def __init__(self, robot, settings):
         self.q0, self.fails = robot.initial[:, None], settings.get("fails", 1e9)
@@ -139,6 +139,13 @@ class BlockTest(unittest.TestCase):
         whole = self.campaign.traces(POLICY).digest
         self.assertEqual([block.record(lane)["digest"] == whole[lane] for lane in range(4)], [True, True, False, True])
         self.assertFalse(block.step())
+        masked = self.block(3)
+        masked.stop(np.array([False, True, False]))
+        self.assertEqual(masked.active.tolist(), [True, False, True])
+        masked.stop([0, np.int64(2)])
+        self.assertFalse(masked.active.any())
+        with self.assertRaisesRegex(graze.GrazeError, "2 truth values for 3 lanes"):
+            masked.stop([True, False])
         other = self.block(2)
         other.stop()
         self.assertEqual(other.traces().end_time.tolist(), [0, 0])
