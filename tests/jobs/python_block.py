@@ -6,9 +6,11 @@ Usage: python_block.py PACKAGES GRAZE: the folder that holds the package with it
 import os
 import pathlib
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import unittest
 from xml.etree import ElementTree
 
@@ -149,6 +151,14 @@ class BlockTest(unittest.TestCase):
         other = self.block(2)
         other.stop()
         self.assertEqual(other.traces().end_time.tolist(), [0, 0])
+
+    def test_long_runs_can_be_interrupted(self):
+        block = graze.simulate("drop_and_stand", 1, set={"time.end": "200 s"})
+        threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()
+        with self.assertRaises(KeyboardInterrupt):
+            block.run()
+        self.assertLess(block.time, 200)
+        self.assertTrue(block.step())  # and goes on
 
     def test_controllers_in_python_have_the_same_bits(self):
         campaign = graze.run("drop_and_stand", 3, policy=Law, set={"time.end": "0.1 s"}, output=self.folder / "law.graze")
