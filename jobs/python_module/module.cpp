@@ -116,14 +116,16 @@ py::dict facts(const SteppedBlock& block) {
                   "requirements"_a = column_list(columns.requirements), "objective"_a = column_list(columns.objective));
 }
 
-/// Steps until `until` s, where traces that go on have come to; the reader of a notebook may interrupt it.
+/// Steps until the traces that go on have come to `until` s. False: none goes on. Python may interrupt it.
 bool run_until(SteppedBlock& block, double until) {
   constexpr int kBetweenLooks = 100;  // steps
   const double half = block.scenario().timing.step / 2;
   for (int k = 1; std::find(block.active.begin(), block.active.end(), true) != block.active.end(); ++k) {
     if (*std::max_element(block.time.begin(), block.time.end()) >= until - half) return true;
     block.step();
-    if (k % kBetweenLooks == 0 && PyErr_CheckSignals() != 0) throw py::error_already_set();
+    if (k % kBetweenLooks != 0) continue;
+    { const py::gil_scoped_release others; }  // other threads have their turn
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
   }
   return false;
 }

@@ -6,9 +6,11 @@ Usage: python_block.py PACKAGES GRAZE: the folder that holds the package with it
 import os
 import pathlib
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import unittest
 from xml.etree import ElementTree
 
@@ -26,7 +28,7 @@ SMALL = {"time.end": "0.3 s", "record.events": True, "task.stop_at_violation": T
 
 
 class Law:
-    """A PD law, whose first lanes fail if they are told to."""
+    """A PD law that fails when it is told to."""
 
     def __init__(self, robot, settings):
         self.q0, self.fails = robot.initial[:, None], settings.get("fails", 1e9)
@@ -139,9 +141,24 @@ class BlockTest(unittest.TestCase):
         whole = self.campaign.traces(POLICY).digest
         self.assertEqual([block.record(lane)["digest"] == whole[lane] for lane in range(4)], [True, True, False, True])
         self.assertFalse(block.step())
+        masked = self.block(3)
+        masked.stop(np.array([False, True, False]))
+        self.assertEqual(masked.active.tolist(), [True, False, True])
+        masked.stop([0, np.int64(2)])
+        self.assertFalse(masked.active.any())
+        with self.assertRaisesRegex(graze.GrazeError, "2 truth values for 3 lanes"):
+            masked.stop([True, False])
         other = self.block(2)
         other.stop()
         self.assertEqual(other.traces().end_time.tolist(), [0, 0])
+
+    def test_long_runs_can_be_interrupted(self):
+        block = graze.simulate("drop_and_stand", 1, set={"time.end": "200 s"})
+        threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()
+        with self.assertRaises(KeyboardInterrupt):
+            block.run()
+        self.assertLess(block.time, 200)
+        self.assertTrue(block.step())  # and goes on
 
     def test_controllers_in_python_have_the_same_bits(self):
         campaign = graze.run("drop_and_stand", 3, policy=Law, set={"time.end": "0.1 s"}, output=self.folder / "law.graze")

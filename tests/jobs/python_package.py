@@ -3,6 +3,8 @@ packed file; particles count once; what is lost, cut short or misspelt is refuse
 
 Usage: python_package.py SOURCE GRAZE.
 """
+import contextlib
+import io
 import json
 import os
 import pathlib
@@ -111,6 +113,16 @@ class PackageTest(unittest.TestCase):
         shards[1].unlink()
         with self.assertRaisesRegex(graze.CampaignError, f"lacks {shards[1].name} .*graze resume"):
             graze.open(copy)
+
+    def test_progress_is_shown_where_python_writes(self):
+        shown = io.StringIO()
+        with contextlib.redirect_stderr(shown):  # as a notebook does it
+            campaign = graze.run("pendulum", 3, output=self.folder / "shown.graze", quiet=False)
+        self.assertIn("3/3 traces", shown.getvalue())
+        self.assertEqual(shown.getvalue().strip(), campaign.messages)
+        with contextlib.redirect_stderr(shown):
+            self.assertEqual(graze.run("pendulum", 3, output=self.folder / "quiet.graze").messages, "")
+        self.assertEqual(shown.getvalue().strip(), campaign.messages)
 
     def test_mistakes_are_told(self):
         for wrong, text in ((lambda: graze.open(self.folder / "curb.grase"), "no such campaign; did you mean 'curb.graze'"),

@@ -14,9 +14,10 @@ from .block import Block, Contacts, simulate
 from .campaign import Campaign, CampaignError
 from .errors import GrazeError
 from .program import find_program, run
+from .shipped import PathLike
 
 
-def open(path) -> Campaign:
+def open(path: PathLike) -> Campaign:
     """A campaign's directory or packed file (.h5). Nothing but its description is read yet.
 
     Raises CampaignError if it is no campaign, is damaged, or lacks shards that its manifest names.

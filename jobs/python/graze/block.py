@@ -7,8 +7,9 @@ import os
 import pathlib
 import shutil
 import tempfile
+import types
 import weakref
-from typing import Dict, Iterable, Iterator, List, Mapping, Optional, Tuple, Union
+from typing import Any, Callable, Dict, Iterable, Iterator, List, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
 import pandas as pd
@@ -55,18 +56,18 @@ class Block:
     (unless the scenario says otherwise), or when it is invalid.
     """
 
-    def __init__(self, inner: "object"):
+    def __init__(self, inner: Any):
         self._inner = inner
         self._fault: Optional[GrazeError] = None
         facts = inner.facts()
-        self.scenario: str = facts["scenario"]      #: its name
-        self.policy: str = facts["policy"]          #: its name
+        self.scenario: str = facts["scenario"]          #: its name
+        self.policy: str = facts["policy"]              #: its name
         self.particles: List[int] = facts["particles"]  #: [lane]
         self.seed: int = facts["seed"]
-        self.step_time: float = facts["step"]       #: s, of the physics
-        self.control_time: float = facts["control"]  #: s, between two control steps
-        self.end_time: float = facts["end"]         #: s, when traces end that nothing ends before
-        self.warnings: List[str] = facts["warnings"]  #: what the scenario's reader has to say
+        self.step_time: float = facts["step"]           #: s, of the physics
+        self.control_time: float = facts["control"]     #: s, between two control steps
+        self.end_time: float = facts["end"]             #: s, when traces end that nothing ends before
+        self.warnings: List[str] = facts["warnings"]    #: what the scenario's reader has to say
         links = [(name, "m") for name in facts["links"]]
         columns: Dict[str, List[Tuple[str, str]]] = {
             "q": facts["q"], "v": facts["v"], "a": [(name, f"{unit}^2") for name, unit in facts["v"]], "tau": facts["tau"],
@@ -106,9 +107,16 @@ class Block:
             self.step()
             yield self
 
-    def stop(self, lanes: Union[None, int, Iterable[int]] = None) -> None:
-        """Ends traces where they are (all, or those of these lanes); they are judged as they stand."""
-        which = range(len(self.particles)) if lanes is None else [lanes] if isinstance(lanes, int) else lanes
+    def stop(self, lanes: Union[None, int, Sequence[int], np.ndarray] = None) -> None:
+        """Ends traces where they are; they are judged as they stand.
+
+        lanes  None: all; one lane or several; or an array [lane] of True and False
+        """
+        which = np.arange(len(self.particles)) if lanes is None else np.atleast_1d(np.asarray(lanes))
+        if which.dtype == bool:
+            if which.shape != (len(self.particles),):
+                raise GrazeError(2, f"stop: an array of {which.size} truth values for {len(self.particles)} lanes")
+            which = np.flatnonzero(which)
         self._guarded(self._inner.stop, [int(lane) for lane in which])
 
     # What is.
@@ -206,7 +214,7 @@ class Block:
         return pd.DataFrame([[row[name] for name in names] for row in rows], columns=names,
                             index=pd.Index([row["particle"] for row in rows], name="particle"))
 
-    def _guarded(self, act: "object", *arguments: object) -> bool:
+    def _guarded(self, act: Callable[..., bool], *arguments: object) -> bool:
         if self._fault is not None:
             raise GrazeError(self._fault.code, f"the block failed before: {self._fault}")
         try:
@@ -261,7 +269,7 @@ def simulate(scenario: PathLike, particles: Union[int, Iterable[int]] = 8, *, po
     return block
 
 
-def _module() -> "object":
+def _module() -> types.ModuleType:
     try:
         from . import _block
     except ImportError as error:

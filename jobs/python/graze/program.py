@@ -7,6 +7,7 @@ import os
 import pathlib
 import shutil
 import subprocess
+import sys
 from typing import Iterable, Iterator, List, Mapping, Optional, Sequence, Tuple, Union
 
 from .campaign import Campaign
@@ -47,7 +48,7 @@ def run(scenario: PathLike, n: Optional[int] = None, *, output: Optional[PathLik
     until      questions that end it: "p >= 0.95". Campaign.answer tells what came of them
     trust      controllers that the scenario names may run: code with your rights. Those of `policy` may
     force      an existing archive is replaced
-    quiet      False: progress goes to standard error
+    quiet      False: progress goes to standard error, in a notebook into the cell's output
     options    further arguments of `graze run`
 
     Raises GrazeError with the program's message, FileNotFoundError if there is no program.
@@ -89,14 +90,32 @@ def _policies(policy: Optional[Policies], archive: pathlib.Path) -> Iterator[Opt
 
 
 def _run(words: Sequence[str], archive: pathlib.Path, quiet: bool) -> Campaign:
-    done = subprocess.run(words, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-                          stderr=subprocess.PIPE if quiet else None, text=True, errors="replace")
-    if done.returncode not in ANSWERS:
-        raise GrazeError(done.returncode, (done.stderr or "").strip())
+    code, said = _call(words, quiet)
+    if code not in ANSWERS:
+        raise GrazeError(code, said)
     campaign = Campaign(archive)
-    campaign.answer = ANSWERS[done.returncode]
-    campaign.messages = (done.stderr or "").strip()
+    campaign.answer = ANSWERS[code]
+    campaign.messages = said
     return campaign
+
+
+def _call(words: Sequence[str], quiet: bool) -> Tuple[int, str]:
+    """The exit code, and what was said on standard error. Without `quiet` a terminal shows that itself; elsewhere, as in a
+    notebook, each line is passed on to sys.stderr."""
+    if not quiet and sys.stderr is sys.__stderr__ and sys.stderr.isatty():
+        return subprocess.run(words, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL).returncode, ""
+    lines = []
+    with subprocess.Popen(words, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
+                          errors="replace") as process:
+        try:
+            for line in process.stderr or ():
+                lines.append(line)
+                if not quiet:
+                    print(line, end="", file=sys.stderr, flush=True)
+        except BaseException:  # interrupted; the program writes down what it has, for `graze resume`
+            process.terminate()
+            raise
+    return process.returncode, "".join(lines).strip()
 
 
 def as_yaml(value: object) -> str:
