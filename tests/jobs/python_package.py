@@ -45,8 +45,15 @@ class PackageTest(unittest.TestCase):
     def tearDownClass(cls):
         shutil.rmtree(cls.folder)
 
+    def test_answer_is_that_of_the_questions(self):
+        for question, answer in (("ci < 0.9", "held"), ("ci < 0.001", "open")):
+            asked = graze.run("pendulum", 16, until=question, output=self.folder / "asked.graze", force=True)
+            self.assertEqual(asked.answer, answer, question)
+        with self.assertRaisesRegex(TypeError, "set: a map of paths to values is meant"):
+            graze.run("pendulum", 1, set=["time.end=1 s"], output=self.folder / "none.graze")
+
     def test_counts_are_those_of_score(self):
-        self.assertEqual((self.first.answer, self.first.particles), ("done", 8))
+        self.assertEqual((self.first.answer, self.first.particles), (None, 8))
         score = json.loads(program("score", str(self.directory), "--json"))
         told = {one["policy"]: one for one in score["policies"]}
         counts = self.campaign.counts()

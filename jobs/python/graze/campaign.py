@@ -31,7 +31,7 @@ class Campaign:
     It reads what its files say. Whether they are whole, and whether a stranger's file is harmless, `graze verify` tells.
     """
 
-    answer: Optional[str] = None    # of graze.run: "done", or what became of `until`
+    answer: Optional[str] = None    # of graze.run with `until`: "held", "refuted" or "open"
     messages: Optional[str] = None  # of graze.run: what the program said, its warnings
 
     def __init__(self, path: Union[str, "os.PathLike[str]"]):

@@ -15,7 +15,7 @@ from .controllers import Policies, WrittenPolicies, needs_trust, policies_folder
 from .errors import GrazeError
 from .shipped import PathLike
 
-ANSWERS = {0: "done", 1: "a question of `until` was refuted", 4: "`until` is open"}  # exit codes that come with a campaign
+ANSWERS = {0: "held", 1: "refuted", 4: "open"}  # what becomes of `until`, by the exit codes that come with a campaign
 
 
 def find_program(program: Optional[PathLike] = None) -> str:
@@ -45,7 +45,8 @@ def run(scenario: PathLike, n: Optional[int] = None, *, output: Optional[PathLik
     policies   names or globs of those that are run; default: all
     set        values of the scenario by path: {"time.end": "2 s", "contact.friction": 0.8}
     telemetry  "none", "failures", "last" or "all"; every: physics steps between frames
-    until      questions that end it: "p >= 0.95". Campaign.answer tells what came of them
+    until      questions that end it: "p >= 0.95". Campaign.answer tells what came of them: "held" (all do), "refuted"
+               (one is), "open" (n particles did not answer one); None without questions
     trust      controllers that the scenario names may run: code with your rights. Those of `policy` may
     force      an existing archive is replaced
     quiet      False: progress goes to standard error, in a notebook into the cell's output
@@ -63,12 +64,14 @@ def run(scenario: PathLike, n: Optional[int] = None, *, output: Optional[PathLik
     for option, values in (("--policy", policies), ("--until", until)):
         for value in [values] if isinstance(values, str) else values:
             words += [option, value]
+    if set is not None and not isinstance(set, Mapping):
+        raise TypeError(f"set: a map of paths to values is meant, {{'time.end': '2 s'}}, not {type(set).__name__}")
     with _policies(policy, archive) as written:
         for path, value in overrides(set, written):
             words += ["--set", f"{path}={value}"]
         trusted = needs_trust(written, trust) if written else trust
         words += [option for option, on in (("--trust", trusted), ("--force", force), ("--quiet", quiet)) if on]
-        return _run([*words, *options], archive, quiet)
+        return _run([*words, *options], archive, quiet, bool(until))
 
 
 def overrides(set: Optional[Mapping[str, object]], written: Optional[WrittenPolicies]) -> List[Tuple[str, str]]:
@@ -89,12 +92,12 @@ def _policies(policy: Optional[Policies], archive: pathlib.Path) -> Iterator[Opt
         raise
 
 
-def _run(words: Sequence[str], archive: pathlib.Path, quiet: bool) -> Campaign:
+def _run(words: Sequence[str], archive: pathlib.Path, quiet: bool, asked: bool) -> Campaign:
     code, said = _call(words, quiet)
     if code not in ANSWERS:
         raise GrazeError(code, said)
     campaign = Campaign(archive)
-    campaign.answer = ANSWERS[code]
+    campaign.answer = ANSWERS[code] if asked else None
     campaign.messages = said
     return campaign
 
