@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace graze {
 namespace {
@@ -37,6 +38,96 @@ Eigen::VectorXd short_of_aim(const DesignPoint& at) {
 
 Eigen::MatrixXd scaled(const DesignPoint& at) { return at.scales.cwiseInverse().asDiagonal() * at.slopes->J; }
 
+/// Projects a change of the variables `free`, all others at rest, onto those that leave every total.
+void leave_totals(const std::vector<StepTotal>& totals, const std::vector<char>& free, Eigen::MatrixXd& change) {
+  for (const StepTotal& total : totals) {
+    Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(change.cols());
+    double squares = 0;
+    for (std::size_t k = 0; k < total.variables.size(); ++k) {
+      if (!free[static_cast<std::size_t>(total.variables[k])]) continue;
+      sum += total.weights[k] * change.row(total.variables[k]);
+      squares += total.weights[k] * total.weights[k];
+    }
+    for (std::size_t k = 0; k < total.variables.size(); ++k) {
+      if (!free[static_cast<std::size_t>(total.variables[k])]) continue;
+      change.row(total.variables[k]) -= total.weights[k] / squares * sum;
+    }
+  }
+}
+
+/// What of a change can be made before a variable comes to a bound; those that do are free no longer.
+double way_to_bounds(const Eigen::VectorXd& x, const Eigen::VectorXd& change, std::vector<char>& free) {
+  Eigen::VectorXd part = Eigen::VectorXd::Constant(x.size(), std::numeric_limits<double>::infinity());
+  for (Eigen::Index i = 0; i < x.size(); ++i) {
+    if (change[i] != 0) part[i] = std::max(0.0, ((change[i] > 0 ? 1 : 0) - x[i]) / change[i]);
+  }
+  const double least = part.minCoeff();
+  if (least >= 1) return 1;
+  for (Eigen::Index i = 0; i < x.size(); ++i) {
+    if (part[i] <= least) free[static_cast<std::size_t>(i)] = false;
+  }
+  return least;
+}
+
+/// plain_step() with totals.
+Eigen::VectorXd plain_step_within(const DesignPoint& at, double alpha) {
+  const Eigen::MatrixXd all = scaled(at);
+  const Eigen::VectorXd wanted = short_of_aim(at);
+  std::vector<Eigen::Index> rows;
+  for (Eigen::Index k = 0; k < all.rows(); ++k) {
+    if (at.margins[k] < 0) rows.push_back(k);
+  }
+  std::vector<char> free(static_cast<std::size_t>(all.cols()), true);
+  Eigen::VectorXd step = Eigen::VectorXd::Zero(all.cols());
+  for (Eigen::Index round = 0; round < all.cols() && !rows.empty(); ++round) {
+    Eigen::MatrixXd slopes = all(rows, Eigen::all).transpose();  // [variable][limit]: P is its own transpose
+    for (Eigen::Index i = 0; i < all.cols(); ++i) {
+      if (!free[static_cast<std::size_t>(i)]) slopes.row(i).setZero();
+    }
+    leave_totals(at.totals, free, slopes);
+    const Eigen::VectorXd rest = alpha * wanted(rows) - all(rows, Eigen::all) * step;
+    Eigen::MatrixXd change = slopes.transpose().completeOrthogonalDecomposition().solve(rest);
+    leave_totals(at.totals, free, change);  // but for rounding it does
+    const double part = way_to_bounds(at.x + step, change, free);
+    step += part * change;
+    if (part == 1) break;
+  }
+  return step;
+}
+
+/// What damped_step() changes, and what all limits lack with it.
+struct Descent {
+  Eigen::MatrixXd J;
+  Eigen::VectorXd lacks, step, low, high;
+  double weight = 0;
+};
+
+/// Moves two variables of a total against each other to where the function is least. Returns the larger change.
+double descend_pair(Descent& at, Eigen::Index i, double weight_i, Eigen::Index j, double weight_j) {
+  const double size = std::hypot(weight_i, weight_j), a = weight_j / size, b = -weight_i / size;
+  const Eigen::VectorXd along = a * at.J.col(i) + b * at.J.col(j);
+  const double slope = at.weight * (a * at.step[i] + b * at.step[j]) - along.dot(at.lacks.cwiseMax(0));
+  double by = -slope / (along.squaredNorm() + at.weight);
+  for (const auto& [k, part] : {std::pair(i, a), std::pair(j, b)}) {
+    const double down = (at.low[k] - at.step[k]) / part, up = (at.high[k] - at.step[k]) / part;
+    by = std::clamp(by, std::min({down, up, 0.0}), std::max({down, up, 0.0}));
+  }
+  at.step[i] += by * a, at.step[j] += by * b;
+  at.lacks -= by * along;
+  return std::abs(by);
+}
+
+double descend_total(Descent& at, const StepTotal& total) {
+  double changed = 0;
+  for (std::size_t k = 0; k < total.variables.size(); ++k) {
+    for (std::size_t l = 0; l < k; ++l) {
+      const double by = descend_pair(at, total.variables[k], total.weights[k], total.variables[l], total.weights[l]);
+      changed = std::max(changed, by);
+    }
+  }
+  return changed;
+}
+
 }  // namespace
 
 LimitSlopes slopes(const std::vector<double>& here, const std::vector<Beside>& beside,
@@ -58,6 +149,7 @@ LimitSlopes slopes(const std::vector<double>& here, const std::vector<Beside>& b
 }
 
 Eigen::VectorXd plain_step(const DesignPoint& at, double alpha) {
+  if (!at.totals.empty()) return plain_step_within(at, alpha);
   const Eigen::MatrixXd all = scaled(at);
   const Eigen::VectorXd wanted = short_of_aim(at);
   std::vector<Eigen::Index> rows, free;
@@ -90,25 +182,33 @@ Eigen::VectorXd plain_step(const DesignPoint& at, double alpha) {
 }
 
 Eigen::VectorXd damped_step(const DesignPoint& at, double radius, double weight) {
-  const Eigen::MatrixXd J = scaled(at);
-  Eigen::VectorXd lacks = short_of_aim(at);  // kept up with the step
-  Eigen::VectorXd step = Eigen::VectorXd::Zero(J.cols());
+  Descent now{scaled(at),
+              short_of_aim(at),
+              Eigen::VectorXd::Zero(at.x.size()),
+              (-at.x).cwiseMax(-radius),
+              (1 - at.x.array()).cwiseMin(radius).matrix(),
+              weight};
+  std::vector<char> single(static_cast<std::size_t>(at.x.size()), true);
+  for (const StepTotal& total : at.totals) {
+    for (const Eigen::Index i : total.variables) single[static_cast<std::size_t>(i)] = false;
+  }
   // Of all limits, also of those that hold: then no step goes beyond the least of the function along a variable.
-  const Eigen::VectorXd curvature = J.colwise().squaredNorm().transpose().array() + weight;
+  const Eigen::VectorXd curvature = now.J.colwise().squaredNorm().transpose().array() + weight;
   for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
     double changed = 0;
-    for (Eigen::Index i = 0; i < J.cols(); ++i) {
-      const double slope = weight * step[i] - J.col(i).dot(lacks.cwiseMax(0));
-      const double low = std::max(-radius, -at.x[i]), high = std::min(radius, 1 - at.x[i]);
-      const double to = std::clamp(step[i] - slope / curvature[i], low, high), by = to - step[i];
+    for (Eigen::Index i = 0; i < now.J.cols(); ++i) {
+      if (!single[static_cast<std::size_t>(i)]) continue;
+      const double slope = weight * now.step[i] - now.J.col(i).dot(now.lacks.cwiseMax(0));
+      const double to = std::clamp(now.step[i] - slope / curvature[i], now.low[i], now.high[i]), by = to - now.step[i];
       if (by == 0) continue;
-      step[i] = to;
-      lacks -= by * J.col(i);
+      now.step[i] = to;
+      now.lacks -= by * now.J.col(i);
       changed = std::max(changed, std::abs(by));
     }
+    for (const StepTotal& total : at.totals) changed = std::max(changed, descend_total(now, total));
     if (changed < kSettled) break;
   }
-  return step;
+  return now.step;
 }
 
 double lack(const Eigen::VectorXd& margins, const Eigen::VectorXd& scales) {

@@ -38,24 +38,33 @@ inline constexpr double kSmooth = 0.2;
 LimitSlopes slopes(const std::vector<double>& here, const std::vector<Beside>& beside,
                    const std::vector<double>& scales);
 
+/// A sum that no step changes: that of weights[k] x[variables[k]]. No variable is in two of them; no weight is 0.
+struct StepTotal {
+  std::vector<Eigen::Index> variables;
+  std::vector<double> weights;
+};
+
 /// A design and what is known of it.
 struct DesignPoint {
   Eigen::VectorXd x;        // [variable], each within 0 and 1
   Eigen::VectorXd margins;  // [limit]
   Eigen::VectorXd scales;   // [limit], > 0
   const LimitSlopes* slopes = nullptr;
+  std::vector<StepTotal> totals = {};
 };
 
 /// What a limit is brought to, as a share of its scale: a little above 0, which steps of a part of the way never reach.
 inline constexpr double kAim = 0.05;
 
 /// -alpha J^+ l over the limits that are violated (Algorithm 2), within the bounds: a variable that would leave them
-/// stops there, and the others take over its part.
+/// stops there, and the others take over its part. With totals: the shortest of the changes that leave them, (J P)^+ in
+/// place of J^+ with P the projection onto these; it goes as far as the next bound, and on without that variable.
 Eigen::VectorXd plain_step(const DesignPoint& at, double alpha);
 
 /// The change d with |d_i| <= radius, within the bounds, that minimises the sum of squares of what all limits would
 /// lack (in their scales, by their slopes) plus `weight` |d|^2. Limits that hold now and would not then count, too. By
-/// coordinate descent: the function is convex and has a continuous slope.
+/// coordinate descent: the function is convex and has a continuous slope. Variables of a total move in pairs, one up
+/// and one down: whatever change leaves the total is a sum of such ones that go the same ways.
 Eigen::VectorXd damped_step(const DesignPoint& at, double radius, double weight = 1e-3);
 
 /// What limits lack: the sum over limits of max(0, -margin) in their scales. Limits of unknown margin count as holding.

@@ -67,9 +67,10 @@ std::vector<Component> contact_models() {
 std::vector<Component> sections() {
   std::vector<Component> out;
   for (const char* name :
-       {"scenario",    "robot",     "hull",    "initial", "object",          "contact",    "pair",     "disturbance",
-        "time",        "actuators", "control", "spread",  "jitter",          "correlated", "sampling", "task",
-        "requirement", "record",    "phases",  "design",  "design_variable", "design_task"}) {
+       {"scenario",     "robot",      "hull",        "initial", "object", "contact", "pair",
+        "disturbance",  "time",       "actuators",   "control", "spread", "jitter",  "correlated",
+        "sampling",     "task",       "requirement", "record",  "phases", "design",  "design_variable",
+        "design_total", "design_task"}) {
     out.push_back({name, section_of(name), {}});
   }
   return out;

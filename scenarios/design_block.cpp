@@ -81,6 +81,7 @@ class DesignReader {
     if (out_.variables.empty())
       own.at("variables").fail("names no variable; e.g. shin: {of: robot.link.*_SHIN.length, within: [5 cm, 15 cm]}");
     refuse_mass_and_density(own.at("variables"));
+    if (const auto fixed = own.find("fixed")) out_.fixed = read_totals(*fixed, out_.variables);
     read_limits(own);
     if (const auto task = own.find("task")) read_levels(*task);
     if (const auto window = own.find_number("window")) out_.window = *window;

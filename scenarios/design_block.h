@@ -9,6 +9,7 @@
 
 #include "engine/model/fabrication.h"
 #include "engine/settings/settings.h"
+#include "scenarios/design_totals.h"
 #include "scenarios/task.h"
 
 namespace graze {
@@ -28,6 +29,7 @@ struct DesignVariable {
 /// What `graze improve` is asked.
 struct DesignBlock {
   std::vector<DesignVariable> variables;
+  std::vector<FixedTotal> fixed;                            // sums that no step changes
   std::vector<int> limits;                                  // indices of Task::requirements
   bool objective = false;                                   // its margin is a limit, too
   std::string task_path;                                    // of a setting of the scenario; empty: one task

@@ -57,6 +57,10 @@ Description design() {
   return {
       "what `graze improve` may change so that limits hold",
       {{"variables", {Form::section("design_variables")}, Default::required(), "numbers of the design by name"},
+       {"fixed",
+        {Form::sections(-1, "design_total", "[{sum: [GLOB, …]}, …]")},
+        {},
+        "sums of variables, by their names, that no step changes: the length of a leg, the robot's mass"},
        {"limits",
         {Form::texts(-1, "GLOB"), Form::text("GLOB")},
         Default::words("all requirements, and `objective`"),
@@ -79,6 +83,16 @@ Description design_variable() {
            {"factor", {Form::numbers(2)}, {}, "instead of `within`: bounds as multiples of its value"},
            {"step", {Form::drawn()}, Default::words("a thousandth from bound to bound"), "of differences"}},
           {{"within", "factor"}}};
+}
+
+Description design_total() {
+  return {
+      "a sum of design variables that stays",
+      {{"sum",
+        {Form::texts(-1, "GLOB"), Form::text("GLOB")},
+        Default::required(),
+        "names of variables: of all the numbers that they stand for the sum stays what it is; a variable belongs to "
+        "one sum at most"}}};
 }
 
 Description design_task() {
@@ -374,6 +388,7 @@ const std::map<std::string, Description>& scenario_sections() {
       {"task", task()},
       {"design", design()},
       {"design_variable", design_variable()},
+      {"design_total", design_total()},
       {"design_task", design_task()},
       {"requirement", requirement_description()},
       {"predicate", predicate_description()},

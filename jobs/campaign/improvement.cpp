@@ -13,12 +13,13 @@ namespace graze {
 namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-constexpr double kLeastSize = 1e-3;  // of alpha or radius: a smaller step is none
-constexpr double kMostRadius = 0.5;  // of the way from bound to bound
-constexpr double kBetter = 1e-6;     // share of the lack by which a step must improve it
-constexpr double kFiner = 0.1;       // of the differences, where the first ones met a kink
-constexpr double kUndone = 0.25;     // of an earlier change: less is no revert
-constexpr double kFlat = 1e-9;       // of a limit's scale over the whole way: the variable does not move it
+constexpr double kLeastSize = 1e-3;   // of alpha or radius: a smaller step is none
+constexpr double kMostRadius = 0.5;   // of the way from bound to bound
+constexpr double kBetter = 1e-6;      // share of the lack by which a step must improve it
+constexpr double kFiner = 0.1;        // of the differences, where the first ones met a kink
+constexpr double kUndone = 0.25;      // of an earlier change: less is no revert
+constexpr double kTotalStays = 1e-5;  // of a fixed total: what people type has few digits
+constexpr double kFlat = 1e-9;        // of a limit's scale over the whole way: the variable does not move it
 
 Eigen::VectorXd vector_of(const std::vector<double>& values) {
   return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
@@ -230,7 +231,16 @@ void Improvement::check_moved(const DesignMargins& now, const LimitSlopes& slope
 }
 
 DesignPoint Improvement::point(const Suggestion& at) const {
-  return {shares(state_.design), vector_of(at.now.margins), vector_of(state_.scales), &at.slopes};
+  DesignPoint out{shares(state_.design), vector_of(at.now.margins), vector_of(state_.scales), &at.slopes};
+  for (const FixedTotal& total : robots_.block().fixed) {
+    StepTotal& added = out.totals.emplace_back();
+    for (std::size_t k = 0; k < total.variables.size(); ++k) {
+      const DesignVariable& one = robots_.block().variables[static_cast<std::size_t>(total.variables[k])];
+      added.variables.push_back(total.variables[k]);
+      added.weights.push_back(total.weights[k] * (one.upper - one.lower));
+    }
+  }
+  return out;
 }
 
 Eigen::VectorXd Improvement::change_of(const DesignPoint& at, double size) const {
@@ -275,6 +285,8 @@ std::vector<double> Improvement::predict(const Suggestion& at, const Eigen::Vect
 
 bool Improvement::take(const Suggestion& at, const Eigen::VectorXd& change, std::string& why) {
   const DesignValues next = changed(change);
+  why = broken_total(next);
+  if (!why.empty()) return false;
   const DesignMargins after = std::move(try_designs(robots_, {next}, question(at.from, at.to)).front());
   if (!after.made) {
     why = after.problem;
@@ -282,6 +294,25 @@ bool Improvement::take(const Suggestion& at, const Eigen::VectorXd& change, std:
   }
   note(at, after, next, at.size, {});
   return true;
+}
+
+/// "front_thigh + front_shin would change from 0.212 to 0.2 m; …", of a fixed total; empty: none is changed.
+std::string Improvement::broken_total(const DesignValues& next) const {
+  for (const FixedTotal& total : robots_.block().fixed) {
+    const double now = total_at(total, state_.design), then = total_at(total, next);
+    double size = 0;
+    for (std::size_t k = 0; k < total.variables.size(); ++k) {
+      size += std::abs(total.weights[k] * next[static_cast<std::size_t>(total.variables[k])]);
+    }
+    if (std::abs(then - now) <= kTotalStays * size) continue;
+    const DesignVariable& first = robots_.block().variables[static_cast<std::size_t>(total.variables.front())];
+    return fmt::format(
+        "design.fixed: the sum of {} would change from {:.6g} to {:.6g}{}; 'set' another of them so that "
+        "it stays, or 'reset'",
+        total_name(total, robots_.block().variables), now / first.scale, then / first.scale,
+        first.unit.empty() ? "" : " " + first.unit);
+  }
+  return "";
 }
 
 void Improvement::roll_back(std::size_t count) {

@@ -112,8 +112,8 @@ class Improvement {
   std::optional<Suggestion> suggest();
   /// Margins of all limits after a change, by the slopes; NaN where they are not known.
   std::vector<double> predict(const Suggestion& at, const Eigen::VectorXd& change) const;
-  /// Makes a change, within the bounds, whether it helps or not. False: that design cannot be simulated, for which
-  /// `why` has the reason, and nothing is changed.
+  /// Makes a change, within the bounds, whether it helps or not. False: that design cannot be simulated, or it changes
+  /// a fixed total, for which `why` has the reason, and nothing is changed.
   bool take(const Suggestion& at, const Eigen::VectorXd& change, std::string& why);
   /// Undoes the last `count` steps, and the levels that were reached with them. Throws std::out_of_range.
   void roll_back(std::size_t count);
@@ -134,6 +134,7 @@ class Improvement {
   bool try_steps(const Suggestion& at);
   void note(const Suggestion& at, const DesignMargins& after, const DesignValues& next, double size,
             std::vector<RefusedStep> refused);
+  std::string broken_total(const DesignValues& next) const;
   std::string kinks_of(const DesignMargins& now, const LimitSlopes& slopes) const;
   bool stuck(const std::string& why);
   TrialQuestion question(double from, double to) const;

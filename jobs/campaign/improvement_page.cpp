@@ -367,6 +367,12 @@ Json session_section(const Redesign& redesign) {
                           : fmt::format("the {:g} % quantile of {}", 100 * redesign.scenario.redesign->quantile,
                                         counted(options.particles.size(), "particle", "particles")));
   tell("Seed", fmt::format("{}", redesign.question.seed));
+  for (const FixedTotal& total : redesign.scenario.redesign->fixed) {
+    const DesignVariable& first = redesign.scenario.redesign->variables[static_cast<std::size_t>(total.variables[0])];
+    tell("Stays", fmt::format("{} ({:.4g}{} over all that they stand for)",
+                              total_name(total, redesign.scenario.redesign->variables),
+                              total_at(total, redesign.improved) / first.scale, unit_behind(first.unit)));
+  }
   tell("Kinks met", fmt::format("{}", kinks));
   for (std::size_t k = 0; k < redesign.state.steps.size(); ++k) {
     for (const Revert& one : redesign.state.steps[k].reverts) {

@@ -68,6 +68,11 @@ std::string failed_words(const Redesign& redesign) {
                      limit_names(redesign.scenario).size(), first_few(violated));
 }
 
+/// Design steps that the improved robot has: those for a task that was not done are not in it, unless none was done.
+std::size_t steps_made(const ImproveState& state) {
+  return state.reached.empty() ? state.steps.size() : state.reached.back().steps;
+}
+
 std::string changed_words(const Redesign& redesign) {
   const DesignBlock& block = *redesign.scenario.redesign;
   std::size_t refused = redesign.state.refused.size();
@@ -87,9 +92,9 @@ std::string changed_words(const Redesign& redesign) {
     parts.push_back(fmt::format("{} from {:.4g} to {:.4g}{}", one.name, one.nominal / one.scale,
                                 redesign.improved[i] / one.scale, unit_behind(one.unit)));
   }
-  const std::string steps =
-      fmt::format("{} design step{} ({} proposal{} rolled back)", redesign.state.steps.size(),
-                  redesign.state.steps.size() == 1 ? "" : "s", refused, refused == 1 ? " was" : "s were");
+  const std::size_t made = steps_made(redesign.state);
+  const std::string steps = fmt::format("{} design step{} ({} proposal{} rolled back)", made, made == 1 ? "" : "s",
+                                        refused, refused == 1 ? " was" : "s were");
   if (parts.empty()) return fmt::format("{} changed no variable by half a percent of its way.", steps);
   return fmt::format("{} changed {} of {} variables by more than half a percent of their ways; most of all {}.", steps,
                      parts.size(), block.variables.size(), first_few(parts));
@@ -121,6 +126,10 @@ std::string now_words(const Redesign& redesign) {
     out += fmt::format(". In {} every limit holds{}", task, tightest_words(redesign));
   } else {
     out += fmt::format(". In {} the nominal robot violates {}", task, first_few(violated));
+  }
+  if (const std::size_t more = state.steps.size() - steps_made(state); more > 0) {
+    out += fmt::format(". {} more design step{} made for a task that was not done, and {} not in it", more,
+                       more == 1 ? " was" : "s were", more == 1 ? "is" : "are");
   }
   if (state.end == ImproveEnd::stuck) {
     out += fmt::format(". The session is stuck in {}: {}", task_words(block, state.level), state.why);

@@ -206,7 +206,7 @@ bool answer(Improvement& session, const Suggestion& at, StepQuestion& question, 
     std::string why;
     if (question.change.isZero(0)) throw InputError("accept: the step changes nothing; 'reset' has the suggestion");
     if (session.take(at, question.change, why)) return true;
-    throw InputError("accept: this design cannot be simulated: " + why);
+    throw InputError("accept: this design cannot be: " + why);
   }
   if (word == "back") {
     session.roll_back(steps_back(words, session.state().steps.size()));

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <limits>
+#include <random>
 
 namespace graze {
 namespace {
@@ -96,6 +97,82 @@ TEST(Redesign, DampedStepKeepsWhatHolds) {
   EXPECT_LT(plain[1], 0);
   EXPECT_GT(damped[0], 0);
   EXPECT_GT(damped[1], 0);
+}
+
+// With a total the plain step is the shortest that leaves it: along the slope's part that leaves it, (-1, 1, 2) / 2.
+TEST(Redesign, PlainStepLeavesTotals) {
+  Eigen::MatrixXd J(1, 3);
+  J << 3, 4, 1;
+  const LimitSlopes found = exact(J);
+  DesignPoint at{vec({0.5, 0.5, 0.5}), vec({-0.1}), vec({1}), &found, {{{0, 1}, {1, 1}}}};
+  const Vector step = plain_step(at, 0.5);
+  const double length = 0.5 * (0.1 + kAim) / 1.5;
+  EXPECT_NEAR(step[0], -0.5 * length, 1e-12);
+  EXPECT_NEAR(step[1], 0.5 * length, 1e-12);
+  EXPECT_NEAR(step[2], 1 * length, 1e-12);
+}
+
+// A variable that comes to its bound stops there with its partner, and the third one does the rest.
+TEST(Redesign, PlainStepLeavesTotalsAtBounds) {
+  Eigen::MatrixXd J(1, 3);
+  J << 1, 0, 0.5;
+  const LimitSlopes found = exact(J);
+  DesignPoint at{vec({0.95, 0.5, 0.2}), vec({-0.2}), vec({1}), &found, {{{0, 1}, {1, 2}}}};
+  const Vector step = plain_step(at, 1);
+  EXPECT_NEAR(step[0], 0.05, 1e-12);
+  EXPECT_NEAR(step[0] + 2 * step[1], 0, 1e-12);
+  EXPECT_NEAR((J * step)[0], 0.2 + kAim, 1e-12);
+  EXPECT_LE((at.x + step).maxCoeff(), 1 + 1e-12);
+  at.totals = {{{0, 1, 2}, {1, 1, 1}}};
+  at.x = vec({1, 0, 0});
+  EXPECT_NEAR(plain_step(at, 1).norm(), 0, 1e-12) << "whatever helps would change the total or leave the bounds";
+}
+
+// The damped step with totals: with one limit far inside the radius it is in closed form; else no feasible change near
+// it has a lesser value, it keeps the totals and stays within radius and bounds.
+TEST(Redesign, DampedStepLeavesTotals) {
+  Eigen::MatrixXd one(1, 3);
+  one << 3, 4, 1;
+  const LimitSlopes slope = exact(one);
+  const DesignPoint simple{vec({0.5, 0.5, 0.5}), vec({-0.1}), vec({1}), &slope, {{{0, 1}, {1, 1}}}};
+  const double length = (0.1 + kAim) / (1.5 + 0.5);
+  EXPECT_NEAR((damped_step(simple, 0.4, 0.5) - length * vec({-0.5, 0.5, 1})).norm(), 0, 1e-9);
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> any(-1, 1);
+  const auto drawn = [&](Eigen::Index rows, Eigen::Index columns) {
+    return Eigen::MatrixXd(Eigen::MatrixXd::NullaryExpr(rows, columns, [&] { return any(random); }));
+  };
+  for (int trial = 0; trial < 20; ++trial) {
+    const LimitSlopes found = exact(drawn(4, 6));
+    const DesignPoint at{(0.5 * (drawn(6, 1).array() + 1)).matrix(),
+                         drawn(4, 1),
+                         vec({1, 1, 1, 1}),
+                         &found,
+                         {{{0, 2, 4}, {1, 2, -0.5}}, {{1, 5}, {1, 3}}}};
+    const double radius = 0.2, weight = 1e-2;
+    const auto sum = [](const StepTotal& total, const Vector& d) {
+      double out = 0;
+      for (std::size_t k = 0; k < total.variables.size(); ++k) out += total.weights[k] * d[total.variables[k]];
+      return out;
+    };
+    const auto value = [&](const Vector& d) {
+      return ((kAim - at.margins.array()).matrix() - found.J * d).cwiseMax(0).squaredNorm() + weight * d.squaredNorm();
+    };
+    const auto fits = [&](const Vector& d) {
+      return d.cwiseAbs().maxCoeff() <= radius && (at.x + d).minCoeff() >= 0 && (at.x + d).maxCoeff() <= 1;
+    };
+    const Vector step = damped_step(at, radius, weight);
+    for (const StepTotal& total : at.totals) EXPECT_NEAR(sum(total, step), 0, 1e-12);
+    EXPECT_TRUE(fits(step * (1 - 1e-12)));
+    for (int k = 0; k < 200; ++k) {
+      Vector beside = 1e-3 * drawn(6, 1);
+      for (const StepTotal& total : at.totals) {  // the first of each makes up for the others
+        beside[total.variables[0]] -= sum(total, beside) / total.weights[0];
+      }
+      if (!fits(step + beside)) continue;
+      EXPECT_GE(value(step + beside), value(step) - 1e-10);
+    }
+  }
 }
 
 TEST(Redesign, LackCountsViolationsInTheirScales) { EXPECT_DOUBLE_EQ(lack(vec({-1, 3, -2}), vec({2, 1, 4})), 1); }

@@ -160,6 +160,9 @@ TEST_F(ImprovePage, TellsItInWords) {
   EXPECT_THAT(words.now, AllOf(HasSubstr("does 1 of 3 tasks"), HasSubstr("slow with 0.2 rad/s to spare"),
                                HasSubstr("stuck in task 2 of 3"), HasSubstr("nothing helps")));
   EXPECT_THAT(words.verdict, HasSubstr("No particles were run"));
+  redesign.state.reached[0].steps = 0;
+  EXPECT_THAT(redesign_words(redesign).now,
+              HasSubstr("1 more design step was made for a task that was not done, and is not in it"));
   PolicyComparison pair;
   pair.n_a = pair.n_b = 200, pair.success_a = 10, pair.success_b = 16;
   pair.difference = 0.03, pair.interval = {-0.005, 0.07}, pair.p_value = 0.07;

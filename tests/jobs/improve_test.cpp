@@ -295,6 +295,40 @@ TEST_F(Improve, TasksAreReadLikeScenarios) {
   EXPECT_EQ(graze("improve swing.yaml" + outside).code, 2);
 }
 
+// Fixed totals stay at every step, whatever the rule, while limits get better; the length of each leg, and the mass of
+// all of them. An answer that would change one is refused.
+TEST_F(Improve, KeepsFixedTotals) {
+  testing::write_file(folder / "swing.yaml", "include: " + testing::data("scenarios/quadruped_design.yaml") +
+                                                 "\ntime: {end: 0.6 s}\ndesign:\n  fixed: [{sum: [front_thigh, "
+                                                 "front_shin]}, {sum: [hind_thigh, hind_shin]}, {sum: '*_mass'}]\n");
+  for (const std::string rule : {"plain", "damped"}) {
+    const Json session = history("--max-steps 3 --step " + rule + " -o " + rule, 4);
+    std::vector<std::size_t> front, masses;
+    for (std::size_t i = 0; i < session["variables"].size(); ++i) {
+      const std::string name = session["variables"][i]["name"];
+      if (name == "front_thigh" || name == "front_shin") front.push_back(i);
+      if (name.ends_with("_mass")) masses.push_back(i);
+    }
+    ASSERT_EQ(front.size(), 2u);
+    ASSERT_EQ(masses.size(), 6u);
+    const auto sum = [](const Json& design, const std::vector<std::size_t>& of) {
+      double out = 0;
+      for (const std::size_t i : of) out += design[i].get<double>();
+      return out;
+    };
+    ASSERT_EQ(session["state"]["steps"].size(), 3u);
+    for (const Json& step : session["state"]["steps"]) {
+      EXPECT_NEAR(sum(step["after"], front), 0.212, 1e-12);
+      EXPECT_NEAR(sum(step["after"], masses), sum(step["before"], masses), 1e-13);
+      EXPECT_NE(step["after"][front[0]], step["before"][front[0]]);
+      EXPECT_LT(step["lack_after"].get<double>(), step["lack_before"].get<double>());
+    }
+  }
+  testing::write_file(folder / "answers.txt", "set front_shin 12 cm\naccept\n");
+  EXPECT_THAT(graze("improve swing.yaml --answers answers.txt -o asked").err,
+              HasSubstr("the sum of front_thigh + front_shin would change from 0.424"));
+}
+
 TEST_F(Improve, RefusesWhatItCannotDo) {
   const auto refused = [&](const std::string& options) {
     const testing::Result run = graze("improve swing.yaml " + options);

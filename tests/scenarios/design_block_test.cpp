@@ -42,6 +42,31 @@ TEST(DesignBlock, SymmetriesAreOneVariable) {
   EXPECT_DOUBLE_EQ(feet.step, 1e-4);
 }
 
+// A sum counts every number that its variables stand for: a body and four shins.
+TEST(DesignBlock, FixedTotals) {
+  const std::string masses =
+      "a: {of: robot.link.BODY0.mass, within: [0.8 kg, 2 kg]}, b: {of: robot.link.*_LEG_3.mass, factor: [0.5, 2]}, "
+      "c: {of: robot.link.*_LEG_2.length, factor: [0.5, 2]}";
+  const Scenario scenario = with_design("{variables: {" + masses + "}, fixed: [{sum: [a, b]}]}");
+  ASSERT_TRUE(scenario.redesign) << scenario.redesign_problem;
+  const DesignBlock& block = *scenario.redesign;
+  ASSERT_EQ(block.fixed.size(), 1u);
+  EXPECT_EQ(block.fixed[0].variables, (std::vector<int>{0, 1}));
+  EXPECT_EQ(block.fixed[0].weights[0], 1);
+  EXPECT_NEAR(block.fixed[0].weights[1], 4, 1e-9);
+  EXPECT_NEAR(total_at(block.fixed[0], {1, 0.5, 7}), 3, 1e-9);
+  EXPECT_EQ(total_name(block.fixed[0], block.variables), "a + b");
+  const auto refused = [&](const std::string& fixed) {
+    return refusal("{variables: {" + masses + "}, fixed: " + fixed + "}");
+  };
+  EXPECT_THAT(refused("[{sum: [a, bb]}]"), HasSubstr("bb: no design variable of that name; nearest: b"));
+  EXPECT_THAT(refused("[{sum: a}]"), HasSubstr("'a' alone could not change any more"));
+  EXPECT_THAT(refused("[{sum: [a, c]}]"), HasSubstr("'a' is in kg and 'c' in m: they have no sum"));
+  EXPECT_THAT(refused("[{sum: [a, b]}, {sum: [b, c]}]"), HasSubstr("'b' is in another sum already"));
+  EXPECT_THAT(refused("[{sums: [a, b]}]"), HasSubstr("sum"));
+  EXPECT_THAT(refused("{sum: [a, b]}"), HasSubstr("list"));
+}
+
 // All requirements, no measures, and the objective, unless limits are chosen.
 TEST(DesignBlock, LimitsAreTheRequirements) {
   const std::string variable = "variables: {kp: {of: policies.trot.control.operational_pd.kp, factor: [0.5, 2]}}";
