@@ -163,16 +163,15 @@ struct BlockRun::Impl final : TraceSaver {
   }
 
   void check_control_step(int lane) const {
-    const std::uint32_t step = lanes[lane].step;
-    if (step % per_control == 0) return;
-    throw SavedTraceError(
-        fmt::format("a trace is saved at a control step, one in {} steps; step {} is none", per_control, step));
+    if (lanes[lane].step % per_control == 0) return;
+    throw SavedTraceError(fmt::format("a trace is saved at a control step, one in {} steps; step {} is none",
+                                      per_control, lanes[lane].step));
   }
 
   [[noreturn]] void fail_lane(int lane, const std::logic_error& error) const {
     const std::uint32_t id = lanes[lane].particle->id;
-    const std::string who = id == kParticleLimit ? "the nominal robot" : fmt::format("particle {}", id);
-    throw SavedTraceError(fmt::format("{}, {}: {}", who, policy.name, error.what()));
+    throw SavedTraceError((id == kParticleLimit ? "the nominal robot" : fmt::format("particle {}", id)) + ", " +
+                          policy.name + ": " + error.what());
   }
 
   std::shared_ptr<const ControllerMemory> remember(int lane) override try {
