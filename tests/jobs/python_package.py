@@ -18,7 +18,12 @@ SOURCE, PROGRAM = pathlib.Path(sys.argv[1]), sys.argv[2]
 sys.path.insert(0, str(SOURCE / "jobs/python"))
 os.environ["GRAZE"] = PROGRAM
 
+import matplotlib  # noqa: E402
+
+matplotlib.use("Agg")
+
 import graze  # noqa: E402
+import graze.plots  # noqa: E402
 import numpy as np  # noqa: E402
 import pandas as pd  # noqa: E402
 
@@ -103,6 +108,35 @@ class PackageTest(unittest.TestCase):
             if name in sample and pd.api.types.is_numeric_dtype(sample[name]):
                 np.testing.assert_array_equal(values[name], sample[name], name)
         self.assertGreater(len(set(values.columns) & set(sample.columns)), 100)
+
+    def test_intervals_of_plots_are_those_of_score(self):
+        for policy in json.loads(program("score", str(self.directory), "--json"))["policies"]:
+            told = graze.plots.clopper_pearson(policy["success"], policy["n"])
+            np.testing.assert_allclose(told, policy["interval"], atol=1e-9)
+        self.assertEqual(graze.plots.clopper_pearson(0, 0), (0, 1))
+        np.testing.assert_allclose(graze.plots.clopper_pearson(9, 10), [0.5549839, 0.9974714], atol=1e-7)
+
+    def test_survival_is_the_product_limit(self):
+        at, share = graze.plots._kaplan_meier(np.array([1, 2, 2, 3, 4]), np.array([True, True, False, False, True]))
+        np.testing.assert_allclose(at, [0, 1, 2, 4, 4])
+        np.testing.assert_allclose(share, [1, 0.8, 0.6, 0, 0])
+
+    def test_plots_show_the_tables(self):
+        ax = graze.plots.rates(self.campaign)
+        self.assertEqual([label.get_text() for label in ax.get_yticklabels()], [f"{POLICY}  (20)", "step/4cm  (20)"])
+        self.assertEqual(len(graze.plots.survival(self.campaign, POLICY).lines), 1)
+        ax = graze.plots.scatter(self.campaign, POLICY, "contact.friction", "upright")
+        drawn = sum(len(line.get_xdata()) for line in ax.lines if line.get_linestyle() == "None")
+        self.assertEqual(drawn, 20)
+        ax = graze.plots.telemetry(self.campaign, POLICY, 3, ["base.z", "base.x"])
+        np.testing.assert_array_equal(ax.lines[0].get_ydata(), self.campaign.telemetry(POLICY, 3)["q"]["base.z"])
+        ax.figure.savefig(self.folder / "telemetry.png")
+        for wrong, text in ((lambda: graze.plots.rates(self.campaign, "step/3m"), "did you mean 'step/3cm'"),
+                            (lambda: graze.plots.scatter(self.campaign, POLICY, "contact.frictoin"), "contact.friction"),
+                            (lambda: graze.plots.telemetry(self.campaign, POLICY, 3, "base.zz"), "did you mean 'base.z'"),
+                            (lambda: graze.plots.telemetry(self.campaign, POLICY, 3, "base.z", kind="x"), "must be 'q'")):
+            with self.assertRaisesRegex(graze.CampaignError, text):
+                wrong()
 
     def test_what_is_lost_or_cut_short_is_refused(self):
         copy = self.folder / "copy.graze"

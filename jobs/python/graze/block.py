@@ -2,7 +2,6 @@
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import os
 import pathlib
 import shutil
@@ -16,7 +15,7 @@ import pandas as pd
 
 from .campaign import EVENT_COLUMNS
 from .controllers import Policies, WrittenPolicies, needs_trust
-from .errors import GrazeError
+from .errors import GrazeError, nearest
 from .program import PathLike, overrides
 from .shipped import scenario_file
 
@@ -182,9 +181,7 @@ class Block:
         for wanted, known, what in ((array, list(self.names), "there is no array"),
                                     (name, self.names.get(array, []), f"{array} has no row")):
             if wanted not in known:
-                near = difflib.get_close_matches(wanted, known, 1)
-                raise GrazeError(2, f"{what} '{wanted}'" + (f"; did you mean '{near[0]}'?" if near else f"; there are: "
-                                                            f"{', '.join(known)}"))
+                raise GrazeError(2, f"{what} '{wanted}'{nearest(wanted, known)}")
         return getattr(self, array)[self.names[array].index(name)]
 
     @property

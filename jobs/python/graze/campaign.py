@@ -13,6 +13,8 @@ import h5py
 import numpy as np
 import pandas as pd
 
+from .errors import nearest
+
 FORMAT_VERSION = 1
 SEAL = struct.Struct("<8sQQ")  # "GRAZEEND", bytes before it, XXH64 of them
 EVENT_COLUMNS = ["time", "kind", "a", "b", "feature_a", "feature_b", "impulse", "x", "y", "z"]
@@ -241,9 +243,7 @@ class Campaign:
     def _check_policy(self, policy: str) -> None:
         if policy in self.policies:
             return
-        near = difflib.get_close_matches(policy, self.policies, 1)
-        meant = f"did you mean '{near[0]}'? " if near else ""
-        raise CampaignError(f"{self.path}: has no policy '{policy}'; {meant}there are: {', '.join(self.policies)}")
+        raise CampaignError(f"{self.path}: has no policy '{policy}'{nearest(policy, self.policies)}")
 
     def _index(self, policy: str) -> Dict[int, Tuple[pathlib.Path, int]]:
         """Where the trace of each particle is. One that stands in two shards counts once."""

@@ -1,4 +1,15 @@
 """What goes wrong in the program or the simulator."""
+from __future__ import annotations
+
+import difflib
+from typing import Iterable
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """What follows 'there is no …': the name that was meant, or all of them."""
+    names = list(known)
+    near = difflib.get_close_matches(name, names, 1)
+    return f"; did you mean '{near[0]}'?" if near else f"; there are: {', '.join(names) or 'none'}"
 
 
 class GrazeError(Exception):
