@@ -1,13 +1,15 @@
-// Claim: the shipped experiments of Chapters 3 and 4 have the shape that docs/experiments.md tells, on few particles;
-// with nothing uncertain the robot does its task. False alarms: how often another seed would fail though nothing is
-// wrong, from the rates that docs/results.md has of many particles.
+// Claim: the shipped experiments of Chapters 3, 4 and 6 have the shape that docs/experiments.md tells, on few
+// particles; with nothing uncertain the robot does its task. False alarms: how often another seed would fail though
+// nothing is wrong, from the rates that docs/results.md has of many particles.
 #include <gtest/gtest.h>
 
 #include <cmath>
 
 #include "analysis/survival.h"
+#include "jobs/campaign/nominal_traces.h"
 #include "tests/jobs/program.h"
 #include "tests/jobs/traces.h"
+#include "tests/message_of.h"
 #include "tests/sanitized.h"
 
 namespace graze {
@@ -125,6 +127,40 @@ TEST(UncertainTerrain, IsCrossedByHighEnoughSteps) {
   EXPECT_TRUE(crossed({}, "walk/3cm"));
   EXPECT_TRUE(crossed({}, "walk/5cm"));
   EXPECT_FALSE(crossed({{"environment.step.position", "[1.1, 0, -0.02]"}}, "walk/2cm"));
+}
+
+Scenario with_robot(const std::string& scenario, const std::string& robot, double speed) {
+  return shipped(scenario, {{"robot.urdf", testing::data("robots/" + robot + ".urdf")},
+                            {"policies.trot.gait.velocity", "[" + std::to_string(speed) + ", 0, 0]"}});
+}
+
+bool holds(const std::string& scenario, const std::string& robot, double speed) {
+  const TraceRecord trace = nominal_traces(with_robot(scenario, robot, speed), {"trot"}).front();
+  EXPECT_NE(trace.outcome, Outcome::invalid) << robot << ": " << trace.invalid_reason;
+  return trace.outcome == Outcome::success;
+}
+
+// What docs/results.md tells of the designs of Chapter 6.
+TEST(Chapter6, InitialAndPublishedDesignsAreJudgedAsToldInResults) {
+  const std::string printed = "quadruped_design", large = "quadruped_reconfigurable_large";
+  EXPECT_TRUE(holds(printed, "printed_quadruped", 0.1));
+  EXPECT_FALSE(holds(printed, "printed_quadruped", 0.2));
+  EXPECT_FALSE(holds(printed, "printed_quadruped_supervised", 0.1));
+  EXPECT_FALSE(holds(printed, "printed_quadruped_automated", 0.1));
+  EXPECT_TRUE(holds(large, "reconfigurable_large", 0.1));
+  EXPECT_FALSE(holds(large, "reconfigurable_large", 0.2));
+  EXPECT_TRUE(holds(large, "reconfigurable_small_published", 0.1));
+  EXPECT_TRUE(holds(large, "reconfigurable_large_published", 0.2));
+  EXPECT_FALSE(holds(large, "reconfigurable_large_published", 0.3));
+  EXPECT_FALSE(holds("quadruped_reconfigurable_small", "reconfigurable_small", 0.1));
+}
+
+// What Table 9 prints is out of reach where Table 8 has it stand.
+TEST(Chapter6, TheModifiedDesignsOfTable9CannotStandAsTable8HasIt) {
+  for (const std::string robot : {"reconfigurable_small_modified", "reconfigurable_large_modified"}) {
+    const std::string message = testing::message_of([&] { with_robot("quadruped_reconfigurable_large", robot, 0.1); });
+    EXPECT_NE(message.find("would stand 0.17"), std::string::npos) << message;
+  }
 }
 
 }  // namespace
