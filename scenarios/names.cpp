@@ -21,8 +21,9 @@ std::vector<int> match_names(const Settings& where, const std::string& pattern, 
   for (std::size_t i = 0; i < names.size() && i < 20; ++i) list += (i ? ", " : "") + names[i];
   if (names.size() > 20) list += ", …";
   where.fail(fmt::format("{}: matches no {}{}", pattern, what,
-                         !near.empty() ? fmt::format("; did you mean '{}'?", near)
-                                       : fmt::format("; there {} {}", names.empty() ? "are none" : "are:", list)));
+                         !near.empty()   ? fmt::format("; did you mean '{}'?", near)
+                         : names.empty() ? "; there are none"
+                                         : "; there are: " + list));
 }
 
 std::vector<std::string> frame_names(const Model& model) {
