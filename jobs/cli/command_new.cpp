@@ -1,4 +1,5 @@
-// graze new: a first scenario for a robot that has none, or a first controller of one's own.
+// graze new: a first scenario for a robot that has none, or a first folder: a scenario with a shipped robot, or a
+// controller of one's own.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,7 +17,7 @@
 #include "jobs/campaign/exit_code.h"
 #include "jobs/cli/commands.h"
 #include "jobs/cli/shipped.h"
-#include "jobs/workers/controller_template.h"
+#include "jobs/workers/first_folder.h"
 #include "scenarios/proposal.h"
 
 namespace graze {
@@ -68,36 +69,44 @@ void check_arguments(const NewArguments& arguments) {
   }
 }
 
-bool is_controller(const std::string& name) {
-  const std::vector<std::string>& names = controller_templates();
+bool is_folder(const std::string& name) {
+  const std::vector<std::string>& names = first_folders();
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-int make_controller(const NewArguments& arguments) {
+int make_folder(const NewArguments& arguments) {
   if (arguments.repair || arguments.ignore_missing_meshes || arguments.force) {
     throw InputError(fmt::format("new {}: --repair, --ignore-missing-meshes and --force are for scenarios of robots",
                                  arguments.file));
   }
-  write_controller_template(arguments.file, arguments.urdf, data_folder());
+  write_first_folder(arguments.file, arguments.urdf, data_folder());
+  const std::string folder = shell_path(arguments.urdf);
+  if (!is_first_controller(arguments.file)) {
+    std::cout << fmt::format("{0}: a robot, and a scenario to change:\n  cd {0} && graze run scenario.yaml\n", folder);
+    return kDone;
+  }
   const bool compiled = fs::exists(fs::path(arguments.urdf) / "Makefile");
   std::cout << fmt::format(
-      "{0}: a controller, and a scenario that judges it:\n  cd {0} && {1}graze run scenario.yaml --trust\n",
-      shell_path(arguments.urdf), compiled ? "make && " : "");
+      "{0}: a controller, and a scenario that judges it:\n  cd {0} && {1}graze run scenario.yaml --trust\n", folder,
+      compiled ? "make && " : "");
   return kDone;
 }
 
 int make_scenario(const NewArguments& arguments) {
+  const bool folder = is_folder(arguments.file);
   if (arguments.urdf.empty()) {
-    throw InputError(is_controller(arguments.file)
-                         ? fmt::format("new {0}: the folder to write is missing; nearest right answer: graze new {0} "
-                                       "my_controller",
-                                       arguments.file)
-                         : "new: robot is required; 'graze new --help' tells more");
+    throw InputError(folder ? fmt::format("new {0}: the folder to write is missing; nearest right answer: graze new "
+                                          "{0} my_{1}",
+                                          arguments.file,
+                                          is_first_controller(arguments.file) ? "controller" : arguments.file)
+                            : "new: robot is required; 'graze new --help' tells more");
   }
-  if (is_controller(arguments.file)) return make_controller(arguments);
-  if (arguments.file.starts_with("policy-") && ending_of(arguments.file).empty()) {
-    throw InputError(fmt::format("new {}: there is no such controller{}", arguments.file,
-                                 similar_names(arguments.file, controller_templates(), false)));
+  if (folder) return make_folder(arguments);
+  if (ending_of(arguments.file).empty() && ending_of(arguments.urdf).empty()) {
+    throw InputError(
+        fmt::format("new {}: there is no such template{}; a scenario that is to be written ends in .yaml, "
+                    "its robot in .urdf",
+                    arguments.file, similar_names(arguments.file, first_folders(), false)));
   }
   check_arguments(arguments);
   // Read on its own, so that what is wrong with it is not told of a scenario that is not there yet. It stays, since
@@ -127,20 +136,23 @@ int make_scenario(const NewArguments& arguments) {
 
 void add_new(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<NewArguments>();
-  CLI::App* verb =
-      add_verb(app, "new",
-               "Write a first scenario for a robot: dropped, held and, on four legs, trotting; or a first controller",
-               "  graze new my.yaml my_robot.urdf && graze run my.yaml\n"
-               "  graze new my.yaml broken.urdf --repair\n"
-               "  graze new policy-c my_walk     # a controller in C, in the new folder my_walk\n"
-               "  graze new policy-cpp my_walk   # the same in C++\n"
-               "  graze new policy-python my_walk\n");
+  CLI::App* verb = add_verb(
+      app, "new",
+      "Write a first scenario for a robot: dropped, held and, on four legs, trotting; or a folder with a shipped "
+      "robot or a first controller",
+      "  graze new my.yaml my_robot.urdf && graze run my.yaml\n"
+      "  graze new my.yaml broken.urdf --repair\n"
+      "  graze new quadruped my_walk    # a quadruped that stands and trots, in the new folder my_walk\n"
+      "  graze new arm my_arm           # an arm of six joints that carries a load to and fro\n"
+      "  graze new policy-c my_walk     # a controller in C, in the new folder my_walk\n"
+      "  graze new policy-cpp my_walk   # the same in C++\n"
+      "  graze new policy-python my_walk\n");
   verb->add_option("scenario", arguments->file,
-                   "Scenario file to write (.yaml); or policy-c, policy-cpp, policy-python: a controller of "
-                   "your own")
+                   "Scenario file to write (.yaml); or a template: quadruped, arm, or a controller of your own, "
+                   "policy-c, policy-cpp, policy-python")
       ->required()
       ->type_name("SCENARIO");
-  verb->add_option("robot", arguments->urdf, "The robot (.urdf); of a controller: the folder to write")
+  verb->add_option("robot", arguments->urdf, "The robot (.urdf); of a template: the folder to write")
       ->type_name("URDF");
   verb->add_flag("--repair", arguments->repair, "Mend what can be mended in the URDF: robot.repair");
   verb->add_flag("--ignore-missing-meshes", arguments->ignore_missing_meshes,

@@ -11,7 +11,7 @@
 #include "jobs/cli/help_topics.h"
 #include "jobs/cli/reading_verb.h"
 #include "jobs/cli/shipped.h"
-#include "jobs/workers/controller_template.h"
+#include "jobs/workers/first_folder.h"
 #include "scenarios/scenario.h"
 
 namespace graze {
@@ -207,7 +207,7 @@ class Words {
     if (kind == Value::archive) out_.files = kArchives;
     if (kind == Value::scenario) {
       out_.files = kScenarios;
-      add_all(verb == "new" ? controller_templates() : shipped_scenarios());
+      add_all(verb == "new" ? first_folders() : shipped_scenarios());
     }
     if (kind == Value::shipped) add_all(shipped_scenarios());
     if (kind == Value::policy || kind == Value::link || kind == Value::requirement || kind == Value::parameter)

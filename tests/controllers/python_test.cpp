@@ -7,7 +7,7 @@
 
 #include "engine/library/library_use.h"
 #include "jobs/campaign/archived_scenario.h"
-#include "tests/controllers/swing.h"
+#include "tests/controllers/python_swing.h"
 #include "tests/jobs/ball_campaign.h"
 #include "tests/sanitized.h"
 
@@ -15,43 +15,14 @@ namespace graze {
 namespace {
 
 using ::testing::HasSubstr;
+using testing::kInterpreter;
 using ::testing::MatchesRegex;
 using testing::Outcomes;
 using testing::outcomes;
+using testing::PythonSwing;
 using testing::Result;
 
 namespace fs = std::filesystem;
-
-const std::string kInterpreter = "/usr/bin/python3";  // the distribution's, which has its NumPy
-
-/// swing.yaml, swing.urdf and odd.py in a folder of their own; eight particles, one in each eighth of the heights.
-struct PythonSwing {
-  testing::TemporaryFolder folder;
-
-  PythonSwing() {
-    testing::write_file(folder / "swing.urdf", testing::kSwingUrdf);
-    const std::string source = std::string(GRAZE_SOURCE_DIR) + "/tests/controllers/odd_controller.py";
-    testing::write_file(folder / "odd.py", testing::read_file(source));
-  }
-  /// `python`: what stands under `python` beside the interpreter.
-  void write(const std::string& python, const std::string& interpreter = kInterpreter) const {
-    std::string text = testing::ball_scenario("sampling: {particles: 8, design: latin_hypercube}\n");
-    const std::string still = "{hold: {}, control: {torque: {}}}";
-    text.replace(text.find("ball.urdf"), 9, "swing.urdf");
-    text.replace(text.find(still), still.size(),
-                 "{python: {" + python + ", interpreter: " + interpreter + "}, control: {torque: {}}}");
-    testing::write_file(folder / "swing.yaml", text);
-  }
-  void odd(const std::string& does, const std::string& more = "") const {
-    write("file: odd.py, class: Odd, settings: {does: " + does + "}" + more);
-  }
-  Result graze(const std::string& arguments) const { return testing::graze(folder.path(), arguments); }
-  Outcomes run(const std::string& name, const std::string& more = "") const {
-    const Result result = graze("run swing.yaml --trust --quiet -o " + name + ".graze " + more);
-    EXPECT_EQ(result.code, 0) << result.err;
-    return outcomes(folder / (name + ".graze"));
-  }
-};
 
 // Neither the controller nor a program that the scenario calls an interpreter.
 TEST(Python, RunsNothingUnlessTrusted) {

@@ -6,7 +6,8 @@ Directives are comments on a line of their own, of the block that follows or, `b
 
     <!-- example: skip: REASON -->          the block is not run
     <!-- example: base=SCENARIO -->         a fragment of yaml is merged over this scenario (default: BASE)
-    <!-- example: save=NAME -->             a whole scenario that is kept under this name for what follows
+    <!-- example: save=NAME -->             a whole scenario, or a module of Python that is not run by itself, that is kept
+                                            under this name for what follows
     <!-- example: file NAME: CONTENT -->    makes a file; \\n in CONTENT is the end of a line
     <!-- example: before: COMMAND -->       runs a command
 
@@ -40,6 +41,8 @@ if words[:1] in (["run"], ["replay"], ["sample"], ["pack"], ["report"], ["view"]
     words.append("--force")
 os.execv({program!r}, ["graze", *words])
 """
+# Controllers in Python need a python3 on PATH that has NumPy, which the one of this test has.
+PYTHON = f'#!/bin/sh\nexec {sys.executable} "$@"\n'
 MPIRUN = '#!/bin/sh\nwhile [ "$1" != graze ] && [ $# -gt 0 ]; do shift; done\nexec "$@"\n'
 
 
@@ -109,7 +112,8 @@ class Page:
         (self.folder / "build/release").mkdir(parents=True)
         (self.folder / "bin").mkdir()
         wrapper = WRAPPER.format(most=MOST, program=str(self.program))
-        for name, content in (("bin/graze", wrapper), ("build/release/graze", wrapper), ("bin/mpirun", MPIRUN)):
+        for name, content in (("bin/graze", wrapper), ("build/release/graze", wrapper), ("bin/mpirun", MPIRUN),
+                              ("bin/python3", PYTHON)):
             path = self.folder / name
             path.write_text(content)
             path.chmod(path.stat().st_mode | stat.S_IXUSR)
@@ -153,6 +157,8 @@ class Page:
             self.scenario(block, directive)
         elif block.language in ("sh", "bash", "shell"):
             self.commands(block.line, block.lines)
+        elif block.language in ("python", "py") and directive.startswith("save="):
+            (self.folder / directive.removeprefix("save=")).write_text("\n".join(block.lines) + "\n")
         elif block.language in ("python", "py"):
             (self.folder / "example.py").write_text("\n".join(block.lines) + "\n")
             self.shell(block.line, f"{sys.executable} example.py")
@@ -178,7 +184,7 @@ class Page:
             command = ""
 
     def scenario(self, block, directive):
-        whole = any(line.startswith("graze:") for line in block.lines)
+        whole = any(line.startswith(("graze:", "include:")) for line in block.lines)
         base = directive.removeprefix("base=") if directive.startswith("base=") else BASE
         head = "" if whole else f"include: {base}\n"
         if directive.startswith("save="):

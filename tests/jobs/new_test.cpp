@@ -60,6 +60,24 @@ TEST_F(New, OfARobotWithoutJoints) {
   EXPECT_THAT(graze("check post.yaml").out, HasSubstr("fixed base, 2.5 kg, 0 kg of it moving"));
 }
 
+// Claim: the templates of robots are whole: their scenarios run in the folder as they stand, and judge both policies.
+TEST_F(New, WritesAFolderWithARobot) {
+  const auto succeed = [&](const std::string& name, const std::string& policies) {
+    const testing::Result made = graze("new " + name + " sub/" + name);
+    EXPECT_EQ(made.code, 0) << made.err;
+    EXPECT_THAT(made.out, HasSubstr("cd sub/" + name + " && graze run scenario.yaml"));
+    const testing::Result run = graze("run sub/" + name + "/scenario.yaml -n 8 --quiet -o " + name + ".graze");
+    EXPECT_EQ(run.code, 0) << run.err;
+    EXPECT_EQ(run.err, "");
+    EXPECT_EQ(graze("score " + name + ".graze " + policies).code, 0);
+    EXPECT_EQ(graze("new " + name + " sub/" + name).code, 2);  // is there already
+  };
+  succeed("quadruped", "--require 'stand: p >= 0.6' --require 'trot: p >= 0.3'");
+  succeed("arm", "--require 'stiff: p >= 0.6' --require 'soft: p < 0.9'");  // the soft one sags under its load
+  EXPECT_THAT(graze("new quadrupd walk").err, HasSubstr("did you mean quadruped?"));
+  EXPECT_THAT(graze("new arm").err, HasSubstr("graze new arm my_arm"));
+}
+
 // Claim: a scenario that cannot be written is the machine's doing, exit code 3, before the robot is read.
 TEST_F(New, WhereNothingCanBeWritten) {
   const testing::Result made = graze("new ball.yaml/sub/x.yaml ball.urdf");

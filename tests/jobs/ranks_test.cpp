@@ -20,6 +20,7 @@
 #include "archive/archive.h"
 #include "archive/directory/campaign_directory.h"
 #include "tests/jobs/ball_campaign.h"
+#include "tests/jobs/mpirun.h"
 #include "tests/jobs/process.h"
 
 namespace graze {
@@ -28,22 +29,9 @@ namespace {
 using ::testing::AllOf;
 using testing::digests;
 using ::testing::HasSubstr;
+using testing::kHaveMpi;
+using testing::mpirun;
 using testing::TemporaryFolder;
-
-#ifdef GRAZE_HAVE_MPI
-constexpr bool kHaveMpi = true;
-#else
-constexpr bool kHaveMpi = false;
-#endif
-
-/// The words before the program: so many ranks on this machine, however few processors it has, and whoever we are. What
-/// Open MPI itself never frees is not ours to report; it insists on a remote shell, which a bare machine has not.
-std::string mpirun(int ranks) {
-  return "ASAN_OPTIONS=detect_leaks=0 OMPI_MCA_plm_rsh_agent=sh OMPI_ALLOW_RUN_AS_ROOT=1 "
-         "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 mpirun --oversubscribe "
-         "--bind-to none -np " +
-         std::to_string(ranks) + " '" GRAZE_PROGRAM "' ";
-}
 
 /// Shards that are finished.
 std::set<std::string> shards_of(const std::filesystem::path& directory) {

@@ -1,4 +1,4 @@
-#include "jobs/workers/controller_template.h"
+#include "jobs/workers/first_folder.h"
 
 #include <fmt/format.h>
 
@@ -24,18 +24,20 @@ fs::path header_folder(const fs::path& data) {
 
 }  // namespace
 
-const std::vector<std::string>& controller_templates() {
-  static const std::vector<std::string> names = {"policy-c", "policy-cpp", "policy-python"};
+const std::vector<std::string>& first_folders() {
+  static const std::vector<std::string> names = {"quadruped", "arm", "policy-c", "policy-cpp", "policy-python"};
   return names;
 }
 
-void write_controller_template(const std::string& name, const fs::path& folder, const fs::path& data) {
+bool is_first_controller(const std::string& name) { return name.starts_with("policy-"); }
+
+void write_first_folder(const std::string& name, const fs::path& folder, const fs::path& data) {
   std::error_code error;
   if (fs::exists(fs::symlink_status(folder, error)) &&
       !(fs::is_directory(folder, error) && fs::is_empty(folder, error))) {
     throw InputError(fmt::format("{}: exists already; name a folder that is new, or empty", folder.string()));
   }
-  const fs::path source = data / "controllers" / name;
+  const fs::path source = data / "templates" / name;
   if (!fs::is_directory(source, error)) {
     throw MachineError(
         fmt::format("{}: the program's templates are not there; the environment variable GRAZE_DATA "
@@ -52,7 +54,8 @@ void write_controller_template(const std::string& name, const fs::path& folder, 
     if (compiled) {
       for (const char* header : {"policy.h", "policy.hpp"}) fs::copy_file(headers / header, folder / "graze" / header);
     }
-    fs::copy_file(data / "robots" / "links.urdf", folder / "links.urdf");
+    const char* robot = name == "arm" ? "six_joint_arm.urdf" : "links.urdf";
+    fs::copy_file(data / "robots" / robot, folder / robot);
   } catch (const fs::filesystem_error& failed) {
     throw MachineError(fmt::format("{}: cannot be written: {}", folder.string(), failed.code().message()));
   }
