@@ -19,6 +19,8 @@ namespace {
 
 constexpr std::size_t kMaxVariables = 200;
 constexpr std::size_t kMaxLevels = 1000;
+constexpr std::size_t kMaxCombinations = 64;  // of choices: each is simulated where no step helps
+constexpr double kSameChoice = 1e-9;          // relative: the robot's own numbers are those of a choice
 /// Of the way from bound to bound: small beside what a design step changes, large beside what solvers leave (1e-6).
 constexpr double kDifference = 1e-3;
 constexpr double kRounding = 1e-9;  // of the way from bound to bound
@@ -29,7 +31,7 @@ constexpr const char* kObjective = "objective";
 bool is_design(const std::string& path) {
   static const std::vector<std::string> kDesigned = {
       "robot.link.*.{density,mass,length,radius,size.x,size.y,size.z,com.x,com.y,com.z}",
-      "robot.joint.*.{damping,friction,effort,velocity,gear,rotor_inertia}"};
+      "robot.joint.*.{origin.x,origin.y,origin.z,damping,friction,effort,velocity,gear,rotor_inertia}"};
   return std::any_of(kDesigned.begin(), kDesigned.end(), [&](const std::string& one) { return matches(one, path); });
 }
 
@@ -81,6 +83,7 @@ class DesignReader {
     if (out_.variables.empty())
       own.at("variables").fail("names no variable; e.g. shin: {of: robot.link.*_SHIN.length, within: [5 cm, 15 cm]}");
     refuse_mass_and_density(own.at("variables"));
+    check_combinations(own.at("variables"));
     if (const auto fixed = own.find("fixed")) out_.fixed = read_totals(*fixed, out_.variables);
     read_limits(own);
     if (const auto task = own.find("task")) read_levels(*task);
@@ -97,7 +100,16 @@ class DesignReader {
     const Described own(settings, section_of("design_variable"));
     DesignVariable variable;
     variable.name = name;
-    for (const Settings& glob : own.at("of").items()) add_paths(variable, glob, own.at("of"));
+    std::vector<std::size_t> ends;  // of the paths of each glob
+    for (const Settings& glob : own.at("of").items()) {
+      add_paths(variable, glob, own.at("of"));
+      ends.push_back(variable.paths.size());
+    }
+    if (own.has("choose")) {
+      read_choices(variable, own, ends);
+      out_.variables.push_back(std::move(variable));
+      return;
+    }
     std::vector<double> nominal;
     Quantity quantity = Quantity::dimensionless;
     if (variable.of_policy) {
@@ -131,7 +143,7 @@ class DesignReader {
     if (!variable.of_policy && !is_design(path)) {
       place.fail(
           fmt::format("{}: is no matter of design; of a link there are density, mass, length, radius, size and com, "
-                      "of a joint damping, friction, effort, velocity, gear and rotor_inertia, and "
+                      "of a joint origin, damping, friction, effort, velocity, gear and rotor_inertia, and "
                       "settings of policies",
                       path));
     }
@@ -181,6 +193,76 @@ class DesignReader {
       for (const auto& [key, value] : above->entries()) names.push_back(key);
       return fmt::format("; no '{}' in {}; {}", part, known.empty() ? "the scenario" : known,
                          nearest_or_all(part, names));
+    }
+  }
+
+  // ---- choices
+
+  void read_choices(DesignVariable& variable, const Described& own, const std::vector<std::size_t>& ends) const {
+    const Settings place = own.at("choose");
+    if (variable.of_policy) place.fail("is for numbers of the robot, and these are settings of a policy");
+    if (const auto step = own.find("step")) step->fail_key("is for numbers that have slopes, and a choice has none");
+    const std::vector<Settings> rows = place.is_list() ? place.items() : std::vector<Settings>();
+    if (rows.size() < 2) {
+      place.fail(
+          "must be a list of two choices or more, each with a value for each of 'of'; e.g. [[1.1 N m, 60 g], "
+          "[2.6 N m, 72 g]]");
+    }
+    for (const Settings& row : rows) variable.choices.push_back(choice_values(variable, row, ends));
+    variable.share.assign(variable.paths.size(), 1);
+    variable.lower = 1, variable.upper = static_cast<double>(rows.size()), variable.step = 1;
+    for (std::size_t c = 0; c < rows.size() && variable.nominal == 0; ++c) {
+      if (is_own(variable, variable.choices[c])) variable.nominal = static_cast<double>(c + 1);
+    }
+    if (variable.nominal == 0) {
+      std::vector<std::string> parts;
+      for (std::size_t begin = 0, k = 0; k < ends.size(); begin = ends[k++]) {
+        const Parameter& one = *table_.find(variable.paths[begin]);
+        parts.push_back(fmt::format("{:g} {}", one.nominal, unit_of(one.quantity)));
+      }
+      place.fail(fmt::format("none of the choices is the robot's own, [{}], with which it begins; name it, too",
+                             fmt::join(parts, ", ")));
+    }
+  }
+
+  std::vector<double> choice_values(const DesignVariable& variable, const Settings& row,
+                                    const std::vector<std::size_t>& ends) const {
+    const std::vector<Settings> values = row.is_list() ? row.items() : std::vector<Settings>{row};
+    if (values.size() != ends.size()) {
+      row.fail(fmt::format("has {} value{}; 'of' names {}, each of which needs one", values.size(),
+                           values.size() == 1 ? "" : "s", ends.size()));
+    }
+    std::vector<double> out;
+    for (std::size_t k = 0; k < ends.size(); ++k) {
+      while (out.size() < ends[k]) {
+        const Parameter& one = *table_.find(variable.paths[out.size()]);
+        const double value = values[k].number(one.quantity);
+        if (value < one.lower || (one.strict && value == one.lower) || value > one.upper) {
+          values[k].fail(fmt::format("{} would be {:g}; it must be {} {:g} and <= {:g}", one.path, value,
+                                     one.strict ? ">" : ">=", one.lower, one.upper));
+        }
+        out.push_back(value);
+      }
+    }
+    return out;
+  }
+
+  bool is_own(const DesignVariable& variable, const std::vector<double>& choice) const {
+    for (std::size_t i = 0; i < choice.size(); ++i) {
+      const double own = table_.find(variable.paths[i])->nominal;
+      if (std::abs(choice[i] - own) > kSameChoice * std::abs(own)) return false;
+    }
+    return true;
+  }
+
+  void check_combinations(const Settings& place) const {
+    std::size_t all = 1;
+    for (const DesignVariable& one : out_.variables) {
+      if (!one.choices.empty()) all *= one.choices.size();
+      if (all > kMaxCombinations) {
+        place.fail(fmt::format("more than {} combinations of choices, all of which would be tried; name fewer",
+                               kMaxCombinations));
+      }
     }
   }
 
@@ -368,6 +450,11 @@ class DesignReader {
 };
 
 }  // namespace
+
+double DesignVariable::at(std::size_t path, double value) const {
+  if (choices.empty()) return share[path] * value;
+  return choices[static_cast<std::size_t>(std::clamp(std::round(value), lower, upper)) - 1][path];
+}
 
 std::shared_ptr<const DesignBlock> read_design(const Settings& scenario, const ParameterTable& table, const Task& task,
                                                double end) {

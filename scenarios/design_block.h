@@ -19,11 +19,17 @@ struct DesignVariable {
   std::string name;
   std::vector<std::string> paths;  // parameters of the robot, or settings of policies
   std::vector<double> share;       // of each path: its value is that times the variable's
+  /// Of a choice from a list, [choice][path], SI: the variable's value is the number of the choice, from 1, and has no
+  /// slope. Empty: a number that may have any value within its bounds.
+  std::vector<std::vector<double>> choices;
   bool of_policy = false;
   std::string unit;                          // SI; of a policy's setting: in which it is written back
   double scale = 1;                          // of a policy's setting: SI value of one such unit
   double nominal = 0, lower = 0, upper = 0;  // SI, lower <= nominal <= upper
   double step = 0;                           // SI, of differences
+
+  /// What a path gets at a value of the variable, SI.
+  double at(std::size_t path, double value) const;
 };
 
 /// What `graze improve` is asked.
@@ -40,7 +46,8 @@ struct DesignBlock {
 
 /// Reads `design`; null if the scenario has none. `scenario`: its root, everything else of which has been read. Throws
 /// InputError: a glob that matches nothing, a path of two variables, parts of a symmetry that cannot move together,
-/// bounds that leave the robot's own value out, a parameter that is no matter of design.
+/// bounds that leave the robot's own value out, a parameter that is no matter of design, a list of choices without the
+/// robot's own.
 std::shared_ptr<const DesignBlock> read_design(const Settings& scenario, const ParameterTable& table, const Task& task,
                                                double end);
 

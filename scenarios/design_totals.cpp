@@ -56,6 +56,7 @@ class TotalsReader {
   }
 
   static double weight(const DesignVariable& one, const Settings& sum) {
+    if (!one.choices.empty()) sum.fail(fmt::format("'{}' is a choice, which has no sum", one.name));
     const double out = std::accumulate(one.share.begin(), one.share.end(), 0.0);
     if (std::abs(out) > kCancels) return out;
     sum.fail(

@@ -81,8 +81,12 @@ Description design_variable() {
             "parameters of links and joints, or settings of policies; equal ones stay equal, others keep their ratio"},
            {"within", {Form::drawn_list(2)}, {}, "its bounds; of several, of the first"},
            {"factor", {Form::numbers(2)}, {}, "instead of `within`: bounds as multiples of its value"},
+           {"choose",
+            {Form::text_rows(-1, "VALUE")},
+            {},
+            "instead of `within`: a list of choices, such as motors; of each, a value for each GLOB of `of`"},
            {"step", {Form::drawn()}, Default::words("a thousandth from bound to bound"), "of differences"}},
-          {{"within", "factor"}}};
+          {{"within", "factor", "choose"}}};
 }
 
 Description design_total() {

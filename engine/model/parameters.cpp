@@ -142,6 +142,10 @@ class Lister {
     const std::string path = "robot.joint." + joint.name + ".";
     add(path + "axis.tilt", 0, Quantity::angle, kAny, [i](Draft& d, double x) { d.axes[i].tilt = x; });
     add(path + "axis.heading", 0, Quantity::angle, kAny, [i](Draft& d, double x) { d.axes[i].heading = x; });
+    for (int k = 0; k < 3; ++k) {
+      add(path + "origin." + kAxes[k], joint.X_PJ.translation()[k], Quantity::length, kPlace,
+          [i, k](Draft& d, double x) { d.world.robot.joints[i].X_PJ.translation()[k] = x; });
+    }
     const auto member = [&](const char* name, double Joint::*field, Quantity quantity, const Bounds& bounds) {
       add(path + name, joint.*field, quantity, bounds,
           [i, field](Draft& d, double x) { d.world.robot.joints[i].*field = x; });

@@ -77,7 +77,7 @@ World DesignRobots::world_of(std::size_t level, const DesignValues& design) cons
   for (std::size_t i = 0; i < design.size(); ++i) {
     const DesignVariable& one = block().variables[i];
     if (one.of_policy) continue;
-    for (const double share : one.share) values.push_back(share * design[i]);
+    for (std::size_t k = 0; k < one.paths.size(); ++k) values.push_back(one.at(k, design[i]));
   }
   return Fabricator(worlds_[level], paths_).perturbed(values);
 }

@@ -82,7 +82,8 @@ DesignValues Improvement::values(const Eigen::VectorXd& shares) const {
   DesignValues out;
   for (Eigen::Index i = 0; i < shares.size(); ++i) {
     const DesignVariable& one = robots_.block().variables[static_cast<std::size_t>(i)];
-    out.push_back(std::clamp(one.lower + shares[i] * (one.upper - one.lower), one.lower, one.upper));
+    const double value = std::clamp(one.lower + shares[i] * (one.upper - one.lower), one.lower, one.upper);
+    out.push_back(one.choices.empty() ? value : std::round(value));
   }
   return out;
 }
@@ -150,6 +151,7 @@ std::vector<Beside> Improvement::beside(double from, double to, const std::vecto
                                         const DesignMargins& now) const {
   std::vector<DesignValues> designs;
   for (const std::size_t i : variables) {
+    if (!robots_.block().variables[i].choices.empty()) continue;  // it has no slope
     for (const double sign : {1.0, -1.0}) {
       designs.push_back(state_.design);
       designs.back()[i] += sign * part * robots_.block().variables[i].step;
@@ -157,16 +159,22 @@ std::vector<Beside> Improvement::beside(double from, double to, const std::vecto
   }
   std::vector<DesignMargins> tried = try_designs(robots_, designs, question(from, to));
   std::vector<Beside> out;
-  for (std::size_t k = 0; k < variables.size(); ++k) {
-    const DesignVariable& one = robots_.block().variables[variables[k]];
+  std::size_t k = 0;  // of the variables with slopes
+  for (const std::size_t i : variables) {
+    const DesignVariable& one = robots_.block().variables[i];
+    if (!one.choices.empty()) {
+      out.push_back({1, now.margins, now.margins, false});
+      continue;
+    }
     const auto side = [&](std::size_t s) {
       const DesignMargins& margins = tried[2 * k + s];
-      const double value = designs[2 * k + s][variables[k]];
+      const double value = designs[2 * k + s][i];
       const bool inside = value >= one.lower && value <= one.upper;  // beyond its bounds it may be no robot at all
       return margins.made && inside ? margins.margins : std::vector<double>(now.margins.size(), kUnknown);
     };
     out.push_back({part * one.step / (one.upper - one.lower), side(0), side(1),
                    tried[2 * k].contacts != now.contacts || tried[2 * k + 1].contacts != now.contacts});
+    ++k;
   }
   return out;
 }
@@ -214,7 +222,9 @@ void Improvement::check_moved(const DesignMargins& now, const LimitSlopes& slope
       unmoved.push_back(names[k]);
     }
   }
-  if (!unmoved.empty()) {
+  const auto choice = [](const DesignVariable& one) { return !one.choices.empty(); };
+  const std::vector<DesignVariable>& own = robots_.block().variables;
+  if (!unmoved.empty() && std::none_of(own.begin(), own.end(), choice)) {
     throw InputError(
         fmt::format("{}: design.variables: none of them ({}) moves the violated limit '{}'; add one that "
                     "does, or leave it out of design.limits",
@@ -226,7 +236,7 @@ void Improvement::check_moved(const DesignMargins& now, const LimitSlopes& slope
     const bool moves = (slopes.J.col(i).array().abs() > kFlat * vector_of(state_.scales).array()).any();
     const bool has_kink = std::any_of(slopes.kinks.begin(), slopes.kinks.end(),
                                       [&](const Kink& one) { return one.variable == static_cast<int>(i); });
-    if (!moves && !has_kink) state_.idle.push_back(static_cast<int>(i));
+    if (!moves && !has_kink && !choice(own[static_cast<std::size_t>(i)])) state_.idle.push_back(static_cast<int>(i));
   }
 }
 
@@ -273,10 +283,43 @@ bool Improvement::try_steps(const Suggestion& from_here) {
     refused.push_back({size, whole ? after.progress : kUnknown, whole ? left : kUnknown});
     size /= 2;
   }
+  if (try_choices(from_here, refused)) return true;
   state_.refused = std::move(refused);
   return stuck(problem.empty()
                    ? "no step along the slopes makes the violation smaller" + kinks_of(now, from_here.slopes)
                    : problem);
+}
+
+/// Where no step along the slopes helps: all combinations of the choices beside the present one, everything else as it
+/// is. The one that lacks least is taken, of equal ones the first, if it lacks less than now.
+bool Improvement::try_choices(const Suggestion& from_here, std::vector<RefusedStep>& refused) {
+  const std::vector<DesignVariable>& all = robots_.block().variables;
+  std::vector<DesignValues> designs = {state_.design};
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (all[i].choices.empty()) continue;
+    const std::vector<DesignValues> before = std::exchange(designs, {});
+    for (const DesignValues& one : before) {
+      for (std::size_t c = 1; c <= all[i].choices.size(); ++c) {
+        designs.push_back(one);
+        designs.back()[i] = static_cast<double>(c);
+      }
+    }
+  }
+  std::erase(designs, state_.design);
+  if (designs.empty()) return false;
+  const std::vector<DesignMargins> tried = try_designs(robots_, designs, question(from_here.from, from_here.to));
+  const Eigen::VectorXd scales = vector_of(state_.scales);
+  double least = lack(vector_of(from_here.now.so_far), scales) * (1 - kBetter);
+  std::size_t best = designs.size();
+  for (std::size_t k = 0; k < designs.size(); ++k) {
+    const bool whole = tried[k].made && (tried[k].problem.empty() || !from_here.now.problem.empty());
+    const double left = whole ? lack(vector_of(tried[k].so_far), scales) : kUnknown;
+    if (left < least) least = left, best = k;
+  }
+  if (best == designs.size()) return false;
+  note(from_here, tried[best], designs[best], from_here.size, std::move(refused));
+  refused.clear();
+  return true;
 }
 
 std::vector<double> Improvement::predict(const Suggestion& at, const Eigen::VectorXd& change) const {

@@ -132,6 +132,7 @@ class Improvement {
   DesignPoint point(const Suggestion& at) const;
   Eigen::VectorXd change_of(const DesignPoint& at, double size) const;
   bool try_steps(const Suggestion& at);
+  bool try_choices(const Suggestion& at, std::vector<RefusedStep>& refused);
   void note(const Suggestion& at, const DesignMargins& after, const DesignValues& next, double size,
             std::vector<RefusedStep> refused);
   std::string broken_total(const DesignValues& next) const;

@@ -135,6 +135,7 @@ Json variables_json(const DesignBlock& block) {
                    {"lower", one.lower},
                    {"upper", one.upper},
                    {"paths", one.paths}});
+    if (!one.choices.empty()) out.back()["choices"] = one.choices;
   }
   return out;
 }

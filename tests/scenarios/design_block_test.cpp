@@ -1,6 +1,7 @@
 // Claim: `design` is read as what may be changed, and what cannot be meant is refused with its place.
 #include "scenarios/design_block.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -65,6 +66,38 @@ TEST(DesignBlock, FixedTotals) {
   EXPECT_THAT(refused("[{sum: [a, b]}, {sum: [b, c]}]"), HasSubstr("'b' is in another sum already"));
   EXPECT_THAT(refused("[{sums: [a, b]}]"), HasSubstr("sum"));
   EXPECT_THAT(refused("{sum: [a, b]}"), HasSubstr("list"));
+}
+
+// Motors from a list: a value for each glob, one of them the robot's own.
+TEST(DesignBlock, ChoicesFromAList) {
+  const std::string of = "motor: {of: [robot.joint.*.effort, robot.link.BODY0.mass], choose: ";
+  const World& world = *with_design("~").world;
+  const double effort = world.robot.joints.front().effort, mass = world.robot.links.front().inertia.mass;
+  const std::string own = fmt::format("[{} N m, {} kg]", effort, mass);
+  const Scenario scenario = with_design("{variables: {" + of + "[[1 N m, 500 g], " + own + ", [9 N m, 2 kg]]}}}");
+  ASSERT_TRUE(scenario.redesign) << scenario.redesign_problem;
+  const DesignVariable& motor = scenario.redesign->variables[0];
+  EXPECT_EQ(motor.choices.size(), 3u);
+  EXPECT_EQ(motor.nominal, 2);
+  EXPECT_EQ(motor.lower, 1);
+  EXPECT_EQ(motor.upper, 3);
+  EXPECT_EQ(motor.at(0, 1), 1);
+  EXPECT_EQ(motor.at(motor.paths.size() - 1, 1), 0.5);
+  EXPECT_EQ(motor.at(0, 3), 9);
+  const auto refused = [&](const std::string& rows) { return refused_variables(of + rows + "}"); };
+  EXPECT_THAT(refused("[" + own + "]"), HasSubstr("two choices or more"));
+  EXPECT_THAT(refused("[" + own + ", [1 N m]]"), HasSubstr("has 1 value; 'of' names 2"));
+  EXPECT_THAT(refused("[[1 N m, 1 kg], [2 N m, 1 kg]]"), HasSubstr("none of the choices is the robot's own"));
+  EXPECT_THAT(refused("[" + own + ", [-1 N m, 1 kg]]"), HasSubstr("must be >= 0"));
+  EXPECT_THAT(refused("[" + own + ", [1 kg, 1 kg]]"), HasSubstr("does not fit"));
+  EXPECT_THAT(refused("[" + own + ", [1 N m, 1 kg]], within: [1, 2]"), HasSubstr("within"));
+  EXPECT_THAT(refused("[" + own + ", [1 N m, 1 kg]], step: 1"), HasSubstr("a choice has none"));
+  EXPECT_THAT(refused_variables("kp: {of: policies.trot.control.operational_pd.kp, choose: [[1], [2]]}"),
+              HasSubstr("settings of a policy"));
+  EXPECT_THAT(refusal("{variables: {" + of + "[" + own +
+                      ", [1 N m, 1 kg]]}, "
+                      "a: {of: robot.link.*_LEG_3.mass, factor: [0.5, 2]}}, fixed: [{sum: [motor, a]}]}"),
+              HasSubstr("'motor' is a choice, which has no sum"));
 }
 
 // All requirements, no measures, and the objective, unless limits are chosen.

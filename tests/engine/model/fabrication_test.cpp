@@ -263,6 +263,32 @@ TEST(Fabrication, AxisIsTiltedOnACone) {
   EXPECT_TRUE((axes[0] + axes[2]).isApprox(2 * std::cos(tilt) * Vec3::UnitY(), 1e-12));
 }
 
+// A joint that is placed elsewhere takes all that hangs on it along, and nothing else; on a link that is longer, too,
+// it is where it would be if the link had grown with the joint on it.
+TEST(Fabrication, PlacedJointsTakeAlongWhatHangsOnThem) {
+  const World world = links_world();
+  const auto poses = [](const Particle& p) { return reference_poses(p.model, p.initial.q); };
+  const std::vector<Pose> before = poses(Fabricator(std::make_shared<World>(world), {}).nominal());
+  const Joint& hip = *std::find_if(world.robot.joints.begin(), world.robot.joints.end(),
+                                   [](const Joint& one) { return one.name == "LF_X_1"; });
+  const Vec3 shift(0.01, -0.02, 0.03);
+  std::vector<std::pair<std::string, double>> values;
+  const char* const axes[] = {"x", "y", "z"};
+  for (int k = 0; k < 3; ++k) {
+    values.push_back({std::string("robot.joint.LF_X_1.origin.") + axes[k], hip.X_PJ.translation()[k] + shift[k]});
+  }
+  const Particle moved = fabricate(world, values);
+  const std::vector<Pose> after = poses(moved);
+  const Vec3 base = after[0].translation() - before[0].translation();  // it stands on the ground otherwise
+  for (std::size_t i = 1; i < after.size(); ++i) {
+    const bool hangs = moved.model.bodies[i].name.starts_with("LF_");
+    const Vec3 by = after[i].translation() - before[i].translation() - base;
+    EXPECT_TRUE(by.isApprox(before[0].linear() * (hangs ? shift : Vec3(Vec3::Zero())), 1e-12) || by.norm() < 1e-15)
+        << moved.model.bodies[i].name;
+    EXPECT_EQ(hangs, by.norm() > 1e-9) << moved.model.bodies[i].name;
+  }
+}
+
 // The perturbed robot stands on the ground before the offset in z is added; the other offsets add to the scenario's.
 TEST(Fabrication, InitialOffsets) {
   World world = links_world();
