@@ -1,8 +1,11 @@
 #pragma once
-// Where the base shall go (§9.4): a constant velocity, or steering toward waypoints, holonomic or like a car.
+// Where the base shall go (§9.4): a constant velocity, recorded commands, or steering toward waypoints, holonomic or
+// like a car.
 
 #include <array>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "engine/lanes/lane_tape.h"
 #include "engine/sensing/sensors.h"
@@ -26,6 +29,9 @@ class Steering {
 /// The keys of a gait of which one says where its base goes.
 Key velocity_key();
 Key waypoints_key();
+Key commands_key();
+/// Their names: "velocity", "waypoints", "commands".
+const std::vector<std::string>& steering_keys();
 
 /// The value of a gait's `velocity`: vx, vy, vz, wx, wy, wz in the base's level frame, m/s and rad/s; each item may
 /// have its unit. Throws InputError.

@@ -259,9 +259,10 @@ void read_stance(const Model& model, const Settings& settings, const std::vector
 const Description& gait_description() {
   const Form share = Form::fraction(), shares = Form::numbers(-1, Quantity::dimensionless, Bound::fraction);
   static const Description text = {
-      "walks: every foot stands and swings by a common clock, after a velocity or along waypoints",
+      "walks: every foot stands and swings by a common clock, after a velocity, recorded commands or along waypoints",
       {velocity_key(),
        waypoints_key(),
+       commands_key(),
        {"duration", {Form::number(Quantity::time, Bound::positive)}, Default::required(), "of one cycle"},
        {"duty", {share, shares}, Default::required(), "share of the cycle in stance, above 0, of all feet or of each"},
        {"liftoff", {share, shares}, {}, "phase at which the swing of a foot begins: touchdown + duty"},
@@ -301,7 +302,7 @@ const Description& gait_description() {
         {Form::texts(-1, "LINK")},
         Default::words("ends of the limbs"),
         "feet; unless named: front before hind, left before right"}},
-      {{"velocity", "waypoints"}, {"liftoff", "touchdown"}}};
+      {steering_keys(), {"liftoff", "touchdown"}}};
   return text;
 }
 

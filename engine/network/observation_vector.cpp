@@ -121,7 +121,8 @@ std::vector<Key> observation_keys() {
            Default::value("frames"),
            "`frames`: one whole frame behind the other; `inputs`: all frames of the first input, then of the next"},
           velocity_key(),
-          waypoints_key()};
+          waypoints_key(),
+          commands_key()};
 }
 
 ObservationVector::ObservationVector(const ControlContext& context, const Described& own, const NetworkJoints& joints,
@@ -129,18 +130,22 @@ ObservationVector::ObservationVector(const ControlContext& context, const Descri
     : joints_(joints), kernel_(&kernel) {
   read_terms(own);
   read_layout(own);
-  const bool steered = own.has("velocity") || own.has("waypoints");
-  if (steered && own.has("velocity") && own.has("waypoints")) {
-    own.at("waypoints").fail_key("stands beside 'velocity'; one of them must go");
+  std::vector<std::string> steering;  // the keys that are written, of which one may be
+  for (const std::string& key : steering_keys()) {
+    if (own.has(key)) steering.push_back(key);
   }
+  if (steering.size() > 1) {
+    own.at(steering[1]).fail_key(fmt::format("stands beside '{}'; one of them must go", steering[0]));
+  }
+  const bool steered = !steering.empty();
   const auto commanded =
       std::any_of(terms_.begin(), terms_.end(), [](const auto& term) { return term->kind.seen == Seen::command; });
   if (commanded && !steered) {
     own.at("inputs").fail_key(
-        "has a command, which lacks its value: velocity: [forward, strafe, turn] or waypoints: …");
+        "has a command, which lacks its value: velocity: [forward, strafe, turn] or waypoints: … or commands: FILE");
   }
   if (steered && !commanded) {
-    own.at(own.has("velocity") ? "velocity" : "waypoints").fail_key("is not among the inputs; add 'command' to them");
+    own.at(steering[0]).fail_key("is not among the inputs; add 'command' to them");
   }
   if (!steered) return;
   steering_ = read_steering(own.settings(), context.nominal.floating_base);

@@ -14,7 +14,8 @@
 
 namespace graze {
 
-/// The keys of a network that say what it sees: `inputs`, `history`, `newest`, `stacked`, `velocity`, `waypoints`.
+/// The keys of a network that say what it sees: `inputs`, `history`, `newest`, `stacked`, `velocity`, `waypoints`,
+/// `commands`.
 std::vector<Key> observation_keys();
 
 /// A whole number of things `what` from 1 to `most`. Throws InputError, whose nearest right answer lies within.

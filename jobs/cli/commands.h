@@ -19,6 +19,7 @@ void add_check(CLI::App& app, Action& action);
 void add_steps(CLI::App& app, Action& action);
 void add_sources(CLI::App& app, Action& action);
 void add_predict(CLI::App& app, Action& action);
+void add_drive(CLI::App& app, Action& action);
 void add_sample(CLI::App& app, Action& action);
 void add_sweep(CLI::App& app, Action& action, const std::string& command_line);
 void add_run(CLI::App& app, Action& action, const std::string& command_line);

@@ -57,6 +57,7 @@ int parse_and_run(int argc, char** argv) {
   add_steps(app, action);
   add_sources(app, action);
   add_predict(app, action);
+  add_drive(app, action);
   add_sample(app, action);
   add_run(app, action, join(argc, argv));
   add_resume(app, action);

@@ -363,10 +363,11 @@ TEST_F(ControllerTest, GaitWeighsTheRobotAlone) {
                    0.05 * robot_weight(scene.model));
 }
 
-// Waypoints: a base that moves as commanded passes every point and stops behind the last; driving never strafes,
-// holonomic steering does; neither exceeds the largest speeds.
+// Waypoints: a base that moves as commanded passes every point and stops behind the last; driving and cars never
+// strafe, holonomic steering does; none exceeds the largest speeds, and a car goes along no narrower a curve than it
+// can.
 TEST_F(ControllerTest, SteersToWaypoints) {
-  for (const std::string steering : {"driving", "holonomic"}) {
+  for (const std::string steering : {"driving", "holonomic", "car, radius: 0.42"}) {
     const auto way = read_steering(
         Settings::parse(
             "waypoints: {points: [[0.5, 0], [0.5, -0.5], [-0.5, 0]], tolerance: 5 cm, speed: {forward: 0.2, "
@@ -389,6 +390,10 @@ TEST_F(ControllerTest, SteersToWaypoints) {
       base += Vec3(std::cos(base[2]) * step.x - std::sin(base[2]) * step.y,
                    std::sin(base[2]) * step.x + std::cos(base[2]) * step.y, step.yaw);
       strafed = std::max(strafed, std::abs(command(1, 0)));
+      if (steering.starts_with("car") && command(0, 0) != 0) {
+        EXPECT_EQ(command(0, 0), 0.2) << "it never slows down";
+        EXPECT_LE(std::abs(command(5, 0)) * 0.42, 0.2 * (1 + 1e-12));
+      }
       EXPECT_LE(std::abs(command(0, 0)), 0.2);
       EXPECT_LE(std::abs(command(5, 0)), 0.5);
       const double points[3][2] = {{0.5, 0}, {0.5, -0.5}, {-0.5, 0}};

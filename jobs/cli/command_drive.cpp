@@ -1,0 +1,288 @@
+// graze drive: a robot that is driven by keys while it is simulated.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <iostream>
+#include <iterator>
+#include <memory>
+#include <span>
+
+#include "archive/files/files.h"
+#include "archive/files/shell_word.h"
+#include "archive/files/utf8.h"
+#include "engine/settings/inputs.h"
+#include "jobs/campaign/drive_session.h"
+#include "jobs/campaign/nominal_estimate.h"
+#include "jobs/cli/commands.h"
+#include "jobs/cli/drive_keys.h"
+#include "jobs/cli/drive_screen.h"
+#include "jobs/cli/option_values.h"
+#include "jobs/cli/picture_file.h"
+#include "jobs/cli/raw_terminal.h"
+
+namespace graze {
+namespace {
+
+constexpr double kFrame = 0.05;       // s between two pictures
+constexpr double kMostBehind = 0.25;  // s: what the machine cannot catch up is not caught up
+constexpr double kZoomStep = 1.25;
+constexpr const char* kLongDrive = "600 s";  // a person's, unless the scenario's end is set
+
+struct DriveArguments {
+  ScenarioArguments scenario;
+  std::optional<std::uint64_t> particle;
+  std::optional<std::uint64_t> seed;
+  std::string keys, replay, record;
+  GaitTrial trial;
+  bool force = false;
+};
+
+std::string verdict_text(const GaitVerdict& told) {
+  if (told.particles == 0) return fmt::format("{} refused: no particle of it is valid", told.to);
+  std::string out = fmt::format("{} {}: {:.0f} % of {} particles keep all requirements for {:g} s ({:.0f} % under {})",
+                                told.to, told.accepted ? "accepted" : "refused", 100 * told.kept, told.particles,
+                                told.horizon, 100 * told.kept_by_stay, told.from);
+  return told.first_violated.empty() ? out : out + fmt::format("; most of the others violate {}", told.first_violated);
+}
+
+/// Keys on their way to the robot.
+class Driver {
+ public:
+  Driver(DriveSession& session, const Scenario& scenario) : session_(session), screen_(scenario) {}
+
+  /// False: the drive is to end.
+  bool press(const std::string& key) {
+    if (key == "q") return false;
+    if (key == "+" || key == "-") screen_.zoom(key == "+" ? kZoomStep : 1 / kZoomStep);
+    if (const auto policy = chosen_by(key)) choose(*policy);
+    if (wheel_.press(key)) session_.command(wheel_.forward(), wheel_.strafe(), wheel_.turn());
+    return true;
+  }
+
+  void advance(bool tell) {
+    const auto verdict = session_.advance();
+    if (!verdict) return;
+    message_ = verdict_text(*verdict);
+    if (tell) std::cout << fmt::format("{:.3f} s: {}\n", session_.sight().time, message_);
+  }
+
+  void draw(RawTerminal& terminal, double pace) {
+    const RawTerminal::Size size = terminal.size();
+    terminal.draw(screen_.lines(session_, size.columns, size.rows, pace, wheel_.is_car(), message_));
+  }
+
+ private:
+  void choose(std::size_t policy) {
+    if (policy >= session_.policies().size()) {
+      message_ = fmt::format("there are {} policies to drive under", session_.policies().size());
+      return;
+    }
+    session_.choose(policy);
+    if (session_.tried()) message_ = fmt::format("{} is being tried", session_.policies()[*session_.tried()]);
+  }
+
+  DriveSession& session_;
+  DriveScreen screen_;
+  DriveWheel wheel_;
+  std::string message_;
+};
+
+double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+/// As fast as the clock, or as the machine can. Returns the signal that has ended it, or 0.
+int drive_live(DriveSession& session, Driver& driver) {
+  RawTerminal terminal;
+  double start = now(), pace = 1;  // `start`: the clock when the robot's was 0
+  std::string bytes, more;
+  bool goes_on = true;
+  while (goes_on && !session.ended() && terminal.asked_to_end() == 0) {
+    const double frame_end = now() + kFrame;
+    while (!session.ended() && session.sight().time < now() - start && now() < frame_end) driver.advance(false);
+    const double behind = now() - start - session.sight().time;
+    pace += 0.1 * ((behind > kFrame ? kFrame / (kFrame + behind) : 1) - pace);
+    if (behind > kMostBehind) start += behind;
+    driver.draw(terminal, pace);
+    goes_on = terminal.read(std::max(0.0, frame_end - now()), more);
+    bytes += more;
+    for (const std::string& key : decode_keys(bytes)) goes_on = goes_on && driver.press(key);
+    if (terminal.stopped_and_went_on()) start = now() - session.sight().time;
+  }
+  return terminal.asked_to_end();
+}
+
+void drive_by_script(DriveSession& session, Driver& driver, const std::vector<TimedKey>& keys) {
+  auto next = keys.begin();
+  while (!session.ended()) {
+    for (; next != keys.end() && next->time <= session.sight().time + kCommandSlack; ++next) {
+      if (!driver.press(next->key)) return;
+    }
+    driver.advance(true);
+  }
+}
+
+void drive_by_commands(DriveSession& session, const std::vector<CommandRow>& rows, const std::string& name) {
+  std::vector<std::size_t> policies;
+  for (const CommandRow& row : rows) {
+    const auto& names = session.policies();
+    const auto found = row.policy.empty() ? names.begin() : std::find(names.begin(), names.end(), row.policy);
+    if (found == names.end()) {
+      throw InputError(fmt::format("{}:{}:1: '{}' is no policy that can be driven; {}", name, row.line, row.policy,
+                                   nearest_or_all(row.policy, names)));
+    }
+    policies.push_back(static_cast<std::size_t>(found - names.begin()));
+  }
+  std::size_t next = 0;
+  while (!session.ended()) {
+    for (; next < rows.size() && rows[next].time <= session.sight().time + kCommandSlack; ++next) {
+      session.go_on_under(policies[next], rows[next]);
+    }
+    session.advance();
+  }
+}
+
+bool is_one_policy(const std::vector<CommandRow>& rows) {
+  return std::all_of(rows.begin(), rows.end(), [&](const CommandRow& row) { return row.policy == rows[0].policy; });
+}
+
+/// Commands that do the same again.
+std::string again_text(const DriveArguments& arguments, const DriveSession& session, const Scenario& scenario) {
+  const std::string file = shell_word(arguments.record), scene = shell_word(arguments.scenario.file);
+  const std::string end = fmt::format(" --set time.end={}", session.record().end_time);
+  std::string out = fmt::format("Again: graze drive {} --replay {}{}{}\n", scene, file, end,
+                                arguments.particle ? fmt::format(" --particle {}", *arguments.particle) : "");
+  const std::string& policy = session.rows().front().policy;
+  if (!is_one_policy(session.rows()) || policy.find('/') != std::string::npos) return out;
+  const auto spec = std::find_if(scenario.policies.begin(), scenario.policies.end(),
+                                 [&](const PolicySpec& one) { return one.name == policy; });
+  const char* const part = spec->settings.has("gait") ? "gait" : "network";
+  std::string away;
+  for (const char* key : {"velocity", "waypoints"}) {
+    if (spec->settings.at(part).has(key)) away = fmt::format(" --set 'policies.{}.{}.{}=~'", policy, part, key);
+  }
+  return out + fmt::format(
+                   "All robots by these commands: graze run {}{} --set policies.{}.{}.commands={}{}; then "
+                   "graze view shows one in three dimensions\n",
+                   scene, away, policy, part, file, end);
+}
+
+void write_record(const DriveArguments& arguments, const DriveSession& session) {
+  write_picture(arguments.record, arguments.force, commands_text(session.rows()), false);
+}
+
+void check(const DriveArguments& arguments) {
+  if (!arguments.keys.empty() && !arguments.replay.empty()) {
+    throw InputError("--replay: stands beside --keys; one of them must go");
+  }
+  if (!arguments.record.empty()) check_new_file(arguments.record, arguments.force, {});
+}
+
+/// Keys from --keys, or from standard input that is no terminal; none: a person presses them.
+std::optional<std::vector<TimedKey>> scripted_keys(const DriveArguments& arguments) {
+  if (!arguments.keys.empty()) return parse_key_script(read_input(input_path(arguments.keys)), arguments.keys);
+  if (isatty(STDIN_FILENO) == 0) {
+    if (arguments.scenario.file == kStandardInput) {
+      throw InputError("drive -: the scenario comes from standard input, and so would the keys; give --keys FILE");
+    }
+    return parse_key_script(read_standard_input(), "standard input");
+  }
+  if (isatty(STDOUT_FILENO) != 0) return std::nullopt;
+  throw InputError("drive: standard output is no terminal, which the view needs; --keys FILE drives without one");
+}
+
+Scenario load(const DriveArguments& arguments, bool live) {
+  ScenarioArguments chosen = arguments.scenario;
+  const auto is_end = [](const std::string& one) { return one.starts_with("time.end=") || one.starts_with("time="); };
+  if (live && std::none_of(chosen.set.begin(), chosen.set.end(), is_end)) {
+    chosen.set.push_back(std::string("time.end=") + kLongDrive);
+  }
+  return chosen.load();
+}
+
+int drive(const DriveArguments& arguments) {
+  check(arguments);
+  std::optional<std::vector<TimedKey>> keys;
+  if (arguments.replay.empty()) keys = scripted_keys(arguments);
+  Scenario scenario = load(arguments, arguments.replay.empty() && !keys);
+  if (arguments.seed) scenario.seed = *arguments.seed;
+  const Simulation simulation(std::move(scenario));
+  DriveSession session(simulation, arguments.particle, arguments.trial);
+  Driver driver(session, simulation.scenario());
+  int signal = 0;
+  if (!arguments.replay.empty()) {
+    drive_by_commands(session, parse_commands(read_input(input_path(arguments.replay)), arguments.replay),
+                      arguments.replay);
+  } else if (keys) {
+    drive_by_script(session, driver, *keys);
+  } else {
+    signal = drive_live(session, driver);
+  }
+  session.stop();
+  const TraceRecord& record = session.record();
+  std::string under;
+  for (const CommandRow& row : session.rows()) {
+    if (under.empty() || !under.ends_with(row.policy)) under += (under.empty() ? "" : ", ") + row.policy;
+  }
+  const Vec3& at = session.sight().position;
+  std::cout << fmt::format("{:g} s under {}: {}; at x {:.3f} m, y {:.3f} m; digest {:016x}\n", record.end_time, under,
+                           how_it_ends(simulation.scenario(), record), at.x(), at.y(), record.digest);
+  if (!arguments.record.empty()) {
+    write_record(arguments, session);
+    std::cout << fmt::format("{}: {} commands\n", arguments.record, session.rows().size())
+              << again_text(arguments, session, simulation.scenario());
+  }
+  if (signal != 0) throw MachineError(fmt::format("drive: ended by signal {}", signal));
+  return kDone;
+}
+
+double read_share(const std::string& text, const std::string& option) {
+  const Settings value = Settings::parse("share: " + text, option).at("share");
+  return value.within(0, 1);
+}
+
+void add_options(CLI::App& verb, DriveArguments& arguments) {
+  arguments.scenario.add_to(verb);
+  add_whole(verb, "--particle", arguments.particle, 0, kParticleLimit - 1,
+            "Which robot, as graze run has it (default: the nominal one)");
+  add_whole(verb, "--seed", arguments.seed, 0, std::numeric_limits<std::uint64_t>::max(),
+            "Root seed (default: the scenario's)");
+  verb.add_option("--keys", arguments.keys, "Press these keys, lines TIME KEY, instead of waiting for some")
+      ->type_name("FILE");
+  verb.add_option("--replay", arguments.replay, "Do what a recorded command file says")->type_name("FILE.csv");
+  verb.add_option("--record", arguments.record, "Write the commands to this file, which makes the same drive again")
+      ->type_name("FILE.csv");
+  verb.add_flag("--force", arguments.force, "Replace that file if it exists");
+  add_whole(verb, "--trial", arguments.trial.particles, 0, 100'000,
+            "By how many particles a new gait is tried before the switch; 0: none")
+      ->default_str("16");
+  add_read_option(verb, "--horizon", "How far ahead they are simulated",
+                  [&arguments](const std::string& text, const std::string& option) {
+                    arguments.trial.horizon = parse_seconds(text, option, 1e-3, 1e6);
+                  })
+      ->type_name("TIME")
+      ->default_str("2 s");
+  add_read_option(verb, "--accept", "The share of them that must violate no requirement, else the gait is refused",
+                  [&arguments](const std::string& text, const std::string& option) {
+                    arguments.trial.accept = read_share(text, option);
+                  })
+      ->type_name("SHARE")
+      ->default_str("90 %");
+}
+
+}  // namespace
+
+void add_drive(CLI::App& app, Action& action) {
+  auto arguments = std::make_shared<DriveArguments>();
+  CLI::App* verb = add_verb(
+      app, "drive", "Drive a robot by the keyboard while it is simulated; a new gait is tried before the switch",
+      "  graze drive quadruped_drive                        # arrow keys, 1 to 9 choose a gait, q ends\n"
+      "  graze drive quadruped_drive --record drive.csv     # and write what was commanded\n"
+      "  graze drive quadruped_drive --replay drive.csv     # the same drive, bit for bit\n"
+      "  printf '0 up\\n1 left\\n3 q\\n' | graze drive quadruped_drive\n\n"
+      "Keys: up/down or W/S speed, left/right or A/D turn, ',' and '.' strafe, space stops, c steers like a car, + and "
+      "- zoom.\ndocs/drive.md.\n");
+  add_options(*verb, *arguments);
+  verb->callback([arguments, &action] { action = [arguments] { return drive(*arguments); }; });
+}
+
+}  // namespace graze
