@@ -24,8 +24,8 @@
 namespace graze {
 namespace {
 
-constexpr double kFrame = 0.05;       // s between two pictures
-constexpr double kMostBehind = 0.25;  // s: what the machine cannot catch up is not caught up
+constexpr double kBetweenPictures = 0.05;  // s between two pictures
+constexpr double kMostBehind = 0.25;       // s: what the machine cannot catch up is not caught up
 constexpr double kZoomStep = 1.25;
 constexpr const char* kLongDrive = "600 s";  // a person's, unless the scenario's end is set
 
@@ -97,10 +97,10 @@ int drive_live(DriveSession& session, Driver& driver) {
   std::string bytes, more;
   bool goes_on = true;
   while (goes_on && !session.ended() && terminal.asked_to_end() == 0) {
-    const double frame_end = now() + kFrame;
+    const double frame_end = now() + kBetweenPictures;
     while (!session.ended() && session.sight().time < now() - start && now() < frame_end) driver.advance(false);
     const double behind = now() - start - session.sight().time;
-    pace += 0.1 * ((behind > kFrame ? kFrame / (kFrame + behind) : 1) - pace);
+    pace += 0.1 * ((behind > kBetweenPictures ? kBetweenPictures / (kBetweenPictures + behind) : 1) - pace);
     if (behind > kMostBehind) start += behind;
     driver.draw(terminal, pace);
     goes_on = terminal.read(std::max(0.0, frame_end - now()), more);

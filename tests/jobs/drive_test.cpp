@@ -108,7 +108,7 @@ TEST_F(Drive, SaysWhatIsWrong) {
   testing::write_file(folder / "way.csv", "time,forward,strafe,turn,policy\n0,0,0,0,wolk\n");
   EXPECT_THAT(drive("--replay way.csv").err, HasSubstr("way.csv:2:1: 'wolk' is no policy that can be driven"));
   EXPECT_EQ(drive("--replay way.csv").code, 2);
-  EXPECT_THAT(testing::graze(folder.path(), "drive pendulum --keys keys").err,
+  EXPECT_THAT(testing::graze(folder.path(), "drive pendulum --replay way.csv").err,
               HasSubstr("no policy that can be driven"));
 }
 

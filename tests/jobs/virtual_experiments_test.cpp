@@ -163,5 +163,15 @@ TEST(Chapter6, TheModifiedDesignsOfTable9CannotStandAsTable8HasIt) {
   }
 }
 
+// §9.4: holonomic, driving and like a car, the robot that is as it is thought to be comes around both pylons. Nothing
+// is drawn, so that there are no false alarms.
+TEST(Driving, ComesAroundThePylons) {
+  if (GRAZE_SANITIZED) GTEST_SKIP() << "too long for a sanitizer";
+  for (const auto& [key, trace] :
+       testing::simulate(shipped("quadruped_drive", {{"uncertain", "~"}}), 1, kExperimentSeed, 0)) {
+    EXPECT_EQ(trace.outcome, Outcome::success) << key.first;
+  }
+}
+
 }  // namespace
 }  // namespace graze

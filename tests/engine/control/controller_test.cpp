@@ -301,7 +301,7 @@ TEST_F(ControllerTest, GaitErrors) {
   const auto has = [](const std::string& text, const std::string& part) {
     EXPECT_NE(text.find(part), std::string::npos) << text;
   };
-  has(gait(timing), "gait: either 'velocity' or 'waypoints' must stand here");
+  has(gait(timing), "gait: either 'velocity' or 'waypoints' or 'commands' must stand here");
   has(gait("velocity: [0.2, 0], " + timing), "has 2 numbers");
   has(gait("velocity: [0.2, 0, 0], duty: 75 %"), "gait: either 'liftoff' or 'touchdown' must stand here");
   has(gait("velocity: [0.2, 0, 0], duty: 75 %, liftoff: '[25, 75, 0] %'"), "has 3 values; one per foot (4)");
