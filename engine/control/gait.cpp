@@ -62,7 +62,9 @@ class Gait : public Policy {
 
   unsigned reads() const override {
     const GaitParameters& p = view_.p;
-    return kJointPosition | (p.global_up ? kBaseTilt : 0u) | (p.recovery ? kLinkForce : 0u) | steering_->reads();
+    const unsigned righting = p.stabilizer.on ? kBaseRpy | kBaseRate : 0u;
+    return kJointPosition | righting | (p.global_up ? kBaseTilt : 0u) | (p.recovery ? kLinkForce : 0u) |
+           steering_->reads();
   }
 
   std::vector<Inside> inside() const override {
@@ -86,7 +88,8 @@ class Gait : public Policy {
     call.fresh = active.bits() & fresh_.bits();
     call.time = observation.time.data();
     call.joint_position = observation.joint_position.row(0);
-    if (view_.p.global_up) call.base_rpy = observation.base_rpy.row(0);
+    if (view_.p.global_up || view_.p.stabilizer.on) call.base_rpy = observation.base_rpy.row(0);
+    if (view_.p.stabilizer.on) call.base_rate = observation.base_rate.row(0);
     if (view_.p.recovery) call.link_force = observation.link_force.row(0);
     call.command = command_.row(0);
     call.feet = feet_.row(0);

@@ -26,6 +26,13 @@ struct GaitTiming {
   Flight flights[kMaxFeet] = {};  // in order of takeoff
 };
 
+/// Pushes of standing feet that right the base (base_stabilizer.h).
+struct BaseStabilizer {
+  bool on = false;
+  double kp = 0, kd = 0;       // N m/rad and N m s/rad, of roll and pitch
+  double roll = 0, pitch = 0;  // rad, as commanded
+};
+
 struct GaitParameters {
   GaitTiming timing;
   double step_height = 0.02;                     // m
@@ -38,9 +45,10 @@ struct GaitParameters {
   double contact_force = 0;                      // N, above which a foot carries
   double gravity = 9.81;                         // m/s^2, for flights
   double R_GB[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};  // commanded attitude of the base in the level frame
-  double origin[kMaxFeet][3] = {};               // where each foot stands at mid-stance, level frame, m
-  double hip[kMaxFeet][3] = {};                  // centre of its reach, base frame, m
-  double reach[kMaxFeet] = {};                   // m
+  BaseStabilizer stabilizer;
+  double origin[kMaxFeet][3] = {};  // where each foot stands at mid-stance, level frame, m
+  double hip[kMaxFeet][3] = {};     // centre of its reach, base frame, m
+  double reach[kMaxFeet] = {};      // m
 };
 
 }  // namespace graze

@@ -40,6 +40,22 @@ const Description& stance_description() {
   return text;
 }
 
+const Description& stabilizer_description() {
+  static const Description text = {
+      "feet that stand push along the vertical such that the base rolls and pitches back (§7.6.3; viip of the "
+      "published "
+      "code)",
+      {{"kp",
+        {Form::number(Quantity::rotational_stiffness, Bound::not_negative)},
+        Default::value("0 N m/rad"),
+        "moment for each rad of roll and pitch off `orientation`"},
+       {"kd",
+        {Form::number(Quantity::rotational_damping, Bound::not_negative)},
+        Default::value("50 N m s/rad"),
+        "moment against each rad/s of roll and pitch, as published"}}};
+  return text;
+}
+
 /// Frame of the foot on a leaf body: the one farthest from the body's own origin.
 int outermost_frame(const Model& model, int body) {
   int best = -1;
@@ -254,6 +270,22 @@ void read_stance(const Model& model, const Settings& settings, const std::vector
   refuse_stance(settings, *far);
 }
 
+/// Behind p.R_GB.
+void read_stabilizer(const Model& model, const Settings& settings, GaitParameters& p) {
+  const auto written = settings.find("stabilizer");
+  if (!written) return;
+  if (!model.floating_base)
+    settings.at("stabilizer").fail_key("rights a base that can turn, and this one is fixed to the world");
+  const Described own(*written, stabilizer_description());
+  p.stabilizer.on = true;
+  p.stabilizer.kp = own.number("kp");
+  p.stabilizer.kd = own.number("kd");
+  const auto attitude = settings.find("orientation");
+  if (!attitude) return;
+  const std::vector<double> rpy = attitude->numbers(3, Quantity::angle);
+  p.stabilizer.roll = rpy[0], p.stabilizer.pitch = rpy[1];
+}
+
 }  // namespace
 
 const Description& gait_description() {
@@ -277,6 +309,7 @@ const Description& gait_description() {
         {Form::numbers(3, Quantity::angle)},
         Default::value("[0, 0, 0] rad"),
         "roll, pitch, yaw of the base that the stance is made for"},
+       {"stabilizer", {Form::map(stabilizer_description())}, Default::words("none"), stabilizer_description().help},
        {"settle",
         {Form::number(Quantity::time, Bound::not_negative)},
         Default::value("0 s"),
@@ -334,6 +367,7 @@ GaitSetup read_gait(const ControlContext& context, const Described& own) {
     R_GB = rotation_from_rpy({rpy[0], rpy[1], rpy[2]});
     Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>{p.R_GB} = R_GB;
   }
+  read_stabilizer(context.nominal, settings, p);
   read_stance(context.nominal, settings, setup.legs, R_GB, p);
   setup.steering = read_steering(settings, context.nominal.floating_base);
   doubt_gait(settings, setup);

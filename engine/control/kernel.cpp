@@ -4,6 +4,7 @@
 
 #include <cstddef>
 
+#include "engine/control/base_stabilizer.h"
 #include "engine/control/gait_planner.h"
 #include "engine/control/inverse_dynamics.h"
 #include "engine/control/leg_ik.h"
@@ -82,6 +83,42 @@ void solve_leg(const LegView& leg, const FootPlan<T>& foot, const Rows<T>& rows,
   }
 }
 
+template <class T, int N>
+void push_with_leg(const LegView& leg, const Vec3T<T>& up, const T& push, const Rows<T>& rows, const GaitCall& call) {
+  const ChainView& chain = leg.chain;
+  const int n = chain_size<N>(chain);
+  T q[kChainRoom<N>], tau[kChainRoom<N>];
+  for (int j = 0; j < n; ++j) {
+    q[j] = Rows<T>::at(call.joint_position, chain.joint[j].actuator);
+    tau[j] = Rows<T>::at(call.tau, chain.joint[j].actuator);
+  }
+  push_foot<T, N>(chain, q, up, push, tau);
+  for (int j = 0; j < n; ++j) rows.set(call.tau, chain.joint[j].actuator, tau[j]);
+}
+
+/// Feed-forward torques that right the base by the feet that stand and, if forces are sensed, carry.
+template <class T>
+void stabilize(const GaitView& view, const GaitCall& call, const GaitSenses<T>& in, const FootPlan<T>* feet,
+               const Rows<T>& rows) {
+  const GaitParameters& p = view.p;
+  const T roll = Rows<T>::at(call.base_rpy, 0), pitch = Rows<T>::at(call.base_rpy, 1);
+  unsigned stands[kMaxFeet];
+  for (int i = 0; i < p.timing.feet; ++i) {
+    stands[i] = call.active & ~feet[i].swing;
+    if (p.recovery) stands[i] &= bits(in.force[i] > T(p.contact_force));
+  }
+  const Vec3T<T> up = up_of(roll, pitch);
+  const Vec3T<T> moment =
+      righting_moment<T>(p.stabilizer, roll, pitch, Rows<T>::at(call.base_rpy, 2), Rows<T>::vec3_at(call.base_rate, 0));
+  T push[kMaxFeet];
+  righting_pushes<T>(p.timing.feet, in.x, stands, up, moment, push);
+  for (int i = 0; i < p.timing.feet; ++i) {
+    const LegView& leg = view.legs[i];
+    leg.chain.n == 3 ? push_with_leg<T, 3>(leg, up, push[i], rows, call)
+                     : push_with_leg<T, 0>(leg, up, push[i], rows, call);
+  }
+}
+
 template <class T>
 void gait(const GaitView& view, const GaitCall& call) {
   const Rows<T> rows{mask_from_bits<T>(call.active)};
@@ -104,6 +141,7 @@ void gait(const GaitView& view, const GaitCall& call) {
     leg.chain.n == 3 ? solve_leg<T, 3>(leg, feet[i], rows, call.fresh, guess, call)
                      : solve_leg<T, 0>(leg, feet[i], rows, call.fresh, guess, call);
   }
+  if (view.p.stabilizer.on) stabilize(view, call, in, feet, rows);
 }
 
 template <class T, int N>

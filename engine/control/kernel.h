@@ -32,7 +32,7 @@ enum class FootMode { stance = 0, swing = 1, reach = 2, support = 3 };
 struct GaitCall {
   unsigned active, fresh;  // fresh: of the active, those that begin a trace
   // Sensed; see Observation. Rows that the parameters do not ask for may be null.
-  const double *time, *joint_position, *base_rpy, *link_force;
+  const double *time, *joint_position, *base_rpy, *base_rate, *link_force;
   const double* command;  // 6: velocity of the base, linear and angular
   // Memory of the gait, zero at first.
   double* feet;       // foot_doubles per foot
