@@ -17,11 +17,11 @@ constexpr int kEdges = 4;  // of the friction pyramid, as published
 constexpr double kIndependent = 1e-9;
 
 /// Algorithm 3: rows of the tangents (in the numbering of J) on which forces can be told apart, found by a Cholesky
-/// factorisation that grows row by row.
-std::vector<int> independent_tangents(const MatrixXd& W) {
+/// factorisation that grows row by row; no more than there are free velocities.
+std::vector<int> independent_tangents(const MatrixXd& W, Eigen::Index velocities) {
   std::vector<int> rows;
-  MatrixXd L(6, 6);
-  for (int i = 0; i < W.rows() && rows.size() < 6; ++i) {
+  MatrixXd L(velocities, velocities);
+  for (int i = 0; i < W.rows() && static_cast<Eigen::Index>(rows.size()) < velocities; ++i) {
     if (i % 3 == 0) continue;  // a normal
     const int n = static_cast<int>(rows.size());
     VectorXd a(n);
@@ -66,7 +66,7 @@ VectorXd pivot_coulomb(const BaseContacts& contacts) {
 VectorXd pivot_no_slip(const BaseContacts& contacts, std::vector<int>& active) {
   const int n = static_cast<int>(contacts.friction.size());
   const MatrixXd W = contacts.delassus();
-  const std::vector<int> tangents = independent_tangents(W);
+  const std::vector<int> tangents = independent_tangents(W, contacts.A.rows());
   std::vector<int> normals(n);
   for (int i = 0; i < n; ++i) normals[i] = 3 * i;
   // The tangents' forces are what keeps their velocities at zero (Eqs. 72, 73), whatever the normals do.
@@ -99,17 +99,24 @@ BaseContacts ContactPivoting::read(int lane, int count) {
   for (int i = 0; i < count; ++i) {
     if (m.lanes_of_contact[i] >> lane & 1u) contacts_.push_back(i);
   }
-  const int n = static_cast<int>(contacts_.size()), nv = view_->topology.nv;
-  BaseContacts out{{}, MatrixXd(3 * n, 6), VectorXd(3 * n), VectorXd(n)};
-  for (int k = 0; k < 6; ++k) {
-    for (int d = 0; d <= k; ++d) out.A(k, d) = out.A(d, k) = m.M[kLanes * base_entry(k, d) + lane];
+  const int n = static_cast<int>(contacts_.size()), nv = view_->topology.nv, velocities = 6 * view_->free_count;
+  BaseContacts out{MatrixXd::Zero(velocities, velocities), MatrixXd::Zero(3 * n, velocities), VectorXd(3 * n),
+                   VectorXd(n)};
+  for (int i = 0; i < view_->free_count; ++i) {
+    const double* M = m.M + kLanes * view_->free[i].mass + lane;
+    for (int k = 0; k < 6; ++k) {
+      for (int d = 0; d <= k; ++d) {
+        out.A(6 * i + k, 6 * i + d) = out.A(6 * i + d, 6 * i + k) = M[kLanes * base_entry(k, d)];
+      }
+    }
   }
   for (int i = 0; i < n; ++i) {
     const double* row = m.pivot + kLanes * kPivotRows * contacts_[i] + lane;
+    const int reached = std::min(velocities, view_->program.dof_depth[m.dof_of_contact[contacts_[i]]] + 1);
     const double* jacobian = m.jacobian + kLanes * 3 * nv * contacts_[i] + lane;
     for (int k = 0; k < 3; ++k) {
       out.u[3 * i + k] = row[kLanes * (kPivotVelocity + k)];
-      for (int d = 0; d < 6; ++d) out.J(3 * i + k, d) = jacobian[kLanes * (3 * d + k)];
+      for (int d = 0; d < reached; ++d) out.J(3 * i + k, d) = jacobian[kLanes * (3 * d + k)];
     }
     out.friction[i] = row[kLanes * kPivotFriction];
   }

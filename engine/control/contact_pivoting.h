@@ -1,7 +1,7 @@
 #pragma once
 // Contact impulses of one lane of inverse dynamics as complementarity problems (dissertation §7.3 and §7.4): joints
-// move as they are told, so that contacts feel the inertia A of the base alone. Scalar: the same bits for every
-// instruction set.
+// move as they are told, so that contacts feel the inertia A of the base and of held objects alone. Scalar: the same
+// bits for every instruction set.
 
 #include <Eigen/Dense>
 #include <array>
@@ -14,10 +14,10 @@ namespace graze {
 
 /// Contacts of a robot whose joints move as they are told.
 struct BaseContacts {
-  Eigen::Matrix<double, 6, 6> A;  // inertia of the base
-  Eigen::MatrixXd J;              // 3 n x 6: normal and two tangents of each contact
-  Eigen::VectorXd u;              // 3 n: velocities without impulses plus gap terms
-  Eigen::VectorXd friction;       // n
+  Eigen::MatrixXd A;         // 6 f x 6 f: inertia of the base and of objects, f bodies that are free
+  Eigen::MatrixXd J;         // 3 n x 6 f: normal and two tangents of each contact
+  Eigen::VectorXd u;         // 3 n: velocities without impulses plus gap terms
+  Eigen::VectorXd friction;  // n
   Eigen::MatrixXd delassus() const { return J * A.llt().solve(J.transpose()); }
 };
 

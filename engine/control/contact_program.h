@@ -1,7 +1,7 @@
 #pragma once
 // The convex program of inverse dynamics with contact (dissertation §7.5, Eqs. 103-108 and 136-137). Joints move as
-// they are told, so that only the base's six velocities x are free: with A, the base's block of M, and impulses lambda
-// on Coulomb's cones K (no pyramid),
+// they are told, so that only six velocities of the base, and of each object that is held, are free: with x these, A
+// their blocks of M, and impulses lambda on Coulomb's cones K (no pyramid),
 //   stage I    least  1/2 lambda^T J_b A^-1 J_b^T lambda + lambda^T (J_b x_free + J_q v_q + gap terms)
 //   stage II   of its solutions the one of least  1/2 |t|^2,  t = t_free - J_q^T lambda   (joint impulses).
 // Both are one program with the weight eps on the second. It is that of a robot whose joints give way a little: mass
@@ -14,11 +14,12 @@
 // function that results, then kept := lambda. R falls below eps, so that stage II converges as well.
 
 #include "engine/contact/newton.h"
+#include "engine/control/kernel.h"
 
 namespace graze {
 inline namespace GRAZE_ISA_NAMESPACE {
 
-/// A point of the robot on standing ground. All numbers are T: memory is counted in doubles.
+/// A point of the robot, or of an object, on what it touches. All numbers are T: memory is counted in doubles.
 template <class T>
 struct ProgramContactT : ContactFrameT<T> {
   T friction;
@@ -50,8 +51,8 @@ inline void project_half_space(const Vec3T<T>& x, const T& w, NewtonContactT<T>&
 
 template <class T>
 struct ContactProgramT {
-  TreeT<T> tree;  // M is H, the Hessian, which has the zeros of M
-  const T* A;     // the base's rows of M
+  TreeT<T> tree;  // M is H, the Hessian; of the topology's, degrees of freedom alone (InverseDynamicsView::program)
+  const T* A;     // M
   int count;
   ProgramContactT<T>* contacts;
   Vec3T<T>* jacobian;  // `room` per contact: local columns of the dofs above it, from the base
@@ -61,6 +62,9 @@ struct ContactProgramT {
   const T *free, *weight;  // nv; weight of joints, 1/eps
   T *z, *step, *trial, *gradient;
   bool slips;  // Coulomb's cones; else forces along the ground have no bound, and stop what slides
+  int free_count;
+  const FreeBodyView* bodies;  // that are free; in H above all joints
+  int joint_begin, joint_end;  // degrees of freedom that are joints'
 
   int dofs_above(int i) const { return tree.topology.dof_depth[last_dof[i]] + 1; }
   const int* path(int i) const { return tree.topology.chain + tree.topology.row[last_dof[i]]; }
@@ -88,13 +92,17 @@ struct ContactProgramT {
 
   /// All lambda at `at`; gradient = mass (at - free) - J^T lambda.
   GRAZE_OUT_OF_LINE void evaluate(const T& share, const T* at) const {
-    for (int k = 6; k < tree.topology.nv; ++k) gradient[k] = weight[k] * (at[k] - free[k]);
-    T off[6];
-    for (int k = 0; k < 6; ++k) off[k] = at[k] - free[k];
-    for (int k = 0; k < 6; ++k) {
-      T sum(0.0);
-      for (int d = 0; d < 6; ++d) sum = fma(A[k > d ? base_entry(k, d) : base_entry(d, k)], off[d], sum);
-      gradient[k] = sum;
+    for (int k = joint_begin; k < joint_end; ++k) gradient[k] = weight[k] * (at[k] - free[k]);
+    for (int i = 0; i < free_count; ++i) {
+      const int first = bodies[i].dof;
+      const T* M = A + bodies[i].mass;
+      T off[6];
+      for (int k = 0; k < 6; ++k) off[k] = at[first + k] - free[first + k];
+      for (int k = 0; k < 6; ++k) {
+        T sum(0.0);
+        for (int d = 0; d < 6; ++d) sum = fma(M[k > d ? base_entry(k, d) : base_entry(d, k)], off[d], sum);
+        gradient[first + k] = sum;
+      }
     }
     for (int i = 0; i < count; ++i) {
       project(share, i, at);
@@ -112,7 +120,12 @@ struct ContactProgramT {
       tree.M[t.row[k] + t.dof_depth[k]] = weight[k];
       step[k] = -gradient[k];
     }
-    for (int i = 0; i < 21; ++i) tree.M[t.row[0] + i] = A[i];
+    for (int i = 0; i < free_count; ++i) {
+      for (int k = 0; k < 6; ++k) {
+        T* row = tree.M + t.row[bodies[i].dof + k] + t.dof_depth[bodies[i].dof];
+        for (int d = 0; d <= k; ++d) row[d] = A[bodies[i].mass + base_entry(k, d)];
+      }
+    }
     for (int i = 0; i < count; ++i) {
       const NewtonContactT<T>& c = contacts[i].cone;
       const Vec3T<T>* J = jacobian + room * i;
@@ -180,8 +193,8 @@ struct ContactProgramT {
     return open;
   }
 
-  /// kept := lambda in `open`. Returns where they differ by too much.
-  mask_of<T> keep(const mask_of<T>& open) const {
+  /// kept := lambda in `open`. Returns where they differ by more than this share of the largest.
+  mask_of<T> keep(const mask_of<T>& open, double error) const {
     T most(0.0), change(0.0);
     for (int i = 0; i < count; ++i) {
       NewtonContactT<T>& c = contacts[i].cone;
@@ -190,17 +203,17 @@ struct ContactProgramT {
       change = max(change, norm2(off));
       c.kept = select(open, c.lambda, c.kept);
     }
-    return open & (change > T(kImpulseError * kImpulseError) * most);
+    return open & (change > T(error * error) * most);
   }
 
   /// Solves in the lanes of `open`, from z and the impulses that are kept. share: R at first. eps: as the weights have
-  /// it, without its unit. wrench: as minimise(). `final`: until stage II has settled; else the wrench on the base
-  /// does.
-  void solve(mask_of<T> open, T share, double eps, const T& wrench, bool final) const {
+  /// it, without its unit. wrench: as minimise(). `final`: until stage II has settled, to `error`; else the wrench on
+  /// the base does.
+  void solve(mask_of<T> open, T share, double eps, const T& wrench, bool final, double error = kImpulseError) const {
     const T last(kLastR * eps);
     for (int n = 0; n < kMultiplierSteps && any(open); ++n) {
       const mask_of<T> failed = minimise(share, open, wrench);
-      const mask_of<T> changes = keep(open & !failed);
+      const mask_of<T> changes = keep(open & !failed, error);
       const mask_of<T> early = failed | (share > last);  // no R but the last tells
       open = open & (final ? early | changes : early);
       share = select(failed, min(T(kGrowR) * share, T(1.0)), max(T(kShrinkR) * share, last));

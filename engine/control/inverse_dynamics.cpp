@@ -39,6 +39,10 @@ constexpr double kFarContact = 0.2;
 /// s: with that of a control step of 1 ms a robot on rigid ground throws its own legs (our choice, docs/control.md).
 constexpr double kHorizon = 20e-3;
 
+/// R at first where contacts begin with the impulses of the step before: no smaller than without, because smaller ones
+/// take Newton's method more steps than they save the multipliers (measured from 1e-7 to 1e-3 on LINKS).
+constexpr double kWarmR = 1e-3;
+
 /// What is known of contacts, and how their forces are predicted.
 std::vector<Key> contact_keys() {
   return {
@@ -47,6 +51,12 @@ std::vector<Key> contact_keys() {
        Default::value("qp_coulomb"),
        "of contact: the convex program or the complementarity problem, with Coulomb's friction or without slip; forces "
        "as they were sensed; or as if the robot were in the air"},
+      {"objects",
+       {Form::texts(-1, "OBJECT")},
+       Default::words("none"),
+       "movable objects whose poses and velocities it is told of, exactly, as by a camera that sees all: they count "
+       "among "
+       "what the robot may touch, move as contacts make them, and have their nominal masses"},
       {"horizon",
        {Form::number(Quantity::time, Bound::positive)},
        Default::words("20 ms, or the control step if that is longer"),
@@ -76,8 +86,10 @@ std::vector<Key> contact_keys() {
 }
 
 const char* const kKnows =
-    "Contacts are of the policy's feet, or of all links if it has none, with what stands in the nominal world. It "
-    "knows nominal masses, friction and world, and sensed joints, base, flags and forces.";
+    "Contacts are of the policy's feet, or of all links if it has none, with what stands in the nominal world, and of "
+    "all "
+    "links with `objects`. It knows nominal masses, friction and world, and sensed joints, base, objects, flags and "
+    "forces.";
 
 const Description& inverse_dynamics_description() {
   static const Description text = [] {
@@ -180,6 +192,7 @@ class InverseDynamics : public Tracker {
     view_.h = own.has("horizon") ? own.number("horizon") : std::max(kHorizon, context.period);
     view_.law = law;
     view_.stiffness = std::max(own.number("regularization"), 1e-9);  // below, rounding decides
+    view_.warm = kWarmR;
     view_.within = 5e-3;
     if (law == PredictedContact::pivoted) {
       pivoting_ = ContactPivoting(word == "lcp_coulomb");
@@ -198,17 +211,19 @@ class InverseDynamics : public Tracker {
     const unsigned servo = servo_kp_.empty() ? 0u : kServoPosition | kServoVelocity;
     const unsigned push = view_.law == PredictedContact::sensed ? kLinkPush : 0u;
     return kJointPosition | kJointVelocity | servo | push | (view_.floating ? base : 0u) |
-           (view_.told ? kLinkForce : 0u);
+           (view_.told ? kLinkForce : 0u) | (told_of_.empty() ? 0u : kObjectState);
   }
 
   void start(int lane) override {
     felt_.start(lane);
     pivoting_.start(lane);
+    for (int k = 0; k < robot_.impulses().rows(); ++k) robot_.impulses()(k, lane) = 0;
     for (int k = 0; k < error_sum_.rows(); ++k) error_sum_(k, lane) = 0;
   }
   void carry(int lane, LaneTape& tape) override {
     felt_.carry(lane, tape);
     pivoting_.carry(lane, tape);
+    tape.carry(robot_.impulses(), lane);
     tape.carry(error_sum_, lane);
   }
 
@@ -217,12 +232,26 @@ class InverseDynamics : public Tracker {
     const auto base = [&](const BlockArray& group) { return view_.floating ? group.row(0) : nullptr; };
     const bool sensed = view_.law == PredictedContact::sensed;
     const double* felt = felt_.pass(sensed ? observation.link_push : observation.link_force, active);
-    kernel_.inverse_dynamics(
-        view_, {active.bits(), observation.joint_position.row(0), observation.joint_velocity.row(0),
-                base(observation.base_position), base(observation.base_rpy), base(observation.base_velocity),
-                base(observation.base_rate), sensed ? nullptr : felt, sensed ? felt : nullptr, error_sum_.row(0),
-                targets.q.row(0), targets.v.row(0), targets.tau.row(0), targets.x.row(0), targets.xd.row(0),
-                command.tau.row(0), command.kp.row(0), command.kd.row(0), command.ki.row(0)});
+    kernel_.inverse_dynamics(view_, {active.bits(),
+                                     observation.joint_position.row(0),
+                                     observation.joint_velocity.row(0),
+                                     base(observation.base_position),
+                                     base(observation.base_rpy),
+                                     base(observation.base_velocity),
+                                     base(observation.base_rate),
+                                     told_of_.empty() ? nullptr : observation.object_state.row(0),
+                                     sensed ? nullptr : felt,
+                                     sensed ? felt : nullptr,
+                                     error_sum_.row(0),
+                                     targets.q.row(0),
+                                     targets.v.row(0),
+                                     targets.tau.row(0),
+                                     targets.x.row(0),
+                                     targets.xd.row(0),
+                                     command.tau.row(0),
+                                     command.kp.row(0),
+                                     command.kd.row(0),
+                                     command.ki.row(0)});
     if (spring_.effectors > 0) {
       kernel_.operational_pd(
           spring_, {active.bits(), observation.joint_position.row(0), observation.joint_velocity.row(0),
@@ -274,15 +303,16 @@ class InverseDynamics : public Tracker {
   }
 
   void watch(const Model& model, const Described& own, const std::string& word, const std::vector<int>& effectors) {
+    read_objects(model, own, word);
     if (word == "none") return;
-    if (!robot_.floating()) {
+    if (!robot_.floating() && told_of_.empty() && word != "sensed") {
       own.settings().fail("model: " + word +
-                          ": contact forces count by how they move the base, and this one is fixed to the "
-                          "world; here it is model: none");
+                          ": contact forces count by how they move the base or objects, and this base is fixed to the "
+                          "world; name what the robot grips as objects: [OBJECT, …], or say model: none");
     }
     std::vector<int> bodies;
     for (const int frame : effectors) bodies.push_back(model.frames[frame].body);
-    robot_.watch(model, bodies);
+    robot_.watch(model, bodies, word == "sensed");
     for (const TouchingLinkView& link : robot_.links()) {
       inside_.push_back({model.bodies[link.body].name + ".predicted_normal_force", "N"});
     }
@@ -290,6 +320,31 @@ class InverseDynamics : public Tracker {
     warn(own.settings(),
          "no part of the robot that counts can touch anything that stands in the world, so that no "
          "contact is predicted; if that is meant: model: none");
+  }
+
+  /// The movable objects that the robot is told of.
+  void read_objects(const Model& model, const Described& own, const std::string& word) {
+    const auto list = own.find("objects");
+    if (!list) return;
+    if (word == "none" || word == "sensed") {
+      list->fail_key("takes part in predicted contact, and model: " + word + " predicts none");
+    }
+    std::vector<std::string> names;
+    for (std::size_t i = robot_bodies(model); i < model.bodies.size(); ++i) names.push_back(model.bodies[i].name);
+    if (list->is_scalar()) list->fail(fmt::format("{0}: must be a list of movable objects: [{0}]", list->text()));
+    for (const Settings& item : list->items()) {
+      const auto at = std::find(names.begin(), names.end(), item.text());
+      if (at == names.end()) {
+        item.fail(fmt::format("'{}' is no movable object; {}", item.text(), nearest_or_all(item.text(), names)));
+      }
+      const int body = robot_bodies(model) + static_cast<int>(at - names.begin());
+      if (std::find(told_of_.begin(), told_of_.end(), body) != told_of_.end()) {
+        item.fail(fmt::format("'{}' stands twice", item.text()));
+      }
+      told_of_.push_back(body);
+    }
+    if (told_of_.empty()) list->fail("is empty; name at least one movable object");
+    robot_.tell_of(model, told_of_);
   }
 
   /// Keys that say how forces are predicted go with a model that predicts some.
@@ -371,6 +426,7 @@ class InverseDynamics : public Tracker {
   OperationalWishView operational_{};
   OperationalPdView spring_{};
   NominalRobot robot_;
+  std::vector<int> told_of_;  // movable objects, bodies
   double period_;
   std::vector<double> kp_, kd_, ki_, servo_kp_, servo_kd_, effort_;
   int delay_ = 0;  // control steps

@@ -3,8 +3,7 @@
 // (Eqs. 68-71): joints shall move at v + h a_des at the end of the control step; contact impulses are predicted from
 // that (contact_program.h); torques follow from the equation of motion.
 
-#include "engine/contact/collide.h"
-#include "engine/control/contact_program.h"
+#include "engine/control/contact_finding.h"
 #include "engine/control/kernel.h"
 #include "engine/control/operational_wish.h"
 #include "engine/dynamics/equation.h"
@@ -12,17 +11,12 @@
 namespace graze {
 inline namespace GRAZE_ISA_NAMESPACE {
 
-/// Gap terms as the lane engine's rigid contacts have them (gap_term in constraint.h): Eq. 67 where bodies are apart, a
-/// fifth of an overlap and at most 0.1 m/s where they are not.
-inline constexpr double kOverlapShare = 0.2, kOverlapSpeed = 0.1;
 /// Joint velocities that the contacts change by more than that contradict them, rad/s or m/s for each unit of the
 /// weight of torques: what torques alone do is a hundredth of it.
 inline constexpr double kContradiction = 10;
-
-template <class T>
-inline T* rows_of(double* p) {
-  return reinterpret_cast<T*>(p);
-}
+/// Where hands grip, how exactly impulses must have settled before joints take the velocities that go with them, as a
+/// share of the largest: what is left of a contradiction comes back as force a million times.
+inline constexpr double kMendedError = 1e-9;
 
 template <class T>
 inline TreeT<T> tree_of(const InverseDynamicsView& view) {
@@ -54,6 +48,12 @@ inline void read_state(const InverseDynamicsView& view, const InverseDynamicsCal
       v[i] = at(call.base_rate, i);
       v[3 + i] = at(call.base_velocity, i);
     }
+  }
+  for (int i = view.floating ? 1 : 0; i < view.free_count; ++i) {
+    const FreeBodyView& body = view.free[i];  // one that is not told of is anywhere, and touches nothing
+    const bool told = body.row >= 0;
+    for (int k = 0; k < 7; ++k) q[body.q + k] = told ? at(call.object_state, body.row + k) : T(k == 0 ? 1.0 : 0.0);
+    for (int k = 0; k < 6; ++k) v[body.dof + k] = told ? at(call.object_state, body.row + 7 + k) : T(0.0);
   }
   for (int k = 0; k < view.na; ++k) {
     q[view.q[k]] = at(call.joint_position, k);
@@ -90,160 +90,72 @@ inline void wish(const InverseDynamicsView& view, const InverseDynamicsCall& cal
   }
 }
 
-/// The base's velocity after the step but for contacts, if the joints move as wished: its rows of M want = M v - h
-/// bias.
+/// x := A^-1 x with the inertia of a free body.
 template <class T>
-inline void move_base(const InverseDynamicsView& view, const TreeT<T>& tree, const T* v, T* want) {
-  for (int k = 0; k < 6; ++k) want[k] = T(0.0);
-  const SpatialT<T> now = momentum_of_tree(tree, 0, v), joints = momentum_of_tree(tree, 0, want);
-  const T h(view.h), *bias = tree.bias;
-  T x[6] = {now.w.x - joints.w.x, now.w.y - joints.w.y, now.w.z - joints.w.z,
-            now.l.x - joints.l.x, now.l.y - joints.l.y, now.l.z - joints.l.z};
+inline void solve_free_body(const TreeT<T>& tree, const FreeBodyView& body, T (&x)[6]) {
   T A[36];
   for (int k = 0; k < 6; ++k) {
-    x[k] = fnma(h, bias[k], x[k]);
-    for (int d = 0; d <= k; ++d) A[6 * k + d] = tree.M[base_entry(k, d)];
+    for (int d = 0; d <= k; ++d) A[6 * k + d] = tree.M[body.mass + base_entry(k, d)];
   }
   solve_spd<T, 6, 6>(6, A, x);
-  for (int k = 0; k < 6; ++k) want[k] = x[k];
 }
 
+/// The velocities of the base and of objects after the step but for contacts, if the joints move as wished: their rows
+/// of M want = M v - h bias.
 template <class T>
-inline ShapeT<T> shape_of(const GroundPairView::Part& part) {
-  return {constant_vec3<T>(part.size), part.terrain, part.hull};
-}
-
-template <class T>
-inline PoseT<T> pose_of(const GroundPairView::Part& part) {
-  return {constant_matrix<T>(part.pose), constant_vec3<T>(part.pose + 9)};
-}
-
-/// Lanes in which a pair may have contacts.
-template <class T>
-inline unsigned watched(const InverseDynamicsView& view, const InverseDynamicsCall& call, const GroundPairView& pair) {
-  if (!view.told) return call.active;
-  const TouchingLinkView& link = view.links[pair.link];
-  T force(0.0);
-  for (int i = 0; i < link.frames; ++i) force += load<T>(call.link_force + link.frame[i] * kWidth<T>);
-  return call.active & bits(force > T(view.force));
-}
-
-static_assert(sizeof(ProgramContactT<double>) == kProgramContactRows * sizeof(double));
-
-template <class T>
-inline ContactProgramT<T> program_of(const InverseDynamicsView& view, const TreeT<T>& tree) {
-  const InverseDynamicsMemory& m = view.memory;
-  ContactProgramT<T> out{};
-  out.tree = tree;
-  out.tree.M = rows_of<T>(m.H);
-  out.A = tree.M;
-  out.contacts = reinterpret_cast<ProgramContactT<T>*>(m.contacts);
-  out.jacobian = reinterpret_cast<Vec3T<T>*>(m.jacobian);
-  out.room = view.topology.nv;
-  out.last_dof = m.dof_of_contact;
-  out.lanes = m.lanes_of_contact;
-  out.free = rows_of<T>(m.free), out.weight = rows_of<T>(m.weight);
-  out.z = rows_of<T>(m.z), out.step = rows_of<T>(m.step), out.trial = rows_of<T>(m.trial);
-  out.gradient = rows_of<T>(m.gradient);
-  out.slips = view.law != PredictedContact::no_slip;
-  return out;
-}
-
-/// A contact of a link in some lanes, about the frame whose normal and point it has. What it says in other lanes does
-/// not matter, but that it is a number.
-template <class T>
-inline ProgramContactT<T>& add_program_contact(const InverseDynamicsView& view, const TreeT<T>& tree, int link,
-                                               unsigned lanes, const Vec3T<T>& n, const Vec3T<T>& p,
-                                               ContactProgramT<T>& program) {
-  const int i = program.count++;
-  const TopologyView& t = tree.topology;
-  ProgramContactT<T>& c = program.contacts[i];
-  const auto valid = mask_from_bits<T>(lanes);
-  c.n = select(valid, n, Vec3T<T>{T(0.0), T(0.0), T(1.0)});
-  c.p = select(valid, p, tree.origin[0]);
-  make_tangents(c);
-  Vec3T<T>* J = program.jacobian + program.room * i;
-  for (int body = view.links[link].body; body > 0; body = t.parent[body]) {
-    J[t.dof_depth[t.v[body]]] = joint_jacobian(tree, body, 1.0, c);
-  }
-  Vec3T<T> base[6];
-  base_jacobian(tree, 0, 1.0, c, base);
-  for (int k = 0; k < 6; ++k) J[k] = base[k];
-  const T moment = T(1.0 / 3.0) * (program.A[0] + program.A[2] + program.A[5]);
-  c.a = fma(norm2(c.p - tree.origin[0]), recip(moment), T(9.81 / view.weight));
-  c.friction = c.gap = T(0.0);
-  c.cone.kept = {T(0.0), T(0.0), T(0.0)};
-  view.memory.dof_of_contact[i] = view.links[link].dof;
-  view.memory.link_of_contact[i] = link;
-  view.memory.lanes_of_contact[i] = lanes;
-  return c;
-}
-
-/// Gap term of a point. One that the controller is told of touches, whatever its own geometry says.
-template <class T>
-inline T gap_of(const InverseDynamicsView& view, const ContactPointT<T>& point, unsigned lanes) {
-  if (view.told) return T(0.0);
-  const T rate = T(1.0 / view.h) * select(mask_from_bits<T>(lanes), point.phi, T(0.0));
-  return select(rate < T(0.0), max(T(kOverlapShare) * rate, T(-kOverlapSpeed)), rate);
-}
-
-/// All contacts that the nominal robot may have within the step.
-template <class T>
-GRAZE_OUT_OF_LINE void find_program_contacts(const InverseDynamicsView& view, const InverseDynamicsCall& call,
-                                             const TreeT<T>& tree, ContactProgramT<T>& program) {
-  for (int k = 0; k < view.pair_count; ++k) {
-    const GroundPairView& pair = view.pairs[k];
-    const unsigned watch = watched<T>(view, call, pair);
-    if (watch == 0) continue;
-    ManifoldT<T> manifold;
-    const PoseT<T> pose = tree.pose[view.links[pair.link].body] * pose_of<T>(pair.own);
-    collide<T>(pair.own.kind, shape_of<T>(pair.own), pose, pair.ground.kind, shape_of<T>(pair.ground),
-               pose_of<T>(pair.ground), T(view.within), manifold);
-    for (int i = 0; i < manifold.count && program.count < view.memory.room; ++i) {
-      const ContactPointT<T>& point = manifold.point[i];
-      const unsigned lanes = bits(point.valid) & watch;
-      if (lanes == 0) continue;
-      ProgramContactT<T>& c = add_program_contact(view, tree, pair.link, lanes, point.n, point.p, program);
-      c.friction = T(pair.friction);
-      c.gap = gap_of(view, point, lanes);
-    }
+inline void move_free_bodies(const InverseDynamicsView& view, const TreeT<T>& tree, const T* v, T* want) {
+  for (int i = 0; i < view.free_count; ++i) {
+    const FreeBodyView& body = view.free[i];
+    T* const own = want + body.dof;
+    for (int k = 0; k < 6; ++k) own[k] = T(0.0);
+    const SpatialT<T> now = momentum_of_tree(tree, body.body, v), joints = momentum_of_tree(tree, body.body, want);
+    const T h(view.h), *bias = tree.bias + body.dof;
+    T x[6] = {now.w.x - joints.w.x, now.w.y - joints.w.y, now.w.z - joints.w.z,
+              now.l.x - joints.l.x, now.l.y - joints.l.y, now.l.z - joints.l.z};
+    for (int k = 0; k < 6; ++k) x[k] = fnma(h, bias[k], x[k]);
+    solve_free_body(tree, body, x);
+    for (int k = 0; k < 6; ++k) own[k] = x[k];
   }
 }
 
-/// Forces on links as they were sensed become contacts with their impulses, each frame at its point.
+/// to := select(lanes, from, to) of the free bodies' velocities.
 template <class T>
-GRAZE_OUT_OF_LINE void find_sensed_contacts(const InverseDynamicsView& view, const InverseDynamicsCall& call,
-                                            const TreeT<T>& tree, ContactProgramT<T>& program) {
-  const Vec3T<T> up{T(0.0), T(0.0), T(1.0)};
-  for (int k = 0; k < view.link_count; ++k) {
-    for (int i = 0; i < view.links[k].frames; ++i) {
-      const double* row = call.link_push + 6 * kWidth<T> * view.links[k].frame[i];
-      const Vec3T<T> force = load_vec3<T>(row);
-      const unsigned lanes = call.active & bits(norm2(force) > T(0.0));
-      if (lanes == 0) continue;
-      ProgramContactT<T>& c = add_program_contact(view, tree, k, lanes, up, load_vec3<T>(row + 3 * kWidth<T>), program);
-      const Vec3T<T> impulse = T(view.h) * select(mask_from_bits<T>(lanes), force, Vec3T<T>{T(0.0), T(0.0), T(0.0)});
-      c.cone.kept = to_local(c, impulse);
-    }
+inline void take_free(const InverseDynamicsView& view, const mask_of<T>& lanes, const T* from, T* to) {
+  for (int i = 0; i < view.free_count; ++i) {
+    for (int k = view.free[i].dof; k < view.free[i].dof + 6; ++k) to[k] = select(lanes, from[k], to[k]);
   }
 }
 
-/// Weights of the joints, 1 / (eps s). s makes the two parts of the objective comparable: it has the unit 1/(kg m^2).
+/// Whether objects take part: then hands grip, and what fingers are told contradicts what they hold nearly always.
+inline bool grips(const InverseDynamicsView& view) { return view.free_count > 1 || !view.floating; }
+
+/// Softness of the joints, eps s, and its inverse, their weight. s makes the two parts of the objective comparable: it
+/// has the unit 1/(kg m^2). One for all joints, as printed, or where hands grip each joint's own, because the short
+/// levers of fingers would take up what contradicts them too slowly beside those of an arm.
 template <class T>
-inline T weigh_joints(const InverseDynamicsView& view, const ContactProgramT<T>& program) {
+inline void weigh_joints(const InverseDynamicsView& view, const ContactProgramT<T>& program) {
+  T *const weight = rows_of<T>(view.memory.weight), *const soft = rows_of<T>(view.memory.soft);
   T free(0.0), joints(0.0);
+  for (int k = 0; k < view.topology.nv; ++k) weight[k] = soft[k] = T(0.0);
   for (int i = 0; i < program.count; ++i) {
     const auto valid = mask_from_bits<T>(program.lanes[i]);
+    const int* dofs = program.path(i);
     T sum(0.0);
-    for (int d = 6; d < program.dofs_above(i); ++d) sum += norm2(program.jacobian[program.room * i + d]);
+    for (int d = 6 * view.free_count; d < program.dofs_above(i); ++d) {
+      const T own = norm2(program.jacobian[program.room * i + d]);
+      sum += own;
+      soft[dofs[d]] += select(valid, own, T(0.0));
+    }
     free += select(valid, T(3.0) * program.contacts[i].a, T(0.0));
     joints += select(valid, sum, T(0.0));
   }
-  const auto some = joints > T(0.0);
-  const T s = select(some, free * recip(select(some, joints, T(1.0))), T(1.0));
-  T* weight = rows_of<T>(view.memory.weight);
-  for (int k = 0; k < view.topology.nv; ++k) weight[k] = k < 6 ? T(0.0) : recip(T(view.stiffness) * s);
-  return T(view.stiffness) * s;
+  for (int k = view.joint_begin; k < view.joint_end; ++k) {
+    const T felt = grips(view) ? soft[k] : joints;
+    const auto some = felt > T(0.0);
+    const T s = select(some, free * recip(select(some, felt, T(1.0))), T(1.0));
+    soft[k] = T(view.stiffness) * s;
+    weight[k] = recip(soft[k]);
+  }
 }
 
 /// torque = what gives the joints' velocities `want` in the step, less the contacts' part; rows of all dofs.
@@ -269,21 +181,50 @@ inline void joint_torques(const InverseDynamicsView& view, const TreeT<T>& tree,
 template <class T>
 inline mask_of<T> mend_wish(const InverseDynamicsView& view, const TreeT<T>& tree, const mask_of<T>& open, const T* v,
                             T* want, const ContactProgramT<T>& program) {
-  const int nv = view.topology.nv;
   T off(0.0);
-  for (int k = 6; k < nv; ++k) off = max(off, abs(program.z[k] - want[k]));
-  const mask_of<T> contradicts = open & (off > T(kContradiction * view.stiffness));
+  for (int k = view.joint_begin; k < view.joint_end; ++k) off = max(off, abs(program.z[k] - want[k]));
+  const mask_of<T> contradicts = grips(view) ? open : open & (off > T(kContradiction * view.stiffness));
   if (!any(contradicts)) return contradicts;
   const Vec3T<T> none{T(0.0), T(0.0), T(0.0)};
-  for (int k = 6; k < nv; ++k) want[k] = select(contradicts, program.z[k], want[k]);
-  T base[6];
-  for (int k = 0; k < 6; ++k) base[k] = want[k];
-  move_base(view, tree, v, want);
-  for (int k = 0; k < 6; ++k) want[k] = select(contradicts, want[k], base[k]);
+  for (int k = view.joint_begin; k < view.joint_end; ++k) want[k] = select(contradicts, program.z[k], want[k]);
+  T* const before = program.trial;
+  for (int k = 0; k < view.topology.nv; ++k) before[k] = want[k];
+  move_free_bodies(view, tree, v, want);
+  take_free(view, !contradicts, before, want);
   for (int i = 0; i < program.count; ++i) {
     program.contacts[i].cone.kept = select(contradicts, none, program.contacts[i].cone.kept);
   }
   return contradicts;
+}
+
+/// The contacts begin with the impulses of the step before. Returns the lanes in which some had one.
+template <class T>
+inline mask_of<T> recall_impulses(const InverseDynamicsView& view, const ContactProgramT<T>& program) {
+  const Vec3T<T> none{T(0.0), T(0.0), T(0.0)};
+  T most(0.0);
+  for (int i = 0; i < program.count; ++i) {
+    const T* then = rows_of<T>(view.memory.impulse) + 3 * view.memory.place_of_contact[i];
+    program.contacts[i].cone.kept =
+        select(mask_from_bits<T>(program.lanes[i]), Vec3T<T>{then[0], then[1], then[2]}, none);
+    most = max(most, program.contacts[i].cone.kept.x);
+  }
+  return most > T(0.0);
+}
+
+/// What the contacts have come to in the lanes of `open` is remembered, and nothing else of the active ones.
+template <class T>
+inline void remember_impulses(const InverseDynamicsView& view, unsigned active, const mask_of<T>& open,
+                              const ContactProgramT<T>& program) {
+  T* const then = rows_of<T>(view.memory.impulse);
+  const auto acts = mask_from_bits<T>(active);
+  for (int k = 0; k < 3 * view.memory.places; ++k) then[k] = select(acts, T(0.0), then[k]);
+  for (int i = 0; i < program.count; ++i) {
+    const auto valid = open & mask_from_bits<T>(program.lanes[i]);
+    const Vec3T<T>& now = program.contacts[i].cone.kept;
+    T* const own = then + 3 * view.memory.place_of_contact[i];
+    own[0] = select(valid, now.x, own[0]), own[1] = select(valid, now.y, own[1]);
+    own[2] = select(valid, now.z, own[2]);
+  }
 }
 
 /// Impulses of the lanes that have contacts, and the velocities that go with them: the base's part of `want` becomes
@@ -297,44 +238,52 @@ GRAZE_OUT_OF_LINE void predict_contacts(const InverseDynamicsView& view, const I
   unsigned touched = 0;
   for (int i = 0; i < program.count; ++i) touched |= program.lanes[i];
   const auto open = mask_from_bits<T>(touched & call.active);
-  const T s = weigh_joints(view, program), wrench(kWrenchError * view.weight * view.h);
+  weigh_joints(view, program);
+  const T wrench(kWrenchError * view.weight * view.h), last(kLastR * view.stiffness);
+  const T* const soft = rows_of<T>(view.memory.soft);
   ContactProgramT<T> without = program;
   without.count = 0;
-  T share(kFirstR);
-  for (int k = 0; k < nv; ++k) z[k] = k < 6 ? v[k] : want[k];
-  for (int i = 0; i < program.count; ++i) program.contacts[i].cone.kept = {T(0.0), T(0.0), T(0.0)};
+  T share = select(recall_impulses(view, program), T(view.warm), T(kFirstR));
+  for (int k = 0; k < nv; ++k) z[k] = want[k];
+  take_free(view, open, v, z);
   for (int round = 0; round < 2; ++round) {
     joint_torques(view, tree, without, v, z, torque);
-    for (int k = 0; k < nv; ++k) free[k] = k < 6 ? want[k] : fnma(s * T(view.h), torque[k], want[k]);
+    for (int k = 0; k < nv; ++k) free[k] = want[k];
+    for (int k = view.joint_begin; k < view.joint_end; ++k) free[k] = fnma(soft[k] * T(view.h), torque[k], want[k]);
     program.solve(open, share, view.stiffness, wrench, round > 0);
     if (round > 0) break;
+    if (grips(view)) program.solve(open, last, view.stiffness, wrench, true, kMendedError);
     const mask_of<T> mended = mend_wish(view, tree, open, v, want, program);
-    share = select(mended, T(kFirstR), T(kLastR * view.stiffness));
-    for (int k = 6; k < nv; ++k) z[k] = want[k];
+    share = select(mended, T(kFirstR), last);
+    for (int k = view.joint_begin; k < view.joint_end; ++k) z[k] = want[k];
   }
-  for (int k = 0; k < 6; ++k) want[k] = select(open, z[k], want[k]);
+  take_free(view, open, z, want);
+  remember_impulses(view, call.active, open, program);
 }
 
-/// The base's velocity in `want`, which is that without contacts, becomes that under the impulses that are kept.
+/// The free bodies' velocities in `want`, which are those without contacts, become those under the impulses that are
+/// kept.
 template <class T>
-inline void push_base(const TreeT<T>& tree, const ContactProgramT<T>& program, T* want) {
-  T x[6], A[36];
-  for (int k = 0; k < 6; ++k) {
-    x[k] = T(0.0);
+inline void push_free_bodies(const TreeT<T>& tree, const ContactProgramT<T>& program, T* want) {
+  for (int b = 0; b < program.free_count; ++b) {
+    const int first = program.bodies[b].dof, depth = program.tree.topology.dof_depth[first];
+    T x[6] = {T(0.0), T(0.0), T(0.0), T(0.0), T(0.0), T(0.0)};
     for (int i = 0; i < program.count; ++i) {
-      x[k] += dot(program.jacobian[program.room * i + k], program.contacts[i].cone.kept);
+      if (program.dofs_above(i) <= depth) continue;  // beside its way
+      for (int k = 0; k < 6; ++k) {
+        x[k] += dot(program.jacobian[program.room * i + depth + k], program.contacts[i].cone.kept);
+      }
     }
-    for (int d = 0; d <= k; ++d) A[6 * k + d] = tree.M[base_entry(k, d)];
+    solve_free_body(tree, program.bodies[b], x);
+    for (int k = 0; k < 6; ++k) want[first + k] += x[k];
   }
-  solve_spd<T, 6, 6>(6, A, x);
-  for (int k = 0; k < 6; ++k) want[k] += x[k];
 }
 
 /// The program's impulses give way to those of the lanes' complementarity problems, for the same joint velocities.
 template <class T>
 GRAZE_OUT_OF_LINE void pivot_contacts(const InverseDynamicsView& view, const InverseDynamicsCall& call,
                                       const TreeT<T>& tree, const T* v, T* want, const ContactProgramT<T>& program) {
-  move_base(view, tree, v, want);
+  move_free_bodies(view, tree, v, want);
   T* const pivot = rows_of<T>(view.memory.pivot);
   unsigned touched = 0;
   for (int i = 0; i < program.count; ++i) {
@@ -356,21 +305,24 @@ GRAZE_OUT_OF_LINE void pivot_contacts(const InverseDynamicsView& view, const Inv
     const T* found = pivot + kPivotRows * i + kPivotImpulse;
     program.contacts[i].cone.kept = {found[0], found[1], found[2]};
   }
-  push_base(tree, program, want);
+  push_free_bodies(tree, program, want);
 }
 
-/// Impulses of what touches, and the base's velocity that goes with them.
+/// Impulses of what touches, and the velocities of the base and of objects that go with them.
 template <class T>
 GRAZE_OUT_OF_LINE void find_impulses(const InverseDynamicsView& view, const InverseDynamicsCall& call,
                                      const TreeT<T>& tree, const T* v, T* want, ContactProgramT<T>& program) {
   if (view.law == PredictedContact::none) return;
   if (view.law == PredictedContact::sensed) {
     find_sensed_contacts(view, call, tree, program);
-    push_base(tree, program, want);
+    push_free_bodies(tree, program, want);
     return;
   }
   find_program_contacts(view, call, tree, program);
-  if (program.count == 0) return;
+  if (program.count == 0) {
+    remember_impulses(view, call.active, mask_from_bits<T>(0u), program);
+    return;
+  }
   predict_contacts(view, call, tree, v, want, program);
   if (view.law == PredictedContact::pivoted) pivot_contacts(view, call, tree, v, want, program);
 }
@@ -382,6 +334,7 @@ inline void sum_forces(const InverseDynamicsView& view, unsigned active, const C
   T* force = rows_of<T>(view.memory.normal_force);
   for (int k = 0; k < view.link_count; ++k) force[k] = select(mask_from_bits<T>(active), T(0.0), force[k]);
   for (int i = 0; i < program.count; ++i) {
+    if (view.memory.link_of_contact[i] < 0) continue;  // of an object on what it stands on
     const auto valid = mask_from_bits<T>(program.lanes[i]);
     T& sum = force[view.memory.link_of_contact[i]];
     sum = select(valid, fma(rate, program.contacts[i].cone.kept.x, sum), sum);
@@ -399,10 +352,10 @@ void inverse_dynamics(const InverseDynamicsView& view, const InverseDynamicsCall
   wish(view, call, q, v, want);
   update_poses<T>(tree, q);
   ContactProgramT<T> program = program_of<T>(view, tree);
-  if (view.floating) {
+  if (view.free_count > 0 || view.law != PredictedContact::none) {
     update_mass<T>(tree);
     update_bias<T>(tree, v);
-    move_base(view, tree, v, want);
+    move_free_bodies(view, tree, v, want);
     find_impulses(view, call, tree, v, want, program);
     sum_forces(view, call.active, program);
   }

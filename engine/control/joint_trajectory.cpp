@@ -20,7 +20,7 @@ constexpr const char* kNever = "never";
 
 const Description& sinusoid_description() {
   static const Description text = {
-      "q = q0 + amplitude sin(frequency t + phase) about the nominal initial position q0",
+      "q = q0 + offset + amplitude sin(frequency t + phase) about the nominal initial position q0",
       {{"amplitude",
         {Form::joint_numbers(Quantity::angle), Form::joint_numbers(Quantity::length)},
         Default::required(),
@@ -31,6 +31,10 @@ const Description& sinusoid_description() {
         {Form::flag()},
         Default::value("false"),
         "q0 is where the motion begins, not its middle: with a phase of 90 deg it begins at rest"},
+       {"offset",
+        {Form::joint_numbers(Quantity::angle), Form::joint_numbers(Quantity::length)},
+        Default::value("0 rad"),
+        "added all along, as for fingers that shall press"},
        {"until",
         {Form::number(Quantity::time, Bound::not_negative), Form::word({kNever})},
         Default::words(kNever),
@@ -68,6 +72,11 @@ class Sinusoid : public Motion {
     phase_ = read_joint_values_or(context.nominal, own, "phase");
     if (own.flag("from_start")) {
       for (std::size_t k = 0; k < q0_.size(); ++k) q0_[k] -= amplitude_[k] * pinned::sin(phase_[k]);
+    }
+    if (const auto offset = settings.find("offset")) {
+      const std::vector<double> by =
+          read_joint_values(context.nominal, *offset, Quantity::angle, 0.0, Quantity::length);
+      for (std::size_t k = 0; k < q0_.size(); ++k) q0_[k] += by[k];
     }
     const auto until = settings.find("until");
     if (until && !(until->is_scalar() && until->text() == kNever)) until_ = own.number("until");

@@ -70,17 +70,26 @@ struct TouchingLinkView {
   const int* frame;
 };
 
-/// A shape of the robot and one that stands in the nominal world.
+/// A body with six degrees of freedom of its own, whose velocity contacts tell: the robot's base, or a movable object.
+struct FreeBodyView {
+  int body, q, dof;  // dof: the first of the six
+  int mass;          // where the 21 entries of its rows of M begin
+  int row;           // its first in Observation::object_state; -1: it is not told of
+};
+
+/// A shape of the robot, or of a movable object, and one that it may touch.
 struct GroundPairView {
   struct Part {
     ShapeKind kind;
     double size[3];   // Shape::size
-    double pose[12];  // R row by row, then p: in the body's frame, of the standing part in the world's (m)
+    double pose[12];  // R row by row, then p: in the body's frame, of a standing part in the world's (m)
     const HeightView* terrain;
     const HullView* hull;
   };
   Part own, ground;
-  int link;         // that carries the robot's shape
+  int link;         // that carries the robot's shape; -1: an object has it
+  int body, other;  // that carry the shapes; other -1: it stands in the world
+  int place;        // of its manifold's first point in InverseDynamicsMemory::impulse
   double friction;  // of the pair
 };
 
@@ -95,13 +104,18 @@ inline constexpr int kProgramContactRows = 30;
 
 /// Working memory of inverse dynamics, rows of kLanes each; inverse_dynamics.h says what is in them.
 struct InverseDynamicsMemory {
-  double *body, *gravity, *motion, *pose, *origin, *M, *inverse_D, *bias;  // as TreeT
-  double *q, *v;                                                           // nq, nv
-  double *want, *free, *z, *step, *trial, *gradient, *torque, *weight;     // nv each
+  double *body, *gravity, *motion, *pose, *origin, *M, *inverse_D, *bias;      // as TreeT
+  double *q, *v;                                                               // nq, nv
+  double *want, *free, *z, *step, *trial, *gradient, *torque, *weight, *soft;  // nv each
   double *H, *contacts, *jacobian;
   double* pivot;         // PivotRow of each contact
   double* normal_force;  // of each link, N: what the torques count on
-  int* dof_of_contact;   // the last that moves it
+  // 3 rows per point that any pair may have: the impulse of the control step before, N s, about the contact's frame;
+  // zero where there was none. A lane's own from call to call.
+  double* impulse;
+  int places;             // points that it has rows of
+  int* place_of_contact;  // -1: none
+  int* dof_of_contact;    // the last that moves it
   int* link_of_contact;
   unsigned* lanes_of_contact;  // where it is
   int room;                    // contacts
@@ -121,11 +135,15 @@ struct OperationalWishView {
   bool transposed;  // joint accelerations by the transposed Jacobian
 };
 
-/// The nominal robot, without movable objects, and how its torques are found. h: time in which joints and contacts
-/// shall move as asked, s.
+/// The nominal robot, with the movable objects that it is told of, and how its torques are found. h: time in which
+/// joints and contacts shall move as asked, s.
 struct InverseDynamicsView {
   TopologyView topology;
+  TopologyView program;  // the same degrees of freedom as contacts couple them: those of free bodies above all joints
   bool floating;
+  int free_count;
+  const FreeBodyView* free;
+  int joint_begin, joint_end;  // degrees of freedom of the joints
   int na;
   const int *q, *v;  // of each actuated joint
   int follower_count;
@@ -134,6 +152,7 @@ struct InverseDynamicsView {
   const double *kp, *kd, *ki;  // na, 1/s^2, 1/s and 1/s^3
   OperationalWishView operational;
   double h, weight, stiffness;  // s; N, of the robot; weight of torques against energy (contact_program.h)
+  double warm;                  // R at first where the step before had contacts (ContactProgramT::solve)
   PredictedContact law;
   bool told;             // contacts are where link_force says so
   double within, force;  // m, N: what counts as a contact
@@ -150,6 +169,7 @@ struct InverseDynamicsCall {
   unsigned active;
   const double *joint_position, *joint_velocity;                       // na each, sensed
   const double *base_position, *base_rpy, *base_velocity, *base_rate;  // 3 each, sensed, world; or null
+  const double* object_state;                                          // as sensed, or null
   const double *link_force, *link_push;                                // sensed, or null
   const double* error_sum;                                             // na, rad s or m s, or null
   const double *target_q, *target_v, *target_tau;                      // na each

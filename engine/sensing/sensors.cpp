@@ -97,6 +97,9 @@ Sensors::Sensors(const Model& nominal, const std::vector<std::string>& names, Se
   const int channels = static_cast<int>(names.size());
   bias_ = error_ = BlockArray(channels);
   encoder_error_ = encoder_velocity_error_ = torque_error_ = BlockArray(nominal_.na());
+  for (int i = nominal_.floating_base ? 1 : 0; i < static_cast<int>(nominal_.bodies.size()); ++i) {
+    if (nominal_.bodies[i].type == JointType::floating) objects_.push_back(i);
+  }
   for (const Collider& collider : nominal_.colliders) {
     frame_of_collider_.push_back(collider.is_object ? -1 : nominal_.frame(collider.link));
   }
@@ -175,6 +178,7 @@ void Sensors::resize(Observation& out) const {
   resize_group(out.imu_angular, 3, reads(kImuAngular));
   resize_group(out.link_force, static_cast<int>(nominal_.frames.size()), reads(kLinkForce));
   resize_group(out.link_push, 6 * static_cast<int>(nominal_.frames.size()), reads(kLinkPush));
+  resize_group(out.object_state, kObjectRows * static_cast<int>(objects_.size()), reads(kObjectState));
   if (!fresh || nominal_.floating_base) return;
   const Pose X_WB = fixed_base_pose(nominal_);
   if (reads(kBasePosition)) fill(out.base_position, X_WB.translation());
@@ -274,6 +278,22 @@ void Sensors::sum_pushes(const BlockPhysics& physics, double h, LaneMask active,
   }
 }
 
+/// Where the movable objects are, and how they move.
+void Sensors::see_objects(const BlockState& state, LaneMask active, BlockArray& out) const {
+  int row = 0;
+  const auto copy = [&](const BlockArray& from, int first, int count) {
+    for (int k = first; k < first + count; ++k, ++row) {
+      for (int lane = 0; lane < kLanes; ++lane) {
+        if (active[lane]) out(row, lane) = from(k, lane);
+      }
+    }
+  };
+  for (const int body : objects_) {
+    copy(state.q, nominal_.bodies[body].q, 7);
+    copy(state.v, nominal_.bodies[body].v, 6);
+  }
+}
+
 void Sensors::sense(const BlockPhysics& physics, const BlockArray& tau, double h,
                     const std::array<std::uint32_t, kLanes>& step, const std::array<double, kLanes>& time,
                     LaneMask active, Observation& out) {
@@ -314,6 +334,7 @@ void Sensors::sense(const BlockPhysics& physics, const BlockArray& tau, double h
   }
   if (reads(kLinkForce)) mistake_contacts(step, active, out.link_force);
   if (reads(kLinkPush)) sum_pushes(physics, h, active, out.link_push);
+  if (reads(kObjectState)) see_objects(state, active, out.object_state);
 }
 
 }  // namespace graze

@@ -34,7 +34,8 @@ enum SensedGroup : unsigned {
   kBasePosition = kBasePlace | kBaseHeight,
   kBaseRpy = kBaseTilt | kBaseYaw,
   kLinkPush = 1u << 15,  // contact forces on links as vectors
-  kAllGroups = (1u << 16) - 1u
+  kObjectState = 1u << 16,
+  kAllGroups = (1u << 17) - 1u
 };
 
 /// What is sensed at a control step, all lanes. Rows in the order of Model::actuated (na), SI units, world axes. What
@@ -55,7 +56,13 @@ struct Observation {
   // Six rows per frame: contact force on the link, N, and the point that it acts at, m, which is the mean of its
   // contact points by normal force; both in the world, exact. Zero where nothing presses.
   BlockArray link_push;
+  // kObjectRows rows per movable object, in the order of Model::bodies: attitude (quaternion w x y z), position of its
+  // frame (m), angular velocity (rad/s) and velocity (m/s), world, exact: what a camera that sees all would tell.
+  BlockArray object_state;
 };
+
+/// Rows of an object in Observation::object_state.
+inline constexpr int kObjectRows = 13;
 
 /// The jitter of each channel, in the order of channel_names(), and where its draws come from.
 struct SensorNoise {
@@ -93,6 +100,7 @@ class Sensors {
   void copy_errors();
   void list_readings();
   void list_forces(const BlockPhysics& physics);
+  void see_objects(const BlockState& state, LaneMask active, BlockArray& out) const;
   void sum_pushes(const BlockPhysics& physics, double h, LaneMask active, BlockArray& push) const;
   void add_flag_noise(int lane);
   void mistake_contacts(const std::array<std::uint32_t, kLanes>& step, LaneMask active, BlockArray& force);
@@ -110,6 +118,7 @@ class Sensors {
   };
   Layout layout_;
   Model nominal_;
+  std::vector<int> objects_;            // bodies that are movable objects
   std::vector<int> frame_of_collider_;  // Model::frames index of the link that a collider belongs to, -1: not a robot's
   unsigned reads_;
   const SensingKernel* kernel_;

@@ -85,9 +85,25 @@ struct RandomProgram {
     contacts.resize(count), jacobian.resize(count * nv), lanes.assign(count, 1u);
     for (int i = 0; i < count; ++i) add(i, generator, friction);
     for (int k = 6; k < nv; ++k) weight[k] = 1 / (kEps * 100);
-    program = {data.tree(), data.tree().M, count,        contacts.data(), jacobian.data(),
-               nv,          dofs.data(),   lanes.data(), free.data(),     weight.data(),
-               z.data(),    step.data(),   trial.data(), gradient.data(), slips};
+    program = {data.tree(),
+               data.tree().M,
+               count,
+               contacts.data(),
+               jacobian.data(),
+               nv,
+               dofs.data(),
+               lanes.data(),
+               free.data(),
+               weight.data(),
+               z.data(),
+               step.data(),
+               trial.data(),
+               gradient.data(),
+               slips,
+               1,
+               &base,
+               6,
+               nv};
     program.tree.M = H.data();
     z = free;
   }
@@ -147,6 +163,7 @@ struct RandomProgram {
   }
 
   static constexpr double kEps = 1e-6;
+  static constexpr FreeBodyView base{0, 0, 0, 0, -1};
   DynamicsData<double> data;
   int nv;
   std::vector<double> free, weight, z, step, trial, gradient, H;
@@ -383,7 +400,7 @@ TEST(InverseDynamics, RefusesWhatItCannotDo) {
   World fixed = links_world();
   fixed.robot.floating_base = false;
   const Scene arm(fixed);
-  EXPECT_NE(error(arm, hold("inverse_dynamics: {kp: 1}")).find("model: none"), std::string::npos);
+  EXPECT_NE(error(arm, hold("inverse_dynamics: {kp: 1}")).find("objects: [OBJECT"), std::string::npos);
   Controller(arm.context(), Settings::parse(hold("inverse_dynamics: {kp: 1, model: none}"), "policy.yaml"));
 }
 

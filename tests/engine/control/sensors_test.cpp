@@ -256,9 +256,9 @@ TEST_F(ContactFlags, AFalseTouchReadsTheRobotsWeightAlone) {
 TEST_F(SensorsAndActuators, UnreadGroupsChangeNoOther) {
   for (auto& jitter : noise.jitter) jitter = Distribution::normal(0, 0.01);
   const auto arrays = [](const Observation& o) {
-    return std::array{&o.joint_position, &o.joint_velocity, &o.joint_acceleration, &o.joint_torque,
-                      &o.base_position,  &o.base_rpy,       &o.base_velocity,      &o.base_rate,
-                      &o.imu_linear,     &o.imu_angular,    &o.link_force,         &o.link_push};
+    return std::array{&o.joint_position, &o.joint_velocity, &o.joint_acceleration, &o.joint_torque, &o.base_position,
+                      &o.base_rpy,       &o.base_velocity,  &o.base_rate,          &o.imu_linear,   &o.imu_angular,
+                      &o.link_force,     &o.link_push,      &o.object_state};
   };
   const Particle particle = scene.particle(5);
   const auto sensed = [&](unsigned reads) {
@@ -274,9 +274,9 @@ TEST_F(SensorsAndActuators, UnreadGroupsChangeNoOther) {
   const Observation all = sensed(kAllGroups);
   const auto want = arrays(all);
   // In the order of `arrays`.
-  constexpr unsigned kGroups[] = {kJointPosition, kJointVelocity, kJointAcceleration, kJointTorque,
-                                  kBasePosition,  kBaseRpy,       kBaseVelocity,      kBaseRate,
-                                  kImuLinear,     kImuAngular,    kLinkForce,         kLinkPush};
+  constexpr unsigned kGroups[] = {kJointPosition, kJointVelocity, kJointAcceleration, kJointTorque, kBasePosition,
+                                  kBaseRpy,       kBaseVelocity,  kBaseRate,          kImuLinear,   kImuAngular,
+                                  kLinkForce,     kLinkPush,      kObjectState};
   ASSERT_EQ(std::size(kGroups), want.size());
   for (const unsigned group : kGroups) {
     for (const unsigned reads : {group, kAllGroups & ~group}) {
