@@ -98,6 +98,7 @@ std::string overlaps_text(const Model& model, const std::vector<Overlap>& overla
     out += fmt::format("{}{} and {} by {}", i > 0 ? ", " : "", model.colliders[overlaps[i].a].name,
                        model.colliders[overlaps[i].b].name, length(overlaps[i].depth));
   }
+  if (overlaps.size() == kShown + 1) return out + " and 1 pair more";
   if (overlaps.size() > kShown) out += fmt::format(" and {} pairs more", overlaps.size() - kShown);
   return out;
 }

@@ -168,6 +168,7 @@ TEST(OverlapWords, TellTheFirstThree) {
   EXPECT_EQ(overlaps_text(model, some), "base and thigh by 12 mm, thigh and foot by 99 mm, base and ground by 0.123 m");
   EXPECT_EQ(ignore_text(model, some), "[[base, thigh], [thigh, foot], [base, ground]]");
   some.push_back(overlap_of(0, 4, 0.1));
+  EXPECT_THAT(overlaps_text(model, some), EndsWith("base and ground by 0.123 m and 1 pair more"));
   some.push_back(overlap_of(2, 4, 0.2));
   EXPECT_THAT(overlaps_text(model, some), EndsWith("base and ground by 0.123 m and 2 pairs more"));
   EXPECT_EQ(overlaps_text(model, {overlap_of(2, 4, 0.1)}), "foot and block by 0.1 m");
