@@ -144,6 +144,22 @@ TEST(DesignNumbers, OfNothingHaveNoRatio) {
   EXPECT_THAT(variable_of(with("0")).share, ElementsAre(1, 1));
 }
 
+// Keys may hold dots: of those that begin a path the longest is followed, whatever order they stand in.
+TEST(DesignNumbers, PathsFollowTheLongestKey) {
+  const std::string longer = "a.b: {hold: {}, control: {joint_pd: {kp: 3}}}",
+                    shorter = "a: {hold: {}, control: {joint_pd: {kp: 2}}}";
+  for (const std::string& policies : {longer + ", " + shorter, shorter + ", " + longer}) {
+    const auto nominal = [&](const std::string& policy) {
+      return variable_of(testing::read("graze: 1\nrobot: {urdf: robots/hopper.urdf}\npolicies: {" + policies + "}\n" +
+                                       kJudged + "design: {variables: {a: {of: policies." + policy +
+                                       ".control.joint_pd.kp, factor: [0.5, 2]}}}\n"))
+          .nominal;
+    };
+    EXPECT_EQ(nominal("a.b"), 3) << policies;
+    EXPECT_EQ(nominal("a"), 2) << policies;
+  }
+}
+
 TEST(DesignNumbers, LimitsAreChosenByGlobs) {
   const std::string variable = "variables: {a: {of: robot.link.foot.radius, factor: [0.5, 2]}}";
   const auto limits = [&](const std::string& globs) {
@@ -162,6 +178,7 @@ TEST(DesignNumbers, LimitsAreChosenByGlobs) {
   EXPECT_THAT(designed("{" + variable + "}", "").redesign_problem,
               EndsWith("the task has neither a requirement nor an objective, so there is no limit to keep"));
   const Scenario whole = designed("{" + variable + "}");
+  EXPECT_THAT(whole.redesign->limits, ElementsAre(0, 1)) << "and no measure";
   EXPECT_EQ(whole.redesign->window, std::numeric_limits<double>::infinity());
   EXPECT_EQ(whole.redesign->quantile, 0.1);
   EXPECT_EQ(designed("{" + variable + ", window: 1.5 s, quantile: 20 %}").redesign->window, 1.5);

@@ -102,6 +102,19 @@ TEST(ProposalNumbers, OfSlidingJointsAlone) {
   EXPECT_FALSE(made.settings.at("uncertain").has("robot.joint.*.damping"));
 }
 
+// A leg that slides carries the whole robot, and is damped no more than its own mass bears in steps of 1 ms.
+TEST(ProposalNumbers, OfLegsThatSlide) {
+  std::string robot = cube_link("body", 8);
+  for (const auto& [leg, place] : {std::pair{"left", "0 0.3 -0.5"}, {"right", "0 -0.3 -0.5"}}) {
+    robot += cube_link(leg, 0.1) + joint_of(std::string("to ") + leg, "prismatic", "body", leg, place);
+  }
+  const Proposed made = proposed_for(robot);
+  for (const char* joint : {"to left", "to right"}) {
+    EXPECT_EQ(hold_of(made).at("kp").at(joint).number(), rounded(9.81 * 8.2 / 0.01));
+    EXPECT_EQ(hold_of(made).at("kd").at(joint).number(), 50) << "0.1 kg in 2 ms";
+  }
+}
+
 // A joint carries what follows it, times the ratio in which that moves; followers are told and not driven.
 TEST(ProposalNumbers, OfFollowers) {
   const Proposed made = proposed_for(

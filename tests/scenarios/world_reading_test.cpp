@@ -245,6 +245,7 @@ TEST(WorldReading, RobotsAreReadAsTheirKeysSay) {
     EXPECT_THAT(options(whole).split, IsEmpty()) << whole;
   }
   EXPECT_FALSE(options("mesh: {hulls: false}").split_all);
+  EXPECT_THAT(options("mesh: {hulls: false}").split, IsEmpty());
   EXPECT_THAT(options("mesh: {hulls: base}").split, ElementsAre("base"));
   EXPECT_FALSE(options("mesh: {hulls: base}").split_all);
   const auto refused = [&](const std::string& keys) { return testing::message_of([&] { options(keys); }); };
