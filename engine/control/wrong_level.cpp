@@ -19,7 +19,7 @@ std::vector<std::string> names_of(Component component) {
   return component == Component::policy ? policy_names() : tracker_names();
 }
 
-const Description& text_of(Component component, const std::string& name) {
+const Description& description_named(Component component, const std::string& name) {
   return component == Component::policy ? policy_text(name) : tracker_text(name);
 }
 
@@ -44,7 +44,7 @@ void refuse_wrong_level(const Settings& settings, Component component) {
   if (strangers.empty()) return;
   std::vector<std::string> fitting;
   for (const std::string& name : names) {
-    const Description& text = text_of(component, name);
+    const Description& text = description_named(component, name);
     const auto its = [&](const SettingsEntry& entry) { return text.find(entry.first) != nullptr; };
     if (std::all_of(strangers.begin(), strangers.end(), its)) fitting.push_back(name);
   }

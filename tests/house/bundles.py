@@ -26,7 +26,7 @@ LIBRARIES = {
     "simulation": ["simulation"],
     "archive": ["archive", "archive/files", "archive/hdf5", "archive/schema", "archive/directory"],
     "analysis": ["analysis"],
-    "jobs": ["jobs/campaign", "jobs/slurm", "jobs/cli"],
+    "jobs": ["jobs/campaign", "jobs/slurm", "jobs/machine", "jobs/cli", "jobs/workers"],
 }
 
 RAW_TEXT = re.compile(r'R"(\w*)\(.*?\)\1"', re.S)

@@ -33,7 +33,7 @@ Scenario louder(const Scenario& scenario, double factor, const Chosen& chosen) {
   return out;
 }
 
-Scenario short_curb(const std::vector<Override>& overrides) {
+Scenario curb_without_lag(const std::vector<Override>& overrides) {
   ScenarioOptions options;
   options.overrides = {{"time.end", "60 ms"}, {"control.lag", "0"}, {"uncertain.control.lag", "0"}};
   options.overrides.insert(options.overrides.end(), overrides.begin(), overrides.end());
@@ -62,7 +62,7 @@ void expect_readers_are_true(const Scenario& scenario, int idle_wanted, const st
 }
 
 TEST(Channels, OfTheCurbAreReadAsCheckSays) {
-  const Scenario scenario = short_curb({});
+  const Scenario scenario = curb_without_lag({});
   expect_readers_are_true(scenario, 40);
   const ChannelReaders readers(scenario);
   EXPECT_THAT(readers.of("sensor.magnetometer.roll"), Optional(ElementsAre("step/1cm")));
@@ -73,10 +73,10 @@ TEST(Channels, OfTheCurbAreReadAsCheckSays) {
 // Servos without a damper do not look at the encoders' velocity, and without gains at nothing.
 TEST(Channels, OfServosAreReadAsCheckSays) {
   const std::string servo = "{rest: {hold: {}, control: {joint_pd: {kp: 20";
-  expect_readers_are_true(short_curb({{"policies", "" + servo + ", kd: 0.1}}}}"}}), 42);
-  expect_readers_are_true(short_curb({{"policies", "" + servo + "}}}}"}}), 54);
-  expect_readers_are_true(short_curb({{"policies", "{rest: {hold: {}, control: {torque: {}}}}"}}), 66);
-  expect_readers_are_true(short_curb({{"policies", "{rest: {hold: {}, control: {prescribed: {}}}}"}}), 54,
+  expect_readers_are_true(curb_without_lag({{"policies", "" + servo + ", kd: 0.1}}}}"}}), 42);
+  expect_readers_are_true(curb_without_lag({{"policies", "" + servo + "}}}}"}}), 54);
+  expect_readers_are_true(curb_without_lag({{"policies", "{rest: {hold: {}, control: {torque: {}}}}"}}), 66);
+  expect_readers_are_true(curb_without_lag({{"policies", "{rest: {hold: {}, control: {prescribed: {}}}}"}}), 54,
                           "actuator.torque.");
 }
 
@@ -86,9 +86,9 @@ TEST(Channels, AGaitSeesItsContactFlagsErr) {
     const Override listening = {"policies.step.gait.recovery", recovery ? "true" : "false"};
     const Override end = {"time.end", "0.4 s"};
     const Override missed = {"uncertain.sensor.contact.*_FOOT.missed", "30 %"};
-    const Scenario deaf = short_curb({listening, end, missed});
+    const Scenario deaf = curb_without_lag({listening, end, missed});
     EXPECT_EQ(ChannelReaders(deaf).idle("sensor.contact.LF_FOOT.missed"), !recovery);
-    EXPECT_EQ(digests_of(deaf) == digests_of(short_curb({listening, end})), !recovery);
+    EXPECT_EQ(digests_of(deaf) == digests_of(curb_without_lag({listening, end})), !recovery);
   }
 }
 

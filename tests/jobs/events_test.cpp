@@ -11,7 +11,7 @@
 namespace graze {
 namespace {
 
-using Json = nlohmann::json;
+using PlainJson = nlohmann::json;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
@@ -58,9 +58,9 @@ TEST(EventsOfTheProgram, TellWhatTheNominalTraceHasNot) {
                               HasSubstr("ball-block")));
   EXPECT_EQ(balls.graze("events a.graze --policy still --reference nominal").out, text.out);
   const testing::Result json = balls.graze("events a.graze --reference nominal --json");
-  const Json data = Json::parse(json.out);
+  const PlainJson data = PlainJson::parse(json.out);
   EXPECT_EQ(data["reference"], "nominal");
-  for (const Json& policy : data["policies"]) {
+  for (const PlainJson& policy : data["policies"]) {
     EXPECT_EQ(policy["reference_traces"], 1);
     EXPECT_EQ(policy["nominal"]["outcome"], "success");
     ASSERT_GE(policy["novelties"].size(), 2u);
@@ -73,7 +73,7 @@ TEST(EventsOfTheProgram, TellWhatTheNominalTraceHasNot) {
     EXPECT_EQ(policy["novelties"][1]["outcomes"]["n"], strike) << "those that do not strike do as the nominal ball";
   }
   ASSERT_EQ(balls.graze("pack a.graze").code, 0);
-  Json packed = Json::parse(balls.graze("events a.h5 --reference nominal --json").out);
+  PlainJson packed = PlainJson::parse(balls.graze("events a.h5 --reference nominal --json").out);
   packed["archive"] = data["archive"];
   EXPECT_EQ(packed, data);
 }
@@ -84,7 +84,7 @@ TEST(EventsOfTheProgram, NameTheParameterThatDecides) {
   const testing::Result text = balls.graze("events a.graze --policy still");
   ASSERT_EQ(text.code, 0) << text.err;
   EXPECT_THAT(text.out, HasSubstr("more often where initial.base.x is larger (AUC 1.00"));
-  const Json data = Json::parse(balls.graze("events a.graze --policy still --json").out);
+  const PlainJson data = PlainJson::parse(balls.graze("events a.graze --policy still --json").out);
   EXPECT_EQ(data["policies"][0]["bifurcations"][0]["causes"][0]["effects"][0]["parameter"], "initial.base.x");
   EXPECT_THAT(balls.graze("events a.graze --csv").out, StartsWith("policy,traces,success,"));
   EXPECT_THAT(balls.graze("events a.graze --csv --table branches").out,

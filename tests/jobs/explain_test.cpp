@@ -13,7 +13,7 @@
 namespace graze {
 namespace {
 
-using Json = nlohmann::json;
+using PlainJson = nlohmann::json;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
@@ -22,8 +22,8 @@ std::size_t width(const std::string& line) {
   return static_cast<std::size_t>(std::count_if(line.begin(), line.end(), [](char c) { return (c & 0xc0) != 0x80; }));
 }
 
-const Json& cause(const Json& policy, const std::string& target) {
-  for (const Json& one : policy["causes"]) {
+const PlainJson& cause(const PlainJson& policy, const std::string& target) {
+  for (const PlainJson& one : policy["causes"]) {
     if (one["target"].get<std::string>().starts_with(target)) return one;
   }
   throw std::runtime_error("no target " + target);
@@ -43,15 +43,15 @@ TEST(ExplainOfTheProgram, NamesTheCauses) {
   for (std::string line; std::getline(lines, line);) EXPECT_LE(width(line), 80u) << line;
   EXPECT_EQ(balls.graze("explain a.graze").out, text.out);
 
-  const Json data = Json::parse(balls.graze("explain a.graze --json --policy still").out);
+  const PlainJson data = PlainJson::parse(balls.graze("explain a.graze --json --policy still").out);
   ASSERT_EQ(data["policies"].size(), 1u);
-  const Json& still = data["policies"][0];
+  const PlainJson& still = data["policies"][0];
   EXPECT_EQ(cause(still, "failure: objective unmet")["effects"][0]["parameter"], "initial.base.x");
   EXPECT_EQ(cause(still, "failure: centred")["effects"][0]["parameter"], "initial.base.y");
   EXPECT_EQ(cause(still, "bifurcation")["effects"][0]["parameter"], "initial.base.x");
   EXPECT_GE(still["bifurcation_causes"].get<int>(), 1);
-  const Json events = Json::parse(balls.graze("events a.graze --json --policy still").out);
-  Json same = events["policies"][0]["bifurcations"][0]["causes"][0];
+  const PlainJson events = PlainJson::parse(balls.graze("events a.graze --json --policy still").out);
+  PlainJson same = events["policies"][0]["bifurcations"][0]["causes"][0];
   same.erase("branch");
   EXPECT_EQ(same, cause(still, "bifurcation")) << "both verbs say the same";
 }
@@ -66,14 +66,14 @@ TEST(ExplainOfTheProgram, WritesTables) {
   }
   const auto rates = testing::read_csv(balls.folder / "new/why/rates.csv");
   ASSERT_EQ(rates.size(), 4u);
-  const Json data = Json::parse(run.out);
-  const Json& rate = data["policies"][0]["rate"];
+  const PlainJson data = PlainJson::parse(run.out);
+  const PlainJson& rate = data["policies"][0]["rate"];
   EXPECT_EQ(rates[1][0], "still");
   EXPECT_EQ(std::stod(rates[1][4]), rate["rate"].get<double>());
   EXPECT_EQ(std::stod(rates[1][5]), rate["interval"][0].get<double>());
   std::size_t effects = 0, rows = testing::read_csv(balls.folder / "new/why/causes.csv").size() - 1;
-  for (const Json& policy : data["policies"]) {
-    for (const Json& one : policy["causes"]) effects += one["effects"].size();
+  for (const PlainJson& policy : data["policies"]) {
+    for (const PlainJson& one : policy["causes"]) effects += one["effects"].size();
   }
   EXPECT_EQ(rows, effects);
   testing::write_file(balls.folder / "new/why/rates.csv", "mine");
@@ -113,7 +113,7 @@ TEST(ExplainOfTheProgram, SaysWhatIsIncomplete) {
   const testing::Result run = testing::graze(folder.path(), "explain a.graze");
   EXPECT_EQ(run.code, 3) << run.err;
   EXPECT_THAT(run.out, HasSubstr("Striking balls (INCOMPLETE"));
-  EXPECT_EQ(Json::parse(testing::graze(folder.path(), "explain a.graze --json").out)["complete"], false);
+  EXPECT_EQ(PlainJson::parse(testing::graze(folder.path(), "explain a.graze --json").out)["complete"], false);
 }
 
 }  // namespace

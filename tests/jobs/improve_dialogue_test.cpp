@@ -10,7 +10,7 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
-using Json = nlohmann::json;
+using PlainJson = nlohmann::json;
 
 struct SupervisedImprove : testing::SwingSession {
   /// Answers, one a line, as they would be typed.
@@ -18,8 +18,8 @@ struct SupervisedImprove : testing::SwingSession {
     testing::write_file(folder / "typed", answers);
     return testing::shell(folder.path(), "'" GRAZE_PROGRAM "' improve swing.yaml --ask <typed " + options);
   }
-  Json steps(const std::string& session) const {
-    return Json::parse(testing::read_file(folder / session / "improve.json"))["state"]["steps"];
+  PlainJson steps(const std::string& session) const {
+    return PlainJson::parse(testing::read_file(folder / session / "improve.json"))["state"]["steps"];
   }
 };
 
@@ -30,7 +30,7 @@ TEST_F(SupervisedImprove, MakesWhatItIsTold) {
   EXPECT_EQ(run.code, 0) << run.err;
   EXPECT_THAT(run.out, AllOf(HasSubstr("Step 1 of task 1 of 3"), HasSubstr("predicted"),
                              HasSubstr("back after 0 steps"), HasSubstr("Every limit holds in every task")));
-  const Json made = steps("told");
+  const PlainJson made = steps("told");
   ASSERT_GE(made.size(), 2u);
   EXPECT_NEAR(made[0]["after"][0].get<double>(), 0.25, 1e-12);
   EXPECT_NE(made[0]["before"][1], made[0]["after"][1]) << "'back' has forgotten what was made zero";

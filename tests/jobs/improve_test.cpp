@@ -17,7 +17,7 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-using Json = nlohmann::json;
+using PlainJson = nlohmann::json;
 
 using Improve = testing::SwingSession;
 
@@ -25,7 +25,7 @@ using Improve = testing::SwingSession;
 // until the end of the trace, a smooth function of the length: within 1e-5.
 TEST_F(Improve, SlopesAreDerivatives) {
   write("design: {variables: {rods: {of: robot.link.*_rod.length, within: [10 cm, 60 cm], step: 0.2 mm}}}\n");
-  const Json step = history("--max-steps 1 -o one", 4)["state"]["steps"][0];
+  const PlainJson step = history("--max-steps 1 -o one", 4)["state"]["steps"][0];
   const double change = step["after"][0].get<double>() - step["before"][0].get<double>();
   const double slope = (step["predicted"][0].get<double>() - step["margins_before"][0].get<double>()) / change;
   const Scenario own = scenario();
@@ -50,7 +50,7 @@ TEST_F(Improve, KinksAreTold) {
       "design: {variables: {left: {of: robot.link.left_rod.length, within: [10 cm, 60 cm]}, "
       "right: {of: robot.link.right_rod.length, within: [10 cm, 60 cm]}, "
       "both: {of: robot.link.*_rod.com.z, factor: [0.5, 2]}}}\n");
-  const Json step = history("--max-steps 1 -o one", 4)["state"]["steps"][0];
+  const PlainJson step = history("--max-steps 1 -o one", 4)["state"]["steps"][0];
   ASSERT_EQ(step["kinks"].size(), 2u);
   EXPECT_EQ(step["kinks"][0]["variable"], 0);
   EXPECT_EQ(step["kinks"][1]["variable"], 1);
@@ -82,9 +82,9 @@ TEST_F(Improve, ContactChangesAreTold) {
 // yet.
 TEST_F(Improve, LooksAtAWindow) {
   write("design: {window: 10 ms, variables: {rods: {of: robot.link.*_rod.length, within: [10 cm, 60 cm]}}}\n");
-  const Json steps = history("-o window")["state"]["steps"];
+  const PlainJson steps = history("-o window")["state"]["steps"];
   double last = 0;
-  for (const Json& step : steps) {
+  for (const PlainJson& step : steps) {
     if (!step["to"].is_null()) {
       EXPECT_NEAR(step["to"].get<double>() - step["from"].get<double>(), 0.01, 1e-12);
     }
@@ -111,10 +111,10 @@ design:
     gain: {of: policies.swing.control.joint_pd.kp, within: [0.1, 4]}
     gears: {of: "robot.joint.*.gear", within: [5, 50]}
 )");
-  const Json found = history("-o both");
+  const PlainJson found = history("-o both");
   EXPECT_EQ(found["state"]["end"], "reached all");
   const Scenario improved = load_scenario((folder / "both/improved.yaml").string());
-  const Json design = found["state"]["design"];
+  const PlainJson design = found["state"]["design"];
   EXPECT_NEAR(improved.redesign->variables[0].nominal, design[0].get<double>(), 1e-12);
   EXPECT_NEAR(improved.redesign->variables[1].nominal, design[1].get<double>(), 1e-12);
   EXPECT_NE(design[0], found["variables"][0]["initial"]);
@@ -125,13 +125,13 @@ design:
 // Both steps come to robots whose limits hold at every angle, never leave the bounds, and know what is of no use.
 TEST_F(Improve, ReachesEveryTaskWithinTheBounds) {
   for (const std::string step : {"plain", "damped"}) {
-    const Json found = history("--step " + step + " -o " + step);
+    const PlainJson found = history("--step " + step + " -o " + step);
     EXPECT_EQ(found["state"]["end"], "reached all");
     ASSERT_EQ(found["state"]["reached"].size(), 3u);
     EXPECT_GE(found["state"]["reached"][2]["margins"][0], 0);
-    EXPECT_EQ(found["state"]["idle"], Json({2})) << "a motor that does nothing moves no limit";
+    EXPECT_EQ(found["state"]["idle"], PlainJson({2})) << "a motor that does nothing moves no limit";
     EXPECT_GE(found["state"]["steps"].size(), 2u);
-    for (const Json& one : found["state"]["steps"]) {
+    for (const PlainJson& one : found["state"]["steps"]) {
       EXPECT_LT(one["lack_after"], one["lack_before"]);
       for (std::size_t i = 0; i < 3; ++i) {
         EXPECT_GE(one["after"][i], found["variables"][i]["lower"]);
@@ -144,7 +144,7 @@ TEST_F(Improve, ReachesEveryTaskWithinTheBounds) {
 // What is written is the robot that was found: its nominal trace has the session's margins, bit for bit, and both rods
 // are equal.
 TEST_F(Improve, WritesTheRobotThatItFound) {
-  const Json found = history("-o better");
+  const PlainJson found = history("-o better");
   const Scenario improved = load_scenario((folder / "better/improved.yaml").string());
   const TraceRecord trace = nominal_traces(improved, {"free"}).front();
   EXPECT_EQ(trace.outcome, Outcome::success);
@@ -158,7 +158,7 @@ TEST_F(Improve, WritesTheRobotThatItFound) {
 
 // The history for NumPy is that of improve.json; a picture is drawn of it.
 TEST_F(Improve, WritesAHistoryAndAPicture) {
-  const Json state = history("-o better --step damped --plot better.svg")["state"];
+  const PlainJson state = history("-o better --step damped --plot better.svg")["state"];
   const hdf5::Lock lock;
   const hdf5::Handle file = hdf5::open_for_reading(folder / "better/history.h5");
   EXPECT_EQ(hdf5::read_strings(file.id(), "variables/name"), (std::vector<std::string>{"rods", "thick", "motor"}));
@@ -231,7 +231,7 @@ TEST_F(Improve, RaisesAQuantileOfParticles) {
   const testing::Result run = graze("improve swing.yaml --set robot.urdf=twins.urdf -n 8 --verdict 60 -o many");
   EXPECT_EQ(run.code, 0) << run.err;
   EXPECT_THAT(run.out, AllOf(HasSubstr("Verdict on 60 particles"), HasSubstr("the new design is better")));
-  const Json state = Json::parse(testing::read_file(folder / "many/improve.json"))["state"];
+  const PlainJson state = PlainJson::parse(testing::read_file(folder / "many/improve.json"))["state"];
   EXPECT_LT(state["steps"][0]["success_before"], 1);
   EXPECT_GT(state["reached"][2]["success"], 0.8);
   // Compared as anybody would compare them.
@@ -244,7 +244,7 @@ TEST_F(Improve, BeginsAtTheFailuresOfACampaign) {
   const testing::Result run = graze("improve swing.yaml --from first.graze -n 5 --verdict 20 -o from");
   EXPECT_EQ(run.code, 0) << run.err;
   EXPECT_THAT(run.err, HasSubstr("of 40 traces failed by 'slow' first"));
-  const Json asked = Json::parse(testing::read_file(folder / "from/improve.json"))["question"];
+  const PlainJson asked = PlainJson::parse(testing::read_file(folder / "from/improve.json"))["question"];
   EXPECT_EQ(asked["particles"].size(), 5u);
   EXPECT_EQ(graze("improve swing.yaml --from nowhere.h5").code, 2);
 }
@@ -253,7 +253,7 @@ TEST_F(Improve, BeginsAtTheFailuresOfACampaign) {
 TEST_F(Improve, ParticlesOfACampaignAreThoseThatFailed) {
   const std::string latin = " --set sampling.design=latin_hypercube ";
   ASSERT_EQ(graze("run swing.yaml -n 24 --seed 5 -o first.graze --quiet" + latin).code, 0);
-  const Json step =
+  const PlainJson step =
       history(latin + "--from first.graze -n 4 --verdict 1 --max-steps 1 -o from", 4)["state"]["steps"][0];
   EXPECT_EQ(step["success_before"].get<double>(), 0);
   const testing::Result other = graze("improve swing.yaml --from first.graze -o other");
@@ -302,7 +302,7 @@ TEST_F(Improve, KeepsFixedTotals) {
                                                  "\ntime: {end: 0.6 s}\ndesign:\n  fixed: [{sum: [front_thigh, "
                                                  "front_shin]}, {sum: [hind_thigh, hind_shin]}, {sum: '*_mass'}]\n");
   for (const std::string rule : {"plain", "damped"}) {
-    const Json session = history("--max-steps 3 --step " + rule + " -o " + rule, 4);
+    const PlainJson session = history("--max-steps 3 --step " + rule + " -o " + rule, 4);
     std::vector<std::size_t> front, masses;
     for (std::size_t i = 0; i < session["variables"].size(); ++i) {
       const std::string name = session["variables"][i]["name"];
@@ -311,13 +311,13 @@ TEST_F(Improve, KeepsFixedTotals) {
     }
     ASSERT_EQ(front.size(), 2u);
     ASSERT_EQ(masses.size(), 6u);
-    const auto sum = [](const Json& design, const std::vector<std::size_t>& of) {
+    const auto sum = [](const PlainJson& design, const std::vector<std::size_t>& of) {
       double out = 0;
       for (const std::size_t i : of) out += design[i].get<double>();
       return out;
     };
     ASSERT_EQ(session["state"]["steps"].size(), 3u);
-    for (const Json& step : session["state"]["steps"]) {
+    for (const PlainJson& step : session["state"]["steps"]) {
       EXPECT_NEAR(sum(step["after"], front), 0.212, 1e-12);
       EXPECT_NEAR(sum(step["after"], masses), sum(step["before"], masses), 1e-13);
       EXPECT_NE(step["after"][front[0]], step["before"][front[0]]);

@@ -26,7 +26,7 @@ auto traces(const Scenario& scenario, std::uint64_t particles, int threads) {
 using Overrides = std::vector<Override>;
 
 /// The curb campaign on lanes under every contact model, cut to its first steps (all feet strike the ground).
-Scenario short_curb(const Overrides& more = {}) {
+Scenario striking_curb(const Overrides& more = {}) {
   ScenarioOptions options;
   options.overrides = {{"physics", "lanes"},
                        {"uncertain.contact.model", "{choice: [complementarity, complementarity_free, compliant]}"},
@@ -38,10 +38,10 @@ Scenario short_curb(const Overrides& more = {}) {
 /// The same with telemetry, and with traces that end one by one as their bases leave a narrow band of heights, so that
 /// lanes are refilled in the middle of their neighbours' traces.
 Scenario refilled_curb() {
-  return short_curb({{"record", "{telemetry: all, every: 7, events: true}"},
-                     {"time.control", "2 ms"},
-                     {"task.stop_at_violation", "true"},
-                     {"task.requirements.level", "{height: {link: BODY0, above: 17.5 cm}}"}});
+  return striking_curb({{"record", "{telemetry: all, every: 7, events: true}"},
+                        {"time.control", "2 ms"},
+                        {"task.stop_at_violation", "true"},
+                        {"task.requirements.level", "{height: {link: BODY0, above: 17.5 cm}}"}});
 }
 
 std::vector<Particle> particles_of(const Scenario& scenario, std::uint32_t count) {
@@ -55,7 +55,7 @@ std::vector<Particle> particles_of(const Scenario& scenario, std::uint32_t count
 }
 
 TEST(LaneDeterminism, OneTwoAndEightThreadsGiveTheSameTraces) {
-  for (const Scenario& scenario : {short_curb(), refilled_curb()}) {
+  for (const Scenario& scenario : {striking_curb(), refilled_curb()}) {
     const auto one = traces(scenario, 19, 1);
     ASSERT_EQ(one.size(), 19 * scenario.policies.size());
     EXPECT_EQ(one, traces(scenario, 19, 2));
@@ -82,7 +82,7 @@ TEST(LaneDeterminism, TracesDifferFromEachOther) {
 }
 
 TEST(LaneDeterminism, TheNumberOfParticlesDoesNotMatter) {
-  for (const Scenario& scenario : {short_curb({{"sampling.design", "sobol"}}), refilled_curb()}) {
+  for (const Scenario& scenario : {striking_curb({{"sampling.design", "sobol"}}), refilled_curb()}) {
     const auto many = traces(scenario, 40, 1);
     for (const std::uint64_t n : {1u, 3u, 9u}) {
       for (const auto& [key, trace] : traces(scenario, n, 1)) EXPECT_EQ(trace, many.at(key)) << n;

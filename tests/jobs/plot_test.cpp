@@ -11,7 +11,7 @@
 namespace graze {
 namespace {
 
-using Json = nlohmann::json;
+using PlainJson = nlohmann::json;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;

@@ -11,7 +11,7 @@
 namespace graze {
 namespace {
 
-using Json = nlohmann::json;
+using PlainJson = nlohmann::json;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -48,15 +48,16 @@ TEST_F(Report, IsOneFile) {
 // Claim: sections on survival and causes come before those on events; of so few traces causes are asked of all, and are
 // those of `explain --json`.
 TEST_F(Report, ExplainsLikeExplain) {
-  const Json sections = Json::parse(graze("report a.graze --json --replays 0 --trajectories 0").out)["sections"];
+  const PlainJson sections =
+      PlainJson::parse(graze("report a.graze --json --replays 0 --trajectories 0").out)["sections"];
   ASSERT_GE(sections.size(), 2u);
   EXPECT_EQ(sections[0]["id"], "survival");
   EXPECT_EQ(sections[1]["id"], "causes");
-  const Json explanation = Json::parse(graze("explain a.graze --json").out);
-  const Json& questions = sections[1]["widgets"][0]["rows"];
+  const PlainJson explanation = PlainJson::parse(graze("explain a.graze --json").out);
+  const PlainJson& questions = sections[1]["widgets"][0]["rows"];
   std::size_t row = 0;
-  for (const Json& policy : explanation["policies"]) {
-    for (const Json& causes : policy["causes"]) {
+  for (const PlainJson& policy : explanation["policies"]) {
+    for (const PlainJson& causes : policy["causes"]) {
       ASSERT_LT(row, questions.size());
       EXPECT_EQ(questions[row][1], causes["target"]);
       EXPECT_EQ(questions[row++][3], causes["verdict"]);
@@ -68,14 +69,14 @@ TEST_F(Report, ExplainsLikeExplain) {
 
 // Claim: --json has the numbers of `score --json`, and of traces the bits that the archive knows: all are identical.
 TEST_F(Report, JsonHasTheNumbersOfTheScore) {
-  const Json data = Json::parse(graze("report a.graze --json --replays 3 --trajectories 7").out);
-  EXPECT_EQ(data["score"], Json::parse(graze("score a.graze --json").out));
+  const PlainJson data = PlainJson::parse(graze("report a.graze --json --replays 3 --trajectories 7").out);
+  EXPECT_EQ(data["score"], PlainJson::parse(graze("score a.graze --json").out));
   ASSERT_EQ(data["trajectories"].size(), 7u);
   std::size_t bodies = 0;
-  for (const Json& trace : data["trajectories"]) {
+  for (const PlainJson& trace : data["trajectories"]) {
     EXPECT_EQ(trace["identical"], true);
     EXPECT_EQ(trace["rows"].size(), data["channels"].size());
-    for (const Json& row : trace["rows"]) EXPECT_EQ(row.size(), trace["time"].size());
+    for (const PlainJson& row : trace["rows"]) EXPECT_EQ(row.size(), trace["time"].size());
     EXPECT_EQ(trace["time"].back(), trace["end"]);
     bodies += trace.contains("bodies");
   }
@@ -83,7 +84,7 @@ TEST_F(Report, JsonHasTheNumbersOfTheScore) {
   EXPECT_EQ(data["scene"]["colliders"].size(), 2u);
   EXPECT_FALSE(testing::fs::exists(campaign.folder / "a.html"));
   const std::string packed = (graze("pack a.graze"), graze("report a.h5 --json --replays 3 --trajectories 7").out);
-  EXPECT_EQ(Json::parse(packed)["trajectories"][0]["rows"], data["trajectories"][0]["rows"]);
+  EXPECT_EQ(PlainJson::parse(packed)["trajectories"][0]["rows"], data["trajectories"][0]["rows"]);
 }
 
 // Claim: a page takes no other file's place without --force, is no other kind of file, and lies in no archive.
@@ -128,7 +129,7 @@ TEST_F(Report, ReplayWritesTheSamePage) {
   EXPECT_THAT(run.out, HasSubstr("written: a.p3.html, p3.h5\n"));
   EXPECT_EQ(page("a.p3.html"), page("v.html"));
   const testing::Result json = graze("replay a.graze --particle 3 --view --force --json");
-  EXPECT_EQ(Json::parse(json.out)["exported"], Json::array({"a.p3.html"})) << json.err;
+  EXPECT_EQ(PlainJson::parse(json.out)["exported"], PlainJson::array({"a.p3.html"})) << json.err;
   testing::write_file(campaign.folder / "a.p4.html", "mine");
   refused("replay a.graze --particle 4 --view -o p4.h5", {"a.p4.html", "--force"});
   EXPECT_EQ(page("a.p4.html"), "mine");
@@ -149,7 +150,7 @@ TEST(ReportOfAnother, ResultsVersionHasNoReplays) {
   const testing::Result run = testing::graze(folder.path(), "report old.graze --json");
   ASSERT_EQ(run.code, 0) << run.err;
   EXPECT_THAT(run.err, AllOf(HasSubstr("no trajectories and no replays"), HasSubstr("0.0.9+abc")));
-  const Json data = Json::parse(run.out);
+  const PlainJson data = PlainJson::parse(run.out);
   EXPECT_FALSE(data.contains("scene"));
   ASSERT_EQ(data["notes"].size(), 1u);
   EXPECT_THAT(data["notes"][0].get<std::string>(), HasSubstr("0.0.9+abc"));
@@ -170,7 +171,7 @@ TEST(ReportOfAnother, TraceIsNotHidden) {
   const testing::Result run = testing::graze(folder.path(), "report a.graze --json");
   EXPECT_THAT(run.err,
               AllOf(HasSubstr("particle 2 under policy 'still' went ANOTHER WAY"), Not(HasSubstr("particle 1 "))));
-  EXPECT_EQ(Json::parse(run.out)["notes"].size(), 1u);
+  EXPECT_EQ(PlainJson::parse(run.out)["notes"].size(), 1u);
   EXPECT_EQ(testing::graze(folder.path(), "view a.graze --particle 2").code, 1);
   EXPECT_EQ(testing::graze(folder.path(), "view a.graze --particle 1").code, 0);
 }
