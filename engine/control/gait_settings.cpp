@@ -43,16 +43,15 @@ const Description& stance_description() {
 const Description& stabilizer_description() {
   static const Description text = {
       "feet that stand push along the vertical such that the base rolls and pitches back (§7.6.3; viip of the "
-      "published "
-      "code)",
+      "published code)",
       {{"kp",
         {Form::number(Quantity::rotational_stiffness, Bound::not_negative)},
         Default::value("0 N m/rad"),
         "moment for each rad of roll and pitch off `orientation`"},
        {"kd",
         {Form::number(Quantity::rotational_damping, Bound::not_negative)},
-        Default::value("50 N m s/rad"),
-        "moment against each rad/s of roll and pitch, as published"}}};
+        Default::required(),
+        "moment against each rad/s of roll and pitch; published: 50 N m s/rad, for a robot of several kg"}}};
   return text;
 }
 

@@ -124,7 +124,7 @@ TEST(BaseStabilizer, IsRefusedForAFixedBase) {
     Controller(
         scene.context(),
         Settings::parse("{gait: {velocity: [0, 0, 0], duration: 0.3 s, duty: 75 %, liftoff: '[25, 75, 0, 50] %', "
-                        "step_height: 3 cm, stabilizer: {}}, control: {operational_pd: {kp: 1000, kd: 20}}}",
+                        "step_height: 3 cm, stabilizer: {kd: 2}}, control: {operational_pd: {kp: 1000, kd: 20}}}",
                         "policy.yaml"));
   });
   EXPECT_NE(message.find("stabilizer"), std::string::npos) << message;
