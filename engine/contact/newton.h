@@ -36,6 +36,14 @@ inline constexpr double kJammedCompliance = 1e-2;
 /// How exactly velocities and impulses must fit, as a share of the tolerance (our choice).
 inline constexpr double kNewtonError = 0.03;
 
+/// Rows of Newton's matrix that are worked on side by side, so that what they have in common is loaded once: as many as
+/// stay in registers. Each number sees the same sums in the same order, whatever it is.
+#ifdef __AVX512F__
+inline constexpr int kTile = 4;
+#else
+inline constexpr int kTile = 1;
+#endif
+
 /// Y of one contact or joint: a row per direction, in blocks of eight degrees of freedom of which at least one moves
 /// it.
 struct NewtonRow {
@@ -154,16 +162,9 @@ struct NewtonProblem {
       const int *list = ancestors_of(k), *blocks = list + list[0] + 1;
       double* pivot = H + width * k;
       const double inverse = pivot[k] = 1.0 / pivot[k];
-      for (int j = 1; j <= list[0]; ++j) {
-        double* row = H + width * list[j];
-        const double share = row[k] * inverse;
-        x[list[j]] = fnma(share, x[k], x[list[j]]);
-        // From k on, the row keeps what is of no further use.
-        for (int b = 1; b <= blocks[0]; ++b) {
-          double* place = row + 8 * blocks[b];
-          store(place, fnma(Eight(share), load<Eight>(pivot + 8 * blocks[b]), load<Eight>(place)));
-        }
-      }
+      int j = 1;
+      for (; j + kTile <= list[0] + 1; j += kTile) take_pivot<kTile>(k, inverse, list + j, blocks);
+      for (; j <= list[0]; ++j) take_pivot<1>(k, inverse, list + j, blocks);
     }
     for (int i = active[0]; i >= 1; --i) substitute(active[i]);
   }
@@ -270,14 +271,50 @@ struct NewtonProblem {
       const Eight n = load<Eight>(row.of(0, b)), s = load<Eight>(row.of(1, b)), t = load<Eight>(row.of(2, b));
       GY[b] = {fma(nt, t, fma(ns, s, nn * n)), fma(st, t, fma(ss, s, sn * n)), fma(tt, t, fma(ts, s, tn * n))};
     }
-    for (int a = 0; a < row.count; ++a) {
-      const int dof = row.dofs[a];
-      const Vec3T<Eight> y{row.at(0, dof), row.at(1, dof), row.at(2, dof)};
-      double* out = H + width * dof;
-      for (int b = 0; b < row.blocks; ++b) {
-        double* place = out + 8 * row.block[b];
-        store(place, dot_add(y, GY[b], load<Eight>(place)));
-      }
+    int a = 0;
+    for (; a + kTile <= row.count; a += kTile) add_to_rows<kTile>(row, row.dofs + a, GY);
+    for (; a < row.count; ++a) add_to_rows<1>(row, row.dofs + a, GY);
+  }
+
+  /// Likewise, to H's rows of N degrees of freedom.
+  template <int N>
+  void add_to_rows(const NewtonRow& row, const int* dofs, const Vec3T<Eight>* GY) const {
+    Vec3T<Eight> y[N];
+    double* out[N];
+    GRAZE_UNROLL
+    for (int r = 0; r < N; ++r) {
+      const int dof = dofs[r];
+      const double* at = row.y + 8 * row.place[dof / 8] + dof % 8;
+      y[r] = {Eight(at[0]), Eight(at[8 * row.blocks]), Eight(at[16 * row.blocks])};
+      out[r] = H + width * dof;
+    }
+    for (int b = 0; b < row.blocks; ++b) {
+      const int first = 8 * row.block[b];
+      const Vec3T<Eight> right = GY[b];
+      GRAZE_UNROLL
+      for (int r = 0; r < N; ++r) store(out[r] + first, dot_add(y[r], right, load<Eight>(out[r] + first)));
+    }
+  }
+
+  /// Takes the pivot's row k from those of N of its ancestors.
+  template <int N>
+  void take_pivot(int k, double inverse, const int* rows, const int* blocks) const {
+    const double* pivot = H + width * k;
+    double* row[N];
+    Eight share[N];
+    GRAZE_UNROLL
+    for (int r = 0; r < N; ++r) {
+      row[r] = H + width * rows[r];
+      const double s = row[r][k] * inverse;
+      step[rows[r]] = fnma(s, step[k], step[rows[r]]);
+      share[r] = Eight(s);
+    }
+    // From k on, the rows keep what is of no further use.
+    for (int b = 1; b <= blocks[0]; ++b) {
+      const int first = 8 * blocks[b];
+      const Eight right = load<Eight>(pivot + first);
+      GRAZE_UNROLL
+      for (int r = 0; r < N; ++r) store(row[r] + first, fnma(share[r], right, load<Eight>(row[r] + first)));
     }
   }
 
