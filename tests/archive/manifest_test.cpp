@@ -32,7 +32,7 @@ CampaignInfo write_three_shards(const std::filesystem::path& path) {
   return info;
 }
 
-std::string refusal(const std::filesystem::path& path) {
+std::string manifest_refusal(const std::filesystem::path& path) {
   try {
     const Archive archive(path);
   } catch (const InputError& error) {
@@ -75,7 +75,7 @@ TEST(Manifest, ALostShardIsMissed) {
   const synthetic::Folder folder;
   const CampaignInfo info = write_three_shards(folder / "a b.graze");
   std::filesystem::remove(folder / "a b.graze" / "shards" / "000002.h5");
-  EXPECT_THAT(refusal(folder / "a b.graze"),
+  EXPECT_THAT(manifest_refusal(folder / "a b.graze"),
               AllOf(HasSubstr("shards/000002.h5 is gone"), HasSubstr("8 traces of 'step/1cm' (particles 8 to 15)"),
                     HasSubstr("graze resume '" + (folder / "a b.graze").string() + "'")));
   const FinishedTraces finished = repair_and_list(folder / "a b.graze", info);
@@ -83,7 +83,7 @@ TEST(Manifest, ALostShardIsMissed) {
   ASSERT_EQ(finished.notes.size(), 1u);
   EXPECT_THAT(finished.notes[0], HasSubstr("shards/000002.h5 is gone"));
   EXPECT_FALSE(finished.has("step/1cm", 8));
-  EXPECT_EQ(refusal(folder / "a b.graze"), "");
+  EXPECT_EQ(manifest_refusal(folder / "a b.graze"), "");
   EXPECT_EQ(read_manifest(folder / "a b.graze").size(), 2u);
 }
 
@@ -96,7 +96,7 @@ TEST(Manifest, IsRebuiltFromTheShards) {
   const auto file = place / "shards.jsonl";
   std::filesystem::resize_file(file, std::filesystem::file_size(file) - 20);
   EXPECT_EQ(read_manifest(folder / "a.graze").size(), 2u);
-  EXPECT_EQ(refusal(folder / "a.graze"), "");
+  EXPECT_EQ(manifest_refusal(folder / "a.graze"), "");
   EXPECT_EQ(repair_and_list(folder / "a.graze", info).count, 24u);
   const auto same = [&] {
     const Manifest now = read_manifest(folder / "a.graze");
@@ -108,7 +108,7 @@ TEST(Manifest, IsRebuiltFromTheShards) {
   EXPECT_EQ(repair_and_list(folder / "a.graze", info).notes.size(), 0u);
   same();
   std::filesystem::remove_all(place);
-  EXPECT_EQ(refusal(folder / "a.graze"), "");
+  EXPECT_EQ(manifest_refusal(folder / "a.graze"), "");
   EXPECT_EQ(repair_and_list(folder / "a.graze", info).count, 24u);
   same();
 }

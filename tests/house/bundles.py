@@ -5,7 +5,7 @@ usage: bundles.py [ROOT]
 
 The files of a library or a test program share a translation unit there, and with it their anonymous namespaces: a type, a
 constant, a function of the same parameters or a test of one name in two of them does not compile. Aliases of the same type
-and of the same namespace may stand twice. Before it looks at the sources it proves on made-up ones that it catches what it is
+and of the same namespace may stand twice. Nor may a test's source have a function of its headers again. Before it looks at the sources it proves on made-up ones that it catches what it is
 there for. Exit code 1 and one line per offence.
 """
 
@@ -36,6 +36,7 @@ DEFINITION = re.compile(
     r"(?:(?:struct|class|enum class|enum) (?P<type>\w+)|(?:using|namespace) (?P<alias>\w+) = (?P<same>[^;]+);|"
     r"[\w:<>,&*\[\]][\w:<>,&* \[\]]*?[ *&](?P<name>\w+)\s*(?P<what>[(={;\[]))", re.M)
 TEST = re.compile(r"^TEST(?:_F|_P)?\((\w+), (\w+)\)", re.M)
+IN_HEADER = re.compile(r"^(?:inline|template <[^\n]*>\n(?:inline )?)[^\n;={]*?\b(\w+)\(", re.M)
 WORDS = {"if", "for", "while", "return", "operator", "else", "public", "private", "namespace"}
 
 
@@ -84,6 +85,21 @@ def clashes(sources):
             seen[name].append((file, kind))
 
 
+def hidden(headers, sources):
+    """One line for each function of a test's header that a source has again, of the same name and parameters.
+
+    In a bundle the source's hides the header's from the sources behind it, which compile, and call another function.
+    """
+    named = {}
+    for file, text in sorted(headers.items()):
+        for found in IN_HEADER.finditer(text):
+            named.setdefault((found.group(1), parameters(text[found.end() - 1:])), file)
+    for file, text in sorted(sources.items()):
+        for name, kind in sorted(defined(text), key=str):
+            if (name, kind) in named:
+                yield f"{file}: '{name}' hides that of {named[name, kind]} from other files of its bundle; rename it"
+
+
 def prove():
     """The check sees what it is there for, and nothing else."""
     unit = "namespace {{\n\n{}\n}}  // namespace\n".format
@@ -99,6 +115,9 @@ def prove():
     for one, other, count in cases:
         found = list(clashes({"a.cpp": unit(one), "b.cpp": unit(other)}))
         assert len(found) == count, (one, other, found)
+    header = {"a.h": "namespace a {\ninline int f(int a) {\n  return a;\n}\n}\n"}
+    assert len(list(hidden(header, {"b.cpp": unit("int f(int a) { return a; }")}))) == 1
+    assert not list(hidden(header, {"b.cpp": unit("int g(int a) { return f(a); }")}))
     assert len(list(clashes({"a.cpp": "TEST(A, B) {\n}\n", "b.cpp": "TEST(A, B) {\n}\n"}))) == 1
 
 
@@ -110,7 +129,10 @@ def main():
     offences = []
     for folders in programs:
         files = [f for folder in folders for f in (root / folder).glob("*.cpp") if f.name not in ("main.cpp", "kernel.cpp")]
-        offences += clashes({str(f.relative_to(root)): f.read_text() for f in files})
+        sources = {str(f.relative_to(root)): f.read_text() for f in files}
+        offences += clashes(sources)
+        headers = [f for folder in {*folders, "tests"} if folders[0].startswith("tests") for f in (root / folder).glob("*.h")]
+        offences += hidden({str(f.relative_to(root)): f.read_text() for f in headers}, sources)
     print("\n".join(offences) or "no two of one name")
     return 1 if offences else 0
 
