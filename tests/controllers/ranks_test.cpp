@@ -2,11 +2,15 @@
 // C and in Python.
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
 #include "tests/controllers/python_swing.h"
 #include "tests/jobs/mpirun.h"
 
 namespace graze {
 namespace {
+
+namespace fs = std::filesystem;
 
 void expect_same_dice(const fs::path& folder, const std::string& particles) {
   const auto run = [&](int ranks, int threads) {
