@@ -69,6 +69,9 @@ double way_to_bounds(const Eigen::VectorXd& x, const Eigen::VectorXd& change, st
   return least;
 }
 
+/// Of the largest slope: what is less is rounding, by which no step may divide.
+constexpr double kNoSlope = 1e-10;
+
 /// plain_step() with totals.
 Eigen::VectorXd plain_step_within(const DesignPoint& at, double alpha) {
   const Eigen::MatrixXd all = scaled(at);
@@ -85,8 +88,12 @@ Eigen::VectorXd plain_step_within(const DesignPoint& at, double alpha) {
       if (!free[static_cast<std::size_t>(i)]) slopes.row(i).setZero();
     }
     leave_totals(at.totals, free, slopes);
+    slopes = (slopes.array().abs() > kNoSlope * all.cwiseAbs().maxCoeff()).select(slopes, 0);
     const Eigen::VectorXd rest = alpha * wanted(rows) - all(rows, Eigen::all) * step;
-    Eigen::MatrixXd change = slopes.transpose().completeOrthogonalDecomposition().solve(rest);
+    Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition;
+    decomposition.setThreshold(kNoSlope);
+    decomposition.compute(slopes.transpose());
+    Eigen::MatrixXd change = decomposition.solve(rest);
     leave_totals(at.totals, free, change);  // but for rounding it does
     const double part = way_to_bounds(at.x + step, change, free);
     step += part * change;
