@@ -71,7 +71,8 @@ TEST(DesignBlock, FixedTotals) {
 // Motors from a list: a value for each glob, one of them the robot's own.
 TEST(DesignBlock, ChoicesFromAList) {
   const std::string of = "motor: {of: [robot.joint.*.effort, robot.link.BODY0.mass], choose: ";
-  const World& world = *with_design("~").world;
+  const Scenario plain = with_design("~");
+  const World& world = *plain.world;
   const double effort = world.robot.joints.front().effort, mass = world.robot.links.front().inertia.mass;
   const std::string own = fmt::format("[{} N m, {} kg]", effort, mass);
   const Scenario scenario = with_design("{variables: {" + of + "[[1 N m, 500 g], " + own + ", [9 N m, 2 kg]]}}}");

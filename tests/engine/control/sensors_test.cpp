@@ -246,7 +246,7 @@ TEST_F(ContactFlags, AFalseTouchReadsTheRobotsWeightAlone) {
   stand(alone, 0, 1);
   const double weight = sense(alone, 3).link_force(row("RF_FOOT"), 0);
   const Scene crowded{links_world_with_anvil()};
-  Sensors beside(crowded.model, names, noise);
+  Sensors beside(crowded.model, names, noise, kLinkForce);
   stand(beside, 0, 1);
   EXPECT_EQ(sense(beside, 3).link_force(row("RF_FOOT"), 0), weight);
   EXPECT_DOUBLE_EQ(weight, robot_weight(crowded.model));
