@@ -36,8 +36,8 @@ class CharacterMap {
   void fill(char c, const Inside& inside) {
     for (int row = 0; row < rows_; ++row) {
       for (int column = 0; column < columns_; ++column) {
-        const Vec3 point =
-            centre_ + Vec3((rows_ / 2 - row) * column_ * kRowOfColumns, (columns_ / 2 - column) * column_, 0);
+        const int ahead = rows_ / 2 - row, aside = columns_ / 2 - column;  // cells, as put() counts them
+        const Vec3 point = centre_ + Vec3(ahead * column_ * kRowOfColumns, aside * column_, 0);
         if (inside(point)) at(row, column) = c;
       }
     }
