@@ -234,6 +234,13 @@ double read_number(hid_t object, const char* name) {
   return value;
 }
 
+Handle transfer_list() {
+  Handle list(H5Pcreate(H5P_DATASET_XFER), H5Pclose, "transfer");
+  constexpr std::size_t kBytes = 65536;
+  check(H5Pset_buffer(list.id(), kBytes, nullptr, nullptr), "transfer");
+  return list;
+}
+
 StringColumn::StringColumn(hid_t parent, const std::string& path, std::uint64_t rows) : path_(path) {
   const hsize_t count = rows;
   const Handle type = text_type();
@@ -255,7 +262,8 @@ void StringColumn::write(std::uint64_t first, const std::vector<std::string>& te
   const hsize_t start = first, count = texts.size();
   check(H5Sselect_hyperslab(file_space.id(), H5S_SELECT_SET, &start, nullptr, &count, nullptr), path_);
   const Handle memory_space(H5Screate_simple(1, &count, nullptr), H5Sclose, path_);
-  check(H5Dwrite(dataset_.id(), type.id(), memory_space.id(), file_space.id(), H5P_DEFAULT, pointers.data()), path_);
+  const Handle transfer = transfer_list();
+  check(H5Dwrite(dataset_.id(), type.id(), memory_space.id(), file_space.id(), transfer.id(), pointers.data()), path_);
 }
 
 void write_strings(hid_t parent, const std::string& path, const std::vector<std::string>& texts) {
@@ -279,7 +287,7 @@ std::vector<std::string> read_strings(hid_t parent, const std::string& path) {
   const Handle type = text_type();
   // Each text lies in the file once, with its end: more of them than the file has bytes are one text many times over.
   TextMemory memory{file_bytes + count, {}};
-  const Handle transfer(H5Pcreate(H5P_DATASET_XFER), H5Pclose, path);
+  const Handle transfer = transfer_list();
   check(H5Pset_vlen_mem_manager(transfer.id(), TextMemory::take, &memory, TextMemory::give_back, nullptr), path);
   std::vector<char*> pointers(count, nullptr);
   const herr_t read = H5Dread(dataset.id(), type.id(), H5S_ALL, H5S_ALL, transfer.id(), pointers.data());

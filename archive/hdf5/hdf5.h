@@ -98,6 +98,9 @@ std::vector<std::string> read_strings(hid_t parent, const std::string& path);
 /// Throws Error unless hard links lead there and the data lie in this file: neither external nor virtual, with no other
 /// filters than shuffle and deflate (once each), of a type of their own.
 Handle open_dataset(hid_t parent, const std::string& path);
+/// How data are converted on their way (texts always are): in pieces of 64 KiB. HDF5's own two buffers of 1 MiB are
+/// cleared for each dataset, which takes longer than most datasets here.
+Handle transfer_list();
 /// Throws Error unless so many rows may be what is stored: as many bytes, or as many as deflate can make of them,
 /// within a file of `file_bytes`, in chunks of a MiB or a row at most. A dataset without storage has no rows.
 void check_size(const Handle& dataset, const std::string& path, std::uint64_t rows, std::uint64_t row_bytes,

@@ -145,9 +145,10 @@ class Test:
             text = text.replace('"sections":[', '"sections":' + packed[:-1] + ",", 1)
         probe = page.with_suffix(".probe.html")
         probe.write_text(text.replace("</body>", f"<script>{PROBE}</script></body>"))
+        # More of the browser's own time than the probe waits for the page (12 s); each second of it draws sixty pictures.
         run = subprocess.run([chromium(), *SWITCHES, f"--user-data-dir={self.folder}/browser", f"--window-size={width},1000",
-                              "--virtual-time-budget=60000", "--dump-dom", probe.as_uri()], capture_output=True, text=True,
-                             timeout=240)
+                              "--virtual-time-budget=15000", "--dump-dom", probe.as_uri()], capture_output=True, text=True,
+                             timeout=600)
         found = re.search(r'<pre id="told">(.*?)</pre>', run.stdout, re.DOTALL)
         if not found:
             self.check(False, f"{page.name}: the probe told nothing: {run.stderr[-2000:]}")
