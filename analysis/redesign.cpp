@@ -12,6 +12,7 @@ namespace {
 constexpr double kKinkMatters = 0.01;  // of a limit's scale, over the whole way of a variable
 constexpr int kMostSweeps = 2000;      // of coordinate descent
 constexpr double kSettled = 1e-12;     // largest change of a sweep
+constexpr int kHalvings = 60;          // of a way: what is left is rounding
 
 /// The slope of one limit beside one variable; says so if it is a kink.
 double slope_of(double here, double ahead, double behind, double step, double scale, bool& kink) {
@@ -135,6 +136,89 @@ double descend_total(Descent& at, const StepTotal& total) {
   return changed;
 }
 
+/// The change of the variables `free` to where the function is least for the limits that lack now, as far as totals let
+/// them. Small problems: normal equations with a multiplier for each total.
+Eigen::VectorXd face_change(const Descent& at, const std::vector<Eigen::Index>& free,
+                            const std::vector<StepTotal>& totals) {
+  std::vector<Eigen::Index> lacking;
+  for (Eigen::Index k = 0; k < at.lacks.size(); ++k) {
+    if (at.lacks[k] > 0) lacking.push_back(k);
+  }
+  Eigen::MatrixXd sums = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(totals.size()), at.step.size());
+  std::vector<Eigen::Index> held;  // totals with free variables
+  for (std::size_t t = 0; t < totals.size(); ++t) {
+    const auto row = static_cast<Eigen::Index>(t);
+    for (std::size_t k = 0; k < totals[t].variables.size(); ++k) {
+      sums(row, totals[t].variables[k]) = totals[t].weights[k];
+    }
+    sums.row(row) /= sums.row(row).norm();
+    if (!sums(row, free).isZero(0)) held.push_back(row);
+  }
+  const Eigen::MatrixXd J = at.J(lacking, free), C = sums(held, free);
+  const Eigen::Index n = J.cols(), m = C.rows();
+  Eigen::MatrixXd K = Eigen::MatrixXd::Zero(n + m, n + m);
+  K.topLeftCorner(n, n) = J.transpose() * J + at.weight * Eigen::MatrixXd::Identity(n, n);
+  K.topRightCorner(n, m) = C.transpose();
+  K.bottomLeftCorner(m, n) = C;
+  Eigen::VectorXd right = Eigen::VectorXd::Zero(n + m);
+  right.head(n) = J.transpose() * at.lacks(lacking) - at.weight * at.step(free);
+  const Eigen::VectorXd solved = K.colPivHouseholderQr().solve(right);
+  Eigen::VectorXd change = Eigen::VectorXd::Zero(at.step.size());
+  change(free) = solved.head(n);
+  return change;
+}
+
+/// The derivative of the function along a change, after a part of it. It only grows with the part.
+double slope_along(const Descent& at, const Eigen::VectorXd& change, const Eigen::VectorXd& along, double part) {
+  return at.weight * change.dot(at.step + part * change) - along.dot((at.lacks - part * along).cwiseMax(0));
+}
+
+/// Where on the way to `most` of a change the function is least.
+double least_part(const Descent& at, const Eigen::VectorXd& change, const Eigen::VectorXd& along, double most) {
+  if (!(slope_along(at, change, along, most) > 0)) return most;
+  double low = 0, high = most;
+  for (int k = 0; k < kHalvings; ++k) {
+    const double middle = 0.5 * (low + high);
+    (slope_along(at, change, along, middle) > 0 ? high : low) = middle;
+  }
+  return low;
+}
+
+/// Moves all variables that stand at no bound to where the function is least for them together; one that comes to its
+/// bound stays there, and the others go on. Single variables and pairs alone creep where limits have nearly the same
+/// slopes: thousands of sweeps did not reach the least value. Returns the largest change.
+double descend_face(Descent& at, const std::vector<StepTotal>& totals) {
+  std::vector<Eigen::Index> free;
+  for (Eigen::Index i = 0; i < at.step.size(); ++i) {
+    if (at.step[i] > at.low[i] && at.step[i] < at.high[i]) free.push_back(i);
+  }
+  double changed = 0;
+  for (Eigen::Index round = 0; round < at.J.rows() + at.J.cols() && !free.empty(); ++round) {
+    const Eigen::VectorXd change = face_change(at, free, totals), along = at.J * change;
+    if (!(slope_along(at, change, along, 0) < 0)) break;
+    double most = 1;
+    Eigen::Index hit = -1;
+    for (const Eigen::Index i : free) {
+      if (change[i] == 0) continue;
+      const double part = ((change[i] > 0 ? at.high : at.low)[i] - at.step[i]) / change[i];
+      if (part < most) most = part, hit = i;
+    }
+    const double part = least_part(at, change, along, most);
+    if (part < most) hit = -1;
+    Eigen::VectorXd next = (at.step + part * change).cwiseMax(at.low).cwiseMin(at.high);
+    if (hit >= 0) {
+      next[hit] = (change[hit] > 0 ? at.high : at.low)[hit];
+      std::erase(free, hit);
+    }
+    const double by = (next - at.step).cwiseAbs().maxCoeff();
+    at.lacks -= at.J * (next - at.step);
+    at.step = next;
+    changed = std::max(changed, by);
+    if (hit < 0 && (part == 1 || by < kSettled)) break;
+  }
+  return changed;
+}
+
 }  // namespace
 
 LimitSlopes slopes(const std::vector<double>& here, const std::vector<Beside>& beside,
@@ -213,6 +297,7 @@ Eigen::VectorXd damped_step(const DesignPoint& at, double radius, double weight)
       changed = std::max(changed, std::abs(by));
     }
     for (const StepTotal& total : at.totals) changed = std::max(changed, descend_total(now, total));
+    changed = std::max(changed, descend_face(now, at.totals));
     if (changed < kSettled) break;
   }
   return now.step;

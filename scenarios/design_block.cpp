@@ -88,6 +88,10 @@ class DesignReader {
     read_limits(own);
     if (const auto task = own.find("task")) read_levels(*task);
     if (const auto window = own.find_number("window")) out_.window = *window;
+    out_.recorded = own.word("begin") == "recorded";
+    if (out_.recorded && !own.has("window")) {
+      own.at("begin").fail("recorded: the traces begin with the window, and there is none; e.g. window: 0.1 s");
+    }
     if (out_.window > end_) out_.window = std::numeric_limits<double>::infinity();
     out_.quantile = own.number("quantile");
     return std::move(out_);

@@ -41,7 +41,10 @@ struct DesignBlock {
   std::string task_path;                                    // of a setting of the scenario; empty: one task
   std::vector<std::string> task_values;                     // YAML, the easiest first
   double window = std::numeric_limits<double>::infinity();  // s, from the first violation on; infinite: whole traces
-  double quantile = 0.1;                                    // of the margins of particles
+  /// Traces of differences begin with the window, in the state and with the controller's memory that were recorded
+  /// there; else as all others.
+  bool recorded = false;
+  double quantile = 0.1;  // of the margins of particles
 };
 
 /// Reads `design`; null if the scenario has none. `scenario`: its root, everything else of which has been read. Throws

@@ -70,6 +70,11 @@ Description design() {
         {Form::number(Quantity::time, Bound::positive)},
         Default::words("the whole trace"),
         "from the first violation on: what is improved at a time"},
+       {"begin",
+        {Form::word({"start", "recorded"})},
+        Default::value("start"),
+        "where traces of differences begin: at the `start`, or with the window, in the state that was `recorded` "
+        "there"},
        {"quantile", {Form::fraction()}, Default::value("10 %"), "of the margins of particles, with `--particles`"}}};
 }
 

@@ -15,6 +15,7 @@
 #include "simulation/disturbances.h"
 #include "simulation/invalid_reason.h"
 #include "simulation/lag_noise.h"
+#include "simulation/lane_controllers.h"
 #include "simulation/lane_digests.h"
 #include "simulation/names.h"
 #include "simulation/telemetry.h"
@@ -46,7 +47,7 @@ struct BlockRun::Impl final : TraceSaver {
   int last_step;  // at which traces end
   State initial;
   std::unique_ptr<BlockPhysics> physics;
-  Controller controller;
+  LaneControllers controllers;
   Sensors sensors;  // senses what the controller reads
   Actuators actuators;
   TaskMonitor monitor;
@@ -87,10 +88,10 @@ struct BlockRun::Impl final : TraceSaver {
         last_step(s.timing.steps()),
         initial(initial_state(*s.world, s.model)),
         physics(make_physics(s.physics, s.model)),
-        controller(ControlContext{s.model, initial, s.timing.control, physics->solves_drives(), s.timing.end, root_seed,
-                                  policy.name},
-                   policy.settings),
-        sensors(s.model, channel_names(s.world->robot), sensor_noise(s, root_seed), controller.reads()),
+        controllers(ControlContext{s.model, initial, s.timing.control, physics->solves_drives(), s.timing.end,
+                                   root_seed, policy.name},
+                    policy.settings),
+        sensors(s.model, channel_names(s.world->robot), sensor_noise(s, root_seed), controllers.reads()),
         actuators(s.model, s.torque_speed, physics->solves_drives()),
         monitor(s.task),
         events(s.model),
@@ -101,6 +102,7 @@ struct BlockRun::Impl final : TraceSaver {
         tau(s.model.na()),
         seed(root_seed) {}
 
+  std::size_t index_of(int lane) const { return static_cast<std::size_t>(lanes[lane].record - records.data()); }
   double time(int lane) const { return lanes[lane].step * scenario.timing.step; }
 
   std::array<double, kLanes> times() const {
@@ -120,7 +122,7 @@ struct BlockRun::Impl final : TraceSaver {
     sensors.start(lane, particle);
     if (observer) watched->start(lane, particle);
     actuators.start(lane, particle);
-    controller.start(lane, particle.control_lag, particle.id);
+    controllers.start(lane, particle, options.informed);
     monitor.start(lane, particle.model);
     for (int k = 0; k < tau.rows(); ++k) tau(k, lane) = 0;
     telemetry.start(lane);
@@ -157,10 +159,7 @@ struct BlockRun::Impl final : TraceSaver {
     tape.end();
   }
 
-  void carry_controller(int lane, LaneTape& tape) {
-    controller.carry(lane, tape);
-    actuators.carry(lane, tape);
-  }
+  void carry_controller(int lane, LaneTape& tape) { controllers.carry(lane, tape), actuators.carry(lane, tape); }
 
   void check_control_step(int lane) const {
     if (lanes[lane].step % per_control == 0) return;
@@ -271,10 +270,10 @@ struct BlockRun::Impl final : TraceSaver {
     monitor.values(witness_input(some), requirement_values, objective_values);
     for (int lane = 0; lane < kLanes; ++lane) {
       if (!some[lane]) continue;
-      const bool more =
-          observer->see({lane, lanes[lane].particle->id, lanes[lane].step, lanes[lane].first, time(lane), *physics, tau,
-                         command, requirement_values, objective_values, lanes[lane].particle->model, controller,
-                         watched->sensed(), watched->truth(), ended[lane], *this});
+      const bool more = observer->see({lane, lanes[lane].particle->id, index_of(lane), lanes[lane].step,
+                                       lanes[lane].first, time(lane), *physics, tau, command, requirement_values,
+                                       objective_values, lanes[lane].particle->model, controllers.of(lane),
+                                       watched->sensed(), watched->truth(), ended[lane], *this});
       enough.set(lane, !more);
       lanes[lane].record->stopped = !more && !ended[lane];
     }
@@ -349,7 +348,7 @@ struct BlockRun::Impl final : TraceSaver {
     if (observer) watched->sense(*physics, tau, scenario.timing.step, step, now, due);
     if (!lag_jitter.empty()) lag_jitter.draw(particle, step, due, no_lag, lag);
     clock.ended(Phase::sensing);
-    controller.act(observation, lag_jitter.empty() ? nullptr : lag.row(0), due, command);
+    controllers.act(observation, lag_jitter.empty() ? nullptr : lag.row(0), due, command);
     clock.ended(Phase::control);
   }
 

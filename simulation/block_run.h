@@ -36,6 +36,7 @@ class TraceSaver {
 struct StepView {
   int lane;
   std::uint32_t particle;
+  std::size_t index;               // of the particle, among those of the run
   std::uint32_t step;              // physics steps done since t = 0
   std::uint32_t first;             // at which the trace began: 0, unless it was given another Beginning
   double time;                     // s
@@ -83,6 +84,9 @@ struct RunOptions {
   std::span<const std::shared_ptr<const SavedTrace>> saved = {};
   double end =
       0;  // s, when traces end: a whole number of physics steps, no later than the scenario's; 0: the scenario's
+  // The controller knows each particle in place of the nominal robot: designs that plan with their own numbers. They
+  // have the parts of the scenario's robot, and their models outlive the run.
+  bool informed = false;
 };
 
 /// Throws InputError unless each of so many particles has a beginning that a trace under this policy can have, or none

@@ -81,7 +81,7 @@ std::vector<TraceRecord> Simulator::run(std::uint32_t first, std::uint32_t count
     if (!options.beginnings.empty()) beginnings.push_back(options.beginnings[i]);
     if (!options.saved.empty()) saved.push_back(options.saved[i]);
   }
-  std::vector<TraceRecord> made = run(particles, {options.observer, beginnings, saved, options.end});
+  std::vector<TraceRecord> made = run(particles, {options.observer, beginnings, saved, options.end, options.informed});
   for (std::size_t k = 0; k < made.size(); ++k) out[places[k]] = std::move(made[k]);
   return out;
 }

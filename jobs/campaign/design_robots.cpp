@@ -138,6 +138,37 @@ MadeDesigns DesignRobots::make(std::size_t level, const std::vector<DesignValues
   return out;
 }
 
+std::vector<std::optional<Particle>> DesignRobots::beside(const Scenario& made, const DesignValues& centre,
+                                                          const std::vector<DesignValues>& designs) const {
+  std::vector<std::optional<Particle>> out(designs.size());
+  if (!has_robot_variables()) return out;
+  const Fabricator fabricator(made.world, paths_);
+  const ParameterTable table(*made.world);
+  std::vector<double> nominal;
+  for (const std::string& path : paths_) nominal.push_back(table.find(path)->nominal);
+  for (std::size_t d = 0; d < designs.size(); ++d) {
+    std::vector<double> values = nominal;
+    std::size_t at = 0;
+    bool fabricable = true;
+    for (std::size_t i = 0; i < centre.size(); ++i) {
+      const DesignVariable& one = block().variables[i];
+      if (one.of_policy) {
+        fabricable = fabricable && designs[d][i] == centre[i];
+        continue;
+      }
+      for (std::size_t k = 0; k < one.paths.size(); ++k, ++at) {
+        if (designs[d][i] != centre[i]) values[at] += one.at(k, designs[d][i]) - one.at(k, centre[i]);
+      }
+    }
+    if (!fabricable) continue;
+    try {
+      out[d] = fabricator.fabricate(0, values);
+    } catch (const InputError&) {  // make() says why
+    }
+  }
+  return out;
+}
+
 std::string DesignRobots::yaml(std::size_t level, const DesignValues& design, const std::string& urdf) const {
   std::vector<Override> all = source_at(level).options.overrides;
   for (const Override& one : overrides(level, design)) all.push_back(one);

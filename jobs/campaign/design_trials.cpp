@@ -5,6 +5,7 @@
 #include <cmath>
 #include <exception>
 #include <map>
+#include <optional>
 #include <thread>
 
 #include "jobs/campaign/nominal_traces.h"
@@ -24,11 +25,14 @@ class LimitWatch : public TraceObserver {
     double first_violation = kNever;
   };
 
-  LimitWatch(const Task& task, const DesignBlock& block, const TrialQuestion& question)
-      : task_(task), limits_(block.limits), from_(question.from), to_(question.to) {}
+  /// What tells traces apart: their particles, or their places in the run, where all are of one particle.
+  enum class Key { particle, index };
+
+  LimitWatch(const Task& task, const DesignBlock& block, const TrialQuestion& question, Key key = Key::particle)
+      : task_(task), limits_(block.limits), from_(question.from), to_(question.to), key_(key) {}
 
   bool see(const StepView& view) override {
-    Seen& seen = seen_[view.particle];
+    Seen& seen = seen_[key_ == Key::index ? view.index : view.particle];
     seen.within.resize(limits_.size(), kNever);
     seen.so_far.resize(limits_.size(), kNever);
     for (std::size_t k = 0; k < limits_.size(); ++k) {
@@ -41,8 +45,8 @@ class LimitWatch : public TraceObserver {
     return view.time < to_;
   }
 
-  Seen seen(std::uint32_t particle) {
-    Seen out = seen_[particle];
+  Seen seen(std::size_t key) {
+    Seen out = seen_[key];
     out.within.resize(limits_.size(), kNever);
     out.so_far.resize(limits_.size(), kNever);
     return out;
@@ -52,7 +56,8 @@ class LimitWatch : public TraceObserver {
   const Task& task_;
   const std::vector<int>& limits_;
   double from_, to_;
-  std::map<std::uint32_t, Seen> seen_;
+  Key key_;
+  std::map<std::size_t, Seen> seen_;
 };
 
 /// Linear between order statistics (type 7 of Hyndman and Fan); NaNs are left out.
@@ -116,15 +121,19 @@ class Gathered {
   double progress_ = 0, success_ = 0;
 };
 
-DesignMargins try_design(Scenario scenario, const DesignBlock& block, const TrialQuestion& question) {
+/// Nothing is recorded but what margins and contact sequences need; the nominal robot has no jitter.
+void prepare(Scenario& scenario, bool nominal) {
   scenario.recording.telemetry = Telemetry::none;
   scenario.recording.events = false;
   scenario.recording.phases = true;
   scenario.task.stop_at_violation = false;
+  if (!nominal) return;
+  for (UncertainParameter& parameter : scenario.space.parameters) parameter.jitter.reset();
+}
+
+DesignMargins try_design(Scenario scenario, const DesignBlock& block, const TrialQuestion& question) {
   const bool nominal = question.particles.empty();
-  if (nominal) {
-    for (UncertainParameter& parameter : scenario.space.parameters) parameter.jitter.reset();
-  }
+  prepare(scenario, nominal);
   const Simulation simulation(std::move(scenario));
   std::vector<Particle> particles;
   for (const std::uint32_t id : question.particles) particles.push_back(simulation.particle(id));
@@ -135,10 +144,131 @@ DesignMargins try_design(Scenario scenario, const DesignBlock& block, const Tria
   LimitWatch watch(simulation.scenario().task, block, question);
   Simulator simulator(simulation, question.policy);
   Gathered gathered(block, simulation.scenario().timing.end);
-  for (const TraceRecord& trace : simulator.run(particles, {.observer = &watch})) {
+  RunOptions options{.observer = &watch};
+  if (nominal && question.begin) options.beginnings = {question.begin.get(), 1};
+  for (const TraceRecord& trace : simulator.run(particles, options)) {
     gathered.add(trace, watch.seen(trace.particle));
   }
   return gathered.finish();
+}
+
+/// Calls `work` from some threads at once, this one among them, and rethrows what one of them has thrown.
+template <class Work>
+void in_threads(std::size_t count, const Work& work) {
+  std::vector<std::exception_ptr> errors(count);
+  const auto guarded = [&](std::size_t i) {
+    try {
+      work();
+    } catch (...) {
+      errors[i] = std::current_exception();
+    }
+  };
+  {
+    std::vector<std::jthread> threads;
+    for (std::size_t i = 1; i < count; ++i) threads.emplace_back(guarded, i);
+    guarded(0);
+  }
+  for (const std::exception_ptr& error : errors) {
+    if (error) std::rethrow_exception(error);
+  }
+}
+
+/// Takes state and memory of a trace at a step, and ends it there.
+class BeginningTaker : public TraceObserver {
+ public:
+  explicit BeginningTaker(std::uint32_t step) : step_(step) {}
+
+  bool see(const StepView& view) override {
+    if (view.step < step_) return true;
+    const BlockState& all = view.physics.state();
+    taken = std::make_shared<const Beginning>(
+        Beginning{view.time, {all.q.column(view.lane), all.v.column(view.lane)}, view.remember()});
+    return false;
+  }
+
+  std::shared_ptr<const Beginning> taken;
+
+ private:
+  std::uint32_t step_;
+};
+
+/// The policy of a scenario that is known to have it.
+const PolicySpec& policy_of(const Scenario& scenario, const std::string& name) {
+  return *std::find_if(scenario.policies.begin(), scenario.policies.end(),
+                       [&](const PolicySpec& one) { return one.name == name; });
+}
+
+/// Nominal robots of designs, a block of lanes at a time. Those of a block in which something goes wrong have no
+/// result.
+class SharedBlocks {
+ public:
+  SharedBlocks(const Scenario& scenario, const DesignBlock& block, const TrialQuestion& question)
+      : scenario_(scenario), block_(block), question_(question) {}
+
+  /// `which`: indices of `particles` and `out`.
+  void run(const std::vector<std::optional<Particle>>& particles, const std::vector<std::size_t>& which,
+           std::vector<std::optional<DesignMargins>>& out) const {
+    const std::size_t blocks = (which.size() + kLanes - 1) / kLanes;
+    std::atomic<std::size_t> next = 0;
+    in_threads(std::min(blocks, static_cast<std::size_t>(question_.threads)), [&] {
+      std::optional<BlockRun> run;
+      for (std::size_t b = next++; b < blocks; b = next++) {
+        const std::size_t end = std::min(which.size(), (b + 1) * kLanes);
+        const std::vector<std::size_t> here(which.begin() + static_cast<std::ptrdiff_t>(b * kLanes),
+                                            which.begin() + static_cast<std::ptrdiff_t>(end));
+        try {
+          if (!run) run.emplace(scenario_, policy_of(scenario_, question_.policy), scenario_.seed);
+          run_block(*run, particles, here, out);
+        } catch (const MachineError&) {
+          throw;
+        } catch (const std::exception&) {  // alone it is told whose fault it is
+          run.reset();
+        }
+      }
+    });
+  }
+
+ private:
+  void run_block(BlockRun& run, const std::vector<std::optional<Particle>>& particles,
+                 const std::vector<std::size_t>& which, std::vector<std::optional<DesignMargins>>& out) const {
+    std::vector<Particle> robots;
+    for (const std::size_t i : which) robots.push_back(*particles[i]);
+    LimitWatch watch(scenario_.task, block_, question_, LimitWatch::Key::index);
+    std::vector<Beginning> beginnings;
+    if (question_.begin) beginnings.assign(robots.size(), *question_.begin);
+    const std::vector<TraceRecord> traces =
+        run.run(robots, nullptr, {.observer = &watch, .beginnings = beginnings, .informed = true});
+    for (std::size_t k = 0; k < traces.size(); ++k) {
+      Gathered gathered(block_, scenario_.timing.end);
+      gathered.add(traces[k], watch.seen(k));
+      out[which[k]] = gathered.finish();
+    }
+  }
+
+  const Scenario& scenario_;
+  const DesignBlock& block_;
+  const TrialQuestion& question_;
+};
+
+/// Of designs beside one that share blocks; none: it must be tried alone.
+std::vector<std::optional<DesignMargins>> try_in_blocks(const DesignRobots& robots, const DesignValues& centre,
+                                                        const std::vector<DesignValues>& designs,
+                                                        const TrialQuestion& question) {
+  std::vector<std::optional<DesignMargins>> out(designs.size());
+  if (!question.particles.empty()) return out;  // whose lanes are full as it is
+  MadeDesigns made = robots.make(question.level, {centre});
+  if (!made.scenarios.front()) return out;
+  Scenario& scenario = *made.scenarios.front();
+  prepare(scenario, true);
+  std::vector<std::optional<Particle>> particles = robots.beside(scenario, centre, designs);
+  std::vector<std::size_t> which;
+  for (std::size_t i = 0; i < particles.size(); ++i) {
+    if (!particles[i]) continue;
+    particles[i]->id = kNominalParticle;
+    which.push_back(i);
+  }
+  SharedBlocks(scenario, robots.block(), question).run(particles, which, out);
+  return out;
 }
 
 }  // namespace
@@ -147,9 +277,8 @@ std::vector<DesignMargins> try_designs(const DesignRobots& robots, const std::ve
                                        const TrialQuestion& question) {
   MadeDesigns made = robots.make(question.level, designs);
   std::vector<DesignMargins> out(designs.size());
-  std::vector<std::exception_ptr> errors(designs.size());
   std::atomic<std::size_t> next = 0;
-  const auto work = [&] {
+  in_threads(std::min<std::size_t>(designs.size(), static_cast<std::size_t>(question.threads)), [&] {
     for (std::size_t i = next++; i < designs.size(); i = next++) {
       if (!made.scenarios[i]) {
         out[i].problem = made.problems[i];
@@ -159,21 +288,41 @@ std::vector<DesignMargins> try_designs(const DesignRobots& robots, const std::ve
         out[i] = try_design(std::move(*made.scenarios[i]), robots.block(), question);
       } catch (const InputError& error) {
         out[i].problem = error.what();  // a particle of this design cannot be made
-      } catch (...) {
-        errors[i] = std::current_exception();
       }
     }
-  };
-  {
-    std::vector<std::jthread> threads;
-    const std::size_t count = std::min<std::size_t>(designs.size(), static_cast<std::size_t>(question.threads));
-    for (std::size_t i = 1; i < count; ++i) threads.emplace_back(work);
-    work();
-  }
-  for (const std::exception_ptr& error : errors) {
-    if (error) std::rethrow_exception(error);
-  }
+  });
   return out;
+}
+
+std::vector<DesignMargins> try_beside(const DesignRobots& robots, const DesignValues& centre,
+                                      const std::vector<DesignValues>& designs, const TrialQuestion& question) {
+  std::vector<std::optional<DesignMargins>> shared = try_in_blocks(robots, centre, designs, question);
+  std::vector<DesignValues> alone;
+  for (std::size_t i = 0; i < designs.size(); ++i) {
+    if (!shared[i]) alone.push_back(designs[i]);
+  }
+  std::vector<DesignMargins> rest;
+  if (!alone.empty()) rest = try_designs(robots, alone, question);
+  std::vector<DesignMargins> out;
+  std::size_t k = 0;  // of `rest`
+  for (std::optional<DesignMargins>& one : shared) out.push_back(std::move(one ? *one : rest[k++]));
+  return out;
+}
+
+std::shared_ptr<const Beginning> recorded_beginning(const DesignRobots& robots, const DesignValues& design,
+                                                    const TrialQuestion& question) {
+  const Timing timing = robots.scenario().timing;
+  const auto periods = static_cast<std::uint32_t>(question.from / timing.control * (1 + 1e-12));
+  if (periods == 0) return nullptr;
+  MadeDesigns made = robots.make(question.level, {design});
+  if (!made.scenarios.front()) throw InputError(made.problems.front());
+  prepare(*made.scenarios.front(), true);
+  const Simulation simulation(std::move(*made.scenarios.front()));
+  Particle robot = Fabricator(simulation.scenario().world, {}).nominal();
+  robot.id = kNominalParticle;
+  BeginningTaker taker(periods * static_cast<std::uint32_t>(timing.steps_per_control()));
+  Simulator(simulation, question.policy).run({&robot, 1}, {.observer = &taker});
+  return taker.taken;
 }
 
 std::vector<std::string> limit_names(const Scenario& scenario) {

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -11,12 +12,16 @@
 
 namespace graze {
 
+struct Beginning;
+
 struct TrialQuestion {
   std::string policy;
   std::size_t level = 0;                 // of the task
   std::vector<std::uint32_t> particles;  // whose draws all designs share; empty: the nominal robot, without jitter
   double from = 0, to = std::numeric_limits<double>::infinity();  // s: the window; traces end at `to`
   int threads = 1;
+  /// Of nominal robots: where their traces begin; null: at the start.
+  std::shared_ptr<const Beginning> begin = {};
 };
 
 /// What came of one design. Limits: DesignBlock::limits and, if it is one, the objective (last). Over particles:
@@ -35,6 +40,17 @@ struct DesignMargins {
 /// One for each design, in their order: bits that depend neither on threads nor on the other designs.
 std::vector<DesignMargins> try_designs(const DesignRobots& robots, const std::vector<DesignValues>& designs,
                                        const TrialQuestion& question);
+
+/// The same of designs a small step beside one, `centre`, for differences. Those that differ in their robot alone are
+/// made of the centre's robot and share blocks, eight lanes with a controller each; their margins are those of
+/// try_designs() up to the rounding with which a robot's file is written.
+std::vector<DesignMargins> try_beside(const DesignRobots& robots, const DesignValues& centre,
+                                      const std::vector<DesignValues>& designs, const TrialQuestion& question);
+
+/// State and controller's memory of a nominal robot at the control step before `question.from`; null: that is the
+/// start. Throws InputError if the robot cannot be made or its policy cannot be saved.
+std::shared_ptr<const Beginning> recorded_beginning(const DesignRobots& robots, const DesignValues& design,
+                                                    const TrialQuestion& question);
 
 /// Names of the limits, in the order of their margins.
 std::vector<std::string> limit_names(const Scenario& scenario);

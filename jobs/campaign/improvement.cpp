@@ -134,21 +134,37 @@ std::optional<Suggestion> Improvement::suggest() {
     reach(out.now);
   }
   if (!out.now.made || !fails) return std::nullopt;
-  const double window = robots_.block().window;
-  if (options_.particles.empty() && std::isfinite(window) &&
-      out.now.first_violation + window < robots_.scenario().timing.end) {
-    out.from = out.now.first_violation, out.to = out.from + window;
-    out.now = here(out.from, out.to);
-  }
-  out.slopes = slopes_at(out.now, out.from, out.to);
+  choose_window(out);
+  out.slopes = slopes_of(out);
   check_moved(out.now, out.slopes);
   out.size = options_.damped ? state_.radius : options_.alpha;
   out.change = change_of(point(out), out.size);
   return out;
 }
 
-std::vector<Beside> Improvement::beside(double from, double to, const std::vector<std::size_t>& variables, double part,
-                                        const DesignMargins& now) const {
+void Improvement::choose_window(Suggestion& out) const {
+  const double window = robots_.block().window, end = robots_.scenario().timing.end;
+  if (!options_.particles.empty() || !std::isfinite(window)) return;
+  const bool whole = !(out.now.first_violation + window < end);
+  if (whole && !robots_.block().recorded) return;
+  out.from = whole ? end - window : out.now.first_violation;
+  if (!whole) out.to = out.from + window;
+  out.now = here(out.from, out.to);
+}
+
+/// Of the window's margins. Where its traces begin in a recorded state, the design's own does, too: what contacts and
+/// solvers have forgotten there is then no difference.
+LimitSlopes Improvement::slopes_of(const Suggestion& at) const {
+  TrialQuestion asked = question(at.from, at.to);
+  if (robots_.block().recorded && asked.particles.empty()) {
+    asked.begin = recorded_beginning(robots_, state_.design, asked);
+  }
+  if (!asked.begin) return slopes_at(at.now, asked);
+  return slopes_at(std::move(try_designs(robots_, {state_.design}, asked).front()), asked);
+}
+
+std::vector<Beside> Improvement::beside(const TrialQuestion& question, const std::vector<std::size_t>& variables,
+                                        double part, const DesignMargins& now) const {
   std::vector<DesignValues> designs;
   for (const std::size_t i : variables) {
     if (!robots_.block().variables[i].choices.empty()) continue;  // it has no slope
@@ -157,7 +173,7 @@ std::vector<Beside> Improvement::beside(double from, double to, const std::vecto
       designs.back()[i] += sign * part * robots_.block().variables[i].step;
     }
   }
-  std::vector<DesignMargins> tried = try_designs(robots_, designs, question(from, to));
+  std::vector<DesignMargins> tried = try_beside(robots_, state_.design, designs, question);
   std::vector<Beside> out;
   std::size_t k = 0;  // of the variables with slopes
   for (const std::size_t i : variables) {
@@ -181,10 +197,10 @@ std::vector<Beside> Improvement::beside(double from, double to, const std::vecto
 
 /// Where differences meet a kink, finer ones may lie on one side of it; or, where contacts make the margin rough, meet
 /// more of them. The finer ones count if they meet fewer.
-LimitSlopes Improvement::slopes_at(const DesignMargins& now, double from, double to) const {
+LimitSlopes Improvement::slopes_at(const DesignMargins& now, const TrialQuestion& question) const {
   std::vector<std::size_t> all(robots_.block().variables.size());
   std::iota(all.begin(), all.end(), 0);
-  std::vector<Beside> around = beside(from, to, all, 1, now);
+  std::vector<Beside> around = beside(question, all, 1, now);
   const auto kinks = [&](const LimitSlopes& found) {
     std::vector<int> out(all.size());  // of violated limits, by variable
     for (const Kink& one : found.kinks) {
@@ -197,7 +213,7 @@ LimitSlopes Improvement::slopes_at(const DesignMargins& now, double from, double
   std::vector<std::size_t> again;
   std::copy_if(all.begin(), all.end(), std::back_inserter(again), [&](std::size_t i) { return before[i] > 0; });
   if (again.empty()) return coarse;
-  const std::vector<Beside> finer = beside(from, to, again, kFiner, now);
+  const std::vector<Beside> finer = beside(question, again, kFiner, now);
   std::vector<Beside> with_finer = around;
   for (std::size_t k = 0; k < again.size(); ++k) with_finer[again[k]] = finer[k];
   const std::vector<int> after = kinks(slopes(now.margins, with_finer, state_.scales));

@@ -125,8 +125,10 @@ class Improvement {
   DesignMargins here(double from, double to) const;
   void begin(const DesignMargins& first);
   bool reach(const DesignMargins& now);
-  LimitSlopes slopes_at(const DesignMargins& now, double from, double to) const;
-  std::vector<Beside> beside(double from, double to, const std::vector<std::size_t>& variables, double part,
+  void choose_window(Suggestion& out) const;
+  LimitSlopes slopes_of(const Suggestion& at) const;
+  LimitSlopes slopes_at(const DesignMargins& now, const TrialQuestion& question) const;
+  std::vector<Beside> beside(const TrialQuestion& question, const std::vector<std::size_t>& variables, double part,
                              const DesignMargins& now) const;
   void check_moved(const DesignMargins& now, const LimitSlopes& slopes);
   DesignPoint point(const Suggestion& at) const;

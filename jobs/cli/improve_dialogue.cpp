@@ -159,6 +159,10 @@ class StepQuestion {
                                    value, one.lower / one.scale, one.upper / one.scale, one.unit,
                                    (to < one.lower ? one.lower : one.upper) / one.scale));
     }
+    if (!one.choices.empty() && to != std::floor(to)) {
+      throw InputError(fmt::format("set {} {}: is a choice by its number, a whole one from 1 to {}", name, value,
+                                   one.choices.size()));
+    }
     change[found.front()] = session_.share(i, to);
   }
 

@@ -175,6 +175,67 @@ TEST(Redesign, DampedStepLeavesTotals) {
   }
 }
 
+/// What damped_step() minimises, half of it.
+double damped_value(const DesignPoint& at, double weight, const Vector& d) {
+  const Vector lacks = (kAim - at.margins.array() / at.scales.array()).matrix() -
+                       Vector(at.scales.cwiseInverse().asDiagonal() * (at.slopes->J * d));
+  return 0.5 * (lacks.cwiseMax(0).squaredNorm() + weight * d.squaredNorm());
+}
+
+/// How far a change is above the least value at most. The function is convex, so nowhere below its tangent plane, and
+/// the plane's least value among the changes that bounds and radius allow is at a corner; of a total no more than at
+/// the corner that any multiple of the total, taken off the slope, leads to.
+double gap(const DesignPoint& at, double radius, double weight, const Vector& d) {
+  const Eigen::MatrixXd J = at.scales.cwiseInverse().asDiagonal() * at.slopes->J;
+  const Vector lacks = (kAim - at.margins.array() / at.scales.array()).matrix() - J * d;
+  Vector slope = weight * d - J.transpose() * lacks.cwiseMax(0);
+  const Vector low = (-at.x).cwiseMax(-radius), high = (1 - at.x.array()).cwiseMin(radius).matrix();
+  const auto part = [&](Eigen::Index i, double g) { return std::max(g * (d[i] - low[i]), g * (d[i] - high[i])); };
+  double out = 0;
+  std::vector<char> single(static_cast<std::size_t>(d.size()), true);
+  for (const StepTotal& total : at.totals) {
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t j = 0; j < total.variables.size(); ++j) {
+      const double multiple = slope[total.variables[j]] / total.weights[j];
+      double sum = 0;
+      for (std::size_t k = 0; k < total.variables.size(); ++k) {
+        sum += part(total.variables[k], slope[total.variables[k]] - multiple * total.weights[k]);
+      }
+      least = std::min(least, sum);
+    }
+    out += least;
+    for (const Eigen::Index i : total.variables) single[static_cast<std::size_t>(i)] = false;
+  }
+  for (Eigen::Index i = 0; i < d.size(); ++i) out += single[static_cast<std::size_t>(i)] ? part(i, slope[i]) : 0;
+  return out;
+}
+
+// Of random problems, among them such with limits of nearly equal slopes, with far more limits than variables and with
+// totals, the damped step is the least there is.
+TEST(Redesign, DampedStepIsTheLeastOfAll) {
+  std::mt19937 random(11);
+  const auto any = [&](double low, double high) { return std::uniform_real_distribution<double>(low, high)(random); };
+  const auto drawn = [&](Eigen::Index rows, Eigen::Index columns) {
+    return Eigen::MatrixXd(Eigen::MatrixXd::NullaryExpr(rows, columns, [&] { return any(-1, 1); }));
+  };
+  double worst = 0;
+  for (int trial = 0; trial < 2000; ++trial) {
+    const auto limits = static_cast<Eigen::Index>(any(1, 13)), variables = static_cast<Eigen::Index>(any(4, 20));
+    Eigen::MatrixXd J = drawn(limits, variables);
+    if (trial % 3 == 0) J = (drawn(limits, 1) * drawn(1, variables) + 1e-2 * J).eval();
+    J *= std::pow(10, any(-1, 1.5));
+    const LimitSlopes found = exact(J);
+    DesignPoint at{drawn(variables, 1).cwiseMax(-0.9).cwiseMin(0.9) / 1.8 + Vector::Constant(variables, 0.5),
+                   drawn(limits, 1), drawn(limits, 1).cwiseAbs().array() + 0.3, &found};
+    if (trial % 2 == 0) at.totals = {{{0, 2, 3}, {any(0.5, 4), any(0.5, 4), any(-4, -0.5)}}};
+    const double radius = any(0.05, 0.5), weight = 1e-3;
+    const Vector step = damped_step(at, radius, weight);
+    const double start = damped_value(at, weight, Vector::Zero(variables));
+    worst = std::max(worst, gap(at, radius, weight, step) / std::max(start, 1e-3));
+  }
+  EXPECT_LT(worst, 1e-9) << "as a share of what the function is without a step";
+}
+
 TEST(Redesign, LackCountsViolationsInTheirScales) { EXPECT_DOUBLE_EQ(lack(vec({-1, 3, -2}), vec({2, 1, 4})), 1); }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include "jobs/campaign/design_trials.h"
 #include "jobs/campaign/nominal_traces.h"
 #include "jobs/cli/improve_picture.h"
+#include "simulation/block_run.h"
 #include "tests/jobs/swing_session.h"
 #include "tests/message_of.h"
 
@@ -93,6 +94,41 @@ TEST_F(Improve, LooksAtAWindow) {
   }
   EXPECT_GT(last, 0.05) << "the speed is exceeded late only";
   EXPECT_EQ(history("-o window")["state"]["end"], "reached all");
+}
+
+// Differences of a window may begin where it does, in the recorded state: what came before does not count, the rest is
+// as it was, also in shared blocks.
+TEST_F(Improve, WindowsBeginInRecordedStates) {
+  write(
+      "design: {window: 20 ms, begin: recorded, variables: {rods: {of: robot.link.*_rod.length, within: [10 cm, 60 "
+      "cm]}, tall: {of: robot.joint.*.origin.z, factor: [0.5, 2]}}}\n");
+  const Scenario own = scenario();
+  const DesignRobots robots(own);
+  TrialQuestion question;
+  question.policy = "free";
+  question.from = 0.065, question.to = 0.085;
+  const DesignMargins whole = try_designs(robots, {robots.initial()}, question).front();
+  EXPECT_GT(whole.so_far.front(), -3);
+  question.begin = recorded_beginning(robots, robots.initial(), question);
+  ASSERT_TRUE(question.begin);
+  EXPECT_NEAR(question.begin->time, 0.06, 1e-12) << "control steps are 10 ms apart";
+  const std::vector<DesignValues> designs = {robots.initial(), {0.31, 0.5}, {0.29, 0.5}};
+  const std::vector<DesignMargins> alone = try_designs(robots, designs, question);
+  const std::vector<DesignMargins> shared = try_beside(robots, robots.initial(), designs, question);
+  EXPECT_EQ(alone[0].margins, whole.margins) << "nothing is forgotten where nothing touches";
+  for (std::size_t i = 0; i < designs.size(); ++i) {
+    EXPECT_NEAR(shared[i].margins.front(), alone[i].margins.front(), 1e-11);
+  }
+  const double speed = alone[0].margins.front();
+  EXPECT_NEAR(alone[1].margins.front() - speed, 0, 0.1) << "both come with the recorded speed";
+  EXPECT_GT(alone[1].margins.front(), speed) << "but a longer rod gains less in 20 ms";
+  TrialQuestion start = question;
+  start.from = 0.005;
+  EXPECT_FALSE(recorded_beginning(robots, robots.initial(), start));
+  EXPECT_EQ(history("-o recorded")["state"]["end"], "reached all");
+  EXPECT_THAT(graze("check swing.yaml --set design.begin=end").err, HasSubstr("start"));
+  write("design: {begin: recorded, variables: {rods: {of: robot.link.*_rod.length, within: [10 cm, 60 cm]}}}\n");
+  EXPECT_THAT(graze("check swing.yaml").err, HasSubstr("window: 0.1 s"));
 }
 
 // Settings of policies and gears of drives are variables, too, and stand in the scenario that is written.
@@ -327,6 +363,96 @@ TEST_F(Improve, KeepsFixedTotals) {
   testing::write_file(folder / "answers.txt", "set front_shin 12 cm\naccept\n");
   EXPECT_THAT(graze("improve swing.yaml --answers answers.txt -o asked").err,
               HasSubstr("the sum of front_thigh + front_shin would change from 0.424"));
+}
+
+// Beside a design, all designs share blocks: they have the margins that each has alone, read as a scenario of its own,
+// but for the rounding of a file; a policy's setting goes alone.
+TEST_F(Improve, NeighboursShareBlocks) {
+  write(
+      "design: {variables: {rods: {of: robot.link.*_rod.length, within: [10 cm, 60 cm]}, left: {of: "
+      "robot.link.left_rod.mass, factor: [0.5, 2]}, tall: {of: robot.joint.right.origin.z, factor: [0.5, 2]}}}\n");
+  const Scenario own = scenario();
+  const DesignRobots robots(own);
+  const DesignValues centre = {0.25, 0.12, 0.6};
+  std::vector<DesignValues> beside;
+  for (int i = 0; i < 9; ++i) {
+    beside.push_back(centre);
+    beside.back()[static_cast<std::size_t>(i % 3)] *= 1 + 0.01 * (i - 4);
+  }
+  beside.push_back({-1, 0.12, 0.6});  // no robot
+  TrialQuestion question;
+  question.policy = "free";
+  const std::vector<DesignMargins> alone = try_designs(robots, beside, question);
+  const std::vector<DesignMargins> shared = try_beside(robots, centre, beside, question);
+  question.threads = 2;
+  const std::vector<DesignMargins> threads = try_beside(robots, centre, beside, question);
+  ASSERT_EQ(shared.size(), beside.size());
+  for (std::size_t i = 0; i + 1 < beside.size(); ++i) {
+    EXPECT_NEAR(shared[i].margins.front(), alone[i].margins.front(), 1e-11) << i;
+    EXPECT_EQ(threads[i].margins, shared[i].margins);
+    EXPECT_EQ(shared[i].contacts, alone[i].contacts);
+    EXPECT_EQ(shared[i].progress, alone[i].progress);
+  }
+  EXPECT_NE(shared[0].margins, shared[3].margins);
+  EXPECT_FALSE(shared.back().made);
+  EXPECT_EQ(shared.back().problem, alone.back().problem);
+}
+
+// A damper from a list: the rods are as short as they may be, no step along the slopes helps, and of all combinations
+// the first that lacks least is taken. The robot that is written has it.
+TEST_F(Improve, ChoosesFromAList) {
+  const std::string rods = "design: {variables: {rods: {of: robot.link.*_rod.length, within: [29 cm, 30 cm]}, ";
+  const std::string motors = "motor: {of: robot.joint.*.effort, choose: [[1 N m], [2 N m]]}, ";
+  const std::string damper = "damper: {of: [robot.joint.left.damping, robot.joint.right.damping], choose: ";
+  write(rods + motors + damper + "[[0, 0], [0.002, 0.002], [0.02, 0.02], [0.02, 0.2], [0, 0.02]]}}}\n");
+  const PlainJson session = history("--step damped -o chosen");
+  const PlainJson& last = session["state"]["steps"].back();
+  EXPECT_EQ(last["before"][2], 1);
+  EXPECT_EQ(last["after"][2], 3) << "the next one lacks nothing either, and stands behind it";
+  EXPECT_EQ(last["after"][1], 1) << "the other motor changes nothing";
+  const Scenario improved = load_scenario((folder / "chosen/improved.yaml").string());
+  EXPECT_EQ(ParameterTable(*improved.world).find("robot.joint.right.damping")->nominal, 0.02);
+  EXPECT_EQ(nominal_traces(improved, {"free"}).front().outcome, Outcome::success);
+  EXPECT_THAT(graze("improve swing.yaml --step damped -o chosen").out, HasSubstr("damper"));
+
+  // None that is enough: the least lack is taken, once, and the session ends there.
+  write(rods + damper + "[[0, 0], [0.001, 0.001], [0.002, 0.002]]}}}\n");
+  const PlainJson stuck = history("--step damped -o stuck", 1)["state"];
+  EXPECT_EQ(stuck["design"][1], 3);
+  EXPECT_LT(stuck["steps"].back()["lack_after"].get<double>(), stuck["steps"].back()["lack_before"].get<double>());
+  // None that helps: the first one stays.
+  write(rods + damper + "[[0, 0], [-0.0, 0]]}}}\n");
+  EXPECT_EQ(history("--step damped -o none", 1)["state"]["design"][1], 1);
+}
+
+// With answers a choice is set by its number. Lists that are none are refused with their place.
+TEST_F(Improve, RefusesWhatCannotBeChosen) {
+  const std::string begin = "design: {variables: {damper: {of: robot.joint.*.damping, choose: ";
+  write(begin + "[[0], [0.02], [0.2]]}}}\n");
+  const auto answered = [&](const std::string& answers) {
+    testing::write_file(folder / "answers.txt", answers);
+    return graze("improve swing.yaml --answers answers.txt --json --max-steps 1 -o by_hand");
+  };
+  EXPECT_THAT(answered("set damper 4\naccept\n").err, HasSubstr("3"));
+  EXPECT_THAT(answered("set damper 1.5\naccept\n").err, HasSubstr("damper"));
+  EXPECT_THAT(answered("set dampers 2\naccept\n").err, HasSubstr("damper"));
+  EXPECT_EQ(answered("set damper 3\naccept\n").code, 4)
+      << "it is done, but --max-steps has ended it before that is seen";
+  EXPECT_EQ(PlainJson::parse(testing::read_file(folder / "by_hand/improve.json"))["state"]["design"][0], 3);
+  const auto refused = [&](const std::string& list) {
+    write(begin + list + "}}}\n");
+    const testing::Result out = graze("improve swing.yaml");
+    EXPECT_EQ(out.code, 2) << list << out.out;
+    EXPECT_THAT(out.err, HasSubstr("swing.yaml:")) << list;
+    return out.err;
+  };
+  EXPECT_THAT(refused("[]"), HasSubstr("must be a list of two choices or more"));
+  EXPECT_THAT(refused("[[0]]"), HasSubstr("must be a list of two choices or more"));
+  EXPECT_THAT(refused("0.02"), HasSubstr("must be a list of two choices or more"));
+  EXPECT_THAT(refused("[[0.01], [0.02]]"), HasSubstr("none of the choices is the robot's own, [0 "));
+  EXPECT_THAT(refused("[[0, 1], [0.02]]"), HasSubstr("has 2 values; 'of' names 1"));
+  EXPECT_THAT(refused("[[0], [large]]"), HasSubstr("large"));
+  EXPECT_THAT(refused("[[0], [-1]]"), HasSubstr("must be >= 0"));
 }
 
 TEST_F(Improve, RefusesWhatItCannotDo) {

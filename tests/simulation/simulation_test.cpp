@@ -214,5 +214,73 @@ TEST(Simulation, NamesAControllerThatFails) {
   }
 }
 
+/// The scenario of a robot of its own: what a designer would write of it.
+Scenario own_scenario(const Scenario& scenario, const World& world) {
+  Scenario out = scenario;
+  out.world = std::make_shared<const World>(world);
+  out.model = compile(world);
+  return out;
+}
+
+/// State and memory at 50 ms.
+class MomentTaker : public TraceObserver {
+ public:
+  bool see(const StepView& step) override {
+    if (step.step < 50) return true;
+    const BlockState& all = step.physics.state();
+    taken = {step.time, {all.q.column(step.lane), all.v.column(step.lane)}, step.remember()};
+    return false;
+  }
+  Beginning taken;
+};
+
+/// Of a tracker that computes with the nominal legs and of one that computes with the nominal masses.
+const std::vector<std::string> kPlanners = {"{operational_pd: {kp: 1000, kd: 20}}",
+                                            "{inverse_dynamics: {kp: 1e4, kd: 200}}"};
+
+// Designs that plan with their own numbers share blocks: each has the bits that it has alone, in a scenario of its own,
+// also where more of them than lanes take turns and some fall early.
+TEST(Simulation, InformedDesignsHaveTheirBitsInSharedBlocks) {
+  for (const std::string& planner : kPlanners) {
+    ScenarioOptions options;
+    options.overrides = {{"time.end", "0.12 s"}, {"policies.trot.control", planner}};
+    Scenario trot = load_scenario(testing::data("scenarios/quadruped_trot.yaml"), options);
+    trot.space = {};
+    const Fabricator fabricator(trot.world,
+                                {"robot.link.LF_LEG_2.length", "robot.link.BODY0.mass", "contact.friction"});
+    const PolicySpec& policy = trot.policies.front();
+    std::vector<Particle> designs;
+    std::vector<Scenario> own_scenarios;
+    std::vector<std::string> alone;
+    for (int i = 0; i < 11; ++i) {
+      const std::vector<double> values = {0.077 + 1e-3 * i, i % 3 ? 2.6 : 4.0 + i, i == 4 ? 0.05 : 1.0};
+      designs.push_back(fabricator.fabricate(0, values));
+      const Scenario own = own_scenario(trot, fabricator.perturbed(values));
+      const Particle nominal = Fabricator(own.world, {}).nominal();
+      alone.push_back(all_bits_of(BlockRun(own, own.policies.front(), 1).run({&nominal, 1}).front()));
+      own_scenarios.push_back(own);
+    }
+    const auto later = [&](const Beginning& from) {
+      std::vector<std::string> out;
+      for (const Scenario& own : own_scenarios) {
+        const Particle robot = Fabricator(own.world, {}).nominal();
+        BlockRun one(own, own.policies.front(), 1);
+        out.push_back(all_bits_of(one.run({&robot, 1}, nullptr, {.beginnings = {&from, 1}}).front()));
+      }
+      return out;
+    };
+    BlockRun run(trot, policy, 1);
+    EXPECT_EQ(bits(run.run(designs, nullptr, {.informed = true})), alone);
+    // The same from a moment that the nominal robot has come to, with what its controller knew then.
+    MomentTaker taker;
+    const Particle nominal = Fabricator(trot.world, {}).nominal();
+    run.run({&nominal, 1}, nullptr, {.observer = &taker});
+    const std::vector<Beginning> beginnings(designs.size(), taker.taken);
+    EXPECT_EQ(bits(run.run(designs, nullptr, {.beginnings = beginnings, .informed = true})), later(taker.taken));
+    EXPECT_NE(bits(run.run(designs)), alone) << "who knows the nominal robot alone plans otherwise";
+    EXPECT_EQ(bits(run.run(designs, nullptr, {.informed = true})), alone);
+  }
+}
+
 }  // namespace
 }  // namespace graze
