@@ -178,6 +178,25 @@ class BlockTest(unittest.TestCase):
             graze.simulate("drop_and_stand", 1, policy=named)
         self.assertTrue(graze.simulate("drop_and_stand", 1, policy=named, trust=True).step())
 
+    def test_a_copy_of_the_process_leaves_the_block_alone(self):
+        """What it tries does not harm the controller of the process that it is a copy of, and is refused."""
+        small = {"time.end": "0.05 s"}
+        whole = graze.simulate("drop_and_stand", 1, policy=Law, set=small).run()
+        block = graze.simulate("drop_and_stand", 1, policy=Law, set=small)
+        block.step()
+        end, told = os.pipe()
+        if os.fork() == 0:
+            try:
+                block.step()
+            except graze.GrazeError as error:
+                os.write(told, str(error).encode())
+            os._exit(0)
+        os.wait()
+        self.assertRegex(os.read(end, 1000).decode(), "this block belongs to process [0-9]+, of which this one is a copy")
+        for one in (end, told):
+            os.close(one)
+        self.assertEqual(block.run().record(0)["digest"], whole.record(0)["digest"])
+
     def test_seed_and_design_are_those_of_the_campaign(self):
         design = {**SMALL, "sampling.design": "latin_hypercube", "time.end": "0.02 s"}
         campaign = graze.run("quadruped_curb", 5, seed=9, set=design, policies=POLICY, output=self.folder / "design.graze")
@@ -197,6 +216,11 @@ class BlockTest(unittest.TestCase):
                             (lambda: self.block(1).row("q", "base.zz"), "q has no row 'base.zz'; did you mean 'base.z'"),
                             (lambda: self.block(1).row("p", "x"), "there is no array 'p'"),
                             (lambda: self.block(1).stop(1), "lane 1: there are 1"),
+                            (lambda: self.block(1).stop([0.7]), "stop: a lane is a whole number, not 0.7"),
+                            (lambda: self.block([1.9]), "particles: an id is a whole number, not 1.9"),
+                            (lambda: self.block(10**8), "100000000 are asked for; a block has 1 to 8"),
+                            (lambda: self.block(1).run_until(float("nan")), "run_until: nan is no time"),
+                            (lambda: self.block(1).events("3"), "events: a lane is a whole number, not '3'"),
                             (lambda: self.block(1).events(-1), "lane -1: there are 1")):
             with self.assertRaisesRegex(graze.GrazeError, text) as told:
                 wrong()

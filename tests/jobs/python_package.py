@@ -24,6 +24,7 @@ matplotlib.use("Agg")
 
 import graze  # noqa: E402
 import graze.plots  # noqa: E402
+import h5py  # noqa: E402
 import numpy as np  # noqa: E402
 import pandas as pd  # noqa: E402
 
@@ -165,10 +166,19 @@ class PackageTest(unittest.TestCase):
             self.assertEqual(graze.run("pendulum", 3, output=self.folder / "quiet.graze").messages, "")
         self.assertEqual(shown.getvalue().strip(), campaign.messages)
 
+    def foreign(self):
+        """An HDF5 file of somebody else's, whose format version is a text."""
+        with h5py.File(self.folder / "foreign.h5", "w") as file:
+            file.attrs["format_version"] = "1.0"
+        return self.folder / "foreign.h5"
+
     def test_mistakes_are_told(self):
         for wrong, text in ((lambda: graze.open(self.folder / "curb.grase"), "no such campaign; did you mean 'curb.graze'"),
                             (lambda: self.campaign.traces("step/3c"), "did you mean 'step/3cm'"),
                             (lambda: self.campaign.telemetry(POLICY, 20), "no trace of particle 20"),
+                            (lambda: self.campaign.telemetry(POLICY, 2.7), "a particle is a whole number, not 2.7"),
+                            (lambda: self.campaign.events(POLICY, "3"), "a particle is a whole number, not '3'"),
+                            (lambda: graze.open(self.foreign()), "foreign.h5: is no "),
                             (lambda: graze.open(PROGRAM), "no HDF5 file")):
             with self.assertRaisesRegex(graze.CampaignError, text):
                 wrong()

@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import dataclasses
+import operator
 import os
 import pathlib
 import shutil
@@ -20,6 +21,7 @@ from .program import PathLike, overrides
 from .shipped import scenario_file
 
 MODES = ("stick", "slip", "roll")
+MOST_LANES = 8  # of a block
 
 
 @dataclasses.dataclass(frozen=True)
@@ -57,6 +59,7 @@ class Block:
 
     def __init__(self, inner: Any):
         self._inner = inner
+        self._process = os.getpid()
         self._fault: Optional[GrazeError] = None
         facts = inner.facts()
         self.scenario: str = facts["scenario"]          #: its name
@@ -93,6 +96,8 @@ class Block:
 
     def run_until(self, time: float) -> bool:
         """Steps until `time` (s), or until every trace has ended. Returns whether any goes on."""
+        if not float(time) >= 0:
+            raise GrazeError(2, f"run_until: {time} is no time; s from 0 on")
         return self._guarded(self._inner.run_until, float(time))
 
     def run(self) -> "Block":
@@ -116,7 +121,7 @@ class Block:
             if which.shape != (len(self.particles),):
                 raise GrazeError(2, f"stop: an array of {which.size} truth values for {len(self.particles)} lanes")
             which = np.flatnonzero(which)
-        self._guarded(self._inner.stop, [int(lane) for lane in which])
+        self._guarded(self._inner.stop, [_whole(lane, "stop: a lane") for lane in which])
 
     # What is.
 
@@ -194,7 +199,7 @@ class Block:
 
     def events(self, lane: int) -> pd.DataFrame:
         """Events of a lane's trace so far, with the columns of Campaign.events."""
-        return pd.DataFrame(self._inner.events(int(lane)), columns=EVENT_COLUMNS)
+        return pd.DataFrame(self._inner.events(_whole(lane, "events: a lane")), columns=EVENT_COLUMNS)
 
     def record(self, lane: int) -> Dict[str, object]:
         """How a trace that has ended is judged: outcome, violated, end_time (s), objective_margin, digest (equal to the
@@ -202,7 +207,7 @@ class Block:
 
         Raises GrazeError while it goes on.
         """
-        return self._inner.record(int(lane))
+        return self._inner.record(_whole(lane, "record: a lane"))
 
     def traces(self) -> pd.DataFrame:
         """Of the traces that have ended, one row per particle, with the columns of Campaign.traces and `stopped`."""
@@ -214,6 +219,9 @@ class Block:
     def _guarded(self, act: Callable[..., bool], *arguments: object) -> bool:
         if self._fault is not None:
             raise GrazeError(self._fault.code, f"the block failed before: {self._fault}")
+        if os.getpid() != self._process:
+            raise GrazeError(2, f"this block belongs to process {self._process}, of which this one is a copy by fork(), and "
+                                "which goes on with it; call graze.simulate in this process, too")
         try:
             return act(*arguments)
         except GrazeError as error:
@@ -247,7 +255,12 @@ def simulate(scenario: PathLike, particles: Union[int, Iterable[int]] = 8, *, po
     Raises GrazeError: with code 2 for wrong input, 3 for the machine, or if the compiled module is not there.
     """
     module = _module()
-    ids = list(range(particles)) if isinstance(particles, (int, np.integer)) else [int(one) for one in particles]
+    if isinstance(particles, (int, np.integer)):
+        if not 1 <= particles <= MOST_LANES:
+            raise GrazeError(2, f"particles: {particles} are asked for; a block has 1 to {MOST_LANES}")
+        ids = list(range(particles))
+    else:
+        ids = [_whole(one, "particles: an id") for one in particles]
     for what, value in [("n", n), ("seed", seed), *(("particles", one) for one in ids)]:
         if value is not None and not 0 <= value < (1 << 64 if what == "seed" else 1 << 32):
             raise GrazeError(2, f"{what}: {value} is out of range; it is a whole number from 0 on")
@@ -262,8 +275,22 @@ def simulate(scenario: PathLike, particles: Union[int, Iterable[int]] = 8, *, po
     except BaseException:
         shutil.rmtree(folder, ignore_errors=True)
         raise
-    weakref.finalize(block, shutil.rmtree, folder, ignore_errors=True)
+    weakref.finalize(block, _remove, folder, os.getpid())
     return block
+
+
+def _remove(folder: str, process: int) -> None:
+    """Deletes a block's folder, in the process that made it: its copies by fork() end, too."""
+    if os.getpid() == process:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _whole(value: object, what: str) -> int:
+    """A whole number, of Python or NumPy."""
+    try:
+        return operator.index(value)  # type: ignore[call-overload,no-any-return,unused-ignore]
+    except TypeError:
+        raise GrazeError(2, f"{what} is a whole number, not {value!r}") from None
 
 
 def _module() -> types.ModuleType:

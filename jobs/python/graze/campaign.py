@@ -4,6 +4,7 @@ from __future__ import annotations
 import contextlib
 import difflib
 import json
+import operator
 import os
 import pathlib
 import struct
@@ -214,7 +215,7 @@ class Campaign:
 
     def _check_version(self, file: pathlib.Path, form: str) -> None:
         with self._file(file) as opened:
-            found, version = opened.attrs.get("format"), int(opened.attrs.get("format_version", 0))
+            found, version = opened.attrs.get("format"), _plain(opened.attrs.get("format_version", 0))
             same = all(_plain(opened.attrs.get(key)) == self.attributes.get(key) for key in ("scenario_sha256", "seed"))
         if found != form:
             raise CampaignError(f"{file}: is no {'campaign' if form == 'graze-campaign' else 'shard'} of Graze")
@@ -294,7 +295,10 @@ class Campaign:
 
     def _slice(self, kind: str, policy: str, particle: int) -> Optional[Dict[str, np.ndarray]]:
         """The rows of one trace in /events, /phases or /telemetry; None: there are none in its part."""
-        found = self._index(policy).get(int(particle))
+        try:
+            found = self._index(policy).get(operator.index(particle))
+        except TypeError:
+            raise CampaignError(f"{self.path}: a particle is a whole number, not {particle!r}") from None
         if found is None:
             raise CampaignError(f"{self.path}: has no trace of particle {particle} under policy '{policy}'")
         part, row = found
