@@ -140,7 +140,10 @@ class Session:
             if self.reset is not None:
                 self.reset(self.lanes[:count].copy(), self.seeds[:count].copy())
         self.stage[0] = STAGE_ACT
-        self.controller.act(self.observation, self.targets)
+        returned = self.controller.act(self.observation, self.targets)
+        if returned is not None:
+            raise TypeError(f"act() returned {described(returned)}; it returns nothing, and fills targets.position, "
+                            "targets.velocity or targets.torque instead")
 
     def tell(self, text):
         size, place, room = self.message
@@ -149,14 +152,27 @@ class Session:
         size[0] = len(data)
 
 
-def explain(error):
-    """Prints the traceback, from the controller's first line on; returns it in one line."""
+def described(value):
+    """'an array of shape (12, 8)', 'an object of type dict'."""
+    shape = getattr(value, "shape", None)
+    return f"an array of shape {shape}" if isinstance(shape, tuple) else f"an object of type {type(value).__name__}"
+
+
+def is_users(file, controller):
+    """Whether a file stands in the folder of the controller or below it, and is of no package installed there."""
+    folder = os.path.join(os.path.dirname(controller), "")
+    return file.startswith(folder) and not {"site-packages", "dist-packages"} & set(file[len(folder):].split(os.sep))
+
+
+def explain(error, controller):
+    """Prints the traceback, from the controller's first line on; returns it in one line, with the user's innermost line."""
     told = traceback.TracebackException.from_exception(error)
     frames = [frame for frame in told.stack if frame.filename != OWN_NAME and not frame.filename.startswith("<frozen")]
     told.stack = traceback.StackSummary.from_list(frames)
     print("".join(told.format()), end="", file=sys.stderr, flush=True)
     text = "".join(traceback.format_exception_only(type(error), error)).strip()
-    place = f" ({os.path.basename(frames[-1].filename)}:{frames[-1].lineno})" if frames else ""
+    own = [frame for frame in frames if is_users(frame.filename, controller)] or frames
+    place = f" ({os.path.basename(own[-1].filename)}:{own[-1].lineno})" if own else ""
     return text + place
 
 
@@ -186,7 +202,7 @@ def main():
         session.__init__(setup)
     except BaseException as error:  # SystemExit, too
         leave_copies(own)
-        text = explain(error)
+        text = explain(error, setup["file"])
         if not hasattr(session, "message"):  # NumPy is not there
             os.write(SOCKET, b"n")
             os._exit(1)
@@ -202,7 +218,7 @@ def main():
             session.step()
         except BaseException as error:
             leave_copies(own)
-            session.tell(explain(error))
+            session.tell(explain(error, setup["file"]))
             os.write(SOCKET, b"e")
         else:
             leave_copies(own)

@@ -47,10 +47,14 @@ class Odd:
             stratum = int((self.start_height[lane] - 0.15) / 0.0125)
             self.err(STRATA[stratum] if self.does == "strata" else self.does, lane, targets)
 
+        return torque if self.does == "return" else None
+
     def err(self, does, lane, targets):
         if does == "raise":
             print("my gripper is on fire")
             raise RuntimeError("no fingers left")
+        if does == "library":
+            np.linalg.inv(np.zeros((2, 2)))
         if does == "exit":
             sys.exit(3)
         if does == "fork":

@@ -122,6 +122,11 @@ TEST(Python, CopiesAndStrangersDoNotAnswer) {
   for (const auto& [does, text] : {std::pair{"answer",
                                              "odd.py: act() at 0.01 s wrote into the socket that Graze "
                                              "listens to"},
+                                   std::pair{"return",
+                                             "odd.py: act() at 0 s raised TypeError: act() returned an array of shape "
+                                             "(8,); it returns nothing, and fills targets.position, targets.velocity "
+                                             "or targets.torque instead"},
+                                   std::pair{"library", "raised numpy.linalg.LinAlgError: Singular matrix (odd.py:"},
                                    std::pair{"umlaut", "raised ValueError: Gelenk über Grenze (odd.py:"}}) {
     swing.odd(does);
     const Outcomes ill = swing.run(does, "--threads 1 -n 2");
