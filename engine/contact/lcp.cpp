@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 #include <functional>
+#include <limits>
 
 namespace graze {
 namespace {
@@ -221,6 +222,45 @@ LcpSolution solve_lemke(const MatrixXd& M, const VectorXd& q) {
     return from_active(M, q, std::move(active), pivots);
   }
   return unsolved(q, 50 * n + 200);
+}
+
+LcpSolution solve_closest(const MatrixXd& M, const VectorXd& q, const MatrixXd& D, const VectorXd& before) {
+  const int n = static_cast<int>(q.size());
+  assert(M.rows() == n && M.cols() == n && D.cols() == n && D.rows() == before.size());
+  if (n > kMostEnumerated) return unsolved(q, 0);
+  constexpr double kRounding = 1e-9;  // of the largest entries: signs within it are zeros
+  const double scale = n > 0 ? q.cwiseAbs().maxCoeff() : 0;
+  LcpSolution best = unsolved(q, 0);
+  double distance = std::numeric_limits<double>::infinity();
+  int solved = 0;
+  std::vector<int> active;
+  for (unsigned basis = 0; basis < 1u << n; ++basis) {
+    active.clear();
+    for (int i = 0; i < n; ++i) {
+      if (basis >> i & 1u) active.push_back(i);
+    }
+    VectorXd z = VectorXd::Zero(n);
+    if (!active.empty()) {
+      const Eigen::FullPivLU<MatrixXd> factor(MatrixXd(M(active, active)));
+      if (!factor.isInvertible()) continue;
+      z(active) = factor.solve(VectorXd(-q(active)));
+    }
+    ++solved;
+    if (!(z.minCoeff() >= -kRounding * z.cwiseAbs().maxCoeff())) continue;
+    z = z.cwiseMax(0.0);
+    const VectorXd w = M * z + q;
+    if (!(w.minCoeff() >= -kRounding * scale)) continue;
+    const double off = (D * z - before).norm();
+    if (!(off < distance)) continue;
+    distance = off;
+    best.z = z;
+    best.w = w;
+    best.w(active).setZero();
+    best.active = active;
+    best.solved = true;
+  }
+  best.pivots = solved;
+  return best;
 }
 
 LcpSolution solve_ppm(const MatrixXd& M, const VectorXd& q, const std::vector<int>& start) {

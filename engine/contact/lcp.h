@@ -23,6 +23,16 @@ struct LcpSolution {
 /// that this makes negative (by the same order) are zero.
 LcpSolution solve_lemke(const Eigen::MatrixXd& M, const Eigen::VectorXd& q);
 
+/// The most variables of solve_closest: 4096 linear systems.
+constexpr int kMostEnumerated = 12;
+
+/// Algorithm 5: of all solutions the one whose image D z is closest to `before` (Euclidean norm), found by enumerating
+/// the 2^n complementary bases. Bases that are singular are left out: where solutions form a face, its corners count.
+/// D: [rows][n], before: [rows]. `pivots` are the bases that were solved. Not solved where n > kMostEnumerated, or no
+/// basis gives a solution.
+LcpSolution solve_closest(const Eigen::MatrixXd& M, const Eigen::VectorXd& q, const Eigen::MatrixXd& D,
+                          const Eigen::VectorXd& before);
+
 /// Principal pivoting method I (dissertation Appendix B) in the order of Algorithm 4: most negative w in, most negative
 /// z out. That order may cycle, so after 5 n + 20 pivots the least index decides (Murty 1988, §4.2: finite for
 /// P-matrices). `start`: the active set of the last call, empty at first.

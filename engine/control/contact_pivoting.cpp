@@ -40,7 +40,7 @@ bool is_solution(const LcpSolution& solution) { return solution.solved && soluti
 
 }  // namespace
 
-VectorXd pivot_coulomb(const BaseContacts& contacts) {
+VectorXd pivot_coulomb(const BaseContacts& contacts, const VectorXd* closest) {
   const int n = static_cast<int>(contacts.friction.size()), f = n, e = n + kEdges * n, size = e + n;
   // Directions of the impulses: normals, then the edges s, -s, t, -t of each contact.
   MatrixXd D = MatrixXd::Zero(3 * n, e);
@@ -57,6 +57,12 @@ VectorXd pivot_coulomb(const BaseContacts& contacts) {
     M.block(f + kEdges * i, e + i, kEdges, 1).setOnes();
     M.block(e + i, f + kEdges * i, 1, kEdges).setConstant(-1);
     M(e + i, i) = contacts.friction[i];
+  }
+  if (closest && size <= kMostEnumerated) {
+    MatrixXd shown = MatrixXd::Zero(3 * n, size);
+    shown.leftCols(e) = D;
+    const LcpSolution nearest = solve_closest(M, q, shown, *closest);
+    if (is_solution(nearest)) return D * nearest.z.head(e);
   }
   const LcpSolution solution = solve_lemke(M, q);
   if (!is_solution(solution)) return {};
@@ -123,25 +129,47 @@ BaseContacts ContactPivoting::read(int lane, int count) {
   return out;
 }
 
-void ContactPivoting::solve(int lane, int count) {
-  const BaseContacts contacts = read(lane, count);
+VectorXd ContactPivoting::solve_no_slip(int lane, const BaseContacts& contacts) {
   const InverseDynamicsMemory& m = view_->memory;
   std::vector<int>& pressing = pressing_[lane];
-  VectorXd impulse;
-  if (slips_) {
-    impulse = pivot_coulomb(contacts);
-  } else {
-    std::vector<int> active;
-    for (std::size_t i = 0; i < contacts_.size(); ++i) {
-      const int link = m.link_of_contact[contacts_[i]];
-      if (std::find(pressing.begin(), pressing.end(), link) != pressing.end()) active.push_back(static_cast<int>(i));
-    }
-    impulse = pivot_no_slip(contacts, active);
-    pressing.clear();
-    for (const int i : active) pressing.push_back(m.link_of_contact[contacts_[i]]);
+  std::vector<int> active;
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    const int link = m.link_of_contact[contacts_[i]];
+    if (std::find(pressing.begin(), pressing.end(), link) != pressing.end()) active.push_back(static_cast<int>(i));
   }
+  const VectorXd impulse = pivot_no_slip(contacts, active);
+  pressing.clear();
+  for (const int i : active) pressing.push_back(m.link_of_contact[contacts_[i]]);
+  return impulse;
+}
+
+VectorXd ContactPivoting::solve_closest(int lane, const BaseContacts& contacts) {
+  const InverseDynamicsMemory& m = view_->memory;
+  std::vector<int>& pressing = pressing_[lane];
+  std::vector<double>& impulses = impulses_[lane];
+  VectorXd before = VectorXd::Zero(3 * static_cast<Eigen::Index>(contacts_.size()));
+  for (std::size_t i = 0; i < contacts_.size(); ++i) {
+    const auto found = std::find(pressing.begin(), pressing.end(), m.link_of_contact[contacts_[i]]);
+    if (found == pressing.end()) continue;
+    const auto at = static_cast<std::size_t>(found - pressing.begin());
+    for (std::size_t k = 0; k < 3; ++k) before[static_cast<Eigen::Index>(3 * i + k)] = impulses[3 * at + k];
+  }
+  const VectorXd impulse = pivot_coulomb(contacts, &before);
+  pressing.clear();
+  if (impulse.size() > 0) {
+    for (const int contact : contacts_) pressing.push_back(m.link_of_contact[contact]);
+  }
+  impulses.assign(impulse.begin(), impulse.end());
+  return impulse;
+}
+
+void ContactPivoting::solve(int lane, int count) {
+  const BaseContacts contacts = read(lane, count);
+  const VectorXd impulse = which_ == Pivoting::no_slip   ? solve_no_slip(lane, contacts)
+                           : which_ == Pivoting::closest ? solve_closest(lane, contacts)
+                                                         : pivot_coulomb(contacts);
   for (int k = 0; k < impulse.size(); ++k) {
-    m.pivot[kLanes * (kPivotRows * contacts_[k / 3] + kPivotImpulse + k % 3) + lane] = impulse[k];
+    view_->memory.pivot[kLanes * (kPivotRows * contacts_[k / 3] + kPivotImpulse + k % 3) + lane] = impulse[k];
   }
 }
 

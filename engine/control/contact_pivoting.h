@@ -22,33 +22,46 @@ struct BaseContacts {
 };
 
 /// Impulses [3 n] of contacts with pyramids of four edges as friction cones (Eqs. 86 to 101), by Lemke's algorithm, or
-/// none if it ends on a ray.
-Eigen::VectorXd pivot_coulomb(const BaseContacts& contacts);
+/// none if it ends on a ray. `closest`: of all solutions those that are nearest to these impulses [3 n] (Algorithm 5),
+/// where no more than two contacts allow that they be enumerated.
+Eigen::VectorXd pivot_coulomb(const BaseContacts& contacts, const Eigen::VectorXd* closest = nullptr);
 
 /// Impulses [3 n] of contacts that do not slip (Eqs. 68 to 77), or none if what the joints do contradicts them. Of
 /// the tangents those count that Algorithm 3 finds independent. `active`: contacts that pressed in the last solution,
 /// with which the principal pivoting begins (Algorithm 4), and then those of this one.
 Eigen::VectorXd pivot_no_slip(const BaseContacts& contacts, std::vector<int>& active);
 
+/// Which solution.
+enum class Pivoting { no_slip, coulomb, closest };
+
 /// The solver behind InverseDynamicsView::pivot.
 class ContactPivoting {
  public:
   ContactPivoting() = default;
-  explicit ContactPivoting(bool slips) : slips_(slips) {}
-  void start(int lane) { pressing_[lane].clear(); }
+  explicit ContactPivoting(Pivoting which) : which_(which) {}
+  void start(int lane) {
+    pressing_[lane].clear();
+    impulses_[lane].clear();
+  }
   /// `view`: whose contacts are solved; outlives the calls. Sets its solver.
   void serve(InverseDynamicsView& view);
   /// What a lane keeps from call to call.
-  void carry(int lane, LaneTape& tape) { tape.carry(pressing_[lane]); }
+  void carry(int lane, LaneTape& tape) {
+    tape.carry(pressing_[lane]);
+    tape.carry(impulses_[lane]);
+  }
 
  private:
   void solve(int lane, int count);
   BaseContacts read(int lane, int count);
+  Eigen::VectorXd solve_no_slip(int lane, const BaseContacts& contacts);
+  Eigen::VectorXd solve_closest(int lane, const BaseContacts& contacts);
 
-  bool slips_ = true;
+  Pivoting which_ = Pivoting::coulomb;
   const InverseDynamicsView* view_ = nullptr;
-  std::vector<int> contacts_;                      // of the lane, indices into the memory
-  std::array<std::vector<int>, kLanes> pressing_;  // links, of the last solution
+  std::vector<int> contacts_;                         // of the lane, indices into the memory
+  std::array<std::vector<int>, kLanes> pressing_;     // links, of the last solution
+  std::array<std::vector<double>, kLanes> impulses_;  // of `closest`: three for each of them
 };
 
 }  // namespace graze

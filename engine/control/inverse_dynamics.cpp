@@ -47,7 +47,7 @@ constexpr double kWarmR = 1e-3;
 std::vector<Key> contact_keys() {
   return {
       {"model",
-       {Form::word({"qp_coulomb", "qp_no_slip", "lcp_coulomb", "lcp_no_slip", "sensed", "none"})},
+       {Form::word({"qp_coulomb", "qp_no_slip", "lcp_coulomb", "lcp_closest", "lcp_no_slip", "sensed", "none"})},
        Default::value("qp_coulomb"),
        "of contact: the convex program or the complementarity problem, with Coulomb's friction or without slip; forces "
        "as they were sensed; or as if the robot were in the air"},
@@ -195,7 +195,9 @@ class InverseDynamics : public Tracker {
     view_.warm = kWarmR;
     view_.within = 5e-3;
     if (law == PredictedContact::pivoted) {
-      pivoting_ = ContactPivoting(word == "lcp_coulomb");
+      pivoting_ = ContactPivoting(word == "lcp_no_slip"   ? Pivoting::no_slip
+                                  : word == "lcp_closest" ? Pivoting::closest
+                                                          : Pivoting::coulomb);
       pivoting_.serve(view_);
     }
     read_contacts(model, own);

@@ -182,5 +182,57 @@ TEST(ReferenceContact, residuals_name_the_fault) {
   EXPECT_NEAR(at(-1, 0, 0).signorini, 3.5, 1e-12);    // pulls
 }
 
+// Where there is one solution, that is the closest to anything.
+TEST(Lcp, closest_of_one_solution) {
+  Numbers numbers(11);
+  for (int trial = 0; trial < test::trials(60); ++trial) {
+    const int n = 1 + numbers.below(7);
+    const MatrixXd M = numbers.positive_definite(n);
+    const VectorXd q = numbers.vector(n);
+    const LcpSolution lemke = solve_lemke(M, q);
+    const LcpSolution closest = solve_closest(M, q, MatrixXd::Identity(n, n), numbers.vector(n));
+    ASSERT_TRUE(closest.solved) << trial;
+    EXPECT_EQ(closest.pivots, 1 << n);
+    EXPECT_LT(lcp_residual(M, q, closest.z), 1e-9) << trial;
+    EXPECT_LT((lemke.z - closest.z).norm(), 1e-8 * (1 + lemke.z.norm())) << trial;
+  }
+}
+
+// z = (1, 0), (0, 1) and (1/3, 1/3) solve this one; which comes out is a question of what was before, in the measure of
+// D.
+TEST(Lcp, closest_of_three_solutions) {
+  const MatrixXd M{{1, 2}, {2, 1}};
+  const VectorXd q{{-1, -1}};
+  const MatrixXd plain = MatrixXd::Identity(2, 2);
+  const auto near = [&](const MatrixXd& D, double a, double b) { return solve_closest(M, q, D, VectorXd{{a, b}}).z; };
+  EXPECT_LT((near(plain, 0.9, 0.2) - VectorXd{{1, 0}}).norm(), 1e-14);
+  EXPECT_LT((near(plain, -1, 0.8) - VectorXd{{0, 1}}).norm(), 1e-14);
+  EXPECT_LT((near(plain, 0.4, 0.5) - VectorXd{{1, 1}} / 3).norm(), 1e-14);
+  const MatrixXd first{{1, 0}, {0, 0}};  // the second does not count
+  EXPECT_LT((near(first, 0.05, 100) - VectorXd{{0, 1}}).norm(), 1e-14);
+}
+
+// Of any problem, Lemke's solution is none that is closer; and what has none, or is large, is not called solved.
+TEST(Lcp, closest_is_no_farther_than_lemke) {
+  Numbers numbers(12);
+  int several = 0;
+  for (int trial = 0; trial < test::trials(100); ++trial) {
+    const int n = 2 + numbers.below(5);
+    const MatrixXd M = numbers.matrix(n, n).cwiseAbs();  // strictly copositive: solvable, often in several ways
+    const VectorXd q = -numbers.vector(n).cwiseAbs(), before = numbers.vector(n).cwiseAbs();
+    const LcpSolution lemke = solve_lemke(M, q), closest = solve_closest(M, q, MatrixXd::Identity(n, n), before);
+    ASSERT_TRUE(lemke.solved && closest.solved) << trial;
+    EXPECT_LT(lcp_residual(M, q, closest.z), 1e-7 * (1 + closest.z.maxCoeff())) << trial;
+    EXPECT_LE((closest.z - before).norm(), (lemke.z - before).norm() * (1 + 1e-9) + 1e-12) << trial;
+    several += (closest.z - lemke.z).norm() > 1e-6;
+  }
+  EXPECT_GT(several, test::trials(100) / 10);
+  EXPECT_FALSE(
+      solve_closest(-MatrixXd::Identity(1, 1), VectorXd{{-1}}, MatrixXd::Identity(1, 1), VectorXd{{0}}).solved);
+  const int many = kMostEnumerated + 1;
+  const MatrixXd large = MatrixXd::Identity(many, many);
+  EXPECT_FALSE(solve_closest(large, VectorXd::Constant(many, -1), large, VectorXd::Zero(many)).solved);
+}
+
 }  // namespace
 }  // namespace graze

@@ -230,7 +230,7 @@ TEST(ContactKnowledge, PublishedGainsStandAsTheyAre) {
 // A robot stands on rigid ground by the forces of each model, with the motors that it has.
 TEST(ContactKnowledge, AllModelsStand) {
   const Scene scene(links_world());
-  for (const char* model : {"qp_coulomb", "lcp_coulomb", "qp_no_slip", "lcp_no_slip"}) {
+  for (const char* model : {"qp_coulomb", "lcp_coulomb", "lcp_closest", "qp_no_slip", "lcp_no_slip"}) {
     LaneLoop loop(scene, hold("inverse_dynamics: {kp: 5e3, kd: 100, horizon: 20 ms, regularization: 1e-3, contacts: "
                               "{from: force}, model: " +
                               std::string(model) + "}"));

@@ -74,6 +74,29 @@ TEST(ContactPivoting, CoulombMeetsItsConditions) {
   }
 }
 
+// Of all solutions the closest: the conditions hold as above, no other is nearer to what was before, and what is a
+// solution itself is kept. With more contacts than can be enumerated it is Lemke's.
+TEST(ContactPivoting, ClosestKeepsWhatWasBefore) {
+  std::mt19937 generator(12);
+  std::normal_distribution<double> normal;
+  int kept = 0;
+  for (int n = 0; n < test::trials(60); ++n) {
+    const BaseContacts contacts = random_contacts(generator, 1 + n % 2);
+    VectorXd before = VectorXd::NullaryExpr(contacts.u.size(), [&] { return normal(generator); });
+    const VectorXd lemke = pivot_coulomb(contacts), closest = pivot_coulomb(contacts, &before);
+    ASSERT_EQ(closest.size(), lemke.size()) << n;
+    EXPECT_LE((closest - before).norm(), (lemke - before).norm() + 1e-9) << n;
+    // The motion of the base is that of rigid contact, whichever of the solutions is taken.
+    EXPECT_LT((after(contacts, closest) - after(contacts, lemke)).cwiseAbs().maxCoeff(), 1e-6) << n;
+    EXPECT_LT((pivot_coulomb(contacts, &closest) - closest).norm(), 1e-9 * (1 + closest.norm())) << n;
+    kept += (closest - lemke).norm() > 1e-6 * (1 + lemke.norm());
+  }
+  EXPECT_GT(kept, 0);
+  const BaseContacts many = random_contacts(generator, 3);
+  const VectorXd before = VectorXd::Zero(9);
+  EXPECT_EQ(pivot_coulomb(many, &before), pivot_coulomb(many));
+}
+
 /// Wrench on the base of contacts without slip by trying every set of pressing contacts, or none.
 std::optional<VectorXd> enumerate_no_slip(const BaseContacts& contacts) {
   const int count = static_cast<int>(contacts.friction.size());
