@@ -3,6 +3,7 @@
 // tell: the same functions, so the same numbers. Nothing here draws or reads files (plots_script.h,
 // jobs/cli/gnuplot.h).
 
+#include <array>
 #include <span>
 #include <string>
 #include <vector>
@@ -37,12 +38,29 @@ Figure margins_figure(const std::vector<MarginHistogram>& histograms, const std:
 
 /// What traces are coloured by.
 enum class PlotBy { outcome, policy };
-/// Paths of the base from above. `page`: "channels" and "trajectories" as add_traces() leaves them, with plain numbers;
-/// `policies`: all that may occur, for their colours. Throws InputError: the robot's base is fixed, or there are no
-/// trajectories.
-Figure plan_figure(const Json& page, const std::vector<std::string>& policies, PlotBy by);
-/// A channel against time: "base.z", or "velocity: LF_X_1" where several groups have the name; empty: the height of the
-/// base, else the first requirement. Throws InputError: there is none of that name.
+/// m, world axes.
+using PlotPoint = std::array<double, 3>;
+/// What stands around paths.
+struct PathScene {
+  std::vector<std::vector<PlotPoint>> outlines = {};  // lines: edges of fixed objects
+  std::vector<PlotPoint> waypoints = {};
+};
+enum class PathView { above, side, isometric };
+struct PathRequest {
+  PathView view = PathView::above;
+  PlotBy by = PlotBy::outcome;
+  double every = 0;  // s, from mark to mark along a path; 0: none
+};
+/// Paths of the base: the pictures plan, side and isometric. `page`: "channels", "scene" and "trajectories" as
+/// add_traces() leaves them, with plain numbers; `policies`: all that may occur, for their colours. Throws InputError:
+/// the robot's base is fixed, or there are no trajectories.
+Figure path_figure(const Json& page, const std::vector<std::string>& policies, const PathScene& scene,
+                   const PathRequest& request);
+/// Robots as they stood every so many seconds, obliquely, a panel for each policy. `page`: trajectories with bodies.
+Figure lapse_figure(const Json& page, const std::vector<std::string>& policies, const PathScene& scene, double every);
+/// A channel against time: "base.z", an angle of what floats ("base.roll", "base.pitch", "base.yaw"), or "velocity:
+/// LF_X_1" where several groups have the name; empty: the height of the base, else the first requirement. Throws
+/// InputError: there is none of that name.
 Figure channel_figure(const Json& page, const std::vector<std::string>& policies, const std::string& channel,
                       PlotBy by);
 

@@ -1,11 +1,12 @@
-// Pictures of traces that were simulated again: paths from above, channels against time.
+// Pictures of traces that were simulated again: what they share, and channels against time.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
-#include "analysis/plots.h"
+#include "analysis/plots_played.h"
 #include "analysis/plots_text.h"
 #include "engine/settings/settings.h"
 
@@ -22,100 +23,141 @@ constexpr std::array<OutcomeColor, 4> kOutcomeColors = {{{"success", "Success", 
                                                          {"unknown failure", "Unknown failure", PlotColor::unknown},
                                                          {"invalid", "Invalid", PlotColor::invalid}}};
 
-std::vector<double> row_of(const Json& trace, std::size_t channel) {
+std::size_t outcome_index(const Json& trace) {
+  const auto name = trace["outcome"].get<std::string>();
+  const auto at = std::find_if(kOutcomeColors.begin(), kOutcomeColors.end(),
+                               [&](const OutcomeColor& one) { return name == one.name; });
+  return std::min<std::size_t>(static_cast<std::size_t>(at - kOutcomeColors.begin()), kOutcomeColors.size() - 1);
+}
+
+}  // namespace
+
+std::vector<double> played_row(const Json& trace, std::size_t channel) {
   std::vector<double> out;
   for (const Json& x : trace["rows"][channel]) out.push_back(x.is_null() ? std::nan("") : x.get<double>());
   return out;
 }
 
-std::vector<double> times_of(const Json& trace) { return trace["time"].get<std::vector<double>>(); }
+std::vector<double> played_times(const Json& trace) { return trace["time"].get<std::vector<double>>(); }
 
-/// Traces that have frames, and their colours.
-class PlayedTraces {
- public:
-  PlayedTraces(const Json& page, const std::vector<std::string>& policies, PlotBy by, const std::string& picture)
-      : policies_(policies), by_(by) {
-    for (const Json& trace : page["trajectories"]) {
-      if (trace.contains("rows")) traces_.push_back(&trace);
-    }
-    if (traces_.empty()) {
-      throw InputError(fmt::format("{}: no trace could be simulated again, and archives keep no paths", picture));
-    }
+PlayedTraces::PlayedTraces(const Json& page, const std::vector<std::string>& policies, PlotBy by,
+                           const std::string& picture)
+    : policies_(policies), by_(by) {
+  for (const Json& trace : page["trajectories"]) {
+    if (trace.contains("rows")) traces_.push_back(&trace);
   }
+  if (traces_.empty()) {
+    throw InputError(fmt::format("{}: no trace could be simulated again, and archives keep no paths", picture));
+  }
+}
 
-  const std::vector<const Json*>& list() const { return traces_; }
-  PlotColor color(const Json& trace) const {
-    return by_ == PlotBy::outcome ? kOutcomeColors.at(outcome(trace)).color : policy_color(policy(trace));
-  }
-  std::vector<PlotLegend> legend() const {
-    std::vector<PlotLegend> out;
-    for (std::size_t k = 0; by_ == PlotBy::outcome && k < kOutcomeColors.size(); ++k) {
-      const auto count = std::count_if(traces_.begin(), traces_.end(), [&](const Json* t) { return outcome(*t) == k; });
-      if (count == 0) continue;
-      out.push_back(
-          {fmt::format("{} ({})", kOutcomeColors[k].title, count), kOutcomeColors[k].color, PlotLegend::Kind::line});
-    }
-    for (std::size_t k = 0; by_ == PlotBy::policy && k < policies_.size(); ++k) {
-      const auto count = std::count_if(traces_.begin(), traces_.end(), [&](const Json* t) { return policy(*t) == k; });
-      if (count > 0) out.push_back({policies_[k], policy_color(k), PlotLegend::Kind::line});
-    }
-    return out;
-  }
-  std::string note() const {
-    return fmt::format(
-        "{} traces, simulated again: of each policy the success nearest to the nominal robot, a typical "
-        "trace of each way to fail, the earliest violation, and the first particles.",
-        traces_.size());
-  }
+PlotSeries PlayedTraces::line(const Json& trace) const {
+  PlotSeries out;
+  const std::size_t outcome = outcome_index(trace);
+  out.color = by_ == PlotBy::outcome ? kOutcomeColors.at(outcome).color : policy_color(policy_index(trace));
+  out.width = 1.2;
+  out.faint = true;
+  out.dashed = by_ == PlotBy::policy && outcome > 0;
+  return out;
+}
 
- private:
-  static std::size_t outcome(const Json& trace) {
-    const auto name = trace["outcome"].get<std::string>();
-    const auto at = std::find_if(kOutcomeColors.begin(), kOutcomeColors.end(),
-                                 [&](const OutcomeColor& one) { return name == one.name; });
-    return std::min<std::size_t>(static_cast<std::size_t>(at - kOutcomeColors.begin()), kOutcomeColors.size() - 1);
+std::vector<PlotLegend> PlayedTraces::legend() const {
+  std::vector<PlotLegend> out;
+  for (std::size_t k = 0; by_ == PlotBy::outcome && k < kOutcomeColors.size(); ++k) {
+    const auto count =
+        std::count_if(traces_.begin(), traces_.end(), [&](const Json* t) { return outcome_index(*t) == k; });
+    if (count == 0) continue;
+    out.push_back(
+        {fmt::format("{} ({})", kOutcomeColors[k].title, count), kOutcomeColors[k].color, PlotLegend::Kind::line});
   }
-  std::size_t policy(const Json& trace) const {
-    const auto at = std::find(policies_.begin(), policies_.end(), trace["policy"].get<std::string>());
-    return static_cast<std::size_t>(at - policies_.begin());
+  if (by_ == PlotBy::outcome) return out;
+  bool failed = false;
+  for (std::size_t k = 0; k < policies_.size(); ++k) {
+    const auto count =
+        std::count_if(traces_.begin(), traces_.end(), [&](const Json* t) { return policy_index(*t) == k; });
+    if (count > 0) out.push_back({policies_[k], policy_color(k), PlotLegend::Kind::line});
   }
+  for (const Json* trace : traces_) failed = failed || outcome_index(*trace) > 0;
+  if (failed) out.push_back({"failed", PlotColor::soft, PlotLegend::Kind::dashed});
+  return out;
+}
 
-  const std::vector<std::string>& policies_;
-  PlotBy by_;
-  std::vector<const Json*> traces_;
-};
+std::string PlayedTraces::note() const {
+  return fmt::format(
+      "{} traces, simulated again: of each policy the success nearest to the nominal robot, a typical "
+      "trace of each way to fail, the earliest violation, and the first particles.",
+      traces_.size());
+}
 
-struct NamedChannel {
-  std::string group, name, unit;
-  std::string whole() const { return group + ": " + name; }
-};
+std::size_t PlayedTraces::policy_index(const Json& trace) const {
+  const auto at = std::find(policies_.begin(), policies_.end(), trace["policy"].get<std::string>());
+  return static_cast<std::size_t>(at - policies_.begin());
+}
 
-std::vector<NamedChannel> channels_of_page(const Json& page) {
-  std::vector<NamedChannel> out;
+std::vector<PlayedChannel> played_channels(const Json& page) {
+  std::vector<PlayedChannel> out;
   for (const Json& one : page["channels"]) {
     out.push_back({one["group"].get<std::string>(), one["name"].get<std::string>(), one["unit"].get<std::string>()});
   }
   return out;
 }
 
-bool floats(const Json& page) { return page.contains("scene") && page["scene"].value("floating_base", false); }
+bool base_floats(const Json& page) { return page.contains("scene") && page["scene"].value("floating_base", false); }
 
-std::size_t chosen_channel(const Json& page, const std::string& asked) {
-  const std::vector<NamedChannel> all = channels_of_page(page);
-  const auto find = [&](const auto& test) {
-    return static_cast<std::size_t>(std::find_if(all.begin(), all.end(), test) - all.begin());
-  };
-  if (asked.empty()) {
-    const std::size_t height =
-        find([](const NamedChannel& one) { return one.group == "position" && one.name.ends_with(".z"); });
-    const std::size_t first = find([](const NamedChannel& one) { return one.group == "requirement"; });
-    const std::size_t out = floats(page) && height < all.size() ? height : first;
-    return out < all.size() ? out : 0;
+namespace {
+
+constexpr std::array<const char*, 3> kTurns = {".roll", ".pitch", ".yaw"};
+
+/// A channel of the page, or an angle that four of them, a quaternion, tell.
+struct DrawnChannel : PlayedChannel {
+  std::size_t row = 0;
+  int turn = -1;  // place in kTurns
+};
+
+/// R = Rz(yaw) Ry(pitch) Rx(roll) of the quaternion in rows row … row + 3; without jumps of a whole turn.
+std::vector<double> angles_of(const Json& trace, std::size_t row, int turn) {
+  const std::vector<double> w = played_row(trace, row), x = played_row(trace, row + 1), y = played_row(trace, row + 2),
+                            z = played_row(trace, row + 3);
+  std::vector<double> out;
+  double before = 0;
+  for (std::size_t i = 0; i < w.size(); ++i) {
+    double angle = 0;
+    if (turn == 0) angle = std::atan2(2 * (w[i] * x[i] + y[i] * z[i]), 1 - 2 * (x[i] * x[i] + y[i] * y[i]));
+    if (turn == 1) angle = std::asin(std::clamp(2 * (w[i] * y[i] - z[i] * x[i]), -1.0, 1.0));
+    if (turn == 2) angle = std::atan2(2 * (w[i] * z[i] + x[i] * y[i]), 1 - 2 * (y[i] * y[i] + z[i] * z[i]));
+    if (turn != 1) angle += 2 * std::numbers::pi * std::round((before - angle) / (2 * std::numbers::pi));
+    out.push_back(angle);
+    if (std::isfinite(angle)) before = angle;
   }
-  const std::size_t whole = find([&](const NamedChannel& one) { return one.whole() == asked; });
-  if (whole < all.size()) return whole;
+  return out;
+}
+
+std::vector<DrawnChannel> drawable_channels(const Json& page) {
+  std::vector<DrawnChannel> out, turns;
+  for (const PlayedChannel& one : played_channels(page)) {
+    out.push_back({one, out.size(), -1});
+    if (one.group != "position" || !one.name.ends_with(".qw")) continue;
+    for (int k = 0; k < 3; ++k) {
+      turns.push_back({{"angle", one.name.substr(0, one.name.size() - 3) + kTurns.at(k), "rad"}, out.size() - 1, k});
+    }
+  }
+  out.insert(out.end(), turns.begin(), turns.end());
+  return out;
+}
+
+DrawnChannel chosen_channel(const Json& page, const std::string& asked) {
+  const std::vector<DrawnChannel> all = drawable_channels(page);
+  const auto find = [&](const auto& test) { return std::find_if(all.begin(), all.end(), test); };
+  if (asked.empty()) {
+    const auto height = find([](const auto& one) { return one.group == "position" && one.name.ends_with(".z"); });
+    const auto first = find([](const auto& one) { return one.group == "requirement"; });
+    const auto out = base_floats(page) && height != all.end() ? height : first;
+    return out != all.end() ? *out : all.at(0);
+  }
+  const auto whole = find([&](const auto& one) { return one.whole() == asked; });
+  if (whole != all.end()) return *whole;
   std::vector<std::string> names, same;
-  for (const NamedChannel& one : all) {
+  for (const DrawnChannel& one : all) {
     names.push_back(one.name);
     if (one.name == asked) same.push_back(one.whole());
   }
@@ -124,67 +166,25 @@ std::size_t chosen_channel(const Json& page, const std::string& asked) {
         fmt::format("--channel {}: {} channels have the name; say '{}' or '{}'", asked, same.size(), same[0], same[1]));
   }
   check_plotted_name("--channel", asked, names);
-  return find([&](const NamedChannel& one) { return one.name == asked; });
+  return *find([&](const auto& one) { return one.name == asked; });
 }
 
 }  // namespace
 
-Figure plan_figure(const Json& page, const std::vector<std::string>& policies, PlotBy by) {
-  const PlayedTraces traces(page, policies, by, "plan");
-  const std::vector<NamedChannel> channels = channels_of_page(page);
-  const auto is_x = [](const NamedChannel& one) { return one.group == "position" && one.name.ends_with(".x"); };
-  const auto at = std::find_if(channels.begin(), channels.end(), is_x);
-  const auto x = static_cast<std::size_t>(at - channels.begin());
-  if (!floats(page) || x + 1 >= channels.size()) {
-    throw InputError("plan: the robot's base is fixed and has no path; channel shows its joints against time");
-  }
-  Figure out{"plan", "Path of the base from above"};
-  out.legend = traces.legend();
-  out.legend.push_back({"end", PlotColor::soft, PlotLegend::Kind::mark});
-  PlotPanel panel{"", {"x [m]"}, {"y [m]"}};
-  panel.one_scale = true;
-  panel.height = 380;
-  for (const Json* trace : traces.list()) {
-    PlotSeries path;
-    path.color = traces.color(*trace);
-    path.width = 1.2;
-    path.faint = true;
-    path.x = row_of(*trace, x);
-    path.y = row_of(*trace, x + 1);
-    PlotSeries end = path;
-    end.kind = PlotSeries::Kind::marks;
-    end.faint = false;
-    end.width = 6;
-    if (!path.x.empty()) {
-      end.x = {path.x.back()};
-      end.y = {path.y.back()};
-    }
-    panel.series.push_back(std::move(path));
-    panel.series.push_back(std::move(end));
-  }
-  out.panels.push_back(std::move(panel));
-  out.notes.push_back(traces.note());
-  return out;
-}
-
 Figure channel_figure(const Json& page, const std::vector<std::string>& policies, const std::string& channel,
                       PlotBy by) {
   const PlayedTraces traces(page, policies, by, "channel");
-  const std::size_t k = chosen_channel(page, channel);
-  const NamedChannel of = channels_of_page(page).at(k);
+  const DrawnChannel of = chosen_channel(page, channel);
   Figure out{"channel", of.name + " against time"};
   out.legend = traces.legend();
   PlotPanel panel{"", {"Time [s]", 0}, {plot_titled(of.name, of.unit)}};
-  panel.y.zero = of.group != "position" && of.group != "velocity" && of.group != "torque";
+  panel.y.zero = of.group == "requirement" || of.group == "measure" || of.group == "objective";
   panel.height = 340;
   double end = 0;
   for (const Json* trace : traces.list()) {
-    PlotSeries line;
-    line.color = traces.color(*trace);
-    line.width = 1.2;
-    line.faint = true;
-    line.x = times_of(*trace);
-    line.y = row_of(*trace, k);
+    PlotSeries line = traces.line(*trace);
+    line.x = played_times(*trace);
+    line.y = of.turn < 0 ? played_row(*trace, of.row) : angles_of(*trace, of.row, of.turn);
     if (!line.x.empty()) end = std::max(end, line.x.back());
     panel.series.push_back(std::move(line));
   }

@@ -22,6 +22,7 @@
 #include "jobs/cli/gnuplot.h"
 #include "jobs/cli/option_values.h"
 #include "jobs/cli/page.h"
+#include "jobs/cli/path_scene.h"
 #include "jobs/cli/picture_file.h"
 #include "jobs/cli/reading_verb.h"
 #include "jobs/cli/shared_options.h"
@@ -32,12 +33,14 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kMostPaths = 1000;
+constexpr double kLeastEvery = 1e-3, kMostEvery = 1e6;  // s
 constexpr std::uint64_t kLeastPixels = 100, kMostPixels = 16'000;
 
 struct PlotArguments {
   std::string archive, output, format, channel, requirement;
   std::vector<std::string> pictures, policies, parameters;
   std::string size, theme = "light", by = "outcome";
+  double every = 0;  // s; 0: not given
   std::size_t trajectories = 60;
   bool force = false;
 };
@@ -95,7 +98,8 @@ void check_options(const PlotArguments& arguments, const PlotOrder& order) {
   needs(!arguments.channel.empty(), "--channel", {"channel"});
   needs(!arguments.parameters.empty(), "--parameter", {"parameters"});
   needs(!arguments.requirement.empty(), "--requirement", {"margins", "parameters", "survival", "causes"});
-  needs(arguments.by != "outcome", "--by", {"plan", "channel"});
+  needs(arguments.by != "outcome", "--by", {"plan", "side", "isometric", "channel"});
+  needs(arguments.every > 0, "--every", {"plan", "side", "isometric", "lapse"});
 }
 
 void read_size(const std::string& text, PlotStyle& style) {
@@ -156,6 +160,12 @@ PlotOrder read_order(const PlotArguments& arguments) {
   return out;
 }
 
+/// Pictures of traces that are simulated again.
+bool is_played(const std::string& picture) {
+  static const std::set<std::string> kPlayed = {"plan", "side", "isometric", "lapse", "channel"};
+  return kPlayed.count(picture) > 0;
+}
+
 /// Makes the figures of an order. What several of them need is read once.
 class PlotMaker {
  public:
@@ -175,7 +185,7 @@ class PlotMaker {
       if (simulated) close_archive();
       for (std::size_t i = 0; i < out.size(); ++i) {
         const std::string& picture = order_.pictures[i];
-        if ((picture == "plan" || picture == "channel") == simulated) out[i] = figure(picture);
+        if (is_played(picture) == simulated) out[i] = figure(picture);
       }
     }
     return out;
@@ -199,7 +209,12 @@ class PlotMaker {
     if (picture == "success") return success_figure(policy_families(info_, policies_), scored());
     if (picture == "failures") return failures_figure(scored());
     if (picture == "margins") return margins_figure(margin_histograms(*archive_, sample()), arguments_.requirement);
-    if (picture == "plan") return plan_figure(played(), policies_, by());
+    if (picture == "plan") return paths(PathView::above);
+    if (picture == "side") return paths(PathView::side);
+    if (picture == "isometric") return paths(PathView::isometric);
+    if (picture == "lapse") {
+      return lapse_figure(played(), policies_, path_scene_, arguments_.every > 0 ? arguments_.every : 1);
+    }
     if (picture == "channel") return channel_figure(played(), policies_, arguments_.channel, by());
     if (picture == "parameters") {
       return parameters_figure(info_, sample(),
@@ -211,6 +226,7 @@ class PlotMaker {
     return causes_figure(explain(*archive_, policies_), arguments_.requirement);
   }
 
+  Figure paths(PathView view) { return path_figure(played(), policies_, path_scene_, {view, by(), arguments_.every}); }
   PlotBy by() const { return arguments_.by == "policy" ? PlotBy::policy : PlotBy::outcome; }
 
   const Score& scored() {
@@ -255,14 +271,16 @@ class PlotMaker {
 
   /// What is to be simulated again is chosen while the archive can be read.
   void close_archive() {
-    if (order_.has("plan") || order_.has("channel")) {
+    if (std::any_of(order_.pictures.begin(), order_.pictures.end(), is_played)) {
       const std::vector<FailureWay> ways = failure_ways(*archive_, policies_);
-      traces_ = find_traces(*archive_, choose_traces(ways, sample(), info_, arguments_.trajectories), 0);
+      const std::size_t bodies = order_.has("lapse") ? arguments_.trajectories : 0;
+      traces_ = find_traces(*archive_, choose_traces(ways, sample(), info_, arguments_.trajectories), bodies);
     }
     archive_.reset();
     end_of_reading();
   }
 
+  /// Simulates once; fills path_scene_, too.
   const Json& played() {
     if (page_) return *page_;
     check_results_version(arguments_.archive, info_, "plot it with that program");
@@ -272,6 +290,7 @@ class PlotMaker {
          add_traces(page, reloaded.scenario(), info_, arguments_.archive, traces_, NumberForm::plain)) {
       spdlog::warn("{}: {} went ANOTHER WAY than the archive says; graze replay tells how", arguments_.archive, one);
     }
+    path_scene_ = path_scene(reloaded.scenario(), policies_);
     page_ = std::move(page);
     return *page_;
   }
@@ -286,6 +305,7 @@ class PlotMaker {
   std::optional<ReportSample> sample_;
   std::vector<PageTrace> traces_;
   std::optional<Json> page_;
+  PathScene path_scene_;
 };
 
 int plot(const PlotArguments& arguments, const PlotOrder& order) {
@@ -335,7 +355,7 @@ void add_plot(CLI::App& app, Action& action) {
       ->type_name("WIDTHxHEIGHT");
   add_choice(*verb, "--theme", a.theme, {"light", "dark"}, "Colours for white or for dark paper")->default_str("light");
   verb->add_option("--channel", a.channel,
-                   "channel: which one, 'base.z' or 'velocity: LF_X_1' (default: height of the base)")
+                   "channel: which one, 'base.z', 'base.yaw' or 'velocity: LF_X_1' (default: height of the base)")
       ->type_name("NAME");
   verb->add_option("--requirement", a.requirement,
                    "margins, parameters, survival, causes: about this requirement, or 'objective'")
@@ -344,10 +364,15 @@ void add_plot(CLI::App& app, Action& action) {
                    "parameters: one of the axes (twice: both; default: those that part outcomes best)")
       ->type_name("NAME")
       ->allow_extra_args(false);
-  add_choice(*verb, "--by", a.by, {"outcome", "policy"}, "plan, channel: what lines are coloured by")
+  add_choice(*verb, "--by", a.by, {"outcome", "policy"}, "plan, side, isometric, channel: what lines are coloured by")
       ->default_str("outcome");
   add_whole(*verb, "--trajectories", a.trajectories, 1, kMostPaths,
-            "plan, channel: traces that are simulated again (default: 60)");
+            "Traces that are simulated again for pictures of them (default: 60)");
+  add_read_option(*verb, "--every", "plan, side, isometric: a mark so often; lapse: robots (default: 1s)",
+                  [&a](const std::string& text, const std::string& option) {
+                    a.every = parse_seconds(text, option, kLeastEvery, kMostEvery);
+                  })
+      ->type_name("TIME");
   add_trust(*verb);
   verb->add_flag("--force", a.force, "Replace files that exist");
   verb->callback([arguments, &action] {

@@ -24,6 +24,7 @@ constexpr const char* kArchives = "files .h5 .graze";  // campaign directories a
 enum class Value {
   nothing,
   file,
+  commands,  // a recorded command file
   folder,
   scenario,
   robot,
@@ -38,7 +39,8 @@ enum class Value {
 };
 
 Value value_kind(const std::string& name, const std::string& type) {
-  if (type == "FILE") return Value::file;
+  if (type == "FILE.csv") return Value::commands;
+  if (type.starts_with("FILE")) return Value::file;
   if (type == "FOLDER" || type == "DIR") return Value::folder;
   if (type.starts_with("ARCHIVE")) return Value::archive;
   const std::pair<const char*, Value> names[] = {{"--policy", Value::policy},
@@ -202,6 +204,7 @@ class Words {
   void fill(Value kind) {
     const std::string verb = words_[0];
     if (kind == Value::file) out_.files = "files";
+    if (kind == Value::commands) out_.files = "files .csv";
     if (kind == Value::folder) out_.files = "folders";
     if (kind == Value::robot) out_.files = "files .urdf .xacro";
     if (kind == Value::archive) out_.files = kArchives;

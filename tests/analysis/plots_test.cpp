@@ -141,12 +141,13 @@ Json planted_page() {
 TEST(Plots, TracesAreThoseOfThePage) {
   const Json page = planted_page();
   const std::vector<std::string> policies = {"a", "b"};
-  const Figure plan = plan_figure(page, policies, PlotBy::outcome);
+  const Figure plan = path_figure(page, policies, {}, {});
   const std::vector<PlotSeries> paths = of_kind(plan.panels[0], Kind::line);
   ASSERT_EQ(paths.size(), 2u);
   EXPECT_EQ(paths[1].y, (std::vector<double>{0, 3}));
   EXPECT_EQ(paths[0].color, PlotColor::known);
-  EXPECT_EQ(of_kind(plan_figure(page, policies, PlotBy::policy).panels[0], Kind::line)[0].color, policy_color(1));
+  EXPECT_EQ(of_kind(path_figure(page, policies, {}, {PathView::above, PlotBy::policy}).panels[0], Kind::line)[0].color,
+            policy_color(1));
   const Figure knee = channel_figure(page, policies, "velocity: knee", PlotBy::outcome);
   EXPECT_EQ(knee.panels[0].series[1].y, (std::vector<double>{3, 4}));
   EXPECT_EQ(knee.panels[0].x.high, 2);
@@ -162,9 +163,87 @@ TEST(Plots, TracesAreThoseOfThePage) {
   }
   Json fixed = page;
   fixed["scene"]["floating_base"] = false;
-  EXPECT_THROW(plan_figure(fixed, policies, PlotBy::outcome), InputError);
+  EXPECT_THROW(path_figure(fixed, policies, {}, {}), InputError);
   fixed["trajectories"] = Json::array();
   EXPECT_THROW(channel_figure(fixed, policies, "", PlotBy::outcome), InputError);
+}
+
+/// A robot of two bodies, a box and a ball that hangs on it, that goes 2 m along x and turns about z: by 225 degrees in
+/// its rows, by 90 in its poses.
+Json planted_journey() {
+  return Json::parse(R"({"channels": [
+      {"group": "position", "name": "base.qw", "unit": "1"}, {"group": "position", "name": "base.qx", "unit": "1"},
+      {"group": "position", "name": "base.qy", "unit": "1"}, {"group": "position", "name": "base.qz", "unit": "1"},
+      {"group": "position", "name": "base.x", "unit": "m"}, {"group": "position", "name": "base.y", "unit": "m"},
+      {"group": "position", "name": "base.z", "unit": "m"}],
+    "scene": {"floating_base": true, "bodies": [{"name": "base", "parent": -1}, {"name": "leg", "parent": 0}],
+      "colliders": [{"name": "base", "body": 0, "object": false, "kind": "box"},
+                    {"name": "foot", "body": 1, "object": false, "kind": "sphere"},
+                    {"name": "curb", "body": -1, "object": true, "kind": "box"}]},
+    "trajectories": [{"policy": "a", "outcome": "unknown failure", "time": [0, 0.9, 2.2],
+      "rows": [[1, 0.3826834323650898, -0.3826834323650898], [0, 0, 0], [0, 0, 0],
+               [0, 0.9238795325112867, 0.9238795325112867], [0, 1, 2], [0, 0, 0], [1, 1, 1]],
+      "bodies": {
+        "shapes": [[0.2, 0.4, 0.6, 0, 0, 0, 0, 0, 0, 1], [0.1, 0, 0, 0, 0, -0.5, 0, 0, 0, 1],
+                   [1, 1, 1, 0, 0, 0, 0, 0, 0, 1]],
+        "poses": [[0, 1, 2], [0, 0, 0], [1, 1, 1], [0, 0, 0], [0, 0, 0], [0, 0, 0.7071067811865476],
+                  [1, 1, 0.7071067811865476],
+                  [0, 1, 2], [0, 0, 0], [0.7, 0.7, 0.7], [0, 0, 0], [0, 0, 0], [0, 0, 0], [1, 1, 1]]}}]})");
+}
+
+// Claim: a path is drawn as its view has it: x and y from above, x and z from the side, obliquely with x and y at 30
+// degrees in their length; by policy what failed is dashed; marks stand at the frames nearest to multiples of the time;
+// of a floor only what is near is drawn.
+TEST(Plots, PathsAreSeenFromEachSide) {
+  const Json page = planted_journey();
+  const std::vector<std::string> policies = {"a"};
+  const auto path = [&](const PathScene& scene, const PathRequest& request) {
+    return path_figure(page, policies, scene, request).panels[0];
+  };
+  const PlotPanel plan = path({}, {PathView::above, PlotBy::policy, 1});
+  EXPECT_TRUE(plan.series[0].dashed);
+  EXPECT_EQ(plan.series[1].x, (std::vector<double>{0, 1, 2})) << "marks at 0, near 1 and near 2 s";
+  EXPECT_EQ(path({}, {PathView::above, PlotBy::policy, 2}).series[1].x, (std::vector<double>{0, 2}));
+  EXPECT_FALSE(path({}, {}).series[0].dashed);
+  EXPECT_EQ(path({}, {PathView::side}).series[0].y, (std::vector<double>{1, 1, 1}));
+  const PlotSeries oblique = path({}, {PathView::isometric}).series[0];
+  EXPECT_NEAR(oblique.x[2], 2 * std::sqrt(0.75), 1e-12);
+  EXPECT_NEAR(oblique.y[2], 1 + 1, 1e-12);
+  PathScene scene;
+  scene.outlines = {{{-100, 0, 0}, {100, 0, 0}}, {{0, 50, 0}, {1, 50, 0}}};
+  scene.waypoints = {{0.5, 0, 0}};
+  const PlotPanel around = path(scene, {});
+  ASSERT_EQ(around.series.size(), 4u) << "path, end, edges, waypoints";
+  EXPECT_NEAR(around.series[2].x[0], -2.0 / 3, 1e-12) << "a third of 2 m about the path";
+  EXPECT_NEAR(around.series[2].x[1], 2 + 2.0 / 3, 1e-12);
+  EXPECT_EQ(around.series[2].x.size(), 3u) << "one line and a break: the other is far away";
+  EXPECT_EQ(around.series[3].x, std::vector<double>{0.5});
+}
+
+// Claim: angles of what floats are told of its quaternion, and go on beyond half a turn.
+TEST(Plots, AnglesAreThoseOfTheQuaternion) {
+  const Figure yaw = channel_figure(planted_journey(), {"a"}, "base.yaw", PlotBy::policy);
+  const std::vector<double>& y = yaw.panels[0].series[0].y;
+  EXPECT_NEAR(y[1], 3 * M_PI / 4, 1e-12);
+  EXPECT_NEAR(y[2], 5 * M_PI / 4, 1e-12);
+  EXPECT_EQ(yaw.panels[0].y.title, "base.yaw [rad]");
+  EXPECT_NEAR(channel_figure(planted_journey(), {"a"}, "base.roll", PlotBy::policy).panels[0].series[0].y[2], 0, 1e-12);
+}
+
+// Claim: a time lapse has each robot as lines at the moments that were asked for: its boxes' edges, turned and moved as
+// it is, and its limbs.
+TEST(Plots, LapseHasRobotsAtMoments) {
+  const Figure got = lapse_figure(planted_journey(), {"a", "b"}, {}, 2);
+  ASSERT_EQ(got.panels.size(), 1u) << "no trace of b";
+  const PlotSeries& robots = got.panels[0].series[0];
+  // Per robot: base to leg, six lines of the box, ball below the leg; two robots; each line ends with a break.
+  const auto breaks = std::count_if(robots.x.begin(), robots.x.end(), [](double x) { return std::isnan(x); });
+  EXPECT_EQ(breaks, 2 * (1 + 6 + 1));
+  // The base of 0.2 m by 0.4 m that stands at x = 2 m has turned by 90 degrees: its edges reach from 1.8 to 2.2 m in x,
+  // 0.1 m in y; obliquely the right end of the lower ones is at cos 30 (2.2 + 0.1).
+  double right = 0;
+  for (const double x : robots.x) right = std::isnan(x) ? right : std::max(right, x);
+  EXPECT_NEAR(right, std::sqrt(0.75) * 2.3, 1e-12);
 }
 
 // Claim: every trace that counts is one mark, at its particle's values, in its outcome's colour and shape.

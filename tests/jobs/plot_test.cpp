@@ -70,12 +70,18 @@ struct Svg {
 
 // Claim: each picture is one whole SVG file named after archive and picture, with its words; the same bytes twice.
 TEST_F(Plot, WritesEachPicture) {
-  const std::vector<std::pair<std::string, std::string>> words = {
-      {"success", "still"},         {"failures", "of 20 failed"},
-      {"margins", "high"},          {"plan", "x [m]"},
-      {"channel", "Time [s]"},      {"parameters", "initial.base.z"},
-      {"survival", "of 20 failed"}, {"tree", "no contact decides how"},
-      {"causes", "significant"}};
+  const std::vector<std::pair<std::string, std::string>> words = {{"success", "still"},
+                                                                  {"failures", "of 20 failed"},
+                                                                  {"margins", "high"},
+                                                                  {"plan", "x [m]"},
+                                                                  {"side", "z [m]"},
+                                                                  {"isometric", "Path of the base"},
+                                                                  {"lapse", "every 1 s"},
+                                                                  {"channel", "Time [s]"},
+                                                                  {"parameters", "initial.base.z"},
+                                                                  {"survival", "of 20 failed"},
+                                                                  {"tree", "no contact decides how"},
+                                                                  {"causes", "significant"}};
   for (const auto& [picture, word] : words) {
     const testing::Result run = graze("plot a.graze " + picture);
     ASSERT_EQ(run.code, 0) << picture << run.err;
@@ -100,7 +106,7 @@ TEST_F(Plot, WritesAllIntoAFolder) {
     EXPECT_EQ(bytes.substr(16, 8), std::string("\0\0\2\x80\0\0\1\xe0", 8)) << "640 x 480";
     ++count;
   }
-  EXPECT_EQ(count, 9);
+  EXPECT_EQ(count, 12);
   ASSERT_EQ(graze("plot a.graze failures success").code, 0);
   EXPECT_TRUE(testing::fs::exists(campaign.folder / "a_plots/success.svg"));
   ASSERT_EQ(graze("plot a.graze survival -o one.png").code, 0);
