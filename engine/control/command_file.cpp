@@ -7,6 +7,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "engine/settings/byte_order_mark.h"
 #include "engine/settings/inputs.h"
 #include "engine/settings/paths.h"
 #include "engine/settings/similar.h"
@@ -104,7 +105,7 @@ class CommandReader {
 }  // namespace
 
 std::vector<CommandRow> parse_commands(const std::string& text, const std::string& name) {
-  std::stringstream stream(text);
+  std::stringstream stream(without_mark(text));
   std::string line;
   CommandReader reader(name);
   std::getline(stream, line);

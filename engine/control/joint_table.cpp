@@ -5,6 +5,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "engine/settings/byte_order_mark.h"
 #include "engine/settings/inputs.h"
 #include "engine/settings/paths.h"
 #include "engine/settings/similar.h"
@@ -83,7 +84,7 @@ JointTable JointTable::parse(const std::string& text, const std::string& name, c
                              Interpolation interpolation) {
   JointTable table;
   table.interpolation_ = interpolation;
-  std::stringstream stream(text);
+  std::stringstream stream(without_mark(text));
   std::string line;
   for (int number_of_line = 1; std::getline(stream, line); ++number_of_line) {
     const std::vector<std::string> cells = split(line);

@@ -6,6 +6,7 @@
 #include <iostream>
 #include <iterator>
 #include <memory>
+#include <optional>
 #include <span>
 
 #include "archive/files/files.h"
@@ -18,7 +19,6 @@
 #include "jobs/cli/drive_keys.h"
 #include "jobs/cli/drive_screen.h"
 #include "jobs/cli/option_values.h"
-#include "jobs/cli/picture_file.h"
 #include "jobs/cli/raw_terminal.h"
 
 namespace graze {
@@ -166,15 +166,23 @@ std::string again_text(const DriveArguments& arguments, const DriveSession& sess
                    scene, away, policy, part, file, end);
 }
 
-void write_record(const DriveArguments& arguments, const DriveSession& session) {
-  write_picture(arguments.record, arguments.force, commands_text(session.rows()), false);
+/// Into the file that was made before the drive. What cannot be written there is printed: nobody drives twice alike.
+void write_record(NewFile& file, const std::string& path, const std::string& text) {
+  try {
+    const int error = write_all(file.descriptor(), std::as_bytes(std::span(text)));
+    if (error != 0) fail_writing(path, error);
+    file.publish();
+  } catch (const std::exception&) {
+    std::cerr << "the commands of the drive, which could not be written:\n" << text;
+    throw;
+  }
 }
 
 void check(const DriveArguments& arguments) {
   if (!arguments.keys.empty() && !arguments.replay.empty()) {
     throw InputError("--replay: stands beside --keys; one of them must go");
   }
-  if (!arguments.record.empty()) check_new_file(arguments.record, arguments.force, {});
+  if (!arguments.record.empty()) check_new_file(arguments.record, arguments.force, {}, NamedBy::word);
 }
 
 /// Keys from --keys, or from standard input that is no terminal; none: a person presses them.
@@ -206,6 +214,8 @@ int drive(const DriveArguments& arguments) {
   Scenario scenario = load(arguments, arguments.replay.empty() && !keys);
   if (arguments.seed) scenario.seed = *arguments.seed;
   const Simulation simulation(std::move(scenario));
+  std::optional<NewFile> recorded;  // made first: a place that cannot be written is refused before the drive
+  if (!arguments.record.empty()) recorded.emplace(arguments.record, arguments.force);
   DriveSession session(simulation, arguments.particle, arguments.trial);
   Driver driver(session, simulation.scenario());
   int signal = 0;
@@ -227,7 +237,7 @@ int drive(const DriveArguments& arguments) {
   std::cout << fmt::format("{:g} s under {}: {}; at x {:.3f} m, y {:.3f} m; digest {:016x}\n", record.end_time, under,
                            how_it_ends(simulation.scenario(), record), at.x(), at.y(), record.digest);
   if (!arguments.record.empty()) {
-    write_record(arguments, session);
+    write_record(*recorded, arguments.record, commands_text(session.rows()));
     std::cout << fmt::format("{}: {} commands\n", arguments.record, session.rows().size())
               << again_text(arguments, session, simulation.scenario());
   }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "engine/settings/byte_order_mark.h"
 #include "engine/settings/settings.h"
 
 namespace graze {
@@ -82,7 +83,7 @@ std::vector<std::string> decode_keys(std::string& bytes) {
 std::vector<TimedKey> parse_key_script(const std::string& text, const std::string& name) {
   static const std::vector<std::string> kNames = {"up", "down", "left", "right", "space", "c", "q", ",", "."};
   std::vector<TimedKey> out;
-  std::stringstream stream(text);
+  std::stringstream stream(without_mark(text));
   std::string line;
   for (int number = 1; std::getline(stream, line); ++number) {
     std::stringstream words(line.substr(0, line.find('#')));

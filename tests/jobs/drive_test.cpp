@@ -58,6 +58,22 @@ struct Drive : ::testing::Test {
   const std::string scenario;
 };
 
+// Before the drive, not behind it.
+TEST_F(Drive, RefusesFirstWhereNothingCanBeRecorded) {
+  testing::write_file(folder / "keys",
+                      "\xEF\xBB\xBF"
+                      "0 up\n0.1 q\n");
+  const testing::Result none = drive("--keys keys --record nowhere/way.csv --trial 0");
+  EXPECT_EQ(none.code, 3);
+  EXPECT_THAT(none.err, HasSubstr("nowhere"));
+  EXPECT_EQ(none.out, "");
+  testing::write_file(folder / "way.csv", "mine");
+  const testing::Result taken = drive("--keys keys --record way.csv --trial 0");
+  EXPECT_EQ(taken.code, 2);
+  EXPECT_THAT(taken.err, ::testing::Not(HasSubstr("--output")));
+  EXPECT_EQ(testing::read_file(folder / "way.csv"), "mine");
+}
+
 // Through two gaits, under particle 3, whose sensors err.
 TEST_F(Drive, IsTheSameAgain) {
   testing::write_file(folder / "keys", "0 up\n0 up # 10 cm/s\n0.2 3\n0.4 left\n0.9 space\n1 q\n");

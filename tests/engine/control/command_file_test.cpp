@@ -39,6 +39,7 @@ TEST(CommandFile, SaysWhereItIsWrong) {
   EXPECT_EQ(refusal(head + "-1,0,0,0\n"), "drive.csv:2:1: time -1 is negative; it must be >= 0");
   EXPECT_EQ(refusal("time,forward,turn\n"),
             "drive.csv:1:14: 'turn': the header must be time,forward,strafe,turn, and ,policy may follow");
+  EXPECT_EQ(parse_commands("\xEF\xBB\xBF" + head + "0,1,0,0\n", "drive.csv").size(), 1u) << "a byte order mark";
   EXPECT_EQ(refusal(head), "drive.csv:1:1: has no rows; one at least must stand below the header, as 0,0.2,0,0");
   EXPECT_EQ(refusal("time,forward,strafe,turn,policy\n0,0,0,0,\n"),
             "drive.csv:2:9: no policy stands here; its name must");
