@@ -17,6 +17,7 @@
 #include <new>
 
 #include "archive/files/layout.h"
+#include "engine/settings/child_end.h"
 #include "engine/settings/forked.h"
 #include "engine/settings/settings.h"
 
@@ -180,7 +181,7 @@ bool may_not_fork() { return child || traced(); }
 std::optional<ReaderEnd> go_on_in_child(const ReadingLimits& limits) {
   Report& shared = shared_report();
   const pid_t parent = getpid();
-  std::signal(SIGCHLD, SIG_DFL);  // a process that ignores it never learns how a child ended
+  hear_of_children();
   const pid_t id = fork();
   if (id < 0) throw MachineError(fmt::format("no process can be started to read in: {}", std::strerror(errno)));
   if (id == 0) {

@@ -69,6 +69,7 @@ class PythonSetup {
  public:
   PythonSetup(const ControlContext& context, const Described& own, const LibraryUse& use, const PythonArrays& arrays) {
     const auto settings = own.find("settings");
+    if (settings && !settings->is_null() && !settings->is_map()) settings->fail("must be a map, {kp: 20, …}");
     add("file", json_text(use.file));
     add("class", json_text(use.class_name));
     add("settings", settings && !settings->is_null() ? settings_json(*settings) : "{}");

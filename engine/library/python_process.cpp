@@ -24,6 +24,7 @@
 
 #include "engine/library/one_line.h"
 #include "engine/library/python_use.h"
+#include "engine/settings/child_end.h"
 #include "engine/settings/forked.h"
 #include "python_runner.h"
 
@@ -124,7 +125,9 @@ struct PythonStart {
   _exit(127);
 }
 
-std::string python_end_text(int status) {
+std::string python_end_text(std::optional<int> known) {
+  if (!known) return "ended its process, nobody knows how,";
+  const int status = *known;
   if (!WIFSIGNALED(status)) return fmt::format("ended its process with exit code {}", WEXITSTATUS(status));
   const char* const name = sigabbrev_np(WTERMSIG(status));
   return fmt::format("crashed (SIG{}){}", name ? name : "?",
@@ -212,6 +215,12 @@ void PythonProcess::say(const std::string& bytes) {
 }
 
 void PythonProcess::step(double time) {
+  if (!is_owner()) {
+    throw std::runtime_error(fmt::format(
+        "{}: its interpreter belongs to the process that this one is a copy of by fork(), which goes on with it; make "
+        "a controller of your own in the copy",
+        name_));
+  }
   const char request = 'a';
   while (send(socket_.number(), &request, 1, MSG_NOSIGNAL) < 0 && errno == EINTR) {
   }
@@ -242,10 +251,7 @@ char PythonProcess::listen(double time, double limit) {
   }
 }
 
-bool PythonProcess::has_ended() const {
-  siginfo_t info{};
-  return waitid(P_PID, static_cast<id_t>(id_), &info, WEXITED | WNOHANG | WNOWAIT) == 0 && info.si_pid == id_;
-}
+bool PythonProcess::has_ended() const { return child_has_ended(id_); }
 
 /// "in act() at 0.012 s".
 std::string PythonProcess::where(double time) const {
@@ -291,12 +297,10 @@ void PythonProcess::hangs(double time, double limit) {
   throw CallTimedOut(fmt::format("{}: the controller's {} did not come back within {:g} s", name_, where(time), limit));
 }
 
+bool PythonProcess::is_owner() const { return getpid() == owner_; }
+
 void PythonProcess::end() noexcept {
-  if (id_ <= 0) return;
-  if (own_group_) kill(-id_, SIGKILL);
-  kill(id_, SIGKILL);
-  while (waitpid(id_, &status_, 0) < 0 && errno == EINTR) {
-  }
+  if (id_ > 0 && is_owner()) status_ = end_child(id_, own_group_);
   id_ = 0;
 }
 

@@ -2,9 +2,11 @@
 // A Python interpreter that runs one controller: started, spoken to through a socket and shared memory, watched, ended.
 
 #include <sys/types.h>
+#include <unistd.h>
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "engine/lanes/block.h"
@@ -58,6 +60,7 @@ class PythonProcess {
   std::string message() const;
   std::string where(double time) const;
   bool has_ended() const;
+  bool is_owner() const;
   void end() noexcept;
 
   const std::string name_, interpreter_;
@@ -65,10 +68,11 @@ class PythonProcess {
   const std::size_t bytes_;
   std::byte* memory_ = nullptr;
   Descriptor socket_;
-  pid_t id_ = 0;  // 0: none that runs
+  const pid_t owner_ = getpid();  // a copy of it by fork() leaves the interpreter alone
+  pid_t id_ = 0;                  // 0: none that runs
   bool own_group_ = false;
-  unsigned requests_ = 0;  // control steps that were asked for
-  int status_ = 0;
+  unsigned requests_ = 0;      // control steps that were asked for
+  std::optional<int> status_;  // how it has ended, if anybody knows
 };
 
 }  // namespace graze

@@ -15,7 +15,9 @@
 #include <cstring>
 #include <fstream>
 #include <new>
+#include <optional>
 
+#include "engine/settings/child_end.h"
 #include "engine/settings/forked.h"
 #include "engine/settings/limits.h"
 #include "engine/settings/pipe.h"
@@ -132,10 +134,9 @@ std::string end_text(int status, const ChildLimits& limits) {
 ChildRun run_in_child(const std::function<std::string()>& work, const ChildLimits& limits) {
   Pipe answer;
   const pid_t parent = getpid();
-  struct sigaction usual {
-  }, before{};
-  usual.sa_handler = SIG_DFL;  // a process that ignores it never learns how a child ended
-  sigaction(SIGCHLD, &usual, &before);
+  struct sigaction before {};
+  sigaction(SIGCHLD, nullptr, &before);
+  hear_of_children();
   const pid_t id = fork();
   if (id < 0) throw MachineError(fmt::format("no process can be started to read in: {}", std::strerror(errno)));
   if (id == 0) {
@@ -146,16 +147,14 @@ ChildRun run_in_child(const std::function<std::string()>& work, const ChildLimit
   ChildRun run;
   run.problem = listen_to(answer.read.number(), limits, run.output);
   if (!run.problem.empty()) kill(id, SIGKILL);
-  int status = 0;
-  while (waitpid(id, &status, 0) < 0 && errno == EINTR) {
-  }
+  const std::optional<int> status = wait_for_child(id);
   sigaction(SIGCHLD, &before, nullptr);
   if (!run.problem.empty()) return run;
-  const bool ended = WIFEXITED(status) && WEXITSTATUS(status) == 0 && !run.output.empty();
+  const bool ended = status && WIFEXITED(*status) && WEXITSTATUS(*status) == 0 && !run.output.empty();
   const char kind = ended ? run.output.front() : '\0';
   if (ended) run.output.erase(0, 1);
   if (kind == kRefusal) throw InputError(run.output);
-  if (!ended) run.problem = end_text(status, limits);
+  if (!ended) run.problem = status ? end_text(*status, limits) : "ended, and nobody knows how";
   if (kind == kNoMemory) run.problem = fmt::format("takes more than {} of memory", bytes_in_words(limits.memory));
   if (kind == kOtherError) run.problem = "fails: " + run.output;
   return run;

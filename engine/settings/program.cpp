@@ -17,6 +17,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "engine/settings/child_end.h"
 #include "engine/settings/forked.h"
 #include "engine/settings/inputs.h"
 #include "engine/settings/pipe.h"
@@ -120,10 +121,7 @@ class Program {
   }
 
   /// Whether the program itself has ended, which stays to be waited for.
-  bool has_ended() const {
-    siginfo_t info{};
-    return waitid(P_PID, static_cast<id_t>(id_), &info, WEXITED | WNOHANG | WNOWAIT) == 0 && info.si_pid == id_;
-  }
+  bool has_ended() const { return child_has_ended(id_); }
 
   /// ms until the deadline, at least 0.
   int left() const {
@@ -160,19 +158,18 @@ class Program {
 
   void wait() {
     constexpr useconds_t kPause = 2000;  // us; who has closed its outputs is about to end
-    int status = 0;
-    while (true) {
-      const pid_t ended = waitpid(id_, &status, WNOHANG);
-      if (ended == id_) break;
-      if (ended < 0 && errno != EINTR) break;
+    while (!has_ended()) {
       if (left() == 0) return took_too_long();
       usleep(kPause);
     }
-    kill(-id_, SIGKILL);  // what it has left behind in its group
+    const auto status = end_child(id_, true);  // with what it has left behind in its group
     id_ = 0;
-    if (WIFSIGNALED(status)) run_.problem = fmt::format("was ended by a signal: {}", strsignal(WTERMSIG(status)));
-    if (WIFEXITED(status) && WEXITSTATUS(status) != 0) {
-      run_.problem = fmt::format("ended with exit code {}", WEXITSTATUS(status));
+    if (!status) {
+      run_.problem = "ended, and nobody knows how: this process ignores SIGCHLD";
+    } else if (WIFSIGNALED(*status)) {
+      run_.problem = fmt::format("was ended by a signal: {}", strsignal(WTERMSIG(*status)));
+    } else if (WIFEXITED(*status) && WEXITSTATUS(*status) != 0) {
+      run_.problem = fmt::format("ended with exit code {}", WEXITSTATUS(*status));
     }
   }
 
@@ -180,9 +177,7 @@ class Program {
 
   void kill_group() {
     if (id_ <= 0) return;
-    kill(-id_, SIGKILL);
-    while (waitpid(id_, nullptr, 0) < 0 && errno == EINTR) {
-    }
+    end_child(id_, true);
     id_ = 0;
   }
 

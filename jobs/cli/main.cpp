@@ -12,6 +12,7 @@
 #include "archive/files/shell_word.h"
 #include "engine/lanes/isa.h"
 #include "engine/physics.h"
+#include "engine/settings/child_end.h"
 #include "graze_version.h"
 #include "jobs/campaign/crash.h"
 #include "jobs/cli/commands.h"
@@ -114,6 +115,7 @@ int main(int argc, char** argv) {
   if (started_as_worker(argc, argv)) return work_for_parent();
   open_standard_streams();
   contain_crashes();
+  hear_of_children();
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error to tell, not the end
   try {
     log_to_stderr();

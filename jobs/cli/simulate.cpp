@@ -71,8 +71,13 @@ std::string incomplete(const std::string& directory, const CampaignEnd& end, std
     text = fmt::format("stopped{} before the campaign was complete; what was finished is kept", by);
   }
   if (!unfinished.empty()) {
-    text += fmt::format("{}traces unfinished by the fault of this machine, not of the robot: {}",
-                        text.empty() ? "" : "; ", unfinished.size());
+    const bool controllers = std::all_of(unfinished.begin(), unfinished.end(), [](const UnfinishedTrace& one) {
+      return one.reason.find("the controller's ") != std::string::npos;
+    });
+    text += fmt::format("{}traces unfinished {}: {}", text.empty() ? "" : "; ",
+                        controllers ? "because their controller did not come back, so that nobody knows how they end"
+                                    : "by the fault of this machine, not of the robot",
+                        unfinished.size());
   }
   return fmt::format("{}: {}; 'graze resume {}' does the rest{}", directory, text, shell_path(directory),
                      unfinished_text(unfinished, directory));

@@ -7,6 +7,9 @@
 #include <atomic>
 #include <cmath>
 #include <cstring>
+#include <map>
+#include <mutex>
+#include <utility>
 
 #include "archive/files/utf8.h"
 #include "engine/library/library_use.h"
@@ -34,6 +37,39 @@ std::string printed_text(const std::string& output) {
                      printable_message((several ? "\n" : " ") + std::string(from > 0 ? "…" : "") + shown));
 }
 
+/// Counts equal faults of a policy, which are told once. When the campaign is over it says how many there were.
+class EqualFaults {
+ public:
+  EqualFaults() = default;
+  ~EqualFaults() {
+    for (const auto& [fault, again] : again_) {
+      if (again.empty()) continue;
+      constexpr std::size_t kNamed = 10;
+      std::string ids;
+      for (std::size_t i = 0; i < std::min(again.size(), kNamed); ++i) {
+        ids += fmt::format("{}{}", i > 0 ? ", " : "", again[i]);
+      }
+      spdlog::warn("policy {}: the same in {} more trace{} (particle{} {}{}): {}", fault.first, again.size(),
+                   again.size() == 1 ? "" : "s", again.size() == 1 ? "" : "s", ids, again.size() > kNamed ? ", …" : "",
+                   printable(fault.second));
+    }
+  }
+  EqualFaults(const EqualFaults&) = delete;
+  EqualFaults& operator=(const EqualFaults&) = delete;
+
+  /// Whether a fault is the first of its kind.
+  bool is_new(const std::string& policy, const std::string& reason, std::uint32_t particle) {
+    const std::lock_guard lock(mutex_);
+    const auto [place, fresh] = again_.try_emplace({policy, reason});
+    if (!fresh) place->second.push_back(particle);
+    return fresh;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::map<std::pair<std::string, std::string>, std::vector<std::uint32_t>> again_;  // particles after the first
+};
+
 /// What all processes of a campaign are briefed with.
 struct Processes {
   std::string briefing;
@@ -41,6 +77,7 @@ struct Processes {
   std::vector<double> timeout;      // s, of each; NaN: it runs in this process
   std::vector<std::string> places;  // of each, where its library stands in the scenario
   double watchdog = 0;              // s
+  mutable EqualFaults equal;
 };
 
 class ControllerRun : public RemoteRun {
@@ -116,6 +153,7 @@ class ControllerRun : public RemoteRun {
   }
 
   void tell(std::uint32_t particle, const std::string& reason) const {
+    if (!processes_->equal.is_new(processes_->names[policy_], reason, particle)) return;
     tell(fmt::format("particle {}", particle), reason);
   }
 

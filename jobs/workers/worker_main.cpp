@@ -155,7 +155,7 @@ void limit_memory() {
 
 void share_page() {
   void* const page = mmap(nullptr, sizeof(LibraryCalls), PROT_READ | PROT_WRITE, MAP_SHARED, kWorkerPage, 0);
-  close(kWorkerPage);
+  ::close(kWorkerPage);  // in a bundle other functions may have this name
   if (page != MAP_FAILED) show_library_calls(static_cast<LibraryCalls*>(page));
 }
 

@@ -20,6 +20,7 @@
 #include <random>
 #include <utility>
 
+#include "engine/settings/child_end.h"
 #include "engine/settings/forked.h"
 #include "engine/settings/pipe.h"
 #include "simulation/watchdog.h"
@@ -256,10 +257,7 @@ void WorkerProcess::take_output() {
   }
 }
 
-bool WorkerProcess::has_ended() const {
-  siginfo_t info{};
-  return waitid(P_PID, static_cast<id_t>(id_), &info, WEXITED | WNOHANG | WNOWAIT) == 0 && info.si_pid == id_;
-}
+bool WorkerProcess::has_ended() const { return child_has_ended(id_); }
 
 /// "in act() at 0.012 s".
 std::string WorkerProcess::where() const {
@@ -289,17 +287,18 @@ void WorkerProcess::died() {
   const bool itself = ends_within(kLeastWait);  // one that has closed its end is about to
   end();
   take_output();
-  const bool exited = WIFEXITED(status_);
-  if (exited && WEXITSTATUS(status_) == kWorkerStuck) throw Overtime{};
-  if (!ready_ && exited && WEXITSTATUS(status_) == kNotStarted) {
+  if (!status_) throw WorkerDied(fmt::format("the controller's process ended {}, and nobody knows how", place));
+  const bool exited = WIFEXITED(*status_);
+  if (exited && WEXITSTATUS(*status_) == kWorkerStuck) throw Overtime{};
+  if (!ready_ && exited && WEXITSTATUS(*status_) == kNotStarted) {
     throw WorkerLost("its descriptors cannot be placed, or this program cannot be run once more");
   }
-  if (!itself || (exited && WEXITSTATUS(status_) == kWorkerUnheard)) {
+  if (!itself || (exited && WEXITSTATUS(*status_) == kWorkerUnheard)) {
     throw WorkerDied("the controller closed its process's connection to the simulator");
   }
-  const int signal = WTERMSIG(status_);
+  const int signal = WTERMSIG(*status_);
   const std::string what =
-      exited ? fmt::format("the controller ended its process with exit code {} {}", WEXITSTATUS(status_), place)
+      exited ? fmt::format("the controller ended its process with exit code {} {}", WEXITSTATUS(*status_), place)
              : fmt::format("the controller crashed ({}){} {}", signal_name(signal),
                            signal == SIGKILL ? ", perhaps for want of memory," : "", place);
   if (call == LibraryCall::load || call == LibraryCall::create) throw WorkerLost(what);
@@ -322,17 +321,14 @@ std::string WorkerProcess::finish() {
   take_output();
   const char* const where = call == LibraryCall::destroy ? "destroy()" : "process";
   if (!itself) return fmt::format("the controller's {} did not end within {:g} s and was killed", where, limit);
-  if (WIFEXITED(status_)) return "";
-  return fmt::format("the controller crashed ({}) {}", signal_name(WTERMSIG(status_)),
+  if (!status_ || WIFEXITED(*status_)) return "";
+  return fmt::format("the controller crashed ({}) {}", signal_name(WTERMSIG(*status_)),
                      call == LibraryCall::destroy ? "in destroy()" : "at its end");
 }
 
 void WorkerProcess::end() {
   if (id_ == 0) return;
-  kill(-id_, SIGKILL);
-  kill(id_, SIGKILL);  // before it had a group
-  while (waitpid(id_, &status_, 0) < 0 && errno == EINTR) {
-  }
+  status_ = end_child(id_, true);
   id_ = 0;
 }
 

@@ -3,6 +3,7 @@
 
 #include <sys/types.h>
 
+#include <optional>
 #include <stdexcept>
 #include <string>
 
@@ -63,9 +64,9 @@ class WorkerProcess {
   std::string where() const;
 
   const WorkerPatience patience_;
-  pid_t id_ = 0;  // 0: none that runs
-  int status_ = 0;
-  bool ready_ = false;  // has been briefed; before, no library was loaded
+  pid_t id_ = 0;               // 0: none that runs
+  std::optional<int> status_;  // how it has ended, if anybody knows
+  bool ready_ = false;         // has been briefed; before, no library was loaded
   Descriptor socket_, printed_;
   WorkerInbox inbox_;
   std::uint64_t mark_;             // of the last message to it

@@ -61,6 +61,8 @@ TEST(Python, RefusesWhatCannotBeMade) {
           "odd.py: __init__() raised ValueError: refused, as it was told (odd.py:");
   refused("file: odd.py, class: Odd, files: [od.npz]", "od.npz: there is no such file that can be read");
   refused("file: broken.py", "SyntaxError");
+  refused("file: odd.py, class: Odd, settings: [1, 2]", "settings: must be a map");
+  refused("file: odd.py, class: Odd, settings: 3", "settings: must be a map");
   refused("file: odd.py, class: Odd", "interpreter 'pyton3' cannot be started: No such file or directory", "pyton3");
 }
 
@@ -133,6 +135,44 @@ TEST(Python, CopiesAndStrangersDoNotAnswer) {
     EXPECT_EQ(ill.invalid.size(), 2u);
     for (const auto& [id, reason] : ill.invalid) EXPECT_THAT(reason, HasSubstr(text)) << id;
   }
+}
+
+// Whoever starts the program may ignore SIGCHLD, and children then vanish when they end.
+TEST(Python, IgnoredSignalsOfChildrenHideNothing) {
+  const PythonSwing swing;
+  const auto run = [&](const std::string& name) {
+    return testing::shell(swing.folder.path(),
+                          fmt::format("trap '' CHLD; exec '{}' run swing.yaml --trust --quiet -n 2 -o {}.graze",
+                                      GRAZE_PROGRAM, name));
+  };
+  swing.odd("nothing");
+  const Result well = run("well");
+  EXPECT_EQ(well.code, 0);
+  EXPECT_EQ(well.err, "") << "they end in order";
+  for (const char* isolation : {"process", "none"}) {
+    swing.odd("segfault", std::string(", isolation: ") + isolation);
+    EXPECT_EQ(run(isolation).code, 0);
+    const Outcomes ill = outcomes(swing.folder / (std::string(isolation) + ".graze"));
+    EXPECT_EQ(ill.invalid.size(), 2u);
+    for (const auto& [id, reason] : ill.invalid) {
+      EXPECT_EQ(reason, "odd.py: the controller crashed (SIGSEGV) in act() at 0.01 s") << id;
+    }
+  }
+}
+
+// Its traceback stands once among the messages, however many robots it fails.
+TEST(Python, TellsEqualFaultsOnce) {
+  const PythonSwing swing;
+  swing.odd("raise");
+  const Result run = swing.graze("run swing.yaml --trust --quiet -o ill.graze");
+  const auto count = [&](const std::string& text) {
+    int n = 0;
+    for (std::size_t at = run.err.find(text); at != std::string::npos; at = run.err.find(text, at + 1)) ++n;
+    return n;
+  };
+  EXPECT_EQ(outcomes(swing.folder / "ill.graze").invalid.size(), 8u);
+  EXPECT_EQ(count("Traceback"), 1) << run.err;
+  EXPECT_EQ(count("the same in 7 more traces (particles "), 1) << run.err;
 }
 
 // What stands in the folder that one happens to be in is not imported in place of Python's own.
