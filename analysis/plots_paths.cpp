@@ -56,7 +56,7 @@ PlotPanel empty_panel(PathView view, const std::string& title) {
 }
 
 /// A rectangle from above that holds points.
-struct Ground {
+struct SeenFloor {
   double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
   void add(const PlotPoint& p) {
     for (std::size_t k = 0; k < 2; ++k) {
@@ -66,9 +66,9 @@ struct Ground {
     }
   }
   /// With a third of its longer side about it, 20 cm at least.
-  Ground with_surroundings() const {
+  SeenFloor with_surroundings() const {
     const double more = std::max({0.2, (high[0] - low[0]) / 3, (high[1] - low[1]) / 3});
-    Ground out = *this;
+    SeenFloor out = *this;
     for (std::size_t k = 0; k < 2; ++k) out.low[k] -= more, out.high[k] += more;
     return out;
   }
@@ -92,12 +92,12 @@ struct Ground {
 };
 
 /// What stands about, as far as it is near: a floor may be a box of a hundred metres.
-void add_surroundings(PathView view, const PathScene& scene, const Ground& ground, PlotPanel& panel) {
+void add_surroundings(PathView view, const PathScene& scene, const SeenFloor& ground, PlotPanel& panel) {
   PlotSeries edge;
   edge.color = PlotColor::ink;
   edge.width = 1;
   SeenLines edges(view, edge);
-  const Ground near = ground.with_surroundings();
+  const SeenFloor near = ground.with_surroundings();
   for (const std::vector<PlotPoint>& line : scene.outlines) {
     for (std::size_t i = 0; i + 1 < line.size(); ++i) edges.add(near.part(line[i], line[i + 1]));
   }
@@ -189,7 +189,7 @@ class StickRobot {
     }
   }
 
-  void add(std::size_t frame, SeenLines& out, Ground& ground) const {
+  void add(std::size_t frame, SeenLines& out, SeenFloor& ground) const {
     for (std::size_t i = 0; i < parents_.size(); ++i) ground.add(pose(i, frame).p);
     for (std::size_t i = 0; i < parents_.size(); ++i) {
       if (parents_[i] >= 0) out.add({pose(static_cast<std::size_t>(parents_[i]), frame).p, pose(i, frame).p});
@@ -254,7 +254,7 @@ Figure path_figure(const Json& page, const std::vector<std::string>& policies, c
   out.legend.push_back({"end", PlotColor::soft, PlotLegend::Kind::mark});
   if (!scene.waypoints.empty()) out.legend.push_back({"waypoint", PlotColor::ink, PlotLegend::Kind::mark});
   PlotPanel panel = empty_panel(request.view, "");
-  Ground ground;
+  SeenFloor ground;
   for (const PlotPoint& p : scene.waypoints) ground.add(p);
   for (const Json* trace : traces.list()) {
     const std::vector<double> px = played_row(*trace, x), py = played_row(*trace, x + 1),
@@ -299,7 +299,7 @@ Figure lapse_figure(const Json& page, const std::vector<std::string>& policies, 
   out.legend = traces.legend();
   for (const std::string& policy : policies) {
     PlotPanel panel = empty_panel(PathView::isometric, policies.size() > 1 ? policy : "");
-    Ground ground;
+    SeenFloor ground;
     for (const Json* trace : traces.list()) {
       if ((*trace)["policy"] != policy || !trace->contains("bodies")) continue;
       const StickRobot robot(page["scene"], (*trace)["bodies"]);

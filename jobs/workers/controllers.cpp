@@ -42,8 +42,9 @@ class EqualFaults {
  public:
   EqualFaults() = default;
   ~EqualFaults() {
-    for (const auto& [fault, again] : again_) {
+    for (auto& [fault, again] : again_) {
       if (again.empty()) continue;
+      std::sort(again.begin(), again.end());  // not in the order in which threads met them
       constexpr std::size_t kNamed = 10;
       std::string ids;
       for (std::size_t i = 0; i < std::min(again.size(), kNamed); ++i) {

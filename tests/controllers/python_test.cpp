@@ -141,9 +141,9 @@ TEST(Python, CopiesAndStrangersDoNotAnswer) {
 TEST(Python, IgnoredSignalsOfChildrenHideNothing) {
   const PythonSwing swing;
   const auto run = [&](const std::string& name) {
-    return testing::shell(swing.folder.path(),
-                          fmt::format("trap '' CHLD; exec '{}' run swing.yaml --trust --quiet -n 2 -o {}.graze",
-                                      GRAZE_PROGRAM, name));
+    return testing::shell(
+        swing.folder.path(),
+        fmt::format("trap '' CHLD; exec '{}' run swing.yaml --trust --quiet -n 2 -o {}.graze", GRAZE_PROGRAM, name));
   };
   swing.odd("nothing");
   const Result well = run("well");
