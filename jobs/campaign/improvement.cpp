@@ -160,7 +160,7 @@ LimitSlopes Improvement::slopes_of(const Suggestion& at) const {
     asked.begin = recorded_beginning(robots_, state_.design, asked);
   }
   if (!asked.begin) return slopes_at(at.now, asked);
-  return slopes_at(std::move(try_designs(robots_, {state_.design}, asked).front()), asked);
+  return slopes_at(try_designs(robots_, {state_.design}, asked).front(), asked);
 }
 
 std::vector<Beside> Improvement::beside(const TrialQuestion& question, const std::vector<std::size_t>& variables,
