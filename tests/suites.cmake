@@ -17,7 +17,7 @@ set(tests "")
 macro(end_suite)
   if(tests)
     list(JOIN tests ":" names)
-    string(APPEND text "add_test([==[${PREFIX}${suite}]==] [==[${PROGRAM}]==] [==[--gtest_filter=${names}]==] --gtest_brief=1)\n"
+    string(APPEND text "add_test([==[${PREFIX}${suite}]==] [==[${PROGRAM}]==] [==[--gtest_filter=${names}]==])\n"
       "set_tests_properties([==[${PREFIX}${suite}]==] PROPERTIES WORKING_DIRECTORY [==[${FOLDER}]==] TIMEOUT 900)\n")
   endif()
 endmacro()
