@@ -58,9 +58,12 @@ class EqualFaults {
   EqualFaults(const EqualFaults&) = delete;
   EqualFaults& operator=(const EqualFaults&) = delete;
 
-  /// Whether a fault is the first of its kind.
+  /// Whether a fault is the first of its kind; of many kinds (as many as are told, and more) the later ones pass for
+  /// new: a campaign may have a million particles with a fault at a time of its own each.
   bool is_new(const std::string& policy, const std::string& reason, std::uint32_t particle) {
+    constexpr std::size_t kMostKinds = 100;
     const std::lock_guard lock(mutex_);
+    if (again_.size() >= kMostKinds && again_.count({policy, reason}) == 0) return true;
     const auto [place, fresh] = again_.try_emplace({policy, reason});
     if (!fresh) place->second.push_back(particle);
     return fresh;
