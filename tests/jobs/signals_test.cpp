@@ -35,8 +35,8 @@ TEST_F(Signals, EachOfThemLeavesACampaignThatGoesOn) {
   for (const testing::TemporaryFolder& own : folders) {
     testing::write_ball(own);
     // So many particles that it cannot be over before the signal comes.
-    processes.push_back(
-        std::make_unique<Process>(own.path(), "run ball.yaml -n 100000000 --threads 1 --quiet -o a.graze"));
+    processes.push_back(std::make_unique<Process>(
+        own.path(), "run ball.yaml -n 100000000 --threads 1 --quiet --ignore-space -o a.graze"));
   }
   for (std::size_t i = 0; i < cases.size(); ++i) {
     const auto& [name, signals] = cases[i];
@@ -126,7 +126,7 @@ TEST_F(Signals, AClosedPipeLosesNothing) {
 }
 
 TEST_F(Signals, ASecondWriterIsToldWhoWasFirst) {
-  Process process(folder.path(), "run ball.yaml -n 100000000 --quiet -o a.graze");
+  Process process(folder.path(), "run ball.yaml -n 100000000 --quiet --ignore-space -o a.graze");
   process.wait_until([&] { return process.catches(SIGXCPU); });
   const Result second = graze("resume a.graze");
   EXPECT_EQ(second.code, 3);

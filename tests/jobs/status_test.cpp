@@ -86,7 +86,7 @@ TEST_F(Status, TellsWhatIsUnfinishedUntilResumeTriesItAgain) {
 }
 
 TEST_F(Status, TellsTheRateWhileACampaignRunsUnlessItsFilesComeFromTheFuture) {
-  Process process(folder.path(), "run ball.yaml -n 100000000 --threads 1 --quiet -o a.graze");
+  Process process(folder.path(), "run ball.yaml -n 100000000 --threads 1 --quiet --ignore-space -o a.graze");
   process.wait_until([&] { return std::filesystem::exists(folder / "a.graze/shards/000002.h5"); });
   process.send(SIGSTOP);
   const nlohmann::json status = json("a.graze");
