@@ -94,11 +94,19 @@ static void err_aside(Odd* self, double time) {
   if (does(self, "shut")) shutdown(3, SHUT_RDWR);
 }
 
+/* Takes all the stack that there is. */
+static int overflow(int depth) {
+  volatile char room[10000];
+  room[0] = (char)depth;
+  return depth < 0 ? 0 : overflow(depth + 1) + room[0];
+}
+
 static int err(Odd* self, const GrazeRobot* robot) {
   volatile int always = 1;
   if (getenv("ODD_TAME") != NULL) return 0;
   err_aside(self, robot->time);
   if (does(self, "segfault")) *(volatile int*)8 = 1;
+  if (does(self, "overflow")) return overflow(0);
   if (does(self, "print")) {
     printf("my gripper is %s\n", "on fire");
     abort();
@@ -147,7 +155,9 @@ static void destroy(void* policy) {
   free(policy);
 }
 
-static const char* last_error(void* policy) { return policy ? "the gripper has no fingers" : "refused, as it was told"; }
+static const char* last_error(void* policy) {
+  return policy ? "the gripper has no fingers" : "refused, as it was told";
+}
 
 #ifndef NO_SYMBOL
 #ifdef OTHER_VERSION
@@ -162,8 +172,7 @@ static const char* last_error(void* policy) { return policy ? "the gripper has n
 #endif
 GRAZE_POLICY_EXPORT const GrazePolicy* graze_policy(void) {
   static const GrazePolicy policy = {
-      VERSION, sizeof(GrazePolicy), GRAZE_READS_JOINT_POSITION | GRAZE_READS_BASE_POSITION,
-      create,  start,               ACT,
+      VERSION, sizeof(GrazePolicy), GRAZE_READS_JOINT_POSITION | GRAZE_READS_BASE_POSITION, create, start, ACT,
       destroy, last_error};
   return &policy;
 }

@@ -116,6 +116,25 @@ TEST(Worker, ExitInTheProgramItselfIsNoSuccess) {
   }
 }
 
+// A stack that has overflowed leaves no room for a handler: one of its own is needed.
+TEST(Worker, CrashInTheProgramItselfIsTold) {
+  if (GRAZE_SANITIZED) GTEST_SKIP() << "the sanitizer is there first";
+  const Campaign swing;
+  for (const char* does : {"overflow", "segfault"}) {
+    swing.odd(does, ", isolation: none");
+    const Result run = swing.run("--threads 2");
+    EXPECT_EQ(run.code, 3) << does << run.err;
+    EXPECT_THAT(run.err,
+                HasSubstr("the controller odd.so crashed (SIGSEGV) in act() at 0.01 s, in the program itself"));
+    EXPECT_THAT(run.err, AllOf(HasSubstr("isolation: none"), HasSubstr("graze resume")));
+    swing.expect_resumes_well();
+    swing.write(std::string("file: odd.so, settings: {does: ") + does + ", above: 0}, isolation: none");
+    const Result predicted = swing.graze("predict swing.yaml --at 0 -n 16 --threads 2 --trust");  // other threads
+    EXPECT_EQ(predicted.code, 3) << predicted.err;
+    EXPECT_THAT(predicted.err, HasSubstr("the controller odd.so crashed (SIGSEGV) in act() at 0.01 s"));
+  }
+}
+
 TEST(Worker, CopiesByForkGoOnWithNothing) {
   const Campaign swing;
   for (const char* isolation : {"process", "none"}) {
