@@ -26,7 +26,6 @@ TEST(Library, RunsNothingUnlessTrusted) {
   for (const std::string isolation : {"process", "none"}) {
     swing.odd("nothing", ", isolation: " + isolation);
     EXPECT_EQ(swing.graze("check swing.yaml").code, 0);
-    EXPECT_EQ(swing.graze("check swing.yaml --trust").code, 0);  // which simulates nothing
     for (const char* verb : {"run swing.yaml", "check swing.yaml --determinism", "check swing.yaml --probe",
                              "steps swing.yaml", "sources swing.yaml"}) {
       const Result refused = swing.graze(verb);
@@ -36,8 +35,10 @@ TEST(Library, RunsNothingUnlessTrusted) {
     }
   }
   EXPECT_THAT(swing.graze("run swing.yaml").err, HasSubstr("swing.yaml:13:"));
-  EXPECT_EQ(swing.graze("run swing.yaml --trust -n 1 --quiet").code, 0);
-  EXPECT_TRUE(fs::exists(trace));
+  for (const char* verb : {"check swing.yaml --trust", "run swing.yaml --trust -n 1 --quiet"}) {
+    EXPECT_EQ(swing.graze(verb).code, 0) << verb;
+    EXPECT_TRUE(fs::remove(trace)) << verb;
+  }
   unsetenv("ODD_TRACE");
 }
 
@@ -50,6 +51,9 @@ TEST(Library, RefusesWhatCannotBeLoaded) {
       EXPECT_EQ(run.code, 2) << library << run.err;
       EXPECT_THAT(run.err, HasSubstr(text));
       EXPECT_FALSE(fs::exists(swing.folder / "swing.graze")) << library;
+      const Result check = swing.graze("check swing.yaml --trust");
+      EXPECT_EQ(check.code, 2) << library << check.err;
+      EXPECT_THAT(check.err, HasSubstr(text));
     }
   };
   swing.build("no_symbol.so", "-DNO_SYMBOL");
