@@ -3,6 +3,7 @@
 // with its name before anything is simulated.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include "tests/controllers/swing.h"
 #include "tests/jobs/ball_campaign.h"
@@ -61,6 +62,12 @@ TEST(Library, RefusesWhatCannotBeLoaded) {
   swing.build("lacks_act.so", "-DLACKS_ACT");
   testing::write_file(swing.folder / "text.so", "int main");
   refused("file: od.so", "there is no such file");
+  fs::create_directories(swing.folder / "folder.so");
+  fs::create_symlink("gone.so", swing.folder / "dangling.so");
+  ASSERT_EQ(mkfifo((swing.folder / "fifo.so").c_str(), 0600), 0);
+  refused("file: folder.so", "folder.so: not a file, but a folder");
+  refused("file: fifo.so", "fifo.so: not a file, but a named pipe");
+  refused("file: dangling.so", "dangling.so: is a symbolic link to 'gone.so', where nothing is");
   refused("file: no_symbol.so", "has no function graze_policy()");
   refused("file: other_version.so", "is made for version 99 of graze/policy.h, and this program has version 1");
   refused("file: lacks_act.so", "its table lacks: act");

@@ -60,6 +60,7 @@ TEST(Python, RefusesWhatCannotBeMade) {
   };
   testing::write_file(swing.folder / "broken.py", "def act(:\n");
   refused("file: od.py", "there is no such file that can be read; did you mean '");
+  refused("file: .", "not a file, but a folder");
   refused("file: odd.py, class: Od", "odd.py has no class 'Od'; did you mean Odd? there are: Odd, Idle, Misreads");
   refused("file: odd.py, class: Idle", "class Idle has no method act(self, observation, targets)");
   refused("file: odd.py, class: Misreads", "reads: there is no 'joint_positions'; did you mean joint_position?");
