@@ -169,8 +169,8 @@ static inline int graze_each_robot(void* policy, const GrazeObservation* observa
   return 0;
 }
 
-/* The number that stands under `key` in the outermost map of the settings, or `otherwise`. For more than numbers take
- * a JSON library. */
+/* The number that stands under `key` in the outermost map of the settings, 1 for true and 0 for false, or `otherwise`.
+ * For texts, lists and maps take a JSON library. */
 static inline double graze_setting(const GrazeSetup* setup, const char* key, double otherwise) {
   const size_t length = strlen(key);
   int depth = 0;
@@ -190,9 +190,13 @@ static inline double graze_setting(const GrazeSetup* setup, const char* key, dou
     while (*value == ' ') ++value;
     if (depth != 1 || *value != ':') continue; /* a text that is no key of the outermost map */
     if (size != length || strncmp(begin, key, length) != 0) continue;
+    ++value;
+    while (*value == ' ') ++value;
+    if (strncmp(value, "true", 4) == 0) return 1;
+    if (strncmp(value, "false", 5) == 0) return 0;
     char* end = NULL;
-    const double number = strtod(value + 1, &end);
-    return end == value + 1 ? otherwise : number;
+    const double number = strtod(value, &end);
+    return end == value ? otherwise : number;
   }
   return otherwise;
 }

@@ -38,7 +38,7 @@ class Setup {
   double period() const { return given_.period; }  // s
   std::string urdf() const { return given_.urdf; }
   std::string settings() const { return given_.settings; }  // JSON
-  /// A number of the settings' outermost map.
+  /// A number, true (1) or false (0) of the settings' outermost map.
   double setting(const char* key, double otherwise) const { return graze_setting(&given_, key, otherwise); }
 
  private:

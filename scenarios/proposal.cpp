@@ -16,7 +16,7 @@
 #include "engine/dynamics/chain.h"
 #include "engine/model/measures.h"
 #include "engine/model/placement.h"
-#include "scenarios/overlaps.h"
+#include "scenarios/proposal_base.h"
 #include "scenarios/proposal_ground.h"
 #include "scenarios/proposal_words.h"
 #include "scenarios/scenario.h"
@@ -84,13 +84,14 @@ class Proposal {
   }
 
   std::string head() const {
-    return fmt::format("graze: 1\nrobot:\n  urdf: {}\n{}", quoted(request_.urdf),
-                       request_.repair ? "  repair: true\n" : "");
+    return fmt::format("graze: 1\nrobot:\n  urdf: {}\n{}{}", quoted(request_.urdf),
+                       request_.repair ? "  repair: true\n" : "", bolted_ > 0 ? "  base: fixed\n" : "");
   }
-  /// On the ground, or, fixed to the world, where the proposal has it.
-  Scenario first_reading() const {
+  /// On the ground, or, fixed to the world by its URDF or by what it looks like, where the proposal has it.
+  Scenario first_reading() {
     Scenario out = read_own(head() + body("  initial: {height: on_ground, clearance: 2 cm}\n"));
-    if (!out.model.floating_base) out = read_own(head() + body(""));
+    bolted_ = joints_of_bolted_arm(out.world->robot, out.model, initial_state(*out.world, out.model));
+    if (!out.model.floating_base || bolted_ > 0) out = read_own(head() + body(""));
     return out;
   }
   /// Enough to be read. No link is called as its ground.
@@ -363,22 +364,6 @@ class Proposal {
     return out.empty() ? "" : "    joints:  # where they begin, and how far they go\n" + out;
   }
 
-  std::string overlaps() const {
-    std::vector<Clearance::Overlap> found =
-        clearance_of_all_parts(model_).overlaps(beginning(model_, initial_), kBeginningLane);
-    std::erase_if(found, [&](const Clearance::Overlap& one) {
-      return model_.colliders[one.a].is_object || model_.colliders[one.b].is_object;
-    });
-    if (found.empty()) return "";
-    std::string out =
-        "  # Links that are in each other as the robot begins; they pass through each other.\n  ignore:\n";
-    for (const Clearance::Overlap& one : found) {
-      out += fmt::format("    - [{}, {}]  # by {:.2g} mm\n", quoted(model_.colliders[one.a].name),
-                         quoted(model_.colliders[one.b].name), 1000 * one.depth);
-    }
-    return out;
-  }
-
   std::string task() const {
     if (model_.nv == 0) return "";
     const std::string base = quoted(model_.bodies.empty() ? "" : model_.bodies[0].name);
@@ -463,11 +448,16 @@ class Proposal {
                        request_.ignore_missing_meshes ? " --ignore-missing-meshes" : "");
     out += fmt::format("graze: 1\nname: {}\n\nrobot:\n  urdf: {}\n{}", quoted(name), quoted(request_.urdf),
                        request_.repair ? "  repair: true  # what is mended: graze check\n" : "");
+    if (bolted_ > 0) {
+      out += fmt::format("  base: fixed  # a guess: {} joints in a row on {} are an arm; floating: it is free\n",
+                         bolted_, in_comment(read_.world->robot.links.front().name));
+    }
     out += model_.floating_base ? "  initial:\n    height: on_ground\n    clearance: 2 cm  # it is dropped from there\n"
            : joints().empty()   ? ""
                                 : "  initial:\n    position: [0, 0, 0]\n";
     out += joints();
-    out += "\n" + proposed_ground(model_, initial_) + "\ncontact:\n  friction: 1.0\n" + overlaps();
+    out +=
+        "\n" + proposed_ground(model_, initial_) + "\ncontact:\n  friction: 1.0\n" + ignored_overlaps(model_, initial_);
     out += "\ntime: {end: 4 s, step: 1 ms, control: 1 ms}\n\n" + uncertain();
     out += "\nsampling: {particles: 16}\n\npolicies:\n";
     for (const std::string& policy : policies) out += policy;
@@ -475,6 +465,7 @@ class Proposal {
   }
 
   const ProposalRequest request_;
+  int bolted_ = 0;  // joints of the arm that it is taken for, which its URDF leaves floating; set by first_reading()
   const Scenario read_;
   World world_;  // as it is to begin
   const Model& model_;

@@ -7,6 +7,8 @@
 #include <numbers>
 
 #include "engine/model/placement.h"
+#include "scenarios/overlaps.h"
+#include "scenarios/proposal_words.h"
 
 namespace graze {
 namespace {
@@ -63,6 +65,21 @@ std::string proposed_ground(const Model& model, const State& initial) {
         -lowest_part(model, initial.q), name, std::floor(10 * reach - 1) / 10);
   }
   return ground + (reach < -kSlack ? fmt::format("  # its joints can take it {:.2g} m below\n", -reach) : "\n");
+}
+
+std::string ignored_overlaps(const Model& model, const State& initial) {
+  std::vector<Clearance::Overlap> found =
+      clearance_of_all_parts(model).overlaps(beginning(model, initial), kBeginningLane);
+  std::erase_if(found, [&](const Clearance::Overlap& one) {
+    return model.colliders[one.a].is_object || model.colliders[one.b].is_object;
+  });
+  if (found.empty()) return "";
+  std::string out = "  # Links that are in each other as the robot begins; they pass through each other.\n  ignore:\n";
+  for (const Clearance::Overlap& one : found) {
+    out += fmt::format("    - [{}, {}]  # by {:.2g} mm\n", quoted(model.colliders[one.a].name),
+                       quoted(model.colliders[one.b].name), 1000 * one.depth);
+  }
+  return out;
 }
 
 }  // namespace graze

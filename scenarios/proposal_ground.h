@@ -15,4 +15,7 @@ bool stands_clear(const Model& model, const State& initial);
 /// begin.
 std::string proposed_ground(const Model& model, const State& initial);
 
+/// The lines `ignore` of a scenario's `contact`: the robot's links that are in each other as it begins; or nothing.
+std::string ignored_overlaps(const Model& model, const State& initial);
+
 }  // namespace graze

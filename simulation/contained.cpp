@@ -13,7 +13,7 @@ namespace {
 
 /// What went wrong, and whose matter it is.
 struct Fault {
-  bool machine;  // or the robot's
+  enum class Of { robot, machine, controller } of;
   std::string reason;
 };
 
@@ -26,17 +26,17 @@ Fault fault_of(const std::exception_ptr& thrown) {
   } catch (const SavedTraceError&) {
     throw;
   } catch (const Overtime&) {
-    return {true, "took longer than the watchdog allows"};
+    return {Fault::Of::machine, "took longer than the watchdog allows"};
   } catch (const CallTimedOut& late) {
-    return {true, late.what()};
+    return {Fault::Of::controller, late.what()};
   } catch (const LeftUnfinished& left) {
-    return {true, left.what()};
+    return {Fault::Of::controller, left.what()};
   } catch (const std::bad_alloc&) {
-    return {true, "out of memory"};
+    return {Fault::Of::machine, "out of memory"};
   } catch (const std::exception& error) {
-    return {false, error.what()};
+    return {Fault::Of::robot, error.what()};
   } catch (...) {
-    return {false, "an exception of unknown type"};
+    return {Fault::Of::robot, "an exception of unknown type"};
   }
 }
 
@@ -132,8 +132,8 @@ ContainedRun::Attempt ContainedRun::attempt(WorkUnit& unit, std::size_t begin, s
 
 void ContainedRun::close(WorkUnit& unit, Attempt attempt) {
   const std::uint32_t particle = unit.particles[unit.next].id;
-  if (attempt.fault && attempt.fault->machine) {
-    unit.unfinished.push_back({particle, attempt.fault->reason});
+  if (attempt.fault && attempt.fault->of != Fault::Of::robot) {
+    unit.unfinished.push_back({particle, attempt.fault->reason, attempt.fault->of == Fault::Of::controller});
     return;
   }
   if (attempt.fault) {

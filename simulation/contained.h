@@ -15,10 +15,12 @@
 
 namespace graze {
 
-/// A particle without a trace, by the fault of the machine and not of the robot.
+/// A particle without a trace, by the fault of the machine, or of a controller that did not come back, and not of the
+/// robot.
 struct UnfinishedParticle {
   std::uint32_t particle;
   std::string reason;
+  bool by_controller = false;
 };
 
 /// Some particles under one policy, and how far they are. It outlives a thread that hangs in it: another goes on.
@@ -41,8 +43,8 @@ struct WorkUnit {
 /// tried alone.
 void take_over(WorkUnit& unit);
 
-/// Particles that are simulated elsewhere have no trace, and are not to blame: the clock has decided, or the process
-/// did not get as far as them. what(): the reason.
+/// Particles that are simulated elsewhere have no trace, and are not to blame: their controller did not come back, as
+/// the clock has decided, or its process did not get as far as them. what(): the reason.
 class LeftUnfinished : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;

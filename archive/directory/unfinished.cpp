@@ -34,6 +34,7 @@ void add_unfinished(const Directory& directory, const UnfinishedTrace& trace) {
   line["policy"] = trace.policy;
   line["particle"] = trace.particle;
   line["reason"] = valid_utf8(trace.reason);
+  if (trace.by_controller) line["by"] = "controller";
   std::string text = line.dump() + "\n";
   const Descriptor file = directory.open_to_change(kUnfinishedFile, O_RDWR | O_APPEND);
   lock(file.number());
@@ -53,7 +54,8 @@ std::vector<UnfinishedTrace> read_unfinished(const Directory& directory) {
     const auto json = nlohmann::json::parse(line, nullptr, false);
     if (!json.is_object()) return;
     try {
-      traces.push_back({json.at("policy"), json.at("particle"), json.at("reason")});
+      const bool by_controller = json.contains("by") && json.at("by") == "controller";
+      traces.push_back({json.at("policy"), json.at("particle"), json.at("reason"), by_controller});
     } catch (const nlohmann::json::exception&) {
       return;
     }

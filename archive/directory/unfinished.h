@@ -1,6 +1,7 @@
 #pragma once
 // The particles that a campaign left without a trace because the machine failed them (cut off by the watchdog, out of
-// memory): a list beside the shards, a line of JSON each. `resume` tries them again and so begins by forgetting it.
+// memory), or their controller did not come back: a list beside the shards, a line of JSON each. `resume` tries them
+// again and so begins by forgetting it.
 
 #include <cstdint>
 #include <filesystem>
@@ -17,6 +18,7 @@ struct UnfinishedTrace {
   std::string policy;
   std::uint32_t particle = 0;
   std::string reason;
+  bool by_controller = false;  // the fault of a controller of the user's own, not of the machine
 };
 
 /// Appends one. May be called by several processes at once. Throws MachineError, or InputError if the file is none of

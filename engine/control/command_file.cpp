@@ -117,6 +117,7 @@ std::vector<CommandRow> parse_commands(const std::string& text, const std::strin
 std::vector<CommandRow> load_commands(const Settings& file) {
   const std::string path = file.resolve_file(file.text());
   if (!input_exists(path)) {
+    if (const std::string why = why_no_file(path); !why.empty()) file.fail(fmt::format("'{}': {}", path, why));
     const std::string near = path_suggestion(path);
     file.fail("'" + path + "' is not there" +
               (near.empty() ? "; a CSV file 'time,forward,strafe,turn' must be" : near));

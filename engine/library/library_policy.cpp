@@ -108,10 +108,11 @@ class LibraryPolicy : public OutsidePolicy {
       });
     } catch (const std::runtime_error& error) {
       end();
-      use().place.fail_key(error.what());
+      use().place.at("file").fail(error.what());
     }
     if (!self_) {
-      use().place.fail_key(fmt::format("{}: create() gave no controller{}", use().file, object_->reason(nullptr)));
+      use().place.at("file").fail(
+          fmt::format("{}: create() gave no controller{}", use().file, object_->reason(nullptr)));
     }
   }
 

@@ -44,8 +44,9 @@ LibraryCallHere& library_call_here() {
 
 const char* name_of(LibraryCall call) {
   constexpr std::array<const char*, 6> kNames = {"nothing", "its loading", "create()", "start()", "act()", "destroy()"};
-  return kNames.at(static_cast<std::size_t>(call));
+  return is_call(call) ? kNames[static_cast<std::size_t>(call)] : "no call that there is";
 }
+bool is_call(LibraryCall call) { return call <= LibraryCall::destroy; }
 
 Key isolation_key() {
   return {"isolation",
@@ -64,9 +65,10 @@ const Description& library_description() {
       "asks a controller of your own in a shared object, by the C interface graze/policy.h",
       {{"file", {Form::text("FILE")}, Default::required(), "the shared object, relative to the scenario"},
        {"settings",
-        {Form::named_numbers("SETTING")},
+        {Form::named_values("SETTING")},
         {},
-        "whatever the controller takes: it gets the map as JSON, numbers without units"},
+        "whatever the controller takes: it gets the map as JSON, numbers without units; graze_setting() reads numbers, "
+        "true (1) and false (0) of the map itself"},
        isolation_key(),
        timeout_key(
            "longest time on the clock that start() or act() may take (loading and create() 60 s more); then its "
@@ -84,6 +86,7 @@ OutsideFile read_outside_file(const Settings& typed, const std::string& ending) 
   // Kept by archives as a file beside the controller's own name, and not computed anew from what they keep.
   const auto sha256 = derived_input(out.path + ".sha256", [&] { return sha256_of_file(out.path); });
   if (!sha256) {
+    if (const std::string why = why_no_file(out.path); !why.empty()) typed.fail(fmt::format("{}: {}", out.path, why));
     const std::vector<std::string> endings = ending.empty() ? std::vector<std::string>() : std::vector{ending};
     typed.fail(
         fmt::format("{}: there is no such file that can be read{}", out.path, path_suggestion(out.path, endings)));

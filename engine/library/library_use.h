@@ -88,6 +88,8 @@ inline constexpr const char* kOwnProcess = "process";
 /// Where a library is called, for whoever watches this process from outside: a page that both share.
 enum class LibraryCall : std::uint32_t { none, load, create, start, act, destroy };
 const char* name_of(LibraryCall call);  // "act()"
+/// Whether it is one of them: a page that a library has overwritten may hold anything.
+bool is_call(LibraryCall call);
 struct LibraryCalls {
   std::atomic<LibraryCall> inside{LibraryCall::none};
   std::atomic<std::uint64_t> count{0};  // calls that have returned

@@ -169,13 +169,21 @@ class PythonPolicy : public OutsidePolicy {
       process_ = std::make_unique<PythonProcess>(use(), setup_, arrays_.size);
     } catch (const MachineError&) {
       throw;
+    } catch (const PythonRefused& refused) {
+      fail_at(refused.key, refused.what());
     } catch (const std::runtime_error& error) {
-      use().place.fail_key(error.what());
+      fail_at("file", error.what());
     }
     reads_ = static_cast<unsigned>(process_->page().reads) & kAllGroups;
     for (const SeenArray& one : arrays_.seen) {
       std::fill_n(process_->array(one.offset), one.rows * kLanes, std::numeric_limits<double>::quiet_NaN());
     }
+  }
+
+  /// At what is typed under the key, or, where its default holds, at the file.
+  [[noreturn]] void fail_at(const char* key, const std::string& what) const {
+    const Settings& place = use().place;
+    place.at(place.has(key) ? key : "file").fail(what);
   }
 
   /// Writes what is sensed, and which lanes begin and act.

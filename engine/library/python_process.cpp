@@ -39,7 +39,7 @@ constexpr double kPythonTick = kPythonTickMilliseconds / 1000.0;
 /// The descriptors of the interpreter, by the numbers that the runner knows them by.
 constexpr int kSocket = 3, kRunner = 5;  // the memory is 4
 /// What it answers.
-constexpr char kMade = 'k', kRaised = 'e', kNoNumPy = 'n', kNotStarted = 'x';
+constexpr char kMade = 'k', kRaised = 'e', kWrongClass = 'c', kNoNumPy = 'n', kNotStarted = 'x';
 /// Its answer to the control step of this number.
 constexpr char done(unsigned request) { return static_cast<char>(0x80 | (request & 0x7f)); }
 
@@ -101,7 +101,7 @@ struct PythonStart {
   sigemptyset(&none);
   sigprocmask(SIG_SETMASK, &none, nullptr);
   for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGUSR1, SIGXCPU}) std::signal(signal, SIG_IGN);
-  std::signal(SIGPIPE, SIG_DFL);
+  for (const int signal : {SIGPIPE, SIGCHLD}) std::signal(signal, SIG_DFL);  // it may have children of its own
   const auto give_up = [&] {
     const std::array<char, 2> told = {kNotStarted, static_cast<char>(errno)};
     [[maybe_unused]] const ssize_t sent = write(start.descriptors[0], told.data(), told.size());
@@ -151,11 +151,12 @@ PythonProcess::PythonProcess(const LibraryUse& use, const std::string& setup, st
     const double never = std::nan("");
     const char word = listen(never, timeout_ + kSlowStart);
     if (word == kNoNumPy) {
-      throw std::runtime_error(fmt::format(
-          "{}: the interpreter {} has no NumPy, which controllers in Python need: apt-get install python3-numpy, or "
-          "name another one under `interpreter`",
-          name_, interpreter_));
+      throw PythonRefused("interpreter", fmt::format("{}: the interpreter {} has no NumPy, which controllers in Python "
+                                                     "need: apt-get install python3-numpy, or "
+                                                     "name another one under `interpreter`",
+                                                     name_, interpreter_));
     }
+    if (word == kWrongClass) throw PythonRefused("class", failure(never, "raised " + message()));
     if (word == kRaised) fail(never, "raised " + message());
     if (word != kMade) fail(never, "wrote into the socket that Graze listens to");
   } catch (...) {
@@ -265,8 +266,10 @@ std::string PythonProcess::message() const {
   return std::string(page().message, static_cast<std::size_t>(size));
 }
 
-void PythonProcess::fail(double time, const std::string& what) const {
-  throw std::runtime_error(fmt::format("{}: {} {}", name_, where(time), one_line(what)));
+void PythonProcess::fail(double time, const std::string& what) const { throw std::runtime_error(failure(time, what)); }
+
+std::string PythonProcess::failure(double time, const std::string& what) const {
+  return fmt::format("{}: {} {}", name_, where(time), one_line(what));
 }
 
 void PythonProcess::not_started() {
@@ -274,10 +277,10 @@ void PythonProcess::not_started() {
   if (recv(socket_.number(), &error, 1, 0) != 1) error = 0;
   errno = error;
   if (error == EMFILE || error == ENFILE) nothing_left("descriptors (ulimit -n)");
-  throw std::runtime_error(
-      fmt::format("{}: the interpreter '{}' cannot be started: {}; name a program on PATH or a "
-                  "file under `interpreter`",
-                  name_, interpreter_, std::strerror(error)));
+  throw PythonRefused("interpreter",
+                      fmt::format("{}: the interpreter '{}' cannot be started: {}; name a program on PATH or a "
+                                  "file under `interpreter`",
+                                  name_, interpreter_, std::strerror(error)));
 }
 
 void PythonProcess::died(double time) {

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <stdexcept>
 #include <string>
 
 #include "engine/lanes/block.h"
@@ -30,11 +31,18 @@ struct PythonPage {
 constexpr std::size_t kPythonArrays = 4096;  // bytes from the memory's beginning to its arrays
 static_assert(sizeof(PythonPage) <= kPythonArrays);
 
+/// The controller cannot be made, because of what the scenario says under `key`.
+class PythonRefused : public std::runtime_error {
+ public:
+  PythonRefused(const char* of_key, const std::string& what) : std::runtime_error(what), key(of_key) {}
+  const char* const key;
+};
+
 class PythonProcess {
  public:
   /// Starts the interpreter and waits until the controller has been made. `setup`: a line of JSON; `bytes`: of the
-  /// shared memory, zero at first. It dies with this thread. Throws std::runtime_error that says what the controller
-  /// did, MachineError where the system has nothing left.
+  /// shared memory, zero at first. It dies with this thread. Throws PythonRefused that says what the controller
+  /// did, CallTimedOut, MachineError where the system has nothing left.
   PythonProcess(const LibraryUse& use, const std::string& setup, std::size_t bytes);
   ~PythonProcess();
   PythonProcess(const PythonProcess&) = delete;
@@ -58,6 +66,7 @@ class PythonProcess {
   [[noreturn]] void died(double time);
   [[noreturn]] void hangs(double time, double limit);
   std::string message() const;
+  std::string failure(double time, const std::string& what) const;
   std::string where(double time) const;
   bool has_ended() const;
   bool is_owner() const;

@@ -3,7 +3,7 @@
 Graze holds this text and starts it by `python3 -c`. It has two descriptors: a socket, and the memory that both processes
 share. The first thing that comes through the socket is the setup, a line of JSON, which is answered by "k"; then each byte
 asks for one control step, and is answered by a byte: done (128 + the number of the request modulo 128, so that nobody else
-answers in its place by chance), or "e": an exception was raised, which the memory tells.
+answers in its place by chance), or "e": an exception was raised, which the memory tells ("c": because of the class).
 """
 import difflib
 import faulthandler
@@ -63,6 +63,13 @@ def unknown(name, names, what):
     return f"{what} '{name}'{meant} there are: {', '.join(names) or 'none'}"
 
 
+def wrong_class(text):
+    """An error of what the scenario calls the class."""
+    error = AttributeError(text)
+    error.of_class = True
+    return error
+
+
 def load(path, name):
     """The class of that name in a file, which is run like an imported module, its own folder first on the path."""
     sys.path.insert(0, os.path.dirname(path))
@@ -75,9 +82,9 @@ def load(path, name):
     found = getattr(module, name, None)
     if not isinstance(found, type):
         classes = [key for key, value in vars(module).items() if isinstance(value, type)]
-        raise AttributeError(unknown(name, classes, f"{os.path.basename(path)} has no class"))
+        raise wrong_class(unknown(name, classes, f"{os.path.basename(path)} has no class"))
     if not callable(getattr(found, "act", None)):
-        raise AttributeError(f"class {name} has no method act(self, observation, targets)")
+        raise wrong_class(f"class {name} has no method act(self, observation, targets)")
     return found
 
 
@@ -207,7 +214,7 @@ def main():
             os.write(SOCKET, b"n")
             os._exit(1)
         session.tell(text)
-        os.write(SOCKET, b"e")
+        os.write(SOCKET, b"c" if getattr(error, "of_class", False) else b"e")
         os._exit(1)
     leave_copies(own)
     os.write(SOCKET, b"k")

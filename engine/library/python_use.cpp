@@ -41,12 +41,12 @@ const Description& python_description() {
       {{"file", {Form::text("FILE")}, Default::required(), "the Python file, relative to the scenario"},
        {"class", {Form::text("CLASS")}, Default::value("Controller"), "the class in it"},
        {"settings",
-        {Form::named_numbers("SETTING")},
+        {Form::named_values("SETTING")},
         {},
         "whatever the controller takes: it gets the map as a dictionary, numbers without units"},
        {"interpreter",
         {Form::text("PROGRAM")},
-        Default::value("python3"),
+        Default::value(kDefaultInterpreter),
         "a program on PATH, or, with a / in it, a file relative to the scenario: .venv/bin/python"},
        {"files",
         {Form::texts(-1, "FILE")},
@@ -68,7 +68,7 @@ LibraryUse read_python_use(const Described& own) {
   LibraryUse out = read_outside_use(own, ".py");
   out.class_name = own.has("class") ? own.at("class").text() : "Controller";
   if (out.class_name.empty()) own.at("class").fail("is empty; name the class, or leave it out for Controller");
-  out.interpreter = "python3";
+  out.interpreter = kDefaultInterpreter;
   if (const auto typed = own.find("interpreter")) {
     const std::string text = typed->text();
     out.interpreter = text.find('/') == std::string::npos ? text : input_path(typed->resolve_file(text));

@@ -11,6 +11,9 @@ namespace graze {
 /// (its first place is "", before the library of Python itself).
 inline constexpr const char* kNotFromHere = "import sys; sys.path[:] = [place for place in sys.path if place]; ";
 
+/// What runs controllers in Python unless the scenario names another one.
+inline constexpr const char* kDefaultInterpreter = "python3";
+
 const Description& python_description();
 /// Of the map under `python`. Throws InputError if there is no such file.
 LibraryUse read_python_use(const Described& own);

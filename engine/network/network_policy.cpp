@@ -127,6 +127,7 @@ NetworkJoints in_network_order(const NetworkJoints& joints) {
 Network read_network(const Settings& file, const NetworkKernel& kernel) {
   const std::string path = file.resolve_file(file.text());
   if (!input_exists(path)) {
+    if (const std::string why = why_no_file(path); !why.empty()) file.fail(fmt::format("'{}': {}", path, why));
     file.fail(fmt::format("'{}' is not there{}", path, path_suggestion(path, {".onnx"})));
   }
   const std::string bytes = read_input(path, file.place() + ": " + file.path() + ": ");

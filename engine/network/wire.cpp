@@ -17,6 +17,21 @@ T number_at(std::string_view bytes, std::size_t at) {
 
 }  // namespace
 
+std::string NetworkError::spelled(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    const auto code = static_cast<unsigned char>(c);
+    if (c == '\n') {
+      out += "\\n";
+    } else if (code < 0x20 || code == 0x7f) {
+      out += fmt::format("\\x{:02x}", code);
+    } else {
+      out += c;
+    }
+  }
+  return out;
+}
+
 double single_at(std::string_view bytes, std::size_t at) { return number_at<float>(bytes, at); }
 double double_at(std::string_view bytes, std::size_t at) { return number_at<double>(bytes, at); }
 std::int64_t int64_at(std::string_view bytes, std::size_t at) { return number_at<std::int64_t>(bytes, at); }

@@ -10,10 +10,14 @@
 
 namespace graze {
 
-/// What is wrong with a network's file; whoever knows the place in the scenario puts it in front.
+/// What is wrong with a network's file, in one line; whoever knows the place in the scenario puts it in front. Names in
+/// the file may be anybody's: control characters are spelled out, a newline as \n.
 class NetworkError : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  explicit NetworkError(const std::string& what) : std::runtime_error(spelled(what)) {}
+
+ private:
+  static std::string spelled(const std::string& text);
 };
 
 /// The fields of one message, one after the other.

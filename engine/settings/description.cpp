@@ -149,6 +149,12 @@ Form Form::named_numbers(std::string what) {
   return out;
 }
 
+Form Form::named_values(std::string what) {
+  Form out = text(std::move(what));
+  out.kind = Kind::named_values;
+  return out;
+}
+
 Form Form::section(std::string name, std::string told) {
   Form out = word({std::move(told)});
   out.kind = Kind::section;
@@ -249,6 +255,8 @@ std::string value_text(const Form& form) {
       return "true, false";
     case Form::Kind::named_numbers:
       return fmt::format("{{{}: number, …}}", form.what);
+    case Form::Kind::named_values:
+      return fmt::format("{{{}: number, true, text, list or map, …}}", form.what);
     case Form::Kind::word:
     case Form::Kind::section:
     case Form::Kind::sections:

@@ -38,6 +38,7 @@ struct Form {
     texts,          // list of `count` of them
     text_rows,      // list of such lists
     named_numbers,  // map of globs of `what` to numbers
+    named_values,   // map of names of `what` to whatever the user's own code takes
     section,        // of the scenario, which `what` names
     sections,       // list of `count` of them
     map,            // described by `inner`
@@ -71,6 +72,7 @@ struct Form {
   static Form texts(int count, std::string what);
   static Form text_rows(int count, std::string what);
   static Form named_numbers(std::string what);
+  static Form named_values(std::string what);
   static Form section(std::string name, std::string told = "map");
   static Form sections(int count, std::string name, std::string told);
   static Form map(Description inner);

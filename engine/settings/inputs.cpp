@@ -72,8 +72,8 @@ class InputFile {
   }
 
   [[noreturn]] void cannot_open(int error) const {
+    if (const std::string why = why_no_file(path_); !why.empty()) fail(why);
     if (error == ENOENT || error == ENOTDIR) fail("there is no such file" + path_suggestion(path_, kinds_meant(path_)));
-    if (error == ELOOP) fail("symbolic links that lead in a circle; name the file itself");
     fail(fmt::format("cannot be opened: {}", std::strerror(error)));
   }
 

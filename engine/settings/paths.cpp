@@ -1,11 +1,16 @@
 #include "engine/settings/paths.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <filesystem>
 #include <vector>
 
+#include "engine/settings/regular_file.h"
 #include "engine/settings/settings.h"
 
 namespace graze {
@@ -75,8 +80,10 @@ PathGuess guess_path(const fs::path& whole, const std::vector<std::string>& kind
       there = next;
       continue;
     }
+    std::vector<std::string> names = names_in(there);
+    std::erase(names, part->string());  // a link that leads nowhere
     const bool last = std::next(part) == whole.end() || std::next(part)->empty();
-    const std::string near = nearest_name(*part, names_in(there), last ? kinds : std::vector<std::string>());
+    const std::string near = nearest_name(*part, names, last ? kinds : std::vector<std::string>());
     if (near.empty()) return {{}, last ? fs::path() : next};
     fs::path right = there / near;
     for (auto rest = std::next(part); rest != whole.end(); ++rest) right /= *rest;
@@ -91,6 +98,20 @@ std::string path_suggestion(const std::string& path, const std::vector<std::stri
   const PathGuess guess = guess_path(path, kinds);
   if (!guess.meant.empty()) return fmt::format("; did you mean '{}'?", guess.meant.string());
   return guess.folder.empty() ? "" : fmt::format("; there is no folder '{}'", guess.folder.string());
+}
+
+std::string why_no_file(const std::string& path) {
+  const OpenedFile opened = open_regular(AT_FDCWD, path.c_str(), O_RDONLY, Links::followed);
+  if (opened.file) return "";
+  if (opened.refused == kind_of(S_IFDIR)) return "not a file, but a folder";
+  if (!opened.refused.empty()) return "not a file, but " + opened.refused;
+  if (opened.error == ELOOP) return "symbolic links that lead in a circle; name the file itself";
+  if (opened.error != ENOENT && opened.error != ENOTDIR) {
+    return fmt::format("cannot be opened: {}", std::strerror(opened.error));
+  }
+  std::error_code error;
+  const fs::path target = fs::read_symlink(path, error);
+  return error ? "" : fmt::format("is a symbolic link to '{}', where nothing is", target.string());
 }
 
 std::string near_path(const std::string& path) {

@@ -145,9 +145,22 @@ class Campaign {
     } catch (const GivenUp&) {
       throw;
     } catch (...) {
-      const std::lock_guard lock(error_mutex_);
-      if (!error_) error_ = std::current_exception();
-      stop();
+      {
+        const std::lock_guard lock(error_mutex_);
+        if (!error_) error_ = std::current_exception();
+        stop();
+      }
+      keep_finished(state);
+    }
+  }
+
+  /// What a unit has finished before something ended the campaign in its middle.
+  void keep_finished(WorkerState& state) {
+    if (!state.unit) return;
+    try {
+      finish(*std::exchange(state.unit, nullptr), state.tally, state.watch.take_told());
+    } catch (const std::exception&) {
+      // The first failure is the one that is told.
     }
   }
 

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <atomic>
+#include <charconv>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
@@ -15,6 +16,7 @@
 #include "archive/files/shell_word.h"
 #include "archive/files/utf8.h"
 #include "engine/library/library_use.h"
+#include "engine/settings/signal_stack.h"
 #include "jobs/campaign/exit_code.h"
 #include "jobs/campaign/say.h"
 
@@ -40,13 +42,52 @@ bool in_child() { return getpid() != process; }  // its parent reports
   _exit(kMachineFailed);
 }
 
-void on_crash(int number) {
+/// A name of a file on one line, whatever it is made of.
+void say_name(const char* name) {
+  std::array<char, 2> one{};
+  for (; *name != '\0'; ++name) {
+    const auto code = static_cast<unsigned char>(*name);
+    one[0] = code < 0x20 || code == 0x7f ? '?' : *name;
+    say_safely(one.data());
+  }
+}
+
+/// A controller in the program itself has crashed. This runs in a handler: no memory is taken.
+[[noreturn]] void leave_by_crash(const LibraryCallHere& here, const char* what) {
+  while (crash_told.test_and_set()) pause();
+  say_safely("graze: the controller ");
+  say_name(here.file);
+  say_safely(" crashed (");
+  say_safely(what);
+  say_safely(") in ");
+  say_safely(name_of(here.call));
+  if (!std::isnan(here.time)) {
+    std::array<char, 32> time{};
+    const auto end =
+        std::to_chars(time.data(), time.data() + time.size() - 1, here.time, std::chars_format::general, 6);
+    say_safely(" at ");
+    if (end.ec == std::errc()) say_safely(time.data());
+    say_safely(" s");
+  }
+  say_safely(
+      ", in the program itself, where isolation: none has put it: that costs the whole campaign, and with isolation: "
+      "process one particle");
+  say_safely(advice.data());
+  say_safely("\n");
+  _exit(kMachineFailed);
+}
+
+void on_crash(int number, siginfo_t* info, void*) {
   if (in_child()) {
     std::signal(number, SIG_DFL);
     return;
   }
+  const bool from_outside = info->si_code == SI_USER && info->si_pid != getpid();
+  const LibraryCallHere here = library_call_here();
   for (const auto& [crash, name] : kCrashes) {
-    if (crash == number) leave(name);
+    if (crash != number) continue;
+    if (here.call != LibraryCall::none && !from_outside) leave_by_crash(here, name);
+    leave(name);
   }
 }
 
@@ -83,11 +124,13 @@ void contain_crashes(const std::string& directory) {
                                          printable(directory), shell_path(directory));
     std::snprintf(advice.data(), advice.size(), "%s", text.c_str());
   }
+  SignalStack::give_to_this_thread();
   for (const auto& [number, name] : kCrashes) {
     struct sigaction action {
     }, before{};
     if (sigaction(number, nullptr, &before) != 0 || before.sa_handler != SIG_DFL) continue;
-    action.sa_handler = on_crash;
+    action.sa_sigaction = on_crash;
+    action.sa_flags = SA_SIGINFO | SA_ONSTACK;
     sigfillset(&action.sa_mask);
     sigaction(number, &action, nullptr);
   }

@@ -124,7 +124,7 @@ void set_out(CampaignOptions& options, CampaignWriter& writer, const FinishedTra
     return finished.has(policy, particle);
   };
   options.unfinished = [&writer](const std::string& policy, const UnfinishedParticle& particle) {
-    writer.add_unfinished({policy, particle.particle, particle.reason});
+    writer.add_unfinished({policy, particle.particle, particle.reason, particle.by_controller});
   };
 }
 

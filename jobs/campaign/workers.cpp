@@ -4,6 +4,8 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include "engine/settings/signal_stack.h"
+
 namespace graze {
 
 Workers::Workers(double watchdog) : watchdog_(std::make_unique<Watchdog>(watchdog)) {}
@@ -18,6 +20,7 @@ void Workers::start(std::shared_ptr<TraceWatch> watch, std::function<void()> wor
       worker.id = syscall(SYS_gettid);
     }
     try {
+      SignalStack::give_to_this_thread();
       work();
     } catch (const GivenUp&) {
       return;  // whatever belongs to the campaign may be gone

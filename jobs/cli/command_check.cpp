@@ -22,6 +22,7 @@
 #include "jobs/cli/robot_facts.h"
 #include "jobs/cli/run_request.h"
 #include "jobs/cli/size_estimate.h"
+#include "jobs/workers/controllers.h"
 #include "jobs/workers/determinism.h"
 #include "sampling/design_name.h"
 #include "scenarios/channel_readers.h"
@@ -307,6 +308,7 @@ int check(const CheckArguments& arguments) {
   if (!scenario.redesign_problem.empty()) throw InputError(scenario.redesign_problem);
   arguments.draw.apply_to(scenario);
   if (arguments.determinism) return check_determinism(scenario);
+  if (controllers_trusted()) try_controllers(scenario);
   if (!arguments.urdf.empty()) write_urdf(arguments, source, scenario);
   const SizeEstimate size = arguments.probe ? probe_size(scenario) : estimate_size(scenario);
   const std::optional<double> free = free_bytes(arguments.output.empty() ? "." : arguments.output);
@@ -337,6 +339,7 @@ void add_check(CLI::App& app, Action& action) {
       "  graze check data/scenarios/drop_and_stand.yaml --set robot.urdf=my_robot.urdf\n"
       "  graze check my.yaml --repair --write-urdf mended.urdf         # what is wrong, and mended\n"
       "  graze check my.yaml -n 1000000 --telemetry failures --probe   # how large, how long\n"
+      "  graze check my.yaml --trust                                   # does my controller load?\n"
       "  graze check my.yaml --determinism --trust                     # does my controller keep its promise?\n");
   arguments->scenario.add_to(*verb);
   arguments->draw.add_to(*verb);

@@ -5,6 +5,7 @@
 
 #include <csignal>
 #include <exception>
+#include <filesystem>
 #include <iostream>
 #include <string_view>
 
@@ -19,6 +20,7 @@
 #include "jobs/cli/help_format.h"
 #include "jobs/cli/hidden_words.h"
 #include "jobs/cli/option_words.h"
+#include "jobs/cli/shipped.h"
 #include "jobs/cli/terminal.h"
 #include "jobs/cli/wrapped_text.h"
 #include "jobs/workers/worker_main.h"
@@ -46,12 +48,15 @@ int parse_and_run(int argc, char** argv) {
   app.require_subcommand(1);
   const std::size_t width = output_width();
   app.formatter(help_format(width));  // before the verbs, which take it over
+  const std::filesystem::path docs = docs_folder();
+  const bool manual = argc > 1 && std::string_view(argv[1]) == "manual";  // pages are for any machine
   app.footer(
       "\ngraze VERB --help (or graze help VERB) tells more, with examples; graze help scenarios, policies, trackers, "
       "sensors, shapes, distributions, witnesses, objectives, physics, contact_models, sections and units list what "
       "there "
       "is, graze help NAME what one of them takes, graze help schema prints the JSON Schema of a scenario. "
-      "Documentation: docs/ beside the source.");
+      "Documentation: " +
+      (manual || docs.empty() ? "share/doc/graze of an installed copy, docs/ beside the source" : docs.string()) + ".");
   Action action;
   add_new(app, action);
   add_check(app, action);

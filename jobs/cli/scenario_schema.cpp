@@ -144,8 +144,9 @@ class SchemaWriter {
       case Form::Kind::text_rows:
         return {{"type", "array"}, {"items", array_of(text, form.count)}};
       case Form::Kind::named_numbers:
-        if (form.what == "SETTING") return {{"type", "object"}};  // a stranger's, who alone knows what they are
         return by_glob(reference("number"));
+      case Form::Kind::named_values:
+        return {{"type", "object"}};  // a stranger's, who alone knows what they are
       case Form::Kind::section:
         return reference(form.what);
       case Form::Kind::sections:

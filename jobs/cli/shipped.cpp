@@ -34,6 +34,17 @@ fs::path data_folder() {
   return fs::exists(tree / "CMakeLists.txt", error) && holds_scenarios(tree / "data") ? tree / "data" : fs::path();
 }
 
+fs::path docs_folder() {
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  if (error) return {};
+  const fs::path root = program.parent_path().parent_path();
+  for (const fs::path& folder : {root / "share" / "doc" / "graze", root.parent_path() / "docs"}) {
+    if (fs::is_regular_file(folder / "scenario.md", error)) return folder;
+  }
+  return {};
+}
+
 std::vector<std::string> shipped_scenarios() {
   std::vector<std::string> out;
   std::error_code error;

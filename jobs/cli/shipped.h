@@ -11,6 +11,10 @@ namespace graze {
 /// is installed in; data/ of the source tree that it was built in. Empty: there is none.
 std::filesystem::path data_folder();
 
+/// The folder of the documentation that belongs to this program: share/doc/graze beside the folder that it is installed
+/// in; docs/ of the source tree that it was built in. Empty: there is none.
+std::filesystem::path docs_folder();
+
 /// Names of its scenarios, without ".yaml", sorted.
 std::vector<std::string> shipped_scenarios();
 

@@ -24,6 +24,17 @@
 namespace graze {
 namespace {
 
+/// Whether traces are on the disk, those included that were finished and not yet written.
+bool keeps_traces(CampaignWriter& writer, const CampaignInfo& info) {
+  try {
+    writer.check_in_place();
+    writer.flush();
+    return traces_kept(writer.directory(), info) > 0;
+  } catch (const MachineError&) {
+    return false;
+  }
+}
+
 /// The machine's failure, and what it has left.
 std::string failed(CampaignWriter& writer, const CampaignInfo& info, const MachineError& error) {
   const std::string directory = writer.directory().string();
@@ -71,9 +82,8 @@ std::string incomplete(const std::string& directory, const CampaignEnd& end, std
     text = fmt::format("stopped{} before the campaign was complete; what was finished is kept", by);
   }
   if (!unfinished.empty()) {
-    const bool controllers = std::all_of(unfinished.begin(), unfinished.end(), [](const UnfinishedTrace& one) {
-      return one.reason.find("the controller's ") != std::string::npos;
-    });
+    const bool controllers =
+        std::all_of(unfinished.begin(), unfinished.end(), [](const UnfinishedTrace& one) { return one.by_controller; });
     text += fmt::format("{}traces unfinished {}: {}", text.empty() ? "" : "; ",
                         controllers ? "because their controller did not come back, so that nobody knows how they end"
                                     : "by the fault of this machine, not of the robot",
@@ -97,6 +107,9 @@ std::exception_ptr why_incomplete(CampaignWriter& writer, const CampaignInfo& in
     std::rethrow_exception(end.error);
   } catch (const MachineError& error) {
     return told(error);
+  } catch (const InputError& error) {
+    // It was taken when the campaign began: a file has changed since, such as a controller's.
+    return keeps_traces(writer, info) ? told(MachineError(error.what())) : end.error;
   } catch (const std::bad_alloc&) {
     return told(MachineError("out of memory"));
   } catch (...) {

@@ -8,8 +8,10 @@
 #include <array>
 #include <cstdlib>
 #include <sstream>
+#include <string_view>
 
 #include "engine/lanes/isa.h"
+#include "engine/library/python_use.h"
 #include "engine/physics.h"
 #include "engine/settings/settings.h"
 #include "graze_build.h"
@@ -97,6 +99,20 @@ Finding hdf5_finding() {
   return out;
 }
 
+/// What the interpreter is for is not done without NumPy.
+Finding python_finding(const fs::path& program, const char* what_for) {
+  const std::string environment = python_environment(kDefaultInterpreter);
+  if (!environment.empty()) {
+    return {"tools", kDefaultInterpreter, Health::good,
+            fmt::format("{}: {}; for {}", program.string(), environment, what_for)};
+  }
+  return {"tools", kDefaultInterpreter, Health::note,
+          fmt::format("{}: has no NumPy, which {} need", program.string(), what_for),
+          fmt::format("apt-get install python3-numpy; or {} -m pip install numpy; or name another one in the scenario: "
+                      "python: {{interpreter: .venv/bin/python}}",
+                      program.string())};
+}
+
 struct Tool {
   std::vector<const char*> names;  // any of them will do
   const char* what_for;
@@ -110,7 +126,7 @@ const std::vector<Tool>& tools() {
        "robots in .xacro files",
        "ROS has it (ros-DISTRO-xacro); or expand them where it is: xacro r.urdf.xacro > r.urdf"},
       {{"sbatch"}, "graze submit", "it is a part of Slurm, on the nodes of a cluster; --dry-run needs none"},
-      {{"python3"}, "controllers of your own in Python, which need NumPy, too", "apt-get install python3-numpy"},
+      {{kDefaultInterpreter}, "controllers of your own in Python", "apt-get install python3-numpy"},
       {{"cc", "gcc", "clang"}, "controllers of your own in C", "apt-get install gcc make libc6-dev"},
   };
   return all;
@@ -159,6 +175,8 @@ std::vector<Finding> tool_findings() {
     if (found.empty()) {
       out.push_back(
           {"tools", tool.names[0], Health::note, fmt::format("not there; for {}", tool.what_for), tool.how_to_get});
+    } else if (tool.names[0] == std::string_view(kDefaultInterpreter)) {
+      out.push_back(python_finding(found, tool.what_for));
     } else {
       out.push_back({"tools", tool.names[0], Health::good, fmt::format("{}; for {}", found.string(), tool.what_for)});
     }

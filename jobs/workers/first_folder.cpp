@@ -2,6 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <fstream>
+#include <iterator>
+#include <span>
+
+#include "archive/files/files.h"
+#include "archive/files/parent_folders.h"
 #include "engine/settings/settings.h"
 
 namespace graze {
@@ -21,6 +27,33 @@ fs::path header_folder(const fs::path& data) {
                   "GRAZE_DATA names the folder of the program's data",
                   data.string()));
 }
+
+/// Files that are all written, or none.
+class FolderFiles {
+ public:
+  FolderFiles() = default;
+  ~FolderFiles() {
+    std::error_code error;
+    for (const fs::path& file : written_) fs::remove(file, error);
+  }
+  FolderFiles(const FolderFiles&) = delete;
+  FolderFiles& operator=(const FolderFiles&) = delete;
+
+  /// Throws MachineError that names the file and why it cannot be written.
+  void copy(const fs::path& from, const fs::path& to) {
+    std::ifstream in(from, std::ios::binary);
+    const std::string text{std::istreambuf_iterator<char>(in), {}};
+    if (!in) throw MachineError(fmt::format("{}: cannot be read", from.string()));
+    NewFile file(to, false);
+    if (const int error = write_all(file.descriptor(), std::as_bytes(std::span(text)))) fail_writing(to, error);
+    file.publish();
+    written_.push_back(to);
+  }
+  void keep() { written_.clear(); }
+
+ private:
+  std::vector<fs::path> written_;
+};
 
 }  // namespace
 
@@ -46,19 +79,21 @@ void write_first_folder(const std::string& name, const fs::path& folder, const f
   }
   const bool compiled = fs::exists(source / "Makefile", error);
   const fs::path headers = compiled ? header_folder(data) : fs::path();
+  const ParentFolders folders((compiled ? folder / "graze" : folder) / "file");  // removes what stays empty
+  FolderFiles files;
   try {
-    fs::create_directories(compiled ? folder / "graze" : folder);
     for (const auto& file : fs::directory_iterator(source)) {
-      if (file.is_regular_file()) fs::copy_file(file.path(), folder / file.path().filename());
+      if (file.is_regular_file()) files.copy(file.path(), folder / file.path().filename());
     }
-    if (compiled) {
-      for (const char* header : {"policy.h", "policy.hpp"}) fs::copy_file(headers / header, folder / "graze" / header);
-    }
-    const char* robot = name == "arm" ? "six_joint_arm.urdf" : "links.urdf";
-    fs::copy_file(data / "robots" / robot, folder / robot);
   } catch (const fs::filesystem_error& failed) {
-    throw MachineError(fmt::format("{}: cannot be written: {}", folder.string(), failed.code().message()));
+    throw MachineError(fmt::format("{}: cannot be read: {}", source.string(), failed.code().message()));
   }
+  if (compiled) {
+    for (const char* header : {"policy.h", "policy.hpp"}) files.copy(headers / header, folder / "graze" / header);
+  }
+  const char* robot = name == "arm" ? "six_joint_arm.urdf" : "links.urdf";
+  files.copy(data / "robots" / robot, folder / robot);
+  files.keep();
 }
 
 }  // namespace graze

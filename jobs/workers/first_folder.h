@@ -15,7 +15,7 @@ bool is_first_controller(const std::string& name);
 
 /// Writes one of them into a folder that is not there yet, or empty: scenario.yaml, the robot that it names, and of a
 /// controller its source and, where it is compiled, Makefile and headers. `data`: the program's own (data_folder()).
-/// Throws InputError, MachineError.
+/// Where it cannot write all, it leaves nothing. Throws InputError, MachineError.
 void write_first_folder(const std::string& name, const std::filesystem::path& folder,
                         const std::filesystem::path& data);
 

@@ -226,6 +226,7 @@ WorkerMessage WorkerProcess::listen() {
 
 void WorkerProcess::look_at_clock(const WorkerClock& clock) {
   const LibraryCall call = clock.call();
+  if (!is_call(call)) overwritten();
   const bool slow = call != LibraryCall::start && call != LibraryCall::act;
   const double limit = patience_.call + (slow ? kSlowStart : 0);
   if (clock.inside() > limit) {
@@ -281,9 +282,16 @@ bool WorkerProcess::ends_within(double seconds) {
   return true;
 }
 
+void WorkerProcess::overwritten() {
+  end();
+  take_output();
+  throw WorkerDied("the controller has overwritten what its process shares with the simulator");
+}
+
 void WorkerProcess::died() {
-  const std::string place = where();
   const LibraryCall call = calls_->inside.load(std::memory_order_acquire);
+  if (!is_call(call)) overwritten();
+  const std::string place = where();
   const bool itself = ends_within(kLeastWait);  // one that has closed its end is about to
   end();
   take_output();

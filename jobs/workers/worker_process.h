@@ -59,6 +59,7 @@ class WorkerProcess {
   bool has_ended() const;
   bool ends_within(double seconds);
   [[noreturn]] void died();
+  [[noreturn]] void overwritten();
   [[noreturn]] void lost(const std::string& why);
   void end();
   std::string where() const;

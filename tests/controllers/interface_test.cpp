@@ -15,19 +15,21 @@ namespace {
 TEST(PolicyHeader, FindsSettingsOfTheOutermostMap) {
   const std::string json = settings_json(
       Settings::parse("{gains: {kp: 1, 'kd\"': 2}, note: 'kp: \"kp\"', list: [3, kp], kp: 2.5e1, name: kd, "
-                      "kd: -0.5, on: true, none: ~, text: 1 more}",
+                      "kd: -0.5, on: true, off: false, none: ~, text: 1 more}",
                       "test.yaml"));
   EXPECT_EQ(json,
             "{\"gains\": {\"kp\": 1, \"kd\\\"\": 2}, \"note\": \"kp: \\\"kp\\\"\", \"list\": [3, \"kp\"], \"kp\": 25, "
-            "\"name\": \"kd\", \"kd\": -0.5, \"on\": true, \"none\": null, \"text\": \"1 more\"}");
+            "\"name\": \"kd\", \"kd\": -0.5, \"on\": true, \"off\": false, \"none\": null, \"text\": \"1 more\"}");
   GrazeSetup setup{};
   setup.settings = json.c_str();
   EXPECT_EQ(graze_setting(&setup, "kp", 7), 25);
   EXPECT_EQ(graze_setting(&setup, "kd", 7), -0.5);
-  for (const char* other : {"k", "kpp", "gains", "name", "on", "none", "text", "note", ""}) {
+  EXPECT_EQ(graze_setting(&setup, "on", 7), 1);
+  EXPECT_EQ(graze_setting(&setup, "off", 7), 0);
+  for (const char* other : {"k", "kpp", "gains", "list", "name", "none", "text", "note", ""}) {
     EXPECT_EQ(graze_setting(&setup, other, 7), 7) << other;
   }
-  for (const char* broken : {"", "{", "{\"kp", "{\"kp\"", "{\"kp\":", "{\"kp\\"}) {
+  for (const char* broken : {"", "{", "{\"kp", "{\"kp\"", "{\"kp\":", "{\"kp\": tru", "{\"kp\\"}) {
     setup.settings = broken;
     EXPECT_EQ(graze_setting(&setup, "kp", 7), 7) << broken;
   }

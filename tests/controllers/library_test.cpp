@@ -3,6 +3,7 @@
 // with its name before anything is simulated.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include "tests/controllers/swing.h"
 #include "tests/jobs/ball_campaign.h"
@@ -26,7 +27,6 @@ TEST(Library, RunsNothingUnlessTrusted) {
   for (const std::string isolation : {"process", "none"}) {
     swing.odd("nothing", ", isolation: " + isolation);
     EXPECT_EQ(swing.graze("check swing.yaml").code, 0);
-    EXPECT_EQ(swing.graze("check swing.yaml --trust").code, 0);  // which simulates nothing
     for (const char* verb : {"run swing.yaml", "check swing.yaml --determinism", "check swing.yaml --probe",
                              "steps swing.yaml", "sources swing.yaml"}) {
       const Result refused = swing.graze(verb);
@@ -36,8 +36,10 @@ TEST(Library, RunsNothingUnlessTrusted) {
     }
   }
   EXPECT_THAT(swing.graze("run swing.yaml").err, HasSubstr("swing.yaml:13:"));
-  EXPECT_EQ(swing.graze("run swing.yaml --trust -n 1 --quiet").code, 0);
-  EXPECT_TRUE(fs::exists(trace));
+  for (const char* verb : {"check swing.yaml --trust", "run swing.yaml --trust -n 1 --quiet"}) {
+    EXPECT_EQ(swing.graze(verb).code, 0) << verb;
+    EXPECT_TRUE(fs::remove(trace)) << verb;
+  }
   unsetenv("ODD_TRACE");
 }
 
@@ -50,6 +52,9 @@ TEST(Library, RefusesWhatCannotBeLoaded) {
       EXPECT_EQ(run.code, 2) << library << run.err;
       EXPECT_THAT(run.err, HasSubstr(text));
       EXPECT_FALSE(fs::exists(swing.folder / "swing.graze")) << library;
+      const Result check = swing.graze("check swing.yaml --trust");
+      EXPECT_EQ(check.code, 2) << library << check.err;
+      EXPECT_THAT(check.err, HasSubstr(text));
     }
   };
   swing.build("no_symbol.so", "-DNO_SYMBOL");
@@ -57,6 +62,12 @@ TEST(Library, RefusesWhatCannotBeLoaded) {
   swing.build("lacks_act.so", "-DLACKS_ACT");
   testing::write_file(swing.folder / "text.so", "int main");
   refused("file: od.so", "there is no such file");
+  fs::create_directories(swing.folder / "folder.so");
+  fs::create_symlink("gone.so", swing.folder / "dangling.so");
+  ASSERT_EQ(mkfifo((swing.folder / "fifo.so").c_str(), 0600), 0);
+  refused("file: folder.so", "folder.so: not a file, but a folder");
+  refused("file: fifo.so", "fifo.so: not a file, but a named pipe");
+  refused("file: dangling.so", "dangling.so: is a symbolic link to 'gone.so', where nothing is");
   refused("file: no_symbol.so", "has no function graze_policy()");
   refused("file: other_version.so", "is made for version 99 of graze/policy.h, and this program has version 1");
   refused("file: lacks_act.so", "its table lacks: act");

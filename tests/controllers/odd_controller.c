@@ -72,6 +72,19 @@ static void* stop_soon(void* unused) {
   return unused;
 }
 
+/* Over all memory that is shared with the simulator. */
+static void scribble(void) {
+  char line[500];
+  FILE* const maps = fopen("/proc/self/maps", "r");
+  unsigned long begin = 0, end = 0;
+  while (maps && fgets(line, sizeof line, maps)) {
+    if (strstr(line, "memfd:graze-controller") && sscanf(line, "%lx-%lx", &begin, &end) == 2) {
+      memset((void*)begin, 0x7f, end - begin);
+    }
+  }
+  if (maps) fclose(maps);
+}
+
 /* What touches the process as a whole. */
 static void err_aside(Odd* self, double time) {
   pthread_t other;
@@ -81,6 +94,14 @@ static void err_aside(Odd* self, double time) {
   if (does(self, "vanish")) {
     if (unlink("odd.so") != 0) abort();
     exit(3);
+  }
+  if (does(self, "replace")) { /* as if somebody had compiled it anew */
+    FILE* const library = fopen("odd.so", "a");
+    if (library == NULL || fputs("x", library) < 0 || fclose(library) != 0) abort();
+  }
+  if (does(self, "scribble")) {
+    scribble();
+    abort();
   }
   if (does(self, "forge_length")) {
     forge('t', (uint64_t)1 << 35, "");
@@ -94,11 +115,19 @@ static void err_aside(Odd* self, double time) {
   if (does(self, "shut")) shutdown(3, SHUT_RDWR);
 }
 
+/* Takes all the stack that there is. */
+static int overflow(int depth) {
+  volatile char room[10000];
+  room[0] = (char)depth;
+  return depth < 0 ? 0 : overflow(depth + 1) + room[0];
+}
+
 static int err(Odd* self, const GrazeRobot* robot) {
   volatile int always = 1;
   if (getenv("ODD_TAME") != NULL) return 0;
   err_aside(self, robot->time);
   if (does(self, "segfault")) *(volatile int*)8 = 1;
+  if (does(self, "overflow")) return overflow(0);
   if (does(self, "print")) {
     printf("my gripper is %s\n", "on fire");
     abort();
@@ -117,7 +146,7 @@ static int err(Odd* self, const GrazeRobot* robot) {
   }
   if (does(self, "rounding")) fesetround(FE_UPWARD);
   if (does(self, "nan")) graze_want(robot, robot->wants->torque, 0, NAN);
-  return does(self, "error") ? 7 : 0;
+  return does(self, "error") || does(self, "replace") ? 7 : 0;
 }
 
 static int act_one(void* policy, const GrazeRobot* robot) {
@@ -147,7 +176,9 @@ static void destroy(void* policy) {
   free(policy);
 }
 
-static const char* last_error(void* policy) { return policy ? "the gripper has no fingers" : "refused, as it was told"; }
+static const char* last_error(void* policy) {
+  return policy ? "the gripper has no fingers" : "refused, as it was told";
+}
 
 #ifndef NO_SYMBOL
 #ifdef OTHER_VERSION
@@ -162,8 +193,7 @@ static const char* last_error(void* policy) { return policy ? "the gripper has n
 #endif
 GRAZE_POLICY_EXPORT const GrazePolicy* graze_policy(void) {
   static const GrazePolicy policy = {
-      VERSION, sizeof(GrazePolicy), GRAZE_READS_JOINT_POSITION | GRAZE_READS_BASE_POSITION,
-      create,  start,               ACT,
+      VERSION, sizeof(GrazePolicy), GRAZE_READS_JOINT_POSITION | GRAZE_READS_BASE_POSITION, create, start, ACT,
       destroy, last_error};
   return &policy;
 }

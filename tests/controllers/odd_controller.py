@@ -2,6 +2,7 @@
 base begins at, between 0.15 and 0.25 m."""
 import ctypes
 import os
+import subprocess
 import sys
 import time
 
@@ -65,6 +66,10 @@ class Odd:
             self.copies += 1
             if os.fork() == 0:
                 time.sleep(0.001)  # returns from act() as well, a little later
+        if does == "child":
+            ended = subprocess.run(["/bin/sh", "-c", "exit 7"]).returncode
+            if ended != 7:
+                raise RuntimeError(f"a child of mine ended with {ended}")
         if does == "answer":
             os.write(3, b"k")
         if does == "umlaut":

@@ -5,8 +5,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <csignal>
+
 #include "engine/library/library_use.h"
 #include "jobs/campaign/archived_scenario.h"
+#include "simulation/simulation.h"
 #include "tests/controllers/python_swing.h"
 #include "tests/jobs/ball_campaign.h"
 #include "tests/sanitized.h"
@@ -51,9 +54,13 @@ TEST(Python, RefusesWhatCannotBeMade) {
     EXPECT_THAT(run.err, HasSubstr("swing.yaml:13:")) << python;
     EXPECT_THAT(run.err, HasSubstr(text));
     EXPECT_FALSE(fs::exists(swing.folder / "swing.graze")) << python;
+    const Result check = swing.graze("check swing.yaml --trust");  // which makes it as well
+    EXPECT_EQ(check.code, 2) << python << check.err;
+    EXPECT_THAT(check.err, HasSubstr(text));
   };
   testing::write_file(swing.folder / "broken.py", "def act(:\n");
   refused("file: od.py", "there is no such file that can be read; did you mean '");
+  refused("file: .", "not a file, but a folder");
   refused("file: odd.py, class: Od", "odd.py has no class 'Od'; did you mean Odd? there are: Odd, Idle, Misreads");
   refused("file: odd.py, class: Idle", "class Idle has no method act(self, observation, targets)");
   refused("file: odd.py, class: Misreads", "reads: there is no 'joint_positions'; did you mean joint_position?");
@@ -64,6 +71,26 @@ TEST(Python, RefusesWhatCannotBeMade) {
   refused("file: odd.py, class: Odd, settings: [1, 2]", "settings: must be a map");
   refused("file: odd.py, class: Odd, settings: 3", "settings: must be a map");
   refused("file: odd.py, class: Odd", "interpreter 'pyton3' cannot be started: No such file or directory", "pyton3");
+}
+
+// Where it stands in the scenario; and what loads is no mistake.
+TEST(Python, CheckPointsAtWhatIsWrong) {
+  const PythonSwing swing;
+  const auto refused_at = [&](const std::string& value, const std::string& python, const std::string& interpreter) {
+    swing.write(python, interpreter);
+    EXPECT_EQ(swing.graze("check swing.yaml").code, 0) << "nothing is loaded";
+    const Result check = swing.graze("check swing.yaml --trust");
+    EXPECT_EQ(check.code, 2) << python;
+    const std::string text = testing::read_file(swing.folder / "swing.yaml");
+    const std::size_t at = text.find(value);
+    EXPECT_THAT(check.err, HasSubstr(fmt::format("swing.yaml:13:{}:", at - text.rfind('\n', at)))) << check.err;
+  };
+  refused_at("Clas,", "file: odd.py, class: Clas", kInterpreter);
+  refused_at("pyton3", "file: odd.py, class: Odd", "pyton3");
+  refused_at("odd.py", "file: odd.py", kInterpreter);  // has no class Controller
+  refused_at("odd.py", "file: odd.py, class: Odd, settings: {does: refuse}", kInterpreter);
+  swing.odd("nothing");
+  EXPECT_EQ(swing.graze("check swing.yaml --trust").code, 0);
 }
 
 TEST(Python, SameBitsForAnyThreadsAndEitherIsolation) {
@@ -158,6 +185,24 @@ TEST(Python, IgnoredSignalsOfChildrenHideNothing) {
       EXPECT_EQ(reason, "odd.py: the controller crashed (SIGSEGV) in act() at 0.01 s") << id;
     }
   }
+}
+
+// The same in a program that calls the simulator itself: what a controller starts is its own matter.
+TEST(Python, ChildrenOfControllersEndAsTheyEnd) {
+  const PythonSwing swing;
+  swing.odd("child");
+  allow_libraries(LibraryLoading::all);
+  brief_libraries(testing::kSwingUrdf);
+  struct sigaction ignored {
+  }, before{};
+  ignored.sa_handler = SIG_IGN;
+  ASSERT_EQ(sigaction(SIGCHLD, &ignored, &before), 0);
+  const Simulation simulation(load_scenario((swing.folder / "swing.yaml").string()));
+  const std::vector<TraceRecord> traces = Simulator(simulation, "still").run(0, 1);
+  sigaction(SIGCHLD, &before, nullptr);
+  allow_libraries(LibraryLoading::refused);
+  EXPECT_EQ(traces.front().invalid_reason, "");
+  EXPECT_NE(traces.front().outcome, Outcome::invalid);
 }
 
 // Its traceback stands once among the messages, however many robots it fails.

@@ -61,6 +61,19 @@ struct Campaign : Swing {
   }
 };
 
+/// The particle that begins highest, and its height, m.
+std::pair<std::uint32_t, double> highest(const std::filesystem::path& path) {
+  const Archive archive(path);
+  std::size_t column = 0;
+  while (archive.info().parameters.at(column).name != "initial.base.z") ++column;
+  std::pair<std::uint32_t, double> out{0, -1};
+  for (std::uint32_t id = 0; id < archive.info().particles; ++id) {
+    const double height = archive.particle_values(id).at(column) + 0.2;
+    if (height > out.second) out = {id, height};
+  }
+  return out;
+}
+
 TEST(Worker, TimeoutAndStoppedProcessLeaveUnfinished) {
   Campaign swing;
   swing.tried = std::max(*swing.well.high.begin(), 1u) + 1;  // one odd particle, and others
@@ -104,6 +117,32 @@ TEST(Worker, LibraryThatVanishesEndsTheCampaign) {
   EXPECT_EQ(swing.graze("resume ill.graze -n 30 --trust --quiet").code, 2);
 }
 
+// What was finished by then is kept, though no shard had been written.
+TEST(Worker, LibraryThatIsReplacedEndsTheCampaignAndLosesNothing) {
+  const Swing swing;
+  swing.odd("nothing");
+  ASSERT_EQ(swing.graze("run swing.yaml --trust --quiet -n 64 -o well.graze").code, 0);
+  const Outcomes well = outcomes(swing.folder / "well.graze");
+  const auto [culprit, height] = highest(swing.folder / "well.graze");
+  ASSERT_GE(culprit, 8u) << "not in the first block";
+  for (const char* isolation : {"process", "none"}) {
+    swing.write("file: odd.so, settings: {does: replace, above: " + std::to_string(height - 1e-6) +
+                "}, isolation: " + isolation);
+    const Result run = swing.graze("run swing.yaml --trust --quiet --threads 1 -n 64 --force -o ill.graze");
+    EXPECT_EQ(run.code, 3) << isolation << run.err;
+    EXPECT_THAT(run.err, AllOf(HasSubstr("odd.so: is another library than the one that was meant"),
+                               HasSubstr("of 64 traces are kept, and 'graze resume ill.graze' does the rest")));
+    const Outcomes kept = outcomes(swing.folder / "ill.graze");
+    EXPECT_GE(kept.digest.size(), 8u) << isolation;
+    EXPECT_TRUE(kept.invalid.empty()) << isolation;
+    swing.build("odd.so");
+    setenv("ODD_TAME", "1", 1);
+    EXPECT_EQ(swing.graze("resume ill.graze --trust --quiet").code, 0);
+    unsetenv("ODD_TAME");
+    EXPECT_EQ(outcomes(swing.folder / "ill.graze").digest, well.digest) << isolation;
+  }
+}
+
 TEST(Worker, ExitInTheProgramItselfIsNoSuccess) {
   const Campaign swing;
   for (const auto& [does, call] : {std::pair{"exit_well", "exit(0)"}, std::pair{"exit", "exit(3)"}}) {
@@ -113,6 +152,25 @@ TEST(Worker, ExitInTheProgramItselfIsNoSuccess) {
     EXPECT_THAT(run.err, HasSubstr(std::string("the controller odd.so called ") + call + " in act() at 0.01 s"));
     EXPECT_THAT(run.err, HasSubstr("graze resume"));
     swing.expect_resumes_well();
+  }
+}
+
+// A stack that has overflowed leaves no room for a handler: one of its own is needed.
+TEST(Worker, CrashInTheProgramItselfIsTold) {
+  if (GRAZE_SANITIZED) GTEST_SKIP() << "the sanitizer is there first";
+  const Campaign swing;
+  for (const char* does : {"overflow", "segfault"}) {
+    swing.odd(does, ", isolation: none");
+    const Result run = swing.run("--threads 2");
+    EXPECT_EQ(run.code, 3) << does << run.err;
+    EXPECT_THAT(run.err,
+                HasSubstr("the controller odd.so crashed (SIGSEGV) in act() at 0.01 s, in the program itself"));
+    EXPECT_THAT(run.err, AllOf(HasSubstr("isolation: none"), HasSubstr("graze resume")));
+    swing.expect_resumes_well();
+    swing.write(std::string("file: odd.so, settings: {does: ") + does + ", above: 0}, isolation: none");
+    const Result predicted = swing.graze("predict swing.yaml --at 0 -n 16 --threads 2 --trust");  // other threads
+    EXPECT_EQ(predicted.code, 3) << predicted.err;
+    EXPECT_THAT(predicted.err, HasSubstr("the controller odd.so crashed (SIGSEGV) in act() at 0.01 s"));
   }
 }
 
@@ -144,6 +202,21 @@ TEST(Worker, ForgedAnswersCostTheirParticle) {
     for (const auto& [id, why] : ill.invalid) EXPECT_THAT(why, HasSubstr(reason)) << id;
     swing.expect_rest_well(ill);
   }
+}
+
+// Over the page by which the simulator sees where a controller is.
+TEST(Worker, OverwrittenPagesCostTheirParticle) {
+  const Campaign swing;
+  swing.odd("scribble");
+  const Result run = swing.run("--threads 2");
+  EXPECT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.err, Not(HasSubstr("array::at")));
+  const Outcomes ill = outcomes(swing.folder / "ill.graze");
+  EXPECT_EQ(ill.invalid.size(), swing.odd_ones());
+  for (const auto& [id, why] : ill.invalid) {
+    EXPECT_EQ(why, "the controller has overwritten what its process shares with the simulator") << id;
+  }
+  swing.expect_rest_well(ill);
 }
 
 TEST(Worker, FewDescriptorsAreTheMachinesMatter) {

@@ -36,6 +36,7 @@ TEST_F(CommandLine, HelpNamesEveryVerbAndEachHelpHasExamples) {
     EXPECT_THAT(help.out, HasSubstr(verb));
     EXPECT_THAT(run(verb + " --help").out, HasSubstr("graze " + verb)) << verb;
   }
+  EXPECT_THAT(help.out, ContainsRegex("Documentation:[ \n]+/.*docs\\."));  // where they are on this machine
   EXPECT_THAT(run("--version").out, ContainsRegex("graze [0-9]+\\.[0-9]+\\.[0-9]+ .*bullet"));
 }
 

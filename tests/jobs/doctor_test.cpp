@@ -162,6 +162,19 @@ TEST_F(Doctor, WhatIsMissingIsToldWithHowToGetIt) {
   EXPECT_THAT(doctor("room", "GRAZE_ISA=portable").out, HasSubstr("portable (there are: portable"));
 }
 
+// Of the interpreter that controllers in Python get, not of some other.
+TEST_F(Doctor, TellsWhetherPythonHasNumPy) {
+  std::filesystem::create_directories(room / "bin");
+  const auto told_of = [&](const std::string& answer) {
+    testing::write_file(room / "bin/python3", "#!/bin/sh\n" + answer + "\n");
+    std::filesystem::permissions(room / "bin/python3", std::filesystem::perms::owner_all);
+    return doctor("room", "PATH='" + (room / "bin").string() + "'").out;
+  };
+  EXPECT_THAT(told_of("exit 1"), AllOf(HasSubstr("bin/python3: has no NumPy, which controllers of your own in Python"),
+                                       HasSubstr("apt-get install python3-numpy")));
+  EXPECT_THAT(told_of("echo Python 3.99.1, NumPy 9.8"), HasSubstr("bin/python3: Python 3.99.1, NumPy 9.8; for contr"));
+}
+
 TEST_F(Doctor, WrongFoldersAreRefused) {
   const testing::Result run = doctor("roam");
   EXPECT_EQ(run.code, 2);

@@ -85,6 +85,19 @@ TEST_F(New, WhereNothingCanBeWritten) {
   EXPECT_THAT(made.err, HasSubstr("cannot be written"));
 }
 
+// A disk that is full in the middle of a folder: its file and the reason are told, and nothing stays.
+TEST_F(New, LeavesNoHalfOfAFolder) {
+  std::filesystem::create_directories(folder / "empty");
+  for (const char* name : {"sub/mine", "empty"}) {
+    const testing::Result made = testing::shell(
+        folder.path(), "ulimit -f 4; '" + std::string(GRAZE_PROGRAM) + "' new policy-c " + std::string(name));
+    EXPECT_EQ(made.code, 3) << made.err;
+    EXPECT_THAT(made.err, AllOf(HasSubstr(std::string(name) + "/"), HasSubstr(": cannot be written: File too large")));
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder / "sub"));
+  EXPECT_TRUE(std::filesystem::is_empty(folder / "empty"));
+}
+
 /// A quadruped of 8.9 kg with the masses of a published one, whose hips weigh to the left.
 std::string skew_quadruped() {
   const auto inertia = [](double x, double y, double z) {

@@ -127,6 +127,8 @@ class PackageTest(unittest.TestCase):
         self.assertEqual([label.get_text() for label in ax.get_yticklabels()], [f"{POLICY}  (20)", "step/4cm  (20)"])
         self.assertEqual(len(graze.plots.survival(self.campaign, POLICY).lines), 1)
         ax = graze.plots.scatter(self.campaign, POLICY, "contact.friction", "upright")
+        self.assertEqual(ax.get_ylabel(), f"margin of upright, {self.campaign.margin_units['upright']}")
+        self.assertIn(self.campaign.margin_units["upright"], ("rad", "deg"))
         drawn = sum(len(line.get_xdata()) for line in ax.lines if line.get_linestyle() == "None")
         self.assertEqual(drawn, 20)
         ax = graze.plots.telemetry(self.campaign, POLICY, 3, ["base.z", "base.x"])

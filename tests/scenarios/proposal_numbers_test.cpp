@@ -88,6 +88,33 @@ TEST(ProposalNumbers, OfTurningAndSlidingJoints) {
   EXPECT_EQ(made.settings.at("robot").at("initial").at("position").numbers(3), (std::vector<double>{0, 0, 0}));
 }
 
+/// A root of 2 kg and three links in a row on it, each at a place from the one before.
+std::string three_in_a_row(const std::string& root, const std::string& place) {
+  std::string out = cube_link(root, 2), before = root;
+  for (const char* link : {"one", "two", "three"}) {
+    out += cube_link(link, 0.5) + joint_of(std::string("to ") + link, "revolute", before, link, place);
+    before = link;
+  }
+  return out;
+}
+
+// An arm is bolted down, whatever its URDF leaves out; a leg is not, nor is what carries anything else.
+TEST(ProposalNumbers, ArmsAreBolted) {
+  const Proposed arm = proposed_for(three_in_a_row("link_0", "0 0 0.3"));
+  EXPECT_FALSE(arm.scenario.model.floating_base);
+  EXPECT_EQ(arm.settings.at("robot").at("base").text(), "fixed");
+  EXPECT_THAT(arm.text, AllOf(HasSubstr("# a guess: 3 joints in a row on link_0 are an arm; floating: it is free\n"),
+                              Not(HasSubstr("it is dropped"))));
+  EXPECT_FALSE(proposed_for(three_in_a_row("arm_base", "0.3 0 0")).scenario.model.floating_base) << "by its name";
+  const std::string fourth = cube_link("four", 0.5) + joint_of("to four", "revolute", "link_0", "four", "0 0.3 0");
+  for (const std::string& free : {three_in_a_row("base", "0 0 -0.3"), three_in_a_row("snake", "0.3 0 0"),
+                                  three_in_a_row("link_0", "0 0 0.3") + fourth}) {
+    const Proposed made = proposed_for(free);
+    EXPECT_TRUE(made.scenario.model.floating_base) << free;
+    EXPECT_FALSE(made.settings.at("robot").has("base"));
+  }
+}
+
 // Where all joints slide nothing is said of such as turn, and a light one is damped no more than steps of 1 ms bear.
 TEST(ProposalNumbers, OfSlidingJointsAlone) {
   const Proposed made = proposed_for(kWorld + cube_link("a", 3) + cube_link("b", 1e-4) +

@@ -48,6 +48,8 @@ class Campaign:
             measure = file["requirements/measure"][:] if "requirements/measure" in file else np.zeros(len(self._watched))
             self.requirements = [name for name, of in zip(self._watched, measure) if not of]
             self.measures = [name for name, of in zip(self._watched, measure) if of]  # which decide nothing
+            units = _texts(file, "requirements/unit") if "requirements/unit" in file else [""] * len(self._watched)
+            self.margin_units = dict(zip(self._watched, units))  # of margins, by requirement or measure
             self._names = {key: _texts(file, f"names/{key}") for key in ("colliders", "bodies", "q", "v", "actuators")}
         self._parts = self._find_parts()
         self._places: Dict[str, List[Tuple[pathlib.Path, np.ndarray]]] = {}  # per policy: part, rows that count

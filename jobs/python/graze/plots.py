@@ -119,7 +119,8 @@ def scatter(campaign: Campaign, policy: str, parameter: str, margin: Optional[st
     ax.axhline(0, color="k", lw=0.8, ls=":")
     unit = campaign.parameters.loc[parameter, "unit"]
     ax.set_xlabel(f"{parameter}, {unit}" if unit not in ("", "1") else parameter)
-    ax.set_ylabel(f"margin of {margin}")
+    unit = campaign.margin_units.get(margin, "")
+    ax.set_ylabel(f"margin of {margin}, {unit}" if unit not in ("", "1") else f"margin of {margin}")
     ax.set_title(policy)
     ax.legend(frameon=False)
     return ax

@@ -46,6 +46,11 @@ TEST(CommandFile, SaysWhereItIsWrong) {
   EXPECT_NE(refusal(head + "0,inf,0,0\n").find("'inf' is no number"), std::string::npos);
 }
 
+TEST(CommandFile, IsAFile) {
+  const std::string told = testing::message_of([] { read_steering(Settings::parse("commands: .", "/x.yaml"), true); });
+  EXPECT_NE(told.find("'/': not a file, but a folder"), std::string::npos) << told;
+}
+
 TEST(CommandFile, HoldsFromRowToRow) {
   const InputReplay files({{"/way/drive.csv", "time,forward,strafe,turn\n0.5,0.2,0,0\n1,0.1,-0.1,0.4\n"}}, "/way");
   const auto way = read_steering(Settings::parse("commands: drive.csv", "/way/x.yaml"), true);

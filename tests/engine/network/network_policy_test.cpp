@@ -256,6 +256,16 @@ TEST_F(NetworkPolicyTest, SaysWhatDoesNotFit) {
   batch.input("obs", {4, 12}).output("y").node("Neg", {"obs"}, {"y"});
   EXPECT_THAT(refused(batch.bytes(), "inputs: [joint_position]"),
               HasSubstr("of shape [4, 12] is a batch of 4 robots; export it with a batch of 1"));
+  OnnxWriter strange;
+  strange.input("obs", {1, 12}).output("y").node("No\nsuch\x1b", {"obs"}, {"y"});
+  EXPECT_THAT(refused(strange.bytes(), "inputs: [joint_position]"),
+              HasSubstr("node '/y' (No\\nsuch\\x1b) is of an operator that is not known"));
+  EXPECT_THAT(input_error([&] {
+                Controller(scene.context(0.01), Settings::parse("{network: {file: ., inputs: [joint_position]}, "
+                                                                "control: {torque: {}}}",
+                                                                "net.yaml"));
+              }),
+              HasSubstr("not a file, but a folder"));
   EXPECT_THAT(refused("rubbish", four), HasSubstr("policy.onnx: is no ONNX file, or a damaged one"));
   EXPECT_THAT(refused(testing::perceptron({48, 13}, "Elu", Numbers::float32), four),
               HasSubstr("output 'actions' of shape [1, 13] has 13 numbers, and there are 12 joints: LF_X_1"));
