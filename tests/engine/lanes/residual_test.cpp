@@ -120,7 +120,7 @@ TEST_P(Residual, OfATableOn64Feet) {
   table.initial.linear_velocity = {0.5, 0.2, 0};
   table.gravity = {0.3 * kGravity, 0, -kGravity};
   Measured run(table, 0);
-  expect_converged(2.5, run);
+  expect_converged(GRAZE_SANITIZED ? 0.6 : 2.5, run);
 }
 
 TEST_P(Residual, OfAStackOfTenBoxes) {
@@ -132,7 +132,7 @@ TEST_P(Residual, OfAStackOfTenBoxes) {
         movable("box" + std::to_string(i), box(0.2, 0.2, 0.1), 1, at(aside, 0, 0.051 + 0.1005 * i)));
   }
   Measured run(stack, 0);
-  expect_converged(1.5, run);
+  expect_converged(GRAZE_SANITIZED ? 0.4 : 1.5, run);
 }
 
 /// Two fingers on slides of a swinging palm, a kilogram (or a gram) each, and a box of a thousandth (a thousand times)
