@@ -63,8 +63,10 @@ Eigen::VectorXd plain_step(const DesignPoint& at, double alpha);
 
 /// The change d with |d_i| <= radius, within the bounds, that minimises the sum of squares of what all limits would
 /// lack (in their scales, by their slopes) plus `weight` |d|^2. Limits that hold now and would not then count, too. By
-/// coordinate descent: the function is convex and has a continuous slope. Variables of a total move in pairs, one up
-/// and one down: whatever change leaves the total is a sum of such ones that go the same ways.
+/// sweeps: coordinate descent, in which variables of a total move in pairs, one up and one down (whatever change leaves
+/// the total is a sum of such ones that go the same ways), then all variables that stand at no bound together, to where
+/// the function is least for the limits that lack. It is convex and has a continuous slope: where no sweep changes
+/// anything any more it is least.
 Eigen::VectorXd damped_step(const DesignPoint& at, double radius, double weight = 1e-3);
 
 /// What limits lack: the sum over limits of max(0, -margin) in their scales. Limits of unknown margin count as holding.

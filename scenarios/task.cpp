@@ -446,8 +446,9 @@ LaneMask TaskMonitor::update(const WitnessInput& input) {
 }
 
 void TaskMonitor::values(const WitnessInput& input, BlockArray& requirements, BlockArray& objective) const {
-  requirements = BlockArray(static_cast<int>(watched_.size()));
-  objective = BlockArray(static_cast<int>(judging_.size()));
+  // Once, not at every step.
+  if (requirements.rows() != margin_.rows()) requirements = BlockArray(margin_.rows());
+  if (objective.rows() != leaf_.rows()) objective = BlockArray(leaf_.rows());
   double part[kLanes];
   for (int i = 0; i < requirements.rows(); ++i) watched_[i].evaluate(input, nullptr, requirements.row(i), part);
   for (int i = 0; i < objective.rows(); ++i) judging_[i].evaluate(input, nullptr, objective.row(i), part);

@@ -69,7 +69,7 @@ struct BlockRun::Impl final : TraceSaver {
   PhaseClock clock;
   TraceObserver* observer = nullptr;
   BlockArray requirement_values, objective_values;  // for the observer
-  std::optional<WatchedSensors> watched;            // for the observer
+  WatchedSensors watched;                           // for the observer
   const std::uint64_t seed;
   TraceWatch* watch = nullptr;
   std::shared_ptr<const TraceKind> kind;  // made when first needed
@@ -120,7 +120,7 @@ struct BlockRun::Impl final : TraceSaver {
     if (scenario.recording.events) events.start(lane, particle.model);
     phases.start(lane);
     sensors.start(lane, particle);
-    if (observer) watched->start(lane, particle);
+    watched.start(lane, particle);
     actuators.start(lane, particle);
     controllers.start(lane, particle, options.informed);
     monitor.start(lane, particle.model);
@@ -273,7 +273,7 @@ struct BlockRun::Impl final : TraceSaver {
       const bool more = observer->see({lane, lanes[lane].particle->id, index_of(lane), lanes[lane].step,
                                        lanes[lane].first, time(lane), *physics, tau, command, requirement_values,
                                        objective_values, lanes[lane].particle->model, controllers.of(lane),
-                                       watched->sensed(), watched->truth(), ended[lane], *this});
+                                       watched.sensed(), watched.truth(), ended[lane], *this});
       enough.set(lane, !more);
       lanes[lane].record->stopped = !more && !ended[lane];
     }
@@ -345,7 +345,7 @@ struct BlockRun::Impl final : TraceSaver {
     if (!due.any()) return;
     clock.ended(Phase::bookkeeping);
     sensors.sense(*physics, tau, scenario.timing.step, step, now, due, observation);
-    if (observer) watched->sense(*physics, tau, scenario.timing.step, step, now, due);
+    watched.sense(*physics, tau, scenario.timing.step, step, now, due);
     if (!lag_jitter.empty()) lag_jitter.draw(particle, step, due, no_lag, lag);
     clock.ended(Phase::sensing);
     controllers.act(observation, lag_jitter.empty() ? nullptr : lag.row(0), due, command);
@@ -444,7 +444,7 @@ struct BlockRun::Impl final : TraceSaver {
       particles = moved;
     }
     observer = options.observer;
-    if (observer && !watched) watched.emplace(scenario, seed);
+    watched.begin(scenario, seed, observer && observer->senses());
     records.assign(particles.size(), {});
     for (std::size_t i = 0; i < particles.size(); ++i) records[i].particle = particles[i].id;
     steps_done = 0;

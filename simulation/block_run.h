@@ -47,9 +47,11 @@ struct StepView {
   const BlockArray& objective;     // [leaf of the objective], witness values
   const Model& model;              // the particle's own
   const Controller& controller;    // targets and lag of the last control step
-  const Observation& sensed;  // at the last control step, all groups, whatever the policy reads; not before the first
-  const Observation& truth;   // the same without any error
-  bool ends;                  // the trace ends with this step, whatever is seen
+  // At the last control step, all groups, whatever the policy reads; not before the first, nor if the observer does not
+  // look at them (TraceObserver::senses).
+  const Observation& sensed;
+  const Observation& truth;  // the same without any error
+  bool ends;                 // the trace ends with this step, whatever is seen
   TraceSaver& saver;
 
   /// The trace as it is now, from which others can go on (RunOptions::saved); none if it ends here. Throws
@@ -65,6 +67,8 @@ class TraceObserver {
   virtual ~TraceObserver() = default;
   /// At the start of a trace and after each of its steps. False: it has seen enough, and the trace ends here.
   virtual bool see(const StepView& step) = 0;
+  /// Whether it looks at StepView::sensed or truth; what nobody looks at is not computed.
+  virtual bool senses() const { return true; }
 };
 
 /// Where a trace begins, other than at the scenario's initial state and t = 0. What happened before is forgotten: no

@@ -11,13 +11,16 @@ LaneControllers::LaneControllers(const ControlContext& context, const Settings& 
 
 void LaneControllers::start(int lane, const Particle& particle, bool informed) {
   in_[lane] = &common_;
-  if (informed) {
+  if (informed || knows_other_[lane]) {
     const ControlContext& c = context_;
     own_[lane] = std::make_unique<Controller>(
-        ControlContext{particle.model, particle.initial, c.period, c.solves_drives, c.end, c.seed, c.name}, policy_);
+        informed ? ControlContext{particle.model, particle.initial, c.period, c.solves_drives, c.end, c.seed, c.name}
+                 : c,
+        policy_);
     if (own_[lane]->reads() & ~common_.reads())
       throw std::logic_error("a policy reads more of one robot than of another");
-    in_[lane] = own_[lane].get();
+    if (!common_.know(lane, *own_[lane])) in_[lane] = own_[lane].get();
+    knows_other_.set(lane, informed);
   }
   in_[lane]->start(lane, particle.control_lag, particle.id);
 }

@@ -58,8 +58,8 @@ inline void righting_pushes(int feet, const Vec3T<T>* x, const unsigned* stands,
 }
 
 /// Adds the torques of a foot that pushes by `push` to tau, which holds the chain's joints.
-template <class T, int N>
-inline void push_foot(const ChainView& chain, const T* q, const Vec3T<T>& up, const T& push, T* tau) {
+template <class T, int N, class Number>
+inline void push_foot(const ChainOf<Number>& chain, const T* q, const Vec3T<T>& up, const T& push, T* tau) {
   ChainPose<T, N> pose;
   walk_chain(chain, q, pose, [](int, const RotT<T>&, const Vec3T<T>&) {});
   const Vec3T<T> force = -(push * up);

@@ -133,6 +133,14 @@ Controller::Controller(const ControlContext& given, const Settings& settings) : 
 
 Controller::~Controller() = default;
 
+bool Controller::know(int lane, const Controller& other) {
+  if (!impl_->tracker->know(lane, *other.impl_->tracker) || !impl_->policy->know(lane, *other.impl_->policy)) {
+    return false;
+  }
+  impl_->buffer->know(lane, *other.impl_->buffer);
+  return true;
+}
+
 void Controller::start(int lane, double lag, std::uint32_t particle) {
   impl_->lag[lane] = lag;
   impl_->draws.start(lane, particle);

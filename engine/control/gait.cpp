@@ -5,6 +5,7 @@
 #include "engine/control/ik.h"
 #include "engine/control/joint_values.h"
 #include "engine/control/kernel.h"
+#include "engine/control/lane_gait.h"
 #include "engine/lanes/isa.h"
 
 namespace graze {
@@ -45,6 +46,15 @@ class Gait : public Policy {
   void start(int lane) override {
     fresh_.set(lane);
     steering_->start(lane);
+  }
+
+  bool know(int lane, const Policy& other) override {
+    const auto* const robot = dynamic_cast<const Gait*>(&other);
+    if (robot == nullptr || robot->effectors() != effectors()) return false;
+    if (!each_) each_.emplace(view_);
+    if (!each_->fits(robot->view_)) return false;
+    each_->put(lane, robot->view_);
+    return true;
   }
 
   void carry(int lane, LaneTape& tape) override {
@@ -100,7 +110,7 @@ class Gait : public Policy {
     call.tau = targets.tau.row(0);
     call.x = targets.x.row(0);
     call.xd = targets.xd.row(0);
-    kernel_.gait(view_, call);
+    each_ ? kernel_.gait_of_each(each_->view(), call) : kernel_.gait(view_, call);
     fresh_ = LaneMask(fresh_.bits() & ~active.bits());
   }
 
@@ -112,9 +122,10 @@ class Gait : public Policy {
   std::unique_ptr<Steering> steering_;
   std::vector<Chain::Values> reference_;
   std::vector<std::optional<HipKneeView>> closed_;
-  std::vector<LegView> views_;
-  GaitView view_{};
-  LaneMask fresh_;  // started, and not called since
+  std::vector<LegOf<double>> views_;
+  GaitOf<double> view_{};
+  std::optional<LaneGait> each_;  // if lanes know robots of their own
+  LaneMask fresh_;                // started, and not called since
   BlockArray command_, last_time_, feet_, guess_;
 };
 

@@ -1,6 +1,7 @@
 #pragma once
-// Table 17 as kernels see it: numbers of a gait, the same for all lanes. Level frame: origin of the base, axes of the
-// base at its nominal attitude (upright), x forward, z up. Read by gait_settings.h.
+// Table 17 as kernels see it: numbers of a gait. What follows from the robot is
+// the same for all lanes or each lane's own (lane_number.h), the rest the same for all. Level frame: origin of the
+// base, axes of the base at its nominal attitude (upright), x forward, z up. Read by gait_settings.h.
 
 #include "engine/control/leg_ik.h"
 
@@ -33,7 +34,8 @@ struct BaseStabilizer {
   double roll = 0, pitch = 0;  // rad, as commanded
 };
 
-struct GaitParameters {
+/// What all robots of one gait have alike.
+struct GaitRules {
   GaitTiming timing;
   double step_height = 0.02;                     // m
   double overshoot = 0;                          // of the horizontal step, see swing_path
@@ -42,13 +44,18 @@ struct GaitParameters {
   bool global_up = true;                         // steps rise along the world's z, not the base's
   bool recovery = true;                          // the modes reach and support; without: timing alone decides
   double max_speed = 1.0;                        // m/s, of a foot at touchdown
-  double contact_force = 0;                      // N, above which a foot carries
   double gravity = 9.81;                         // m/s^2, for flights
   double R_GB[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};  // commanded attitude of the base in the level frame
   BaseStabilizer stabilizer;
-  double origin[kMaxFeet][3] = {};  // where each foot stands at mid-stance, level frame, m
-  double hip[kMaxFeet][3] = {};     // centre of its reach, base frame, m
-  double reach[kMaxFeet] = {};      // m
 };
+
+template <class Number>
+struct GaitParametersOf : GaitRules {
+  Number contact_force{};           // N, above which a foot carries
+  Number origin[kMaxFeet][3] = {};  // where each foot stands at mid-stance, level frame, m
+  Number hip[kMaxFeet][3] = {};     // centre of its reach, base frame, m
+  Number reach[kMaxFeet] = {};      // m
+};
+using GaitParameters = GaitParametersOf<double>;
 
 }  // namespace graze

@@ -33,26 +33,26 @@ struct GaitSenses {
 // stays where it is until its next planned stance: shorter swings would ask for more than four times the planned speed.
 inline constexpr double kShortestSwing = 0.25;
 
-template <class T>
-inline Vec3T<T> within_reach(const GaitParameters& p, int foot, const Vec3T<T>& x) {
+template <class T, class Number>
+inline Vec3T<T> within_reach(const GaitParametersOf<Number>& p, int foot, const Vec3T<T>& x) {
   const Vec3T<T> hip = constant_vec3<T>(p.hip[foot]), from_hip = x - hip;
-  const T reach = T(p.reach[foot]), distance2 = norm2(from_hip);
+  const T reach = lanes_of<T>(p.reach[foot]), distance2 = norm2(from_hip);
   const mask_of<T> beyond = distance2 > reach * reach;
   if (!any(beyond)) return x;
   return select(beyond, axpy(reach / sqrt(distance2), from_hip, hip), x);
 }
 
 /// Velocity of a standing foot that moves the base at `command`: -J_{foot,base} command (§9.2.4). Base frame.
-template <class T>
-inline Vec3T<T> stance_velocity(const GaitParameters& p, const Vec3T<T>& x, const BaseCommandT<T>& command) {
+template <class T, class Number>
+inline Vec3T<T> stance_velocity(const GaitParametersOf<Number>& p, const Vec3T<T>& x, const BaseCommandT<T>& command) {
   const RotT<T> R_GB = constant_matrix<T>(p.R_GB);
   return -transposed_times(R_GB, cross_add(command.w, R_GB * x, command.v));
 }
 
 /// Where a foot shall touch down: where its origin will be at mid-stance, seen from the base at touchdown (Figure 72).
 /// Base frame.
-template <class T>
-inline Vec3T<T> touchdown(const GaitParameters& p, int foot, const BaseCommandT<T>& command) {
+template <class T, class Number>
+inline Vec3T<T> touchdown(const GaitParametersOf<Number>& p, int foot, const BaseCommandT<T>& command) {
   const PlanarPoseT<T> middle = predict(command, 0.5 * stance_duration(p.timing, foot));
   const Vec3T<T> goal = middle.transform(constant_vec3<T>(p.origin[foot]));
   return within_reach(p, foot, transposed_times(constant_matrix<T>(p.R_GB), goal));
@@ -67,8 +67,8 @@ inline Vec3T<T> up_of(const T& roll, const T& pitch) {
   return {-sp, cp * sr, cp * cr};
 }
 
-template <class T>
-inline SwingPath<T> plan_path(const GaitParameters& p, const GaitSenses<T>& in, int foot, const Vec3T<T>& x,
+template <class T, class Number>
+inline SwingPath<T> plan_path(const GaitParametersOf<Number>& p, const GaitSenses<T>& in, int foot, const Vec3T<T>& x,
                               const Vec3T<T>& xd, const T& t0, const T& duration) {
   const Vec3T<T> goal = touchdown(p, foot, in.command);
   Vec3T<T> end_velocity = stance_velocity(p, goal, in.command);
@@ -81,8 +81,8 @@ inline SwingPath<T> plan_path(const GaitParameters& p, const GaitSenses<T>& in, 
 }
 
 /// All feet of `lanes` (bits) in stance where they are, ready to settle.
-template <class T>
-inline void start_feet(const GaitParameters& p, const GaitSenses<T>& in, unsigned lanes, FootPlan<T>* feet) {
+template <class T, class Number>
+inline void start_feet(const GaitParametersOf<Number>& p, const GaitSenses<T>& in, unsigned lanes, FootPlan<T>* feet) {
   const mask_of<T> here = mask_from_bits<T>(lanes);
   for (int i = 0; i < p.timing.feet; ++i) {
     FootPlan<T>& foot = feet[i];
@@ -94,7 +94,7 @@ inline void start_feet(const GaitParameters& p, const GaitSenses<T>& in, unsigne
     // A smooth step (3 s^2 - 2 s^3, at thirds 7/27 and 20/27) to the commanded height; feet stay where they stand.
     const RotT<T> R_GB = constant_matrix<T>(p.R_GB);
     Vec3T<T> level = R_GB * in.x[i];
-    level.z = T(p.origin[i][2]);
+    level.z = lanes_of<T>(p.origin[i][2]);
     const Vec3T<T> way = transposed_times(R_GB, level) - in.x[i], still{T(0.0), T(0.0), T(0.0)};
     const Vec3T<T> knot[4] = {in.x[i], axpy(T(7.0 / 27), way, in.x[i]), axpy(T(20.0 / 27), way, in.x[i]),
                               in.x[i] + way};
@@ -103,9 +103,9 @@ inline void start_feet(const GaitParameters& p, const GaitSenses<T>& in, unsigne
 }
 
 /// Transitions of all feet in `lanes` (bits), Figure 67. t: s since the gait began.
-template <class T>
-inline void switch_modes(const GaitParameters& p, const GaitSenses<T>& in, const T& t, const T& phase, unsigned lanes,
-                         FootPlan<T>* feet) {
+template <class T, class Number>
+inline void switch_modes(const GaitParametersOf<Number>& p, const GaitSenses<T>& in, const T& t, const T& phase,
+                         unsigned lanes, FootPlan<T>* feet) {
   for (int i = 0; i < p.timing.feet; ++i) {
     FootPlan<T>& foot = feet[i];
     const unsigned planned = bits(in_stance(p.timing, i, phase)) & lanes;
@@ -119,7 +119,7 @@ inline void switch_modes(const GaitParameters& p, const GaitSenses<T>& in, const
     foot.reach |= landed;
     foot.support &= ~planned;
     if (foot.reach & lanes) {
-      foot.reach &= p.recovery ? ~(bits(in.force[i] > T(p.contact_force)) & lanes) : ~lanes;
+      foot.reach &= p.recovery ? ~(bits(in.force[i] > lanes_of<T>(p.contact_force)) & lanes) : ~lanes;
     }
     const unsigned lifting = lanes & ~planned & ~foot.swing;
     foot.reach &= ~lifting;
@@ -127,8 +127,8 @@ inline void switch_modes(const GaitParameters& p, const GaitSenses<T>& in, const
   }
 }
 
-template <class T>
-inline void stand(const GaitParameters& p, const GaitSenses<T>& in, const BaseCommandT<T>& command, int i,
+template <class T, class Number>
+inline void stand(const GaitParametersOf<Number>& p, const GaitSenses<T>& in, const BaseCommandT<T>& command, int i,
                   unsigned lanes, FootPlan<T>& foot) {
   const mask_of<T> here = mask_from_bits<T>(lanes & ~foot.swing);
   Vec3T<T> xd = stance_velocity(p, in.x[i], command);
@@ -139,15 +139,16 @@ inline void stand(const GaitParameters& p, const GaitSenses<T>& in, const BaseCo
   foot.xd = select(here, xd, foot.xd);
 }
 
-template <class T>
-inline void lift_off(const GaitParameters& p, const GaitSenses<T>& in, const T& t, const T& phase, unsigned lanes,
-                     FootPlan<T>* feet) {
+template <class T, class Number>
+inline void lift_off(const GaitParametersOf<Number>& p, const GaitSenses<T>& in, const T& t, const T& phase,
+                     unsigned lanes, FootPlan<T>* feet) {
   unsigned any_reaching = 0;
   for (int i = 0; i < p.timing.feet; ++i) any_reaching |= feet[i].reach;
   for (int i = 0; i < p.timing.feet; ++i) {
     FootPlan<T>& foot = feet[i];
     if (!(foot.support & lanes)) continue;
-    const unsigned overreached = bits(norm2(in.x[i] - constant_vec3<T>(p.hip[i])) > T(p.reach[i]) * T(p.reach[i]));
+    const unsigned overreached =
+        bits(norm2(in.x[i] - constant_vec3<T>(p.hip[i])) > lanes_of<T>(p.reach[i]) * lanes_of<T>(p.reach[i]));
     const T left = until_touchdown(p.timing, i, phase);
     const unsigned too_late = bits(left < T(kShortestSwing * swing_duration(p.timing, i)));
     const unsigned lifted = foot.support & lanes & ~(any_reaching & ~overreached) & ~too_late;
@@ -166,8 +167,8 @@ inline mask_of<T> differs(const Vec3T<T>& a, const Vec3T<T>& b) {
   return !((a.x == b.x) & (a.y == b.y) & (a.z == b.z));
 }
 
-template <class T>
-inline void swing(const GaitParameters& p, const GaitSenses<T>& in, const T& t, int i, unsigned lanes,
+template <class T, class Number>
+inline void swing(const GaitParametersOf<Number>& p, const GaitSenses<T>& in, const T& t, int i, unsigned lanes,
                   FootPlan<T>& foot) {
   const SwingPath<T>& old = foot.path;
   const mask_of<T> here = mask_from_bits<T>(lanes & foot.swing);
@@ -187,8 +188,9 @@ inline void swing(const GaitParameters& p, const GaitSenses<T>& in, const T& t, 
 }
 
 /// One control step of `lanes` (bits) that have settled. t: s since the gait began.
-template <class T>
-inline void walk(const GaitParameters& p, const GaitSenses<T>& in, const T& t, unsigned lanes, FootPlan<T>* feet) {
+template <class T, class Number>
+inline void walk(const GaitParametersOf<Number>& p, const GaitSenses<T>& in, const T& t, unsigned lanes,
+                 FootPlan<T>* feet) {
   const T phase = phase_at(p.timing, t);
   BaseCommandT<T> command = in.command;
   if (p.timing.flight_count > 0) command.v.z += hop_velocity(p.timing, phase, p.gravity);
@@ -204,8 +206,8 @@ inline void walk(const GaitParameters& p, const GaitSenses<T>& in, const T& t, u
 
 /// One control step of `lanes` (bits); the others keep everything. Until t = settle all feet stand; the gait's clock
 /// begins there.
-template <class T>
-inline void plan(const GaitParameters& p, const GaitSenses<T>& in, unsigned lanes, FootPlan<T>* feet) {
+template <class T, class Number>
+inline void plan(const GaitParametersOf<Number>& p, const GaitSenses<T>& in, unsigned lanes, FootPlan<T>* feet) {
   const unsigned settled = bits(in.t >= T(p.settle)) & lanes, settling = lanes & ~settled;
   if (settled) walk(p, in, in.t - T(p.settle), settled, feet);
   if (!settling) return;

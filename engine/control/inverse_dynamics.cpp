@@ -426,7 +426,7 @@ class InverseDynamics : public Tracker {
   std::vector<Chain> chains_;  // of the effectors that have targets
   std::vector<ChainView> chain_views_;
   OperationalWishView operational_{};
-  OperationalPdView spring_{};
+  OperationalPdOf<double> spring_{};
   NominalRobot robot_;
   std::vector<int> told_of_;  // movable objects, bodies
   double period_;

@@ -40,6 +40,9 @@ class JointPd : public Tracker {
   }
 
   TargetKind kind() const override { return TargetKind::joint; }
+  bool know(int, const Tracker& other) override {  // gains follow from no number of the robot
+    return dynamic_cast<const JointPd*>(&other) != nullptr;
+  }
   unsigned reads() const override {
     if (!implicit_) return (any(kp_) ? kJointPosition : 0u) | (any(kd_) ? kJointVelocity : 0u);
     return (any(kp_) || any(ki_) ? kServoPosition : 0u) | (any(kd_) ? kServoVelocity : 0u);

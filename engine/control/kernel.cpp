@@ -30,16 +30,16 @@ struct Rows {
   }
 };
 
-template <class T, int N>
-Vec3T<T> sensed_tip(const ChainView& chain, const double* joint_position) {
+template <class T, int N, class Number>
+Vec3T<T> sensed_tip(const ChainOf<Number>& chain, const double* joint_position) {
   T q[kChainRoom<N>];
   for (int i = 0; i < chain_size<N>(chain); ++i) q[i] = Rows<T>::at(joint_position, chain.joint[i].actuator);
   return chain_tip<T, N>(chain, q);
 }
 
-template <class T>
-GaitSenses<T> sense(const GaitView& view, const GaitCall& call) {
-  const GaitParameters& p = view.p;
+template <class T, class Number>
+GaitSenses<T> sense(const GaitOf<Number>& view, const GaitCall& call) {
+  const GaitParametersOf<Number>& p = view.p;
   GaitSenses<T> in;
   in.t = Rows<T>::at(call.time, 0);
   in.dt = select(mask_from_bits<T>(call.fresh), T(0.0), in.t - Rows<T>::at(call.last_time, 0));
@@ -50,7 +50,7 @@ GaitSenses<T> sense(const GaitView& view, const GaitCall& call) {
     in.pitch = Rows<T>::at(call.base_rpy, 1);
   }
   for (int i = 0; i < p.timing.feet; ++i) {
-    const LegView& leg = view.legs[i];
+    const LegOf<Number>& leg = view.legs[i];
     in.x[i] = leg.chain.n == 3 ? sensed_tip<T, 3>(leg.chain, call.joint_position)
                                : sensed_tip<T, 0>(leg.chain, call.joint_position);
     if (!p.recovery) continue;
@@ -61,17 +61,17 @@ GaitSenses<T> sense(const GaitView& view, const GaitCall& call) {
 }
 
 /// Joint targets of one leg.
-template <class T, int N>
-void solve_leg(const LegView& leg, const FootPlan<T>& foot, const Rows<T>& rows, unsigned fresh, double* guess,
+template <class T, int N, class Number>
+void solve_leg(const LegOf<Number>& leg, const FootPlan<T>& foot, const Rows<T>& rows, unsigned fresh, double* guess,
                const GaitCall& call) {
-  const ChainView& chain = leg.chain;
+  const ChainOf<Number>& chain = leg.chain;
   const int n = chain_size<N>(chain);
   T q[kChainRoom<N>], v[kChainRoom<N>];
   if (leg.closed != nullptr) {
     solve_hip_knee(*leg.closed, foot.x, q);
   } else {
     for (int j = 0; j < n; ++j) {
-      q[j] = select(mask_from_bits<T>(fresh), T(leg.reference[j]), Rows<T>::at(guess, j));
+      q[j] = select(mask_from_bits<T>(fresh), lanes_of<T>(leg.reference[j]), Rows<T>::at(guess, j));
     }
     solve_damped(chain, foot.x, q);
     for (int j = 0; j < n; ++j) rows.set(guess, j, q[j]);
@@ -83,9 +83,10 @@ void solve_leg(const LegView& leg, const FootPlan<T>& foot, const Rows<T>& rows,
   }
 }
 
-template <class T, int N>
-void push_with_leg(const LegView& leg, const Vec3T<T>& up, const T& push, const Rows<T>& rows, const GaitCall& call) {
-  const ChainView& chain = leg.chain;
+template <class T, int N, class Number>
+void push_with_leg(const LegOf<Number>& leg, const Vec3T<T>& up, const T& push, const Rows<T>& rows,
+                   const GaitCall& call) {
+  const ChainOf<Number>& chain = leg.chain;
   const int n = chain_size<N>(chain);
   T q[kChainRoom<N>], tau[kChainRoom<N>];
   for (int j = 0; j < n; ++j) {
@@ -97,15 +98,15 @@ void push_with_leg(const LegView& leg, const Vec3T<T>& up, const T& push, const 
 }
 
 /// Feed-forward torques that right the base by the feet that stand and, if forces are sensed, carry.
-template <class T>
-void stabilize(const GaitView& view, const GaitCall& call, const GaitSenses<T>& in, const FootPlan<T>* feet,
+template <class T, class Number>
+void stabilize(const GaitOf<Number>& view, const GaitCall& call, const GaitSenses<T>& in, const FootPlan<T>* feet,
                const Rows<T>& rows) {
-  const GaitParameters& p = view.p;
+  const GaitParametersOf<Number>& p = view.p;
   const T roll = Rows<T>::at(call.base_rpy, 0), pitch = Rows<T>::at(call.base_rpy, 1);
   unsigned stands[kMaxFeet];
   for (int i = 0; i < p.timing.feet; ++i) {
     stands[i] = call.active & ~feet[i].swing;
-    if (p.recovery) stands[i] &= bits(in.force[i] > T(p.contact_force));
+    if (p.recovery) stands[i] &= bits(in.force[i] > lanes_of<T>(p.contact_force));
   }
   const Vec3T<T> up = up_of(roll, pitch);
   const Vec3T<T> moment =
@@ -113,14 +114,14 @@ void stabilize(const GaitView& view, const GaitCall& call, const GaitSenses<T>& 
   T push[kMaxFeet];
   righting_pushes<T>(p.timing.feet, in.x, stands, up, moment, push);
   for (int i = 0; i < p.timing.feet; ++i) {
-    const LegView& leg = view.legs[i];
+    const LegOf<Number>& leg = view.legs[i];
     leg.chain.n == 3 ? push_with_leg<T, 3>(leg, up, push[i], rows, call)
                      : push_with_leg<T, 0>(leg, up, push[i], rows, call);
   }
 }
 
-template <class T>
-void gait(const GaitView& view, const GaitCall& call) {
+template <class T, class Number>
+void gait(const GaitOf<Number>& view, const GaitCall& call) {
   const Rows<T> rows{mask_from_bits<T>(call.active)};
   FootPlan<T>* const feet = reinterpret_cast<FootPlan<T>*>(call.feet);
   const GaitSenses<T> in = sense<T>(view, call);
@@ -128,7 +129,7 @@ void gait(const GaitView& view, const GaitCall& call) {
   plan(view.p, in, call.active, feet);
   rows.set(call.last_time, 0, in.t);
   for (int k = 0; k < view.na; ++k) {
-    rows.set(call.q, k, T(view.initial[k]));
+    rows.set(call.q, k, lanes_of<T>(view.initial[k]));
     rows.set(call.v, k, T(0.0));
     rows.set(call.tau, k, T(0.0));
   }
@@ -137,16 +138,17 @@ void gait(const GaitView& view, const GaitCall& call) {
     rows.set_vec3(call.xd, 3 * i, feet[i].xd);
     if (!view.by_joints) continue;
     double* const guess = call.guess + i * kMaxChainJoints * kWidth<T>;
-    const LegView& leg = view.legs[i];
+    const LegOf<Number>& leg = view.legs[i];
     leg.chain.n == 3 ? solve_leg<T, 3>(leg, feet[i], rows, call.fresh, guess, call)
                      : solve_leg<T, 0>(leg, feet[i], rows, call.fresh, guess, call);
   }
   if (view.p.stabilizer.on) stabilize(view, call, in, feet, rows);
 }
 
-template <class T, int N>
-void track_chain(const OperationalPdView& view, const OperationalPdCall& call, int effector, const Rows<T>& rows) {
-  const ChainView& chain = view.chains[effector];
+template <class T, int N, class Number>
+void track_chain(const OperationalPdOf<Number>& view, const OperationalPdCall& call, int effector,
+                 const Rows<T>& rows) {
+  const ChainOf<Number>& chain = view.chains[effector];
   const int n = chain_size<N>(chain);
   T q[kChainRoom<N>], v[kChainRoom<N>], tau[kChainRoom<N>];
   for (int i = 0; i < n; ++i) {
@@ -159,8 +161,8 @@ void track_chain(const OperationalPdView& view, const OperationalPdCall& call, i
   for (int i = 0; i < n; ++i) rows.set(call.tau, chain.joint[i].actuator, tau[i]);
 }
 
-template <class T>
-void operational_pd(const OperationalPdView& view, const OperationalPdCall& call) {
+template <class T, class Number>
+void operational_pd(const OperationalPdOf<Number>& view, const OperationalPdCall& call) {
   const Rows<T> rows{mask_from_bits<T>(call.active)};
   for (int k = 0; k < view.na; ++k) {
     rows.set(call.tau, k, Rows<T>::at(call.target_tau, k));
@@ -214,8 +216,10 @@ void copy_feet(double* feet, int count, int lane, double* numbers, bool back) {
 const ControlKernel& GRAZE_OF_ISA(find_control_kernel)() {
   using T = Pack<8>;
   static constexpr ControlKernel kernel{static_cast<int>(sizeof(FootPlan<T>) / sizeof(double)),
-                                        &gait<T>,
-                                        &operational_pd<T>,
+                                        &gait<T, double>,
+                                        &gait<T, LaneNumber>,
+                                        &operational_pd<T, double>,
+                                        &operational_pd<T, LaneNumber>,
                                         &inverse_dynamics<T>,
                                         &foot_modes<T>,
                                         kFootRows<T> + 3,

@@ -10,20 +10,22 @@
 namespace graze {
 
 /// A leg as the gait sees it.
-struct LegView {
-  ChainView chain;
-  const HipKneeView* closed;  // null: inverse kinematics by iteration
-  const double* reference;    // chain.n initial joint positions, guess of the first step
-  int forces;                 // rows of link_force that count as the foot's
+template <class Number>
+struct LegOf {
+  ChainOf<Number> chain;
+  const HipKneeOf<Number>* closed;  // null: inverse kinematics by iteration
+  const Number* reference;          // chain.n initial joint positions, guess of the first step
+  int forces;                       // rows of link_force that count as the foot's
   const int* force;
 };
 
-struct GaitView {
-  GaitParameters p;
-  const LegView* legs;  // p.timing.feet
-  bool by_joints;       // joint targets by inverse kinematics
+template <class Number>
+struct GaitOf {
+  GaitParametersOf<Number> p;
+  const LegOf<Number>* legs;  // p.timing.feet
+  bool by_joints;             // joint targets by inverse kinematics
   int na;
-  const double* initial;  // na: targets of joints that belong to no leg
+  const Number* initial;  // na: targets of joints that belong to no leg
 };
 
 /// Modes of a foot (Figure 67).
@@ -43,9 +45,10 @@ struct GaitCall {
   double *x, *xd;       // 3 per foot each
 };
 
-struct OperationalPdView {
+template <class Number>
+struct OperationalPdOf {
   int effectors;
-  const ChainView* chains;
+  const ChainOf<Number>* chains;
   double kp, kd;  // N/m, N s/m
   double period;  // s, over which the damper is implicit; 0: explicit
   int na;
@@ -180,8 +183,10 @@ struct InverseDynamicsCall {
 /// The functions of one instruction set.
 struct ControlKernel {
   int foot_doubles;  // memory of a foot, all lanes
-  void (*gait)(const GaitView& view, const GaitCall& call);
-  void (*operational_pd)(const OperationalPdView& view, const OperationalPdCall& call);
+  void (*gait)(const GaitOf<double>& view, const GaitCall& call);
+  void (*gait_of_each)(const GaitOf<LaneNumber>& view, const GaitCall& call);  // a robot in each lane
+  void (*operational_pd)(const OperationalPdOf<double>& view, const OperationalPdCall& call);
+  void (*operational_pd_of_each)(const OperationalPdOf<LaneNumber>& view, const OperationalPdCall& call);
   void (*inverse_dynamics)(const InverseDynamicsView& view, const InverseDynamicsCall& call);
   /// Modes of a lane's feet, out[count], as FootMode; `feet`: memory of the gait.
   void (*foot_modes)(const double* feet, int count, int lane, double* out);

@@ -39,6 +39,13 @@ void LagBuffer::start(int lane, double lag) {
   own.head = common_head();
 }
 
+void LagBuffer::know(int lane, const LagBuffer& other) {
+  for (const auto part : kept_) {
+    BlockArray& own = initial_.*part;
+    for (int i = 0; i < own.rows(); ++i) own(i, lane) = (other.initial_.*part)(i, lane);
+  }
+}
+
 std::size_t LagBuffer::common_head() const {
   const auto longest =
       std::max_element(lanes_.begin(), lanes_.end(), [](const Lane& a, const Lane& b) { return a.issued < b.issued; });

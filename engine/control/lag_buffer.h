@@ -19,6 +19,8 @@ class LagBuffer {
   /// least 100 steps), and a momentary lag beyond that sees the oldest targets kept. No history is longer than a trace,
   /// and memory is taken as the trace goes on.
   void start(int lane, double lag);
+  /// Takes over what counts as issued before the lane's trace.
+  void know(int lane, const LagBuffer& other);
   /// Writes down, or reads back, the lane's history.
   void carry(int lane, LaneTape& tape);
   /// Control steps that memory has been taken for.

@@ -9,6 +9,7 @@
 // kd becomes (1/kd + h J M^-1 J^T)^-1, which tends to kd as h tends to 0. `implicit: false` is the published law.
 
 #include "engine/control/kernel.h"
+#include "engine/control/lane_chain.h"
 #include "engine/control/policy.h"
 #include "engine/dynamics/chain.h"
 #include "engine/lanes/isa.h"
@@ -47,20 +48,58 @@ class OperationalPd : public Tracker {
   }
 
   TargetKind kind() const override { return TargetKind::effector; }
+
+  bool know(int lane, const Tracker& other) override {
+    const auto* const robot = dynamic_cast<const OperationalPd*>(&other);
+    if (robot == nullptr || robot->views_.size() != views_.size()) return false;
+    if (lane_chains_.empty()) begin_each();
+    for (std::size_t e = 0; e < views_.size(); ++e) {
+      if (!lane_chains_[e].fits(robot->views_[e])) return false;
+    }
+    put(lane, robot->views_);
+    return true;
+  }
   unsigned reads() const override { return kJointPosition | kJointVelocity; }
 
   void track(const Observation& observation, const Targets& targets, LaneMask active,
              ActuatorCommand& command) override {
-    kernel_.operational_pd(view_, {active.bits(), observation.joint_position.row(0), observation.joint_velocity.row(0),
-                                   targets.tau.row(0), targets.x.row(0), targets.xd.row(0), command.tau.row(0),
-                                   command.kp.row(0), command.kd.row(0), command.ki.row(0)});
+    const OperationalPdCall call{active.bits(),
+                                 observation.joint_position.row(0),
+                                 observation.joint_velocity.row(0),
+                                 targets.tau.row(0),
+                                 targets.x.row(0),
+                                 targets.xd.row(0),
+                                 command.tau.row(0),
+                                 command.kp.row(0),
+                                 command.kd.row(0),
+                                 command.ki.row(0)};
+    lane_chains_.empty() ? kernel_.operational_pd(view_, call) : kernel_.operational_pd_of_each(each_, call);
   }
 
  private:
+  /// From now on each lane has numbers of its own; first those of the nominal robot.
+  void begin_each() {
+    for (const ChainView& chain : views_) lane_chains_.emplace_back(chain);
+    lane_views_.resize(views_.size());
+    each_ = {view_.effectors, lane_views_.data(), view_.kp, view_.kd, view_.period, view_.na};
+    for (int lane = 0; lane < kLanes; ++lane) put(lane, views_);
+  }
+
+  void put(int lane, const std::vector<ChainView>& chains) {
+    for (std::size_t e = 0; e < chains.size(); ++e) {
+      lane_chains_[e].put(lane, chains[e]);
+      lane_views_[e] = lane_chains_[e].view();
+    }
+  }
+
   const ControlKernel& kernel_;
   std::vector<Chain> chains_;
   std::vector<ChainView> views_;
-  OperationalPdView view_{};
+  OperationalPdOf<double> view_{};
+  // If lanes know robots of their own.
+  std::vector<LaneChain> lane_chains_;
+  std::vector<ChainOf<LaneNumber>> lane_views_;
+  OperationalPdOf<LaneNumber> each_{};
 };
 
 const TrackerRegistration operational_pd_registration(

@@ -10,14 +10,14 @@ inline namespace GRAZE_ISA_NAMESPACE {
 /// Torques J^T (kp (x_des - x) + D (xd_des - J v)) of one effector, added to tau. D is kd, or, implicit over h,
 /// (1/kd + h J M^-1 J^T)^-1. With S = M + h kd J^T J that is J^T D e = kd M S^-1 J^T e (Woodbury), which asks for
 /// one factorisation and no inverse.
-template <class T, int N>
-inline void track_effector(const OperationalPdView& pd, const ChainView& chain, const T* q, const T* v,
+template <class T, int N, class Number>
+inline void track_effector(const OperationalPdOf<Number>& pd, const ChainOf<Number>& chain, const T* q, const T* v,
                            const Vec3T<T>& x_des, const Vec3T<T>& xd_des, T* tau) {
   constexpr int row = kChainRoom<N>;
   const int n = chain_size<N>(chain);
   const bool implicit = pd.period > 0 && pd.kd > 0;
   ChainPose<T, N> pose;
-  ChainInertia<T> body[row];
+  ChainInertia<T, ValueOf<T, Number>> body[row];
   if (implicit) {
     walk_chain(chain, q, pose,
                [&](int i, const RotT<T>& R, const Vec3T<T>& p) { body[i] = body_inertia(chain.joint[i], R, p); });

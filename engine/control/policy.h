@@ -52,6 +52,9 @@ class Policy {
  public:
   virtual ~Policy() = default;
   virtual void start(int lane) = 0;
+  /// From the lane's next start() on acts in it as `other` would, which was made of the same settings for a robot of
+  /// the same parts, so that one call serves a robot in each lane, with the bits that each has alone. False: it cannot.
+  virtual bool know(int /*lane*/, const Policy& /*other*/) { return false; }
   /// Fills the targets of the active lanes from what is sensed.
   virtual void act(const Observation& observation, LaneMask active, Targets& targets) = 0;
   /// Groups of the observation (SensedGroup) that act reads; the others need not be sensed, and are NaN then.
@@ -73,9 +76,10 @@ class Tracker {
  public:
   virtual ~Tracker() = default;
   virtual TargetKind kind() const = 0;
-  /// As of a policy, for trackers that keep something of a lane from call to call.
+  /// As of a policy, the first two for trackers that keep something of a lane from call to call.
   virtual void start(int /*lane*/) {}
   virtual void carry(int /*lane*/, LaneTape& /*tape*/) {}
+  virtual bool know(int /*lane*/, const Tracker& /*other*/) { return false; }
   /// Groups of the observation that track reads, as Policy::reads, and kServoPosition or kServoVelocity if the servos
   /// that it commands look at their encoders.
   virtual unsigned reads() const { return kAllGroups; }
@@ -116,6 +120,9 @@ class Controller {
   Controller(const ControlContext& context, const Settings& policy);
   ~Controller();
 
+  /// From the lane's next start() on acts in it as `other` would, which was made of the same policy for a robot of the
+  /// same parts. False: it cannot, and the lane is not to be used before it knows a robot again.
+  bool know(int lane, const Controller& other);
   /// `lag`: persistent value of the lane's particle, s. `particle`: its id, which keys what the policy draws.
   void start(int lane, double lag, std::uint32_t particle);
   /// Writes down, or reads back after start(), all that the lane's further way depends on, between two control steps.

@@ -27,6 +27,7 @@ class Prescribed : public Tracker {
   }
 
   TargetKind kind() const override { return TargetKind::joint; }
+  bool know(int, const Tracker& other) override { return dynamic_cast<const Prescribed*>(&other) != nullptr; }
   unsigned reads() const override { return kServoPosition; }
 
   void track(const Observation&, const Targets& targets, LaneMask active, ActuatorCommand& command) override {

@@ -10,6 +10,7 @@ namespace {
 class TorqueTracker : public Tracker {
  public:
   TargetKind kind() const override { return TargetKind::joint; }
+  bool know(int, const Tracker& other) override { return dynamic_cast<const TorqueTracker*>(&other) != nullptr; }
   unsigned reads() const override { return 0; }
 
   void track(const Observation&, const Targets& targets, LaneMask active, ActuatorCommand& command) override {

@@ -19,42 +19,42 @@ inline namespace GRAZE_ISA_NAMESPACE {
 
 template <int N>
 inline constexpr int kChainRoom = N > 0 ? N : kMaxChainJoints;
-template <int N>
-inline int chain_size(const ChainView& chain) {
+template <int N, class Number>
+inline int chain_size(const ChainOf<Number>& chain) {
   return N > 0 ? N : chain.n;
 }
 
-template <class T>
-inline Vec3T<T> constant_vec3(const double* p) {
-  return {T(p[0]), T(p[1]), T(p[2])};
+template <class T, class Number>
+inline Vec3T<T> constant_vec3(const Number* p) {
+  return {lanes_of<T>(p[0]), lanes_of<T>(p[1]), lanes_of<T>(p[2])};
 }
-template <class T>
-inline RotT<T> constant_matrix(const double* p) {
+template <class T, class Number>
+inline RotT<T> constant_matrix(const Number* p) {
   RotT<T> out;
-  for (int k = 0; k < 9; ++k) out.m[k] = T(p[k]);
+  for (int k = 0; k < 9; ++k) out.m[k] = lanes_of<T>(p[k]);
   return out;
 }
 
-template <class T>
-inline RotT<T> joint_rotation(const ChainJointView& joint, const T& q) {
+template <class T, class Number>
+inline RotT<T> joint_rotation(const ChainJointOf<Number>& joint, const T& q) {
   if (joint.prismatic) return constant_matrix<T>(joint.fixed);
   T s, c;
   sin_cos(q, s, c);
   RotT<T> out;
   for (int k = 0; k < 9; ++k) {
-    out.m[k] = fma(s, T(joint.sine[k]), fma(c, T(joint.cosine[k]), T(joint.fixed[k])));
+    out.m[k] = fma(s, lanes_of<T>(joint.sine[k]), fma(c, lanes_of<T>(joint.cosine[k]), lanes_of<T>(joint.fixed[k])));
   }
   return out;
 }
 
 /// Position of the chain's tip. q: n rows.
-template <class T, int N>
-inline Vec3T<T> chain_tip(const ChainView& chain, const T* q) {
+template <class T, int N, class Number>
+inline Vec3T<T> chain_tip(const ChainOf<Number>& chain, const T* q) {
   Vec3T<T> p = constant_vec3<T>(chain.tip);
   const int n = chain_size<N>(chain);
   GRAZE_UNROLL_JOINTS
   for (int i = n - 1; i >= 0; --i) {
-    const ChainJointView& joint = chain.joint[i];
+    const ChainJointOf<Number>& joint = chain.joint[i];
     p = PoseT<T>{joint_rotation(joint, q[i]), constant_vec3<T>(joint.offset)} * p;
     if (joint.prismatic) p = axpy(q[i], constant_vec3<T>(joint.axis), p);
   }
@@ -69,13 +69,13 @@ struct ChainPose {
 };
 
 /// Walks the chain from the base. visit(i, R, p) gets the pose of each body.
-template <class T, int N, class Visit>
-inline void walk_chain(const ChainView& chain, const T* q, ChainPose<T, N>& out, const Visit& visit) {
+template <class T, int N, class Number, class Visit>
+inline void walk_chain(const ChainOf<Number>& chain, const T* q, ChainPose<T, N>& out, const Visit& visit) {
   PoseT<T> X{};
   const int n = chain_size<N>(chain);
   GRAZE_UNROLL_JOINTS
   for (int i = 0; i < n; ++i) {
-    const ChainJointView& joint = chain.joint[i];
+    const ChainJointOf<Number>& joint = chain.joint[i];
     const Vec3T<T> offset = constant_vec3<T>(joint.offset), axis = constant_vec3<T>(joint.axis);
     const RotT<T> turn = joint_rotation(joint, q[i]);
     X.p = i == 0 ? offset : X * offset;
@@ -89,14 +89,14 @@ inline void walk_chain(const ChainView& chain, const T* q, ChainPose<T, N>& out,
 }
 
 /// Column i of the Jacobian of the tip.
-template <class T, int N>
-inline Vec3T<T> tip_column(const ChainView& chain, const ChainPose<T, N>& pose, int i) {
+template <class T, int N, class Number>
+inline Vec3T<T> tip_column(const ChainOf<Number>& chain, const ChainPose<T, N>& pose, int i) {
   return chain.joint[i].prismatic ? pose.axis[i] : cross(pose.axis[i], pose.tip - pose.origin[i]);
 }
 
 /// Position of the tip, and its Jacobian: n columns.
-template <class T, int N>
-inline Vec3T<T> chain_jacobian(const ChainView& chain, const T* q, Vec3T<T>* J) {
+template <class T, int N, class Number>
+inline Vec3T<T> chain_jacobian(const ChainOf<Number>& chain, const T* q, Vec3T<T>* J) {
   ChainPose<T, N> pose;
   walk_chain(chain, q, pose, [](int, const RotT<T>&, const Vec3T<T>&) {});
   const int n = chain_size<N>(chain);
@@ -105,10 +105,10 @@ inline Vec3T<T> chain_jacobian(const ChainView& chain, const T* q, Vec3T<T>* J) 
   return pose.tip;
 }
 
-/// Inertia of a body, or of several, about the base's origin; the mass is the same in all lanes.
-template <class T>
+/// Inertia of a body, or of several, about the base's origin. Value: of the mass, a double where all lanes share it.
+template <class T, class Value = double>
 struct ChainInertia {
-  double mass;
+  Value mass;
   Vec3T<T> moment;  // mass times centre, kg m
   T xx, xy, xz, yy, yz, zz;
 
@@ -117,7 +117,7 @@ struct ChainInertia {
             fma(zz, w.z, fma(yz, w.y, xz * w.x))};
   }
   ChainInertia& operator+=(const ChainInertia& b) {
-    mass += b.mass;
+    mass = mass + b.mass;
     moment += b.moment;
     xx += b.xx;
     xy += b.xy;
@@ -129,14 +129,16 @@ struct ChainInertia {
   }
 };
 
-template <class T>
-inline ChainInertia<T> body_inertia(const ChainJointView& body, const RotT<T>& R, const Vec3T<T>& p) {
-  const double* I = body.inertia;
-  const double full[9] = {I[0], I[1], I[2], I[1], I[3], I[4], I[2], I[4], I[5]};
-  const RotT<T> RI = R * constant_matrix<T>(full);
-  const Vec3T<T> c = PoseT<T>{R, p} * constant_vec3<T>(body.com), mc = T(body.mass) * c;
-  ChainInertia<T> out;
-  out.mass = body.mass;
+template <class T, class Number>
+inline ChainInertia<T, ValueOf<T, Number>> body_inertia(const ChainJointOf<Number>& body, const RotT<T>& R,
+                                                        const Vec3T<T>& p) {
+  constexpr int entry[9] = {0, 1, 2, 1, 3, 4, 2, 4, 5};
+  RotT<T> full;
+  for (int k = 0; k < 9; ++k) full.m[k] = lanes_of<T>(body.inertia[entry[k]]);
+  const RotT<T> RI = R * full;
+  const Vec3T<T> c = PoseT<T>{R, p} * constant_vec3<T>(body.com), mc = lanes_of<T>(body.mass) * c;
+  ChainInertia<T, ValueOf<T, Number>> out;
+  out.mass = value_of<T>(body.mass);
   out.moment = mc;
   // R I R^T + m (c^2 1 - c c^T)
   out.xx = dot_add(RI.row(0), R.row(0), fma(mc.y, c.y, mc.z * c.z));
@@ -150,8 +152,9 @@ inline ChainInertia<T> body_inertia(const ChainJointView& body, const RotT<T>& R
 
 /// Joint-space inertia with the base held still, by composite bodies (Featherstone, 2008, §6.2). `body`: inertia of
 /// each body; spoiled. M: row-major with rows of kChainRoom<N>; the lower triangle is filled.
-template <class T, int N>
-inline void chain_inertia(const ChainView& chain, const ChainPose<T, N>& pose, ChainInertia<T>* body, T* M) {
+template <class T, int N, class Number>
+inline void chain_inertia(const ChainOf<Number>& chain, const ChainPose<T, N>& pose,
+                          ChainInertia<T, ValueOf<T, Number>>* body, T* M) {
   constexpr int row = kChainRoom<N>;
   const int n = chain_size<N>(chain);
   GRAZE_UNROLL_JOINTS
@@ -173,7 +176,7 @@ inline void chain_inertia(const ChainView& chain, const ChainPose<T, N>& pose, C
       M[i * row + j] =
           chain.joint[j].prismatic ? dot(b, force) : dot_add(b, moment, dot(cross(pose.origin[j], b), force));
     }
-    M[i * row + i] += T(chain.joint[i].armature);
+    M[i * row + i] += lanes_of<T>(chain.joint[i].armature);
   }
 }
 

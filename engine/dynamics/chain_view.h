@@ -1,5 +1,8 @@
 #pragma once
-// A serial chain as kernels see it: numbers of the nominal model, the same for all lanes. Filled by Chain (chain.h).
+// A serial chain as kernels see it: numbers of the nominal model, the same for all lanes, or each lane's own
+// (lane_number.h). Filled by Chain (chain.h).
+
+#include "engine/lanes/lane_number.h"
 
 namespace graze {
 
@@ -9,23 +12,28 @@ inline constexpr int kMaxChainJoints = 12;
 /// is
 ///   revolute   turned by fixed + cos(q) cosine + sin(q) sine, at `offset`
 ///   prismatic  turned by fixed, at offset + q axis.
-struct ChainJointView {
+template <class Number>
+struct ChainJointOf {
   bool prismatic;
   int actuator;                         // row in na-sized arrays
-  double lower, upper;                  // rad or m
-  double fixed[9], cosine[9], sine[9];  // row-major
-  double offset[3];                     // m
-  double axis[3];                       // unit, in the frame of the body before
-  double mass;                          // kg
-  double com[3];                        // in the body's frame, m
-  double inertia[6];                    // about com, axes of the body's frame: xx, xy, xz, yy, yz, zz, kg m^2
-  double armature;                      // Body::armature
+  Number lower, upper;                  // rad or m
+  Number fixed[9], cosine[9], sine[9];  // row-major
+  Number offset[3];                     // m
+  Number axis[3];                       // unit, in the frame of the body before
+  Number mass;                          // kg
+  Number com[3];                        // in the body's frame, m
+  Number inertia[6];                    // about com, axes of the body's frame: xx, xy, xz, yy, yz, zz, kg m^2
+  Number armature;                      // Body::armature
 };
 
-struct ChainView {
-  int n;                        // joints, 1 … kMaxChainJoints
-  const ChainJointView* joint;  // from the base outward
-  double tip[3];                // the frame's origin in the last body's frame, m
+template <class Number>
+struct ChainOf {
+  int n;                              // joints, 1 … kMaxChainJoints
+  const ChainJointOf<Number>* joint;  // from the base outward
+  Number tip[3];                      // the frame's origin in the last body's frame, m
 };
+
+using ChainJointView = ChainJointOf<double>;
+using ChainView = ChainOf<double>;
 
 }  // namespace graze

@@ -1,6 +1,7 @@
 #include "jobs/campaign/design_trials.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <exception>
@@ -32,9 +33,8 @@ class LimitWatch : public TraceObserver {
       : task_(task), limits_(block.limits), from_(question.from), to_(question.to), key_(key) {}
 
   bool see(const StepView& view) override {
-    Seen& seen = seen_[key_ == Key::index ? view.index : view.particle];
-    seen.within.resize(limits_.size(), kNever);
-    seen.so_far.resize(limits_.size(), kNever);
+    if (view.step == view.first) lanes_[static_cast<std::size_t>(view.lane)] = &begin(view);
+    Seen& seen = *lanes_[static_cast<std::size_t>(view.lane)];
     for (std::size_t k = 0; k < limits_.size(); ++k) {
       if (!task_.requirements[limits_[k]].window.contains(view.time)) continue;
       const double value = view.requirements(limits_[k], view.lane);
@@ -44,6 +44,7 @@ class LimitWatch : public TraceObserver {
     }
     return view.time < to_;
   }
+  bool senses() const override { return false; }
 
   Seen seen(std::size_t key) {
     Seen out = seen_[key];
@@ -53,11 +54,19 @@ class LimitWatch : public TraceObserver {
   }
 
  private:
+  Seen& begin(const StepView& view) {
+    Seen& seen = seen_[key_ == Key::index ? view.index : view.particle];
+    seen.within.resize(limits_.size(), kNever);
+    seen.so_far.resize(limits_.size(), kNever);
+    return seen;
+  }
+
   const Task& task_;
   const std::vector<int>& limits_;
   double from_, to_;
   Key key_;
   std::map<std::size_t, Seen> seen_;
+  std::array<Seen*, kLanes> lanes_{};  // of the traces that go on
 };
 
 /// Linear between order statistics (type 7 of Hyndman and Fan); NaNs are left out.
@@ -185,6 +194,7 @@ class BeginningTaker : public TraceObserver {
         Beginning{view.time, {all.q.column(view.lane), all.v.column(view.lane)}, view.remember()});
     return false;
   }
+  bool senses() const override { return false; }
 
   std::shared_ptr<const Beginning> taken;
 

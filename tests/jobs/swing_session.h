@@ -64,6 +64,12 @@ struct SwingSession : ::testing::Test {
     EXPECT_EQ(run.code, code) << run.err;
     return run.code == 2 ? nlohmann::json() : nlohmann::json::parse(run.out);
   }
+  /// What is told of a session that cannot be.
+  std::string refusal(const std::string& options) const {
+    const Result run = graze("improve swing.yaml " + options);
+    EXPECT_EQ(run.code, 2) << options << run.out;
+    return run.err;
+  }
   Scenario scenario() const { return load_scenario((folder / "swing.yaml").string()); }
 
   TemporaryFolder folder;

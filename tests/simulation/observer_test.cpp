@@ -85,6 +85,38 @@ void check(const std::string& physics) {
 TEST(Observer, SeesEveryStepOnLanes) { check("lanes"); }
 TEST(Observer, SeesEveryStepOnBullet) { check("bullet"); }
 
+/// Says what it sees of the sensors.
+class Sighted : public TraceObserver {
+ public:
+  explicit Sighted(bool looks) : looks_(looks) {}
+  bool see(const StepView& step) override {
+    if (step.step != 2) return true;
+    sensed = step.sensed.joint_position.rows(), truth = step.truth.joint_position.rows();
+    return true;
+  }
+  bool senses() const override { return looks_; }
+  int sensed = -1, truth = -1;
+
+ private:
+  bool looks_;
+};
+
+// Claim: who does not look at sensors is shown none, whoever has looked before in the same block; and traces are the
+// same.
+TEST(Observer, SensorsAreReadForThoseWhoLook) {
+  const Scenario scenario = scenario_on("lanes");
+  const ParticleSource source(scenario, 3, 2);
+  const std::vector<Particle> particles = {source.fabricate(0, source.draw(0)), source.fabricate(1, source.draw(1))};
+  BlockRun run(scenario, scenario.policies.back(), 3);
+  const std::uint64_t digest = run.run(particles)[0].digest;
+  for (const bool looks : {false, true, false}) {
+    Sighted observer(looks);
+    EXPECT_EQ(run.run(particles, nullptr, {.observer = &observer})[0].digest, digest);
+    EXPECT_EQ(observer.sensed, looks ? scenario.model.na() : 0);
+    EXPECT_EQ(observer.truth, looks ? scenario.model.na() : 0);
+  }
+}
+
 // Claim: a run in parts has the bits of a whole one, is judged by them, and tells events as they happen; stop() ends
 // the traces that are meant, where they are, and no others.
 TEST(Observer, RunsInPartsAreTheSame) {

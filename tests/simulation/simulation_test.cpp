@@ -234,8 +234,9 @@ class MomentTaker : public TraceObserver {
   Beginning taken;
 };
 
-/// Of a tracker that computes with the nominal legs and of one that computes with the nominal masses.
-const std::vector<std::string> kPlanners = {"{operational_pd: {kp: 1000, kd: 20}}",
+/// Of trackers of joints, of one that computes with the nominal legs and of one that computes with the nominal masses.
+const std::vector<std::string> kPlanners = {"{joint_pd: {kp: 20, kd: 0.5}}", "{prescribed: {}}",
+                                            "{operational_pd: {kp: 1000, kd: 20}}",
                                             "{inverse_dynamics: {kp: 1e4, kd: 200}}"};
 
 // Designs that plan with their own numbers share blocks: each has the bits that it has alone, in a scenario of its own,
@@ -278,6 +279,7 @@ TEST(Simulation, InformedDesignsHaveTheirBitsInSharedBlocks) {
     const std::vector<Beginning> beginnings(designs.size(), taker.taken);
     EXPECT_EQ(bits(run.run(designs, nullptr, {.beginnings = beginnings, .informed = true})), later(taker.taken));
     EXPECT_NE(bits(run.run(designs)), alone) << "who knows the nominal robot alone plans otherwise";
+    EXPECT_EQ(bits(run.run(designs)), bits(BlockRun(trot, policy, 1).run(designs))) << "and knows no other any more";
     EXPECT_EQ(bits(run.run(designs, nullptr, {.informed = true})), alone);
   }
 }

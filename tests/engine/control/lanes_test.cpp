@@ -4,7 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <deque>
+#include <memory>
 #include <random>
+#include <tuple>
 
 #include "engine/control/gait_planner.h"
 #include "engine/control/gait_timing.h"
@@ -278,6 +281,7 @@ void sense(const Scene& scene, int id, int step, int lane, Observation& out) {
   for (int i = 0; i < 3; ++i) {
     out.base_rpy(i, lane) = 0.2 * std::sin(0.01 * step + id + i);
     out.base_position(i, lane) = 0.001 * step + 0.1 * i;
+    out.base_rate(i, lane) = 0.3 * std::cos(0.01 * step + id + i);
   }
   for (int f = 0; f < out.link_force.rows(); ++f) out.link_force(f, lane) = (step / 30 + id + f) % 4 == 0 ? 0 : 2.0;
 }
@@ -285,7 +289,7 @@ void sense(const Scene& scene, int id, int step, int lane, Observation& out) {
 Observation empty_observation(const Model& model) {
   Observation out;
   out.joint_position = out.joint_velocity = BlockArray(model.na());
-  out.base_position = out.base_rpy = BlockArray(3);
+  out.base_position = out.base_rpy = out.base_rate = BlockArray(3);
   out.link_force = BlockArray(static_cast<int>(model.frames.size()));
   return out;
 }
@@ -337,6 +341,14 @@ std::vector<double> trace(const Scene& scene, const std::string& policy, Isa isa
   return out;
 }
 
+std::vector<double> all_numbers(const ActuatorCommand& command) {
+  std::vector<double> out;
+  for (const BlockArray* rows : {&command.tau, &command.q, &command.v, &command.prescribed}) {
+    for (int k = 0; k < rows->rows(); ++k) out.insert(out.end(), rows->row(k), rows->row(k) + kLanes);
+  }
+  return out;
+}
+
 /// LINKS with one leg that has no closed form of inverse kinematics.
 World skewed_links() {
   World world = links_world();
@@ -368,6 +380,76 @@ TEST(ControlLanes, BitsDependOnTheTraceAlone) {
       EXPECT_EQ(want, trace(*scene, policy, isa, 5, 6, true)) << isa_name(isa) << " " << policy;
     }
   }
+}
+
+/// LINKS with longer shins, its hips farther out and another mass.
+World changed_links(const World& world, int by) {
+  const std::vector<std::string> paths = {"robot.link.LF_LEG_3.length", "robot.link.RH_LEG_2.length",
+                                          "robot.joint.RF_X_1.origin.y", "robot.link.BODY0.mass"};
+  const ParameterTable table(world);
+  std::vector<double> values;
+  for (const std::string& path : paths) values.push_back(table.find(path)->nominal * (1 + 0.01 * by));
+  return Fabricator(std::make_shared<const World>(world), paths).perturbed(values);
+}
+
+// A controller that knows another robot in each lane asks of each what a controller of that robot alone asks, bit for
+// bit, with every instruction set, lags included; a lane that knows the nominal robot again is asked what that one is.
+TEST(ControlLanes, EachLaneKnowsItsRobot) {
+  const std::string operational = "operational_pd: {kp: 1000, kd: 20}", joint = "joint_pd: {kp: 20, kd: 0.1}";
+  const std::tuple<World, std::string> cases[] = {
+      {links_world(), with_gait("velocity: [0.2, 0.05, -0.5], settle: 0.05", joint)},
+      {links_world(), with_gait("velocity: [0.2, 0.05, -0.5], stabilizer: {kp: 10, kd: 1}", "prescribed: {}")},
+      {skewed_links(), with_gait("velocity: [0.2, 0, 0]", joint)},
+      {links_world(), with_gait("velocity: [0.2, 0, 0.3]", operational)},
+      {skewed_links(), with_gait("velocity: [0.2, 0, 0.3]", "operational_pd: {kp: 1000, kd: 20, implicit: false}")}};
+  for (const auto& [world, policy] : cases) {
+    const Scene nominal(world);
+    std::deque<Scene> robots;
+    for (int lane = 0; lane < kLanes; ++lane) robots.emplace_back(changed_links(world, lane));
+    for (const Isa isa : available_isas()) {
+      Controller together = controller_of(nominal, policy, isa);
+      std::vector<std::unique_ptr<Controller>> alone;
+      const auto start = [&](int lane, const Scene& robot) {
+        const ChosenIsa chosen(isa);
+        Controller& own =
+            *alone.emplace_back(std::make_unique<Controller>(robot.context(), Settings::parse(policy, "policy.yaml")));
+        ASSERT_TRUE(together.know(lane, own)) << policy;
+        own.start(lane, lag_of(lane), 0);
+        together.start(lane, lag_of(lane), 0);
+      };
+      for (int lane = 0; lane < kLanes; ++lane) start(lane, robots[static_cast<std::size_t>(lane)]);
+      Observation observation = empty_observation(nominal.model);
+      ActuatorCommand asked(nominal.model.na()), asked_alone(nominal.model.na());
+      for (int step = 0; step < 250; ++step) {
+        if (step == 200) alone.pop_back(), start(kLanes - 1, nominal);
+        for (int lane = 0; lane < kLanes; ++lane) sense(nominal, lane, step, lane, observation);
+        together.act(observation, nullptr, LaneMask::all(), asked);
+        for (int lane = 0; lane < kLanes; ++lane) {
+          LaneMask only;
+          only.set(lane);
+          alone[static_cast<std::size_t>(lane)]->act(observation, nullptr, only, asked_alone);
+        }
+        ASSERT_EQ(all_numbers(asked), all_numbers(asked_alone)) << isa_name(isa) << " " << policy << " " << step;
+      }
+    }
+  }
+}
+
+// Who computes with more of the nominal robot than its lanes can have apart says so, and so do robots whose legs are
+// solved in other ways and policies of another kind.
+TEST(ControlLanes, RobotsThatCannotShareAreTold) {
+  const Scene links(links_world()), skewed(skewed_links());
+  const std::string gait = with_gait("velocity: [0.2, 0, 0]", "joint_pd: {kp: 20}");
+  const auto knows = [&](const std::string& policy, const Scene& other, const std::string& its) {
+    Controller controller = controller_of(links, policy, chosen_isa());
+    return controller.know(3, controller_of(other, its, chosen_isa()));
+  };
+  EXPECT_TRUE(knows(gait, links, gait));
+  EXPECT_FALSE(knows(gait, skewed, gait));
+  EXPECT_FALSE(knows(gait, links, "{hold: {}, control: {joint_pd: {kp: 20}}}"));
+  EXPECT_FALSE(knows(gait, links, with_gait("velocity: [0.2, 0, 0]", "torque: {}")));
+  const std::string planner = with_gait("velocity: [0.2, 0, 0]", "inverse_dynamics: {kp: 1e4, kd: 200}");
+  EXPECT_FALSE(knows(planner, links, planner));
 }
 
 // operational_pd in all lanes is the published law with the damper (1/kd + h J M^-1 J^T)^-1, computed from the whole
