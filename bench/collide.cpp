@@ -74,10 +74,10 @@ CollideBlocks blocks_of([[maybe_unused]] Isa isa) {
 void on_lanes(benchmark::State& state, Isa isa, ShapeKind a, ShapeKind b) {
   const Pairs pairs(a, b);
   const std::vector<double> height(21 * 21, 0.0);
-  const HeightView view{21, 21, height.data()};
+  const std::vector<HeightView> views(kWide, HeightView{21, 21, height.data()});
   const CollideBlocks collide = blocks_of(isa);
   long points = 0;
-  for (auto _ : state) benchmark::DoNotOptimize(points = collide(a, b, &view, pairs.data(), kBlocks));
+  for (auto _ : state) benchmark::DoNotOptimize(points = collide(a, b, views.data(), pairs.data(), kBlocks));
   report(state, points);
 }
 

@@ -22,7 +22,9 @@ void add_shape(const Shape& shape, RunningDigest& digest) {
   }
   if (shape.grid) {
     digest.add(shape.grid->nx), digest.add(shape.grid->ny);
-    for (const double height : shape.grid->height) digest.add(height);
+    for (const double height : shape.grid->height) {
+      if (!shape.spectrum) digest.add(height);
+    }
   }
 }
 

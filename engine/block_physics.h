@@ -80,7 +80,8 @@ class SavedLane {
 };
 
 /// A number for all that the particles of one campaign have in common: bodies, joints, colliders and pairs with their
-/// order, meshes and terrain. Masses, sizes, limits and poses, which particles may have of their own, do not count.
+/// order, meshes and terrain. Masses, sizes, limits, poses and ground that is drawn, which particles may have of their
+/// own, do not count.
 std::uint64_t numbering_of(const Model& model);
 
 /// A back end. One object simulates one block at a time and belongs to one thread.

@@ -150,7 +150,7 @@ Description initial() {
            {"height",
             {Form::number(Quantity::length), Form::word({"on_ground"})},
             {},
-            "z of the base, or `on_ground`: the lowest point touches z = 0"},
+            "z of the base, or `on_ground`: the lowest point touches z = 0, or a heightfield below it"},
            {"clearance", {Form::number(Quantity::length)}, Default::value("0 m"), "below the lowest point", "height"},
            {"velocity", {Form::numbers(3, Quantity::velocity)}, zero, "of the base, world axes"},
            {"angular_velocity", {Form::numbers(3, Quantity::angular_velocity)}, zero, "of the base, world axes"},

@@ -63,11 +63,8 @@ Clearance::Clearance(const Model& nominal, Parts first, Parts second, double wit
   reserve_ = BlockArray(pairs), axis_ = BlockArray(3 * pairs);
   for (int i = 0; i < pairs; ++i) std::fill_n(axis_.row(3 * i), kLanes, 1.0);
   due_.resize(pairs), due_lanes_.resize(pairs);
-  for (const Solid& solid : solids_) {
-    hull_views_.push_back(solid.hull.view());
-    views_.push_back(solid.grid ? HeightView{solid.grid->nx, solid.grid->ny, solid.grid->height.data()}
-                                : HeightView{0, 0, nullptr});
-  }
+  for (const Solid& solid : solids_) hull_views_.push_back(solid.hull.view());
+  views_.resize(solids_.size());
   for (int lane = 0; lane < kLanes; ++lane) start(lane, nominal);
 }
 
@@ -79,7 +76,6 @@ int Clearance::solid_of(const Model& nominal, int collider) {
   Solid solid;
   solid.collider = collider;
   solid.kind = of.shape.kind;
-  solid.grid = of.shape.grid;
   if (of.shape.kind == ShapeKind::mesh) solid.hull = HullArrays(*hull_of(of.shape));
   solid.place = 0;
   if (of.body >= 0) {
@@ -99,6 +95,10 @@ void Clearance::start(int lane, const Model& model) {
     const Pose X_BG = solid.hull.placed(collider.X_BG, collider.shape.size);
     put_pose(X_BG, lane, solid.X_BG);
     for (int k = 0; k < 3; ++k) solid.size(k, lane) = collider.shape.size[k];
+    if (const auto& grid = collider.shape.grid) {
+      solid.grid[lane] = grid;
+      views_[i][lane] = {grid->nx, grid->ny, grid->height.data()};
+    }
     if (solid.place == 0) {
       put_pose(X_BG, lane, solid.pose);
       continue;
@@ -207,14 +207,15 @@ unsigned Clearance::find_points(int pair, const double* pose_a, const double* po
   const Solid &a = solids_[of.a], &b = solids_[of.b];
   Row reach;
   reach.fill(of.ground ? within_ : kAll);  // terrain takes time by the reach
-  return kernel_->measure_gap({{static_cast<int>(a.kind), a.size.row(0), pose_a, &views_[of.a], &hull_views_[of.a]},
-                               {static_cast<int>(b.kind), b.size.row(0), pose_b, &views_[of.b], &hull_views_[of.b]},
-                               wanted,
-                               enough.data(),
-                               reach.data(),
-                               axis_.row(3 * pair),
-                               bound.data(),
-                               manifold_.row(0)});
+  return kernel_->measure_gap(
+      {{static_cast<int>(a.kind), a.size.row(0), pose_a, views_[of.a].data(), &hull_views_[of.a]},
+       {static_cast<int>(b.kind), b.size.row(0), pose_b, views_[of.b].data(), &hull_views_[of.b]},
+       wanted,
+       enough.data(),
+       reach.data(),
+       axis_.row(3 * pair),
+       bound.data(),
+       manifold_.row(0)});
 }
 
 /// The points that are meant go into `least`; `bound` becomes the gap of the whole pair.
@@ -242,7 +243,7 @@ void Clearance::take_terrain(const Pair& pair, const double* pose_a, const doubl
   const bool a_is_ground = solids_[pair.a].kind == ShapeKind::heightfield;
   const Solid &shape = solids_[a_is_ground ? pair.b : pair.a], &ground = solids_[a_is_ground ? pair.a : pair.b];
   if (shape.kind == ShapeKind::sphere) return;  // exact as it is
-  const HeightView& grid = views_[a_is_ground ? pair.a : pair.b];
+  const std::array<HeightView, kLanes>& grids = views_[a_is_ground ? pair.a : pair.b];
   const auto size_of = [](const Solid& solid, int lane) { return solid.size.vec3(0, lane); };
   for (int lane = 0; lane < kLanes; ++lane) {
     if (!(wanted >> lane & 1u) || bound[lane] <= 0) continue;
@@ -252,7 +253,7 @@ void Clearance::take_terrain(const Pair& pair, const double* pose_a, const doubl
     const Corners hull(corners);
     const Convex convex{shape.kind, size, pose_in(a_is_ground ? pose_b : pose_a, lane), &hull};
     const Pose X_WT = pose_in(a_is_ground ? pose_a : pose_b, lane);
-    const TerrainGap found = gap_above_terrain(convex, grid, size_of(ground, lane), X_WT, bound[lane]);
+    const TerrainGap found = gap_above_terrain(convex, grids[lane], size_of(ground, lane), X_WT, bound[lane]);
     if (!(found.gap < bound[lane])) continue;
     bound[lane] = found.gap;
     const Feature on_shape = feature_of({shape.kind, size, nullptr, nullptr}, convex.X.inverse() * found.p_W);

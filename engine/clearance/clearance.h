@@ -6,6 +6,7 @@
 // Most steps need no geometry: a gap that was measured once shrinks no faster than its bodies move. And where they have
 // moved by more, the shapes are mostly still apart in the direction in which they were then.
 
+#include <array>
 #include <memory>
 #include <vector>
 
@@ -60,8 +61,8 @@ class Clearance {
     int collider;
     int place;  // of its body in travel_
     ShapeKind kind;
-    std::shared_ptr<const HeightGrid> grid;
-    HullArrays hull;  // of meshes, whose frame is at its centre
+    std::array<std::shared_ptr<const HeightGrid>, kLanes> grid;  // of terrain: each lane's own
+    HullArrays hull;                                             // of meshes, whose frame is at its centre
     BlockArray X_BG{12}, size{3}, pose{12};
     long posed = 0;  // the look of which `pose` is
   };
@@ -86,8 +87,8 @@ class Clearance {
   double within_;
   int colliders_;  // of the Model
   std::vector<Solid> solids_;
-  std::vector<HeightView> views_;     // per solid
-  std::vector<HullView> hull_views_;  // per solid
+  std::vector<std::array<HeightView, kLanes>> views_;  // per solid, of terrain
+  std::vector<HullView> hull_views_;                   // per solid
   std::vector<Pair> pairs_;
   // What a gap that was measured once says of later ones, as the kernels take it (gaps.h).
   std::vector<int> bodies_;   // that move

@@ -142,7 +142,7 @@ struct LaneNearestT {
 
 template <class T>
 inline Terrain terrain_of(const ShapeT<T>& shape, int lane) {
-  return {shape.terrain, lane_of(shape.size, lane)};
+  return {shape.terrain + lane, lane_of(shape.size, lane)};
 }
 
 /// `count` (up to three) slots from `slot` on for a ball of radius r at x (world).

@@ -19,7 +19,7 @@ namespace features {
 inline constexpr double surface = 0, top = 1, bottom = 2, side = 3, edge = 4, vertex = 5, cap = 6, rim = 7;
 }  // namespace features
 
-/// HeightGrid without its containers. One grid for all lanes; extent and height factor are in Shape::size.
+/// HeightGrid without its containers. Extent and height factor are in Shape::size.
 struct HeightView {
   int nx, ny;
   const double* height;  // [iy][ix]
@@ -39,7 +39,7 @@ inline namespace GRAZE_ISA_NAMESPACE {
 template <class T>
 struct ShapeT {
   Vec3T<T> size;
-  const HeightView* terrain = nullptr;  // heightfields only
+  const HeightView* terrain = nullptr;  // heightfields only: one for each lane
   const HullView* hull = nullptr;       // meshes only; the shape's frame is at the hull's centre
 };
 

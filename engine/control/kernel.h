@@ -84,9 +84,9 @@ struct FreeBodyView {
 struct GroundPairView {
   struct Part {
     ShapeKind kind;
-    double size[3];   // Shape::size
-    double pose[12];  // R row by row, then p: in the body's frame, of a standing part in the world's (m)
-    const HeightView* terrain;
+    double size[3];             // Shape::size
+    double pose[12];            // R row by row, then p: in the body's frame, of a standing part in the world's (m)
+    const HeightView* terrain;  // [kLanes]
     const HullView* hull;
   };
   Part own, ground;

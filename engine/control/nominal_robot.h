@@ -214,7 +214,8 @@ class NominalRobot {
       out.hull = &hull_views_.emplace_back(hulls_.back().view());
     }
     if (shape.kind == ShapeKind::heightfield) {
-      out.terrain = &grids_.emplace_back(HeightView{shape.grid->nx, shape.grid->ny, shape.grid->height.data()});
+      const HeightView nominal{shape.grid->nx, shape.grid->ny, shape.grid->height.data()};  // whatever a particle has
+      out.terrain = grids_.emplace_back(std::vector<HeightView>(kLanes, nominal)).data();
     }
     Vec3::Map(out.size) = shape.size;
     Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>{out.pose} = X.linear();
@@ -285,7 +286,7 @@ class NominalRobot {
   std::vector<GroundPairView> pairs_;
   std::vector<TouchingLinkView> links_;
   std::vector<std::vector<int>> frames_;  // of each link
-  std::vector<HeightView> grids_;
+  std::vector<std::vector<HeightView>> grids_;
   std::vector<HullArrays> hulls_;
   std::vector<HullView> hull_views_;
   int room_ = 0;

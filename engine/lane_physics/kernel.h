@@ -21,7 +21,7 @@ struct ColliderView {
   int kind;                   // ShapeKind
   int body;                   // or -1: the world
   bool used;                  // in some pair
-  const HeightView* terrain;  // heightfields only
+  const HeightView* terrain;  // heightfields only: one for each lane
   const HullView* hull;       // meshes only
 };
 
@@ -202,7 +202,7 @@ struct GapQuery {
   struct Side {
     int kind;                   // ShapeKind
     const double *size, *pose;  // rows: 3, as Shape::size; 12, world
-    const HeightView* terrain;  // heightfields only
+    const HeightView* terrain;  // heightfields only: one for each lane
     const HullView* hull;       // meshes only
   };
   Side a, b;

@@ -138,15 +138,20 @@ LaneEngine::LaneEngine(const Model& nominal, const LaneKernel& kernel, StateRows
 }
 
 void LaneEngine::number_contacts(const Model& nominal) {
-  terrain_.reserve(nominal.colliders.size());
+  const auto is_ground = [](const Collider& one) { return one.shape.kind == ShapeKind::heightfield; };
+  const auto fields =
+      static_cast<std::size_t>(std::count_if(nominal.colliders.begin(), nominal.colliders.end(), is_ground));
+  grids_.resize(fields * kernel_.lanes);
+  terrain_.resize(fields * kernel_.lanes);
+  const HeightView* next_ground = terrain_.data();
   hulls_.reserve(nominal.colliders.size());
   hull_views_.reserve(nominal.colliders.size());
   for (const Collider& collider : nominal.colliders) {
     const Shape& shape = collider.shape;
     const HeightView* terrain = nullptr;
-    if (shape.kind == ShapeKind::heightfield) {
-      grids_.push_back(shape.grid);
-      terrain = &terrain_.emplace_back(HeightView{shape.grid->nx, shape.grid->ny, shape.grid->height.data()});
+    if (is_ground(collider)) {
+      terrain = next_ground;  // start() fills it in
+      next_ground += kernel_.lanes;
     }
     const bool mesh = shape.kind == ShapeKind::mesh;
     hulls_.push_back(mesh ? HullArrays(*hull_of(shape)) : HullArrays());
@@ -294,8 +299,15 @@ void LaneEngine::load_bodies(int lane, const Model& model) {
   for (int k = 0; k < 3; ++k) block_.gravity[k * W + lane] = model.gravity[k];
 }
 
+void LaneEngine::set_ground(int field, int lane, std::shared_ptr<const HeightGrid> grid) {
+  const std::size_t at = static_cast<std::size_t>(field) * kernel_.lanes + lane;
+  terrain_[at] = {grid->nx, grid->ny, grid->height.data()};
+  grids_[at] = std::move(grid);
+}
+
 void LaneEngine::load_colliders(int lane, const Model& model) {
   const int W = kernel_.lanes;
+  int field = 0;
   for (std::size_t i = 0; i < model.colliders.size(); ++i) {
     const Collider& collider = model.colliders[i];
     double* rows = block_.collider + i * kColliderRows * W;
@@ -305,6 +317,7 @@ void LaneEngine::load_colliders(int lane, const Model& model) {
     scatter(to_kernel(extent_of(collider.shape, hull)), rows + kExtent * W, W, lane);
     rows[kRadius * W + lane] = radius_of(collider.shape, hull);
     for (int k : {0, 4, 8}) block_.pose[(12 * i + k) * W + lane] = 1;
+    if (collider.shape.kind == ShapeKind::heightfield) set_ground(field++, lane, collider.shape.grid);
   }
   const double mass = moving_mass(model);
   for (std::size_t i = 0; i < model.pairs.size(); ++i) {
@@ -385,61 +398,6 @@ void LaneEngine::start(int lane, const Model& model, const State& initial) {
     for (int k = 0; k < 4; ++k) block_.q[(body.q + k) * W + lane] /= length;
   }
   kernel_.settle(block_);
-}
-
-template <class F>
-void LaneEngine::each_kept_row(const F& f) const {
-  const LaneBlock& b = block_;
-  const TopologyView& t = b.topology;
-  const int nb = t.bodies;
-  // Numbers of the particle.
-  f(b.body, nb * kernel_.body_rows), f(b.gravity, 3), f(b.law, kernel_.law_rows), f(b.limit, 3 * nb);
-  f(b.mimic, 2 * b.mimic_count);
-  f(b.collider, b.collider_count * kColliderRows), f(b.pair, kPairRows * b.pair_count);
-  // State, what settle() makes of it, and the audit.
-  f(b.q, t.nq), f(b.v, t.nv), f(b.a, t.nv), f(b.X, 12 * nb);
-  f(b.motion, nb * kernel_.motion_rows), f(b.origin, 3 * nb), f(b.balance, nb * kernel_.balance_rows);
-  f(b.M, t.row[t.nv]), f(b.bias, t.nv), f(b.pose, 12 * b.collider_count);
-  f(b.energy, 1), f(b.energy_audit, kAuditRows), f(b.effort, 4), f(b.measured, 4);
-  // Warm starts, but for those of contacts.
-  f(b.joint_impulse, 3 * nb), f(b.servo, kServoRows * b.na);
-}
-
-LaneEngine::Saved LaneEngine::save(int lane) const {
-  const int W = kernel_.lanes;
-  Saved out;
-  std::size_t total = 0;
-  each_kept_row([&](const double*, int count) { total += static_cast<std::size_t>(count); });
-  out.rows.reserve(total);
-  each_kept_row([&](const double* rows, int count) {
-    for (int i = 0; i < count; ++i) out.rows.push_back(rows[i * W + lane]);
-  });
-  for (int pair = 0; pair < block_.pair_count; ++pair) {
-    for (int slot = 0; slot < kSlots; ++slot) {
-      if (!(slot_used_[pair] >> slot & 1)) continue;
-      Saved::Slot one{pair, slot, {}};
-      const double* rows = kept_of(pair, slot);
-      for (int i = 0; i < kKept; ++i) one.kept[i] = rows[i * W + lane];
-      if (std::any_of(one.kept.begin(), one.kept.end(), [](double x) { return x != 0; })) out.slots.push_back(one);
-    }
-  }
-  return out;
-}
-
-void LaneEngine::restore(int lane, const Saved& saved) {
-  const int W = kernel_.lanes;
-  forget_contacts(lane);
-  const double* from = saved.rows.data();
-  each_kept_row([&](double* rows, int count) {
-    for (int i = 0; i < count; ++i) rows[i * W + lane] = *from++;
-  });
-  assert(from == saved.rows.data() + saved.rows.size());
-  for (const Saved::Slot& one : saved.slots) {
-    double* rows = kept_of(one.pair, one.slot);
-    for (int i = 0; i < kKept; ++i) rows[i * W + lane] = one.kept[i];
-    slot_used_[one.pair] |= 1 << one.slot;
-  }
-  watch_joints();
 }
 
 std::pair<int, double> LaneEngine::fastest_spin(int lane) const {

@@ -51,8 +51,9 @@ class LaneEngine {
       int pair, slot;
       std::array<double, kKept> kept;
     };
-    std::vector<double> rows;  // the lane's numbers of each_kept_row(), in order
-    std::vector<Slot> slots;   // those of slot_impulse that are not zero
+    std::vector<double> rows;                              // the lane's numbers of each_kept_row(), in order
+    std::vector<Slot> slots;                               // those of slot_impulse that are not zero
+    std::vector<std::shared_ptr<const HeightGrid>> grids;  // its ground
   };
   Saved save(int lane) const;
   /// `saved` is of an engine that was made for a model with the same numbering.
@@ -106,6 +107,8 @@ class LaneEngine {
   }
   void load_bodies(int lane, const Model& model);
   void load_colliders(int lane, const Model& model);
+  /// Heightfield number `field` of a lane.
+  void set_ground(int field, int lane, std::shared_ptr<const HeightGrid> grid);
   double deep_overlap(const Model& model, const ColliderPair& pair, double mass, const Spring& spring) const;
   void load_law(int lane, const Model& model);
   void forget_contacts(int lane);
@@ -126,6 +129,7 @@ class LaneEngine {
   std::vector<int> mimic_dofs_, whole_, newton_indices_;
   std::vector<JointPathView> joint_paths_;  // per degree of freedom
   std::vector<double> soonest_;
+  // Of the heightfields among the colliders, in their order, for each lane: its own ground.
   std::vector<std::shared_ptr<const HeightGrid>> grids_;  // keeps alive what terrain_ points to
   std::vector<HeightView> terrain_;
   std::vector<HullArrays> hulls_;     // per collider; of meshes

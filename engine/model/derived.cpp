@@ -48,6 +48,7 @@ void add_object_sizes(const std::string& name, const Shape& shape, List& list) {
   } else if (shape.kind != ShapeKind::plane) {
     list.add(name + ".size", "m", shape.size);
   }
+  if (shape.spectrum) list.add(name + ".spectrum.rms", "m", shape.spectrum->rms);
 }
 
 /// Massless links have no centre of mass: their origin stands for it.

@@ -21,7 +21,7 @@ struct Derived {
 ///   world)
 ///   joint.<joint>.origin.{x,y,z} (in the parent link's frame), .axis.{x,y,z} (joint frame), .zero, .damping, .friction
 ///   object.<object>.position.{x,y,z} (at the start), .radius and .length (of what is round) or .size.{x,y,z} (as in
-///   Shape), .mass (movable ones)
+///   Shape), .spectrum.rms (of ground that has one), .mass (movable ones)
 std::vector<Derived> derived_numbers(const World& world);
 
 }  // namespace graze

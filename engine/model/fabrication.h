@@ -20,7 +20,7 @@ namespace graze {
 ///   robot.joint.<joint>.axis.{tilt,heading} (conical error: the axis is tilted by `tilt` toward `heading`), .zero,
 ///   .damping, .friction, .effort, .velocity; .gear, .rotor_inertia (where World::knows_rotors)
 ///   environment.<object>.{friction,restitution,density,mass,radius,length}, .size.{x,y,z}, .position.{x,y,z},
-///   .rotation.{roll,pitch,yaw}
+///   .rotation.{roll,pitch,yaw}, .spectrum.{rms,longest,shortest,exponent,seed} (of heightfields that have one)
 ///   contact.{friction,restitution,model}
 ///   contact.{stiffness,damping}, environment.<object>.{stiffness,damping}; (where World::has_springs)
 ///   initial.base.{x,y,z,roll,pitch,yaw} (offsets), initial.base.velocity.{x,y,z,roll,pitch,yaw},

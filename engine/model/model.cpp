@@ -12,6 +12,7 @@
 #include "engine/model/limits.h"
 #include "engine/model/placement.h"
 #include "engine/model/rotation.h"
+#include "engine/model/terrain_rise.h"
 #include "engine/settings/settings.h"
 #include "sampling/constants.h"
 
@@ -335,11 +336,19 @@ State state_as_written(const World& world, const Model& model) {
   return state;
 }
 
-/// How far the robot must be raised so that its lowest point is `clearance` above z = 0; 0 if it has no colliders.
+/// How far the robot must be raised so that its lowest point is `clearance` above z = 0, or above the terrain that is
+/// below it, whichever is higher where there is a plane, too; 0 if it has no colliders.
 double rise(const World& world, const Model& model, const State& state) {
   const std::vector<Pose> X_WB = place_bodies(model, state.q);
   const double lowest = lowest_point(model, X_WB);
-  return std::isfinite(lowest) ? world.initial.clearance - lowest : 0;
+  if (!std::isfinite(lowest)) return 0;
+  const double onto_zero = world.initial.clearance - lowest;
+  const std::optional<double> onto_terrain = rise_onto_terrain(model, X_WB);
+  if (!onto_terrain) return onto_zero;
+  const auto is_plane = [](const Collider& one) { return one.shape.kind == ShapeKind::plane; };
+  const bool plane = std::any_of(model.colliders.begin(), model.colliders.end(), is_plane);
+  const double rise = world.initial.clearance + *onto_terrain;
+  return plane ? std::max(rise, onto_zero) : rise;
 }
 
 template <typename Items>

@@ -33,6 +33,7 @@ constexpr Bounds kStiffness{kMinStiffness, kMaxStiffness, false};
 constexpr Bounds kGear{0, kMaxGear, true};
 constexpr Bounds kRotor{0, kMaxRotor, false};
 constexpr Bounds kDamping{0, kMaxDamping, false};
+constexpr Bounds kExponent{kLeastExponent, kMostExponent, false};
 
 /// What a joint's channel measures; `turns`: its joint does.
 Quantity joint_channel_quantity(const std::string& name, bool turns) {
@@ -229,12 +230,33 @@ class Lister {
       add(path + "length", shape.size.y(), Quantity::length, kSize,
           [i, nominal = shape.size.y()](Draft& d, double x) { d.objects[i].length = x / nominal; });
     }
+    if (shape.spectrum) return add_spectrum(i, path);
     if (shape.kind != ShapeKind::box && shape.kind != ShapeKind::heightfield) return;
     for (int k = 0; k < 3; ++k) {
       add(path + "size." + kAxes[k], shape.size[k], Quantity::length,
           shape.grid && k == 2 ? scale_of(*shape.grid) : kSize,
           [i, k, nominal = shape.size[k]](Draft& d, double x) { d.objects[i].size[k] = x / nominal; });
     }
+  }
+
+  /// Sizes are not among them: waves of certain lengths fill the field, however large it is.
+  void add_spectrum(int i, const std::string& path) {
+    const Shape& shape = world_.objects[i].shape;
+    const HeightGrid& grid = *shape.grid;
+    const Spectrum& nominal = *shape.spectrum;
+    const auto number = [&](const char* name, double Spectrum::*member, Quantity quantity, const Bounds& bounds) {
+      add(path + "spectrum." + name, nominal.*member, quantity, bounds, [i, member, nominal](Draft& d, double x) {
+        std::optional<Spectrum>& changed = d.objects[i].spectrum;
+        if (!changed) changed = nominal;
+        (*changed).*member = x;
+      });
+    };
+    const SpectrumLimits limits = spectrum_limits(grid.nx, grid.ny, shape.size.x(), shape.size.y());
+    number("rms", &Spectrum::rms, Quantity::length, {0, limits.rms, false});
+    number("longest", &Spectrum::longest, Quantity::length, {limits.shortest, limits.longest, false});
+    number("shortest", &Spectrum::shortest, Quantity::length, {limits.shortest, limits.longest, false});
+    number("exponent", &Spectrum::exponent, Quantity::dimensionless, kExponent);
+    number("seed", &Spectrum::seed, Quantity::dimensionless, kAny);
   }
 
   // ---- the rest

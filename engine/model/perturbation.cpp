@@ -50,6 +50,16 @@ MassMoments with_mass(const MassMoments& moments, double density, double mass) {
   return moments.scaled(std::isnan(mass) ? density : mass / moments.mass);
 }
 
+/// A heightfield of that spectrum on the grid that it has.
+Shape redrawn(Shape shape, const Spectrum& spectrum) {
+  auto grid = std::make_shared<HeightGrid>();
+  grid->nx = shape.grid->nx, grid->ny = shape.grid->ny;
+  grid->height = spectral_heights(spectrum, grid->nx, grid->ny, shape.size.x(), shape.size.y());
+  shape.spectrum = std::make_shared<const Spectrum>(spectrum);
+  shape.grid = std::move(grid);
+  return shape;
+}
+
 }  // namespace
 
 /// The map of points, in the primary shape's frame: first the sizes of a box about its centre, then across and along
@@ -185,6 +195,7 @@ void apply(const ObjectChange& change, Object& object) {
     object.inertia = object.inertia.transformed(A, Vec3::Zero());
     object.inertia = with_mass(object.inertia, change.density * object.shape.volume() / before.volume(), change.mass);
   }
+  if (change.spectrum) object.shape = redrawn(object.shape, *change.spectrum);
   if (!change.rpy.hasNaN()) object.X_WO.linear() = rotation_from_rpy(change.rpy);
 }
 

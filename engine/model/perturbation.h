@@ -4,6 +4,7 @@
 // are none). Its change is an affine map of space near the link; the map moves child joints, fixed children and other
 // shapes, and it acts on the second moments of mass, so that the inertia stays physical by construction.
 
+#include <optional>
 #include <vector>
 
 #include "engine/model/world.h"
@@ -25,6 +26,7 @@ struct ObjectChange {
   Vec3 size = Vec3::Ones();
   double mass = std::numeric_limits<double>::quiet_NaN();
   Vec3 rpy = Vec3::Constant(std::numeric_limits<double>::quiet_NaN());  // rad, NaN: as it is
+  std::optional<Spectrum> spectrum;                                     // of a heightfield that has one; none: as it is
 };
 
 /// What does not change from particle to particle: where a link's primary shape is, how it lies, what hangs on it.
@@ -63,6 +65,7 @@ class LinkPlan {
 /// The plans of all links of a robot.
 std::vector<LinkPlan> link_plans(const Robot& robot);
 
+/// Throws InputError for a spectrum of which there is no ground (spectral_heights).
 void apply(const ObjectChange& change, Object& object);
 
 }  // namespace graze

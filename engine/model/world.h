@@ -10,6 +10,7 @@
 
 #include "engine/model/disturbance.h"
 #include "engine/model/geometry.h"
+#include "engine/model/spectrum.h"
 
 namespace graze {
 
@@ -28,7 +29,8 @@ struct Hull {
   double error = 0;            // how far the whole hull reaches out of this one, at the nominal Shape::size, m
 };
 
-/// Terrain: heights on a regular grid, centred on the shape's origin; row along y, column along x.
+/// Terrain, shared between particles unless it has a spectrum: heights on a regular grid, centred on the shape's
+/// origin; row along y, column along x.
 struct HeightGrid {
   int nx = 0, ny = 0;
   std::vector<double> height;  // [iy][ix], m, times Shape::size.z()
@@ -45,6 +47,7 @@ struct Shape {
   std::shared_ptr<const Mesh> mesh;
   std::shared_ptr<const HeightGrid> grid;
   std::shared_ptr<const Hull> hull = nullptr;  // meshes, for contact; null: all corners of the mesh's hull (hull_of)
+  std::shared_ptr<const Spectrum> spectrum = nullptr;  // heightfields whose grid was drawn from it
 
   /// m^3; convex hull's for a mesh; 0 for planes and heightfields.
   double volume() const;
@@ -191,7 +194,7 @@ struct ContactSettings {
 struct InitialState {
   Vec3 position = Vec3::Zero();          // base origin, m
   Vec3 rpy = Vec3::Zero();               // base orientation, rad: R = Rz(yaw) Ry(pitch) Rx(roll)
-  bool on_ground = false;                // raise or lower so that the lowest point of the robot touches z = 0 …
+  bool on_ground = false;                // raise or lower so that the robot touches z = 0, or terrain below it, …
   double clearance = 0;                  // … plus this, m
   Vec3 linear_velocity = Vec3::Zero();   // of the base origin, world axes, m/s
   Vec3 angular_velocity = Vec3::Zero();  // world axes, rad/s

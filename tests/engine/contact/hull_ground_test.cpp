@@ -76,6 +76,7 @@ struct Lanes {
   PoseT<T> Xa, Xb;
 };
 
+/// The first lane's terrain is the first of as many as there are lanes.
 template <class T>
 Lanes<T> on_lanes(const std::vector<Placed>& placed) {
   constexpr int W = kWidth<T>;
@@ -129,13 +130,15 @@ TEST_P(HullGround, has_the_points_of_one_lane_at_a_time) {
 TEST_P(HullGround, gives_each_lane_its_own_bits) {
   using T = Pack<8>;
   Random random(32);
-  const std::vector<double> heights = random_heights(random);
-  const HeightView view{9, 9, heights.data()}, *terrain = GetParam() ? &view : nullptr;
+  std::vector<std::vector<double>> heights;
+  std::vector<HeightView> views;
+  for (int lane = 0; lane < 8; ++lane) heights.push_back(random_heights(random));
+  for (const std::vector<double>& one : heights) views.push_back({9, 9, one.data()});
   for (int trial = 0; trial < test::trials(500); ++trial) {
     const HullArrays arrays(random_hull(random));
     const HullView hull = arrays.view();
     std::vector<Placed> placed;
-    for (int lane = 0; lane < 8; ++lane) placed.push_back(random_placed(random, hull, terrain));
+    for (const HeightView& view : views) placed.push_back(random_placed(random, hull, GetParam() ? &view : nullptr));
     if (trial % 5 == 0) placed[trial % 8].hull.X.p.x = std::nan("");
     const Lanes<T> lanes = on_lanes<T>(placed);
     ManifoldT<T> together;

@@ -9,6 +9,7 @@
 
 #include "engine/model/convex_hull.h"
 #include "engine/model/hull.h"
+#include "sampling/stream.h"
 #include "tests/engine/bullet/worlds.h"
 
 namespace graze::test {
@@ -63,7 +64,15 @@ inline Shape random_terrain(Dice& dice) {
   auto grid = std::make_shared<HeightGrid>();
   grid->nx = grid->ny = 9;
   for (int i = 0; i < 81; ++i) grid->height.push_back(dice.within(-0.1, 0.1));
-  return {ShapeKind::heightfield, {2, 2, 1}, nullptr, grid};
+  return {ShapeKind::heightfield, {2, 2, 1}, nullptr, grid, nullptr, std::make_shared<Spectrum>()};
+}
+
+/// The same field with other heights.
+inline std::shared_ptr<const HeightGrid> ground_of(std::uint32_t id, const HeightGrid& like) {
+  HeightGrid out = like;
+  const auto points = static_cast<std::uint32_t>(out.height.size());
+  for (std::uint32_t i = 0; i < points; ++i) out.height[i] = 0.2 * uniform(1, id, name_hash("ground"), i) - 0.1;
+  return std::make_shared<const HeightGrid>(std::move(out));
 }
 
 inline Joint random_joint(Dice& dice, int child, int parent) {
@@ -127,7 +136,7 @@ inline World tangled_world(Dice& dice) {
   return world;
 }
 
-/// One particle of the world: its own masses, place, speeds and contact model.
+/// One particle of the world: its own masses, ground, place, speeds and contact model.
 inline Particle random_particle(World world, std::uint32_t id, const std::vector<std::string>& models, Dice& dice) {
   const double wild = dice.once_in(3) ? 1e5 : dice.once_in(2) ? 300 : 3;  // bound of the speeds, rad/s and m/s
   for (Link& each : world.robot.links) each.inertia = each.inertia.scaled(dice.within(0.5, 2));
@@ -143,6 +152,9 @@ inline Particle random_particle(World world, std::uint32_t id, const std::vector
     const double most = each.type == JointType::prismatic ? 0.2 : 3;
     world.initial.joint_position[each.name] = dice.within(std::max(low, -most), std::min(high, most));
     if (dice.once_in(2)) world.initial.joint_velocity[each.name] = dice.within(-1, 1) * dice.decades(0.1, wild);
+  }
+  for (Object& each : world.objects) {
+    if (each.shape.grid) each.shape.grid = ground_of(id, *each.shape.grid);
   }
   Particle out = particle_of(world);
   out.id = id;
