@@ -9,10 +9,12 @@
 #include <cstring>
 #include <map>
 #include <mutex>
+#include <string_view>
 #include <utility>
 
 #include "archive/files/utf8.h"
 #include "engine/library/library_use.h"
+#include "engine/library/meant_files.h"
 #include "engine/library/python_use.h"
 #include "jobs/workers/record_bytes.h"
 #include "jobs/workers/worker_process.h"
@@ -230,9 +232,20 @@ std::shared_ptr<const Processes> processes_of(const Scenario& scenario,
   return out;
 }
 
+/// SHA-256 of the controllers' files as they were when the scenario was read, or as its archive keeps them.
+std::map<std::string, std::string> sums_of(const ScenarioSource& source) {
+  constexpr std::string_view kEnding = ".sha256";
+  std::map<std::string, std::string> out;
+  for (const auto& [name, content] : source.inputs) {
+    if (name.ends_with(kEnding)) out[name.substr(0, name.size() - kEnding.size())] = content;
+  }
+  return out;
+}
+
 /// What libraries in this process are told of the robot. Standard input is there once.
 void brief_here(const Scenario& scenario) {
   const ScenarioSource& source = scenario.source;
+  mean_library_files(sums_of(source));
   brief_libraries(source.file == kStandardInput ? ""
                                                 : robot_document(Settings::load(source.file, source.options.overrides),
                                                                  source.options.ignore_missing_meshes, source.folder));
