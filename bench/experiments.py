@@ -38,6 +38,7 @@ EXPERIMENTS = {
     "duration, servos": ("quadruped_gait_duration_servos", 100, 10, DURATIONS, BULLET + MODELS, "success", ""),
     "push": ("quadruped_push", 400, 100, [], BULLET, "success", ""),
     "terrain": ("quadruped_terrain", 200, 20, [], BULLET + MODELS, "success", ""),
+    "rough": ("quadruped_rough", 200, 20, [], BULLET + MODELS, "success", ""),
     "drive": ("quadruped_drive", 64, 16, [], BULLET, "success", ""),
 }
 

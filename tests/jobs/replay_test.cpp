@@ -98,6 +98,21 @@ TEST(Replay, ReadsPackedArchivesAndGoesOnAfterViolations) {
   expect_replays(scenario, folder / "a.h5", {"step/3cm"}, 9);
 }
 
+// Ground that is drawn for each particle comes back by the particle's values, under both back ends.
+TEST(Replay, GivesTheBitsOverDrawnGround) {
+  for (const char* physics : {"lanes", "bullet"}) {
+    const TemporaryFolder folder;
+    ScenarioOptions options;
+    options.overrides = {{"physics", physics},
+                         {"time.end", "30 ms"},
+                         {"record", "{telemetry: all, every: 1}"},
+                         {"environment.ground.heightfield.spectrum.rms", "{uniform: [5 mm, 10 mm]}"}};
+    const Scenario scenario = load_scenario(testing::data("scenarios/quadruped_rough.yaml"), options);
+    write_campaign(folder / "a.graze", scenario, 6);
+    expect_replays(scenario, folder / "a.graze", {"walk/3cm"}, 6);
+  }
+}
+
 // A Latin hypercube's particle depends on how many there are: the archive tells.
 TEST(Replay, KnowsTheSizeOfALatinHypercube) {
   const TemporaryFolder folder;
