@@ -7,7 +7,6 @@
 #include <string>
 
 #include "engine/library/library_use.h"
-#include "engine/settings/signal_stack.h"
 #include "graze/policy.h"
 
 namespace graze {
@@ -68,7 +67,6 @@ class SharedObject {
   class Shown {
    public:
     Shown(LibraryCall which, double time, const char* file) : page_(shown_library_calls()) {
-      if (!page_) SignalStack::give_to_this_thread();  // in the program itself a stack that overflows is told, too
       library_call_here() = {which, time, file};
       if (!page_) return;
       page_->time.store(time, std::memory_order_relaxed);

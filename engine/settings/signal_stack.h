@@ -9,10 +9,14 @@
 
 namespace graze {
 
-/// The alternate signal stack of one thread, for handlers with SA_ONSTACK. A thread that has one of somebody else's (a
-/// sanitizer's, a host program's) keeps that.
+/// The alternate signal stack of the thread that makes it, for handlers with SA_ONSTACK, until it is destroyed there. A
+/// thread that has one of somebody else's (a sanitizer's, a host program's) keeps that, and without memory it has none.
+/// No thread_local object: the C library ends a program that lacks the memory to note the end of one.
 class SignalStack {
  public:
+  SignalStack() noexcept : memory_(new (std::nothrow) char[kBytes]) {
+    if (!memory_ || !install(memory_.get())) memory_.reset();
+  }
   SignalStack(const SignalStack&) = delete;
   SignalStack& operator=(const SignalStack&) = delete;
   ~SignalStack() {
@@ -22,21 +26,23 @@ class SignalStack {
     sigaltstack(&none, nullptr);
   }
 
-  /// Gives one to the calling thread for as long as it lives. Again, or without memory: does
-  /// nothing.
-  static void give_to_this_thread() noexcept { [[maybe_unused]] thread_local const SignalStack stack; }
+  /// Gives one to the main thread, for good, which takes no memory.
+  static void give_to_main_thread() noexcept {
+    static char memory[kBytes];
+    install(memory);
+  }
 
  private:
-  SignalStack() noexcept {
+  static constexpr std::size_t kBytes = std::size_t{64} << 10;  // some 10 kB are the processor's registers
+
+  /// Whether the thread has taken it.
+  static bool install(char* memory) noexcept {
     stack_t now{};
-    if (sigaltstack(nullptr, &now) != 0 || (now.ss_flags & SS_DISABLE) == 0) return;
-    constexpr std::size_t kBytes = std::size_t{64} << 10;  // some 10 kB are the processor's registers
-    memory_.reset(new (std::nothrow) char[kBytes]);
-    if (!memory_) return;
+    if (sigaltstack(nullptr, &now) != 0 || (now.ss_flags & SS_DISABLE) == 0) return false;
     stack_t mine{};
-    mine.ss_sp = memory_.get();
+    mine.ss_sp = memory;
     mine.ss_size = kBytes;
-    if (sigaltstack(&mine, nullptr) != 0) memory_.reset();
+    return sigaltstack(&mine, nullptr) == 0;
   }
 
   std::unique_ptr<char[]> memory_;  // null: it is somebody else's

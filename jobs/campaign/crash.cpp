@@ -124,7 +124,7 @@ void contain_crashes(const std::string& directory) {
                                          printable(directory), shell_path(directory));
     std::snprintf(advice.data(), advice.size(), "%s", text.c_str());
   }
-  SignalStack::give_to_this_thread();
+  SignalStack::give_to_main_thread();
   for (const auto& [number, name] : kCrashes) {
     struct sigaction action {
     }, before{};

@@ -20,7 +20,7 @@ void Workers::start(std::shared_ptr<TraceWatch> watch, std::function<void()> wor
       worker.id = syscall(SYS_gettid);
     }
     try {
-      SignalStack::give_to_this_thread();
+      const SignalStack stack;
       work();
     } catch (const GivenUp&) {
       return;  // whatever belongs to the campaign may be gone

@@ -64,7 +64,7 @@ double gap_when_let_down(const World& world, double up) {
 class LetDown : public ::testing::TestWithParam<ShapeKind> {};
 INSTANTIATE_TEST_SUITE_P(, LetDown,
                          ::testing::Values(ShapeKind::sphere, ShapeKind::capsule, ShapeKind::cylinder, ShapeKind::box,
-                                         ShapeKind::mesh));
+                                           ShapeKind::mesh));
 
 // The prism about a round side is wider by 0.9 % of its radius, 1.3 mm at most here; the others touch to 1e-5 m.
 TEST_P(LetDown, TouchesTheGround) {
