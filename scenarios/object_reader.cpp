@@ -15,6 +15,7 @@
 #include "scenarios/hull_reader.h"
 #include "scenarios/limits.h"
 #include "scenarios/shapes.h"
+#include "scenarios/spectrum.h"
 #include "scenarios/world_reader.h"
 
 namespace graze {
@@ -134,6 +135,10 @@ void check_heights(const Settings& s, const HeightGrid& grid, double factor) {
 Shape read_heightfield(const Described& own) {
   const Settings& s = own.settings();
   const std::vector<double> size = positive_numbers(own.at("size"), 2);
+  if (const auto spectrum = own.find("spectrum")) {
+    if (s.has("scale")) s.at("scale").fail_key("does not go with 'spectrum', whose 'rms' says how high the ground is");
+    return read_spectrum(*spectrum, size[0], size[1]);
+  }
   if (const auto scale = own.find("scale")) refuse_length(*scale);
   const double factor = own.number("scale");
   Shape shape{ShapeKind::heightfield, {size[0], size[1], factor}, nullptr, read_heights(s)};
@@ -199,11 +204,12 @@ std::vector<ShapeForm> own_forms() {
         {{"size", {lengths(2)}, Default::required(), "extent `[x, y]`"},
          {"csv", {Form::text("FILE")}, {}, "heights: row along y, column along x"},
          {"heights", {Form::rows(-1, Quantity::length)}, {}, "`[[…], …]`: row along y, column along x"},
+         {"spectrum", {Form::map(spectrum_description())}, {}, spectrum_description().help},
          {"scale",
           {Form::number(Quantity::dimensionless, Bound::positive)},
           Default::value("1"),
           "factor of the heights: 0.01 for heights in cm"}},
-        {{"csv", "heights"}}},
+        {{"csv", "heights", "spectrum"}}},
        read_heightfield},
   };
 }

@@ -17,6 +17,7 @@
 #include "scenarios/names.h"
 #include "scenarios/robot_file.h"
 #include "scenarios/rotors.h"
+#include "scenarios/spectrum.h"
 #include "scenarios/springs.h"
 
 namespace graze {
@@ -272,6 +273,12 @@ class WorldReader {
     object.shape = read_shape(settings);
     object.X_WO = read_object_pose(settings, object.shape);
     const std::string path = "environment." + name;
+    if (object.shape.spectrum) {
+      read_spectrum_spreads(shape_settings(settings).at("spectrum"), path, object.shape,
+                            [this](const Settings& map, const char* key, const Parameter& parameter, double& value) {
+                              number(map, key, parameter, value);
+                            });
+    }
     // NaN, the engine's "as the contact settings say", stays unless the file has a value.
     const auto coefficient = [&](const char* key, const Parameter& parameter, double fallback, double& value) {
       if (!settings.has(key)) return;

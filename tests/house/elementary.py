@@ -28,6 +28,7 @@ LANE_HEADER, LANE_NAMES = '#include "engine/lanes/arc.h"', {"atan2", "asin", "ac
 ALLOWED = {
     ("engine/control/gait_doubts.cpp", "hypot"): "warns of commands that the legs cannot follow",
     ("engine/model/urdf.cpp", "log"): "is the log of urdfdom's messages, no logarithm",
+    ("scenarios/spectrum.cpp", "cbrt"): "tells a cell that is long enough",
     ("scenarios/doubts.cpp", "pow"): "warns of densities in another unit",
     ("sampling/moments.cpp", "boost/math/quadrature/gauss.hpp"): "is a table of nodes and weights",
 }
