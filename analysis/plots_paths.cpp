@@ -232,6 +232,50 @@ class StickRobot {
   std::vector<Part> parts_;
 };
 
+/// A net over a heightfield: every n-th of its lines along x and along y, so that none has more than so many.
+void add_net(const Json& shape, const Json& grid, const Json& heights, const SeenFloor& near, SeenLines& out) {
+  constexpr std::size_t kLines = 40;
+  const auto nx = grid["nx"].get<std::size_t>(), ny = grid["ny"].get<std::size_t>();
+  const auto number = [&](std::size_t i) { return shape[i].get<double>(); };
+  const SeenPose X{{number(3), number(4), number(5)}, {number(6), number(7), number(8), number(9)}};
+  const auto at = [&](std::size_t ix, std::size_t iy) {
+    const double u = static_cast<double>(ix) / static_cast<double>(nx - 1) - 0.5,
+                 v = static_cast<double>(iy) / static_cast<double>(ny - 1) - 0.5;
+    return X.of({u * number(0), v * number(1), heights[iy * nx + ix].get<double>() * number(2)});
+  };
+  const std::size_t step = (std::max(nx, ny) + kLines - 1) / kLines;
+  for (std::size_t iy = 0; iy < ny; iy += step) {
+    for (std::size_t ix = 0; ix + 1 < nx; ++ix) out.add(near.part(at(ix, iy), at(ix + 1, iy)));
+  }
+  for (std::size_t ix = 0; ix < nx; ix += step) {
+    for (std::size_t iy = 0; iy + 1 < ny; ++iy) out.add(near.part(at(ix, iy), at(ix, iy + 1)));
+  }
+}
+
+/// Puts the terrain that all traces of a panel stood on behind them. Returns whether some of it is left out, because
+/// each had its own.
+bool add_terrain(const Json& scene, const std::vector<const Json*>& traces, const SeenFloor& ground, PlotPanel& panel) {
+  PlotSeries look;
+  look.color = PlotColor::soft;
+  look.width = 0.35;
+  SeenLines net(PathView::isometric, look);
+  bool left_out = false;
+  std::size_t k = 0;
+  for (const Json& collider : scene["colliders"]) {
+    const std::size_t at = k++;
+    if (collider["kind"] != "heightfield" || traces.empty()) continue;
+    const Json &bodies = (*traces.front())["bodies"], &grid = scene["grids"][collider["grid"].get<std::size_t>()];
+    const std::string number = std::to_string(at);
+    const bool own = bodies["grounds"].contains(number);
+    left_out = left_out || (own && traces.size() > 1);
+    if (own && traces.size() > 1) continue;
+    add_net(bodies["shapes"][at], grid, own ? bodies["grounds"][number] : grid["height"], ground.with_surroundings(),
+            net);
+  }
+  if (!net.empty()) panel.series.insert(panel.series.begin(), net.take());
+  return left_out;
+}
+
 }  // namespace
 
 Figure path_figure(const Json& page, const std::vector<std::string>& policies, const PathScene& scene,
@@ -297,7 +341,9 @@ Figure lapse_figure(const Json& page, const std::vector<std::string>& policies, 
   const PlayedTraces traces(page, policies, PlotBy::outcome, "lapse");
   Figure out{"lapse", fmt::format("Robots every {}", every_words(every))};
   out.legend = traces.legend();
+  bool grounds_differ = false;
   for (const std::string& policy : policies) {
+    std::vector<const Json*> shown;
     PlotPanel panel = empty_panel(PathView::isometric, policies.size() > 1 ? policy : "");
     SeenFloor ground;
     for (const Json* trace : traces.list()) {
@@ -308,8 +354,10 @@ Figure lapse_figure(const Json& page, const std::vector<std::string>& policies, 
       SeenLines lines(PathView::isometric, look);
       for (const std::size_t frame : frames_at(played_times(*trace), every)) robot.add(frame, lines, ground);
       panel.series.push_back(lines.take());
+      shown.push_back(trace);
     }
     if (panel.series.empty()) continue;
+    grounds_differ |= add_terrain(page["scene"], shown, ground, panel);
     add_surroundings(PathView::isometric, scene, ground, panel);
     add_axes_cross(panel);
     out.panels.push_back(std::move(panel));
@@ -320,6 +368,7 @@ Figure lapse_figure(const Json& page, const std::vector<std::string>& policies, 
     for (PlotPanel& panel : out.panels) panel.height = 300;
   }
   out.notes.push_back(traces.note());
+  if (grounds_differ) out.notes.push_back("Each robot had ground of its own, which is drawn where there is one robot.");
   return out;
 }
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "analysis/number_words.h"
 #include "analysis/plots_played.h"
 #include "analysis/plots_text.h"
 #include "engine/settings/settings.h"
@@ -84,9 +85,9 @@ std::vector<PlotLegend> PlayedTraces::legend() const {
 
 std::string PlayedTraces::note() const {
   return fmt::format(
-      "{} traces, simulated again: of each policy the success nearest to the nominal robot, a typical "
+      "{}, simulated again: of each policy the success nearest to the nominal robot, a typical "
       "trace of each way to fail, the earliest violation, and the first particles.",
-      traces_.size());
+      counted(traces_.size(), "trace", "traces"));
 }
 
 std::size_t PlayedTraces::policy_index(const Json& trace) const {

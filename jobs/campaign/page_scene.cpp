@@ -84,11 +84,13 @@ Json scene_json(const Model& model, NumberForm form) {
 
 Json bodies_json(const TraceFrames& frames, NumberForm form) {
   Json shapes = Json::array(), poses = Json::array(), pairs = Json::array(), frame = Json::array();
+  Json grounds = Json::object();
   for (const FrameShape& shape : frames.shapes) {
     const Quat r(shape.X_BG.linear());
     const Vec3 p = shape.X_BG.translation();
     const std::vector<double> row = {shape.size.x(), shape.size.y(), shape.size.z(), p.x(), p.y(),
                                      p.z(),          r.x(),          r.y(),          r.z(), r.w()};
+    if (shape.ground) grounds[std::to_string(shapes.size())] = numbers(shape.ground->height, form);
     shapes.push_back(numbers(row, NumberForm::plain));
   }
   for (const std::vector<double>& row : frames.poses) poses.push_back(numbers(row, form));
@@ -102,6 +104,7 @@ Json bodies_json(const TraceFrames& frames, NumberForm form) {
     impulses.push_back(contact.normal_impulse);
   }
   return {{"shapes", shapes},
+          {"grounds", grounds},  // heights by collider, where the particle has its own
           {"poses", poses},
           {"contacts",
            {{"frame", frame},

@@ -30,7 +30,9 @@ void FrameWatch::add_rows(const StepView& step, TraceFrames& out) {
 
 void FrameWatch::add_bodies(const StepView& step, Pairs& contacts, TraceFrames& out) {
   if (out.shapes.empty()) {
-    for (const Collider& one : step.model.colliders) out.shapes.push_back({one.shape.size, one.X_BG});
+    for (const Collider& one : step.model.colliders) {
+      out.shapes.push_back({one.shape.size, one.X_BG, one.shape.spectrum ? one.shape.grid : nullptr});
+    }
   }
   const BlockState& state = step.physics.state();
   out.poses.resize(7 * step.model.bodies.size());

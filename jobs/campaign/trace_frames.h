@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <set>
 #include <string>
 #include <utility>
@@ -25,6 +26,7 @@ struct FrameContact {
 struct FrameShape {
   Vec3 size = Vec3::Zero();  // as Shape::size
   Pose X_BG = Pose::Identity();
+  std::shared_ptr<const HeightGrid> ground = nullptr;  // that was drawn for the particle
 };
 
 struct TraceFrames {

@@ -246,6 +246,36 @@ TEST(Plots, LapseHasRobotsAtMoments) {
   EXPECT_NEAR(right, std::sqrt(0.75) * 2.3, 1e-12);
 }
 
+// Claim: terrain is a net behind the robots: the trace's own where it has one, else that of all; of several that have
+// each their own none, which is said.
+TEST(Plots, LapseHasTheGroundThatTheRobotStoodOn) {
+  Json page = planted_journey();
+  page["scene"]["colliders"][2]["kind"] = "heightfield";
+  page["scene"]["colliders"][2]["grid"] = 0;
+  page["scene"]["grids"] = {{{"nx", 3}, {"ny", 2}, {"height", {0, 0, 0, 0, 0, 0.5}}}};
+  Json& bodies = page["trajectories"][0]["bodies"];
+  bodies["grounds"] = Json::object();
+  bodies["shapes"][2] = {4, 1, 1, 0, 0, 0, 0, 0, 0, 1};
+  // Two rows and three columns, of which the first is too far from the robot; the highest point is at x = 2 m.
+  const auto highest = [](const Figure& figure) {
+    const PlotSeries& net = figure.panels[0].series[0];
+    EXPECT_EQ(std::count_if(net.x.begin(), net.x.end(), [](double x) { return std::isnan(x); }), 2 * 2 + 2);
+    double out = -1e300;
+    for (const double y : net.y) out = std::isnan(y) ? out : std::max(out, y);
+    return out;
+  };
+  const Figure common = lapse_figure(page, {"a"}, {}, 2);
+  EXPECT_NEAR(highest(common), 0.5 * (2 + 0.5) + 0.5, 1e-12);
+  bodies["grounds"]["2"] = {0, 0, 0, 0, 0, 0.25};
+  const Figure own = lapse_figure(page, {"a"}, {}, 2);
+  EXPECT_NEAR(highest(own), 0.5 * (2 + 0.5) + 0.25, 1e-12);
+  EXPECT_EQ(own.notes.size(), 1u);
+  page["trajectories"].push_back(page["trajectories"][0]);
+  const Figure several = lapse_figure(page, {"a"}, {}, 2);
+  EXPECT_EQ(several.panels[0].series[0].color, PlotColor::unknown);
+  EXPECT_EQ(several.notes.back(), "Each robot had ground of its own, which is drawn where there is one robot.");
+}
+
 // Claim: every trace that counts is one mark, at its particle's values, in its outcome's colour and shape.
 TEST(Plots, ParametersHaveAMarkForEachTrace) {
   const Folder folder;

@@ -3,7 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "tests/jobs/ball_campaign.h"
 #include "tests/jobs/replay_campaign.h"
@@ -137,6 +139,26 @@ TEST_F(Report, ReplayWritesTheSamePage) {
           {"--view", "a.graze holds no trace of particle 25"});
   EXPECT_FALSE(testing::fs::exists(campaign.folder / "p25.h5"));
   EXPECT_FALSE(testing::fs::exists(campaign.folder / "a.p25.html"));
+}
+
+// Claim: of ground that is drawn, replays show each particle's own, the same under every policy.
+TEST(ReportOfDrawnGround, ShowsEachParticlesOwn) {
+  const testing::TemporaryFolder folder;
+  const std::string scenario = testing::data("scenarios/quadruped_rough.yaml");
+  const testing::Result run =
+      testing::graze(folder.path(), "run '" + scenario + "' -n 2 --quiet --set time.end='10 ms' -o a.graze");
+  ASSERT_EQ(run.code, 0) << run.err;
+  const PlainJson report = PlainJson::parse(testing::graze(folder.path(), "report a.graze --json").out);
+  std::map<int, std::set<std::string>> grounds;
+  for (const PlainJson& trace : report["trajectories"]) {
+    if (!trace.contains("bodies")) continue;
+    ASSERT_EQ(trace["bodies"]["grounds"].size(), 1u);
+    grounds[trace["particle"].get<int>()].insert(trace["bodies"]["grounds"].begin()->dump());
+  }
+  ASSERT_EQ(grounds.size(), 2u);
+  EXPECT_EQ(grounds[0].size(), 1u);
+  EXPECT_EQ(grounds[1].size(), 1u);
+  EXPECT_NE(*grounds[0].begin(), *grounds[1].begin());
 }
 
 // Claim: an archive of another results version has a report without what is simulated, which the page and the terminal

@@ -2,8 +2,8 @@
 import * as three from 'three';
 import {column} from './data.js';
 
-/** A geometry in the shape's own frame; sizes as the simulator has them (z is the axis of cylinders and capsules). */
-function geometryOf(collider, size, scene) {
+/** A geometry in the shape's own frame; sizes as the simulator has them (z is the axis of cylinders and capsules). ground: heights that are the trace's own. */
+function geometryOf(collider, size, scene, ground) {
   const [a, b, c] = size;
   switch (collider.kind) {
     case 'box': return new three.BoxGeometry(a, b, c);
@@ -11,7 +11,10 @@ function geometryOf(collider, size, scene) {
     case 'cylinder': return new three.CylinderGeometry(a, a, b, 28).rotateX(Math.PI / 2);
     case 'capsule': return new three.CapsuleGeometry(a, b, 8, 20).rotateX(Math.PI / 2);
     case 'mesh': return meshGeometry(scene.meshes[collider.mesh], size);
-    case 'heightfield': return terrainGeometry(scene.grids[collider.grid], size);
+    case 'heightfield': {
+      const grid = scene.grids[collider.grid];
+      return terrainGeometry(ground ? {...grid, height: ground} : grid, size);
+    }
     default: return null; // planes are drawn apart
   }
 }
@@ -50,11 +53,11 @@ export class Player {
     this.fixed = []; // meshes of the environment
     this.moving = []; // meshes of bodies
     this.readContacts(trace.bodies.contacts);
-    scene.colliders.forEach((collider, k) => this.addCollider(collider, trace.bodies.shapes[k], scene));
+    scene.colliders.forEach((collider, k) => this.addCollider(collider, trace.bodies.shapes[k], scene, trace.bodies.grounds[k]));
   }
 
-  addCollider(collider, [a, b, c, x, y, z, qx, qy, qz, qw], scene) {
-    const geometry = geometryOf(collider, [a, b, c], scene);
+  addCollider(collider, [a, b, c, x, y, z, qx, qy, qz, qw], scene, ground) {
+    const geometry = geometryOf(collider, [a, b, c], scene, ground);
     if (!geometry) return;
     const mesh = new three.Mesh(geometry);
     mesh.position.set(x, y, z);
