@@ -61,10 +61,10 @@ double gap_when_let_down(const World& world, double up) {
       .gap;
 }
 
-class LetDown : public testing::TestWithParam<ShapeKind> {};
+class LetDown : public ::testing::TestWithParam<ShapeKind> {};
 INSTANTIATE_TEST_SUITE_P(, LetDown,
-                         testing::Values(ShapeKind::sphere, ShapeKind::capsule, ShapeKind::cylinder, ShapeKind::box,
-                                         ShapeKind::mesh));
+                         ::testing::Values(ShapeKind::sphere, ShapeKind::capsule, ShapeKind::cylinder, ShapeKind::box,
+                                           ShapeKind::mesh));
 
 // The prism about a round side is wider by 0.9 % of its radius, 1.3 mm at most here; the others touch to 1e-5 m.
 TEST_P(LetDown, TouchesTheGround) {
