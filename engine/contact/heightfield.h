@@ -39,6 +39,10 @@ inline CellRange cells_near(const Terrain& terrain, const Point3& x, double r) {
   return {bounded(left, 0, nx - 2), bounded(right, 0, nx - 2), bounded(low, 0, ny - 2), bounded(high, 0, ny - 2)};
 }
 
+/// Whether a height z lies so far below the lowest that something may reach that no distance to it counts: by more than
+/// rounding, so that what is left out would not have been taken.
+inline bool out_of_reach(double z, double lowest) { return z < lowest - 1e-9 * (1 + abs(lowest)); }
+
 /// Nearest point of a triangle to x (Ericson 2005, §5.1.5).
 inline Point3 nearest_on_triangle(const Point3& x, const Point3& a, const Point3& b, const Point3& c) {
   const Point3 ab = b - a, ac = c - a, ax = x - a, bx = x - b, cx = x - c;
@@ -91,6 +95,8 @@ inline BallOnTerrain nearest_on_terrain(const Terrain& terrain, const Point3& x,
     for (int ix = cells.x0; ix <= cells.x1; ++ix) {
       const Point3 corner[4] = {terrain.vertex(ix, iy), terrain.vertex(ix + 1, iy), terrain.vertex(ix, iy + 1),
                                 terrain.vertex(ix + 1, iy + 1)};
+      const double highest = max(max(corner[0].z, corner[1].z), max(corner[2].z, corner[3].z));
+      if (out_of_reach(highest, x.z - reach)) continue;
       // Where x stands within the cell decides which triangle is overhead.
       const double u = (x.x - corner[0].x) / terrain.cell_x(), v = (x.y - corner[0].y) / terrain.cell_y();
       const bool within = u >= 0 && u <= 1 && v >= 0 && v <= 1;
@@ -195,6 +201,7 @@ inline GridPoint deepest_grid_point(const Terrain& terrain, ShapeKind kind, cons
   for (int iy = cells.y0; iy <= cells.y1 + 1; ++iy) {
     for (int ix = cells.x0; ix <= cells.x1 + 1; ++ix) {
       const Point3 x = terrain.vertex(ix, iy);
+      if (out_of_reach(x.z, X_TS.p.z - radius - max(margin, 0.0))) continue;
       const NearestT<double> nearest = nearest_on_shape(kind, size, transposed_times(X_TS.R, x - X_TS.p));
       if (nearest.d < best.phi) best = {true, nearest.d, x, -(X_TS.R * nearest.n)};
     }
