@@ -11,6 +11,7 @@
 #include <mutex>
 #include <thread>
 
+#include "engine/settings/signal_stack.h"
 #include "simulation/contained.h"
 #include "simulation/prediction_tally.h"
 
@@ -210,7 +211,12 @@ struct Predictor::Impl {
     std::vector<std::thread> others;
     const std::uint64_t items = (call.particles + kLanes - 1) / kLanes * policies.size();
     const auto busy = static_cast<std::size_t>(std::min<std::uint64_t>(items, workers.size()));
-    for (std::size_t i = 1; i < busy; ++i) others.emplace_back([this, &call, i] { work(*workers[i], call); });
+    for (std::size_t i = 1; i < busy; ++i) {
+      others.emplace_back([this, &call, i] {
+        const SignalStack stack;
+        work(*workers[i], call);
+      });
+    }
     work(*workers.front(), call);
     for (std::thread& one : others) one.join();
     if (call.error) std::rethrow_exception(call.error);

@@ -9,6 +9,7 @@
 #include <optional>
 #include <thread>
 
+#include "engine/settings/signal_stack.h"
 #include "jobs/campaign/nominal_traces.h"
 #include "sampling/stream.h"
 #include "simulation/simulation.h"
@@ -166,6 +167,7 @@ template <class Work>
 void in_threads(std::size_t count, const Work& work) {
   std::vector<std::exception_ptr> errors(count);
   const auto guarded = [&](std::size_t i) {
+    const SignalStack stack;
     try {
       work();
     } catch (...) {

@@ -11,6 +11,7 @@
 #include "engine/control/base_command.h"
 #include "engine/model/placement.h"
 #include "engine/model/rotation.h"
+#include "engine/settings/signal_stack.h"
 #include "jobs/campaign/nominal_traces.h"
 #include "simulation/predictor.h"
 
@@ -187,6 +188,7 @@ void DriveSession::start_trial(const StepView& view) {
   copy.policies = {under_command(policy_of(simulation_, names_[now_]), rows_.back()),
                    under_command(policy_of(simulation_, names_[*next_]), rows_.back())};
   verdict_ = std::async(std::launch::async, [this, copy = std::move(copy), estimate = std::move(estimate)]() mutable {
+    const SignalStack stack;
     return try_out(std::move(copy), estimate);
   });
 }
