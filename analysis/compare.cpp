@@ -8,6 +8,7 @@
 #include <map>
 #include <set>
 
+#include "analysis/failures.h"
 #include "analysis/quantiles.h"
 #include "analysis/significance.h"
 
@@ -230,6 +231,7 @@ Comparison compare_campaigns(const Archive& a, const Archive& b, const CompareRe
   out.complete_b = b.complete();
   out.unconverged_a = a.info().unconverged;
   out.unconverged_b = b.info().unconverged;
+  out.trust_b = needs_trust(b.info());
   const auto policies = policies_of(a.info(), b.info(), request);
   out.particles.others = why_others(a.info(), b.info());
   out.changes = scenario_changes(a.info().scenario_text, b.info().scenario_text);

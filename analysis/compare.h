@@ -65,6 +65,7 @@ struct Comparison {
   CompareRequest request;
   std::string campaign_a, campaign_b;
   bool complete_a = true, complete_b = true;
+  bool trust_b = false;                         // needs_trust(), of b
   double unconverged_a = 0, unconverged_b = 0;  // shares of steps, above which a trace is flagged
   SameParticles particles;
   std::vector<ScenarioChange> changes;  // of the scenario

@@ -146,7 +146,7 @@ std::string changes_table(const std::vector<Change>& changes, const char* title,
   if (flagged) rows[0].insert(rows[0].begin() + 3, "flagged");
   for (const Change& change : listed) {
     rows.push_back({std::to_string(change.particle), change.in_a, change.in_b,
-                    replay_command(c.request.name_b, one.policy_b, change.particle)});
+                    replay_command(c.request.name_b, one.policy_b, change.particle, c.trust_b)});
     if (flagged) rows.back().insert(rows.back().begin() + 3, flags_text(change));
   }
   std::string out = fmt::format("\n{} ({})\n", title, changes.size()) + text_table(rows, rows[0].size());

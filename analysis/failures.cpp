@@ -78,6 +78,7 @@ Failure describe_failure(const FailureTable& table, const FailureTable::Row& row
   Failure out{policy, row.particle, row.outcome, "objective", row.time, row.margin};
   out.unconverged = row.unconverged;
   out.flagged = row.unconverged > info.unconverged;
+  out.trust = needs_trust(info);
   if (row.outcome != Outcome::invalid) out.culprit = culprit_text(row.violated, row.culprit, info);
   if (row.outcome == Outcome::known_failure) {
     const auto& requirement = info.requirements[static_cast<std::size_t>(row.violated)];
@@ -91,9 +92,19 @@ Failure describe_failure(const FailureTable& table, const FailureTable::Row& row
   return out;
 }
 
-std::string replay_command(const std::string& archive, const std::string& policy, std::uint32_t particle) {
-  return fmt::format("graze replay {} --particle {} {}", shell_path(archive), particle,
-                     shell_option("--policy", policy));
+bool needs_trust(const CampaignInfo& info) {
+  // The sums of the controllers' files are kept in place of the files (engine/library/library_use.h).
+  return std::any_of(info.source.inputs.begin(), info.source.inputs.end(),
+                     [](const auto& input) { return input.first.ends_with(".sha256"); });
+}
+
+std::string replay_command(const std::string& archive, const std::string& policy, std::uint32_t particle, bool trust) {
+  return fmt::format("graze replay {} --particle {} {}{}", shell_path(archive), particle,
+                     shell_option("--policy", policy), trust ? " --trust" : "");
+}
+
+std::string resume_command(const std::string& archive, bool trust) {
+  return fmt::format("graze resume {}{}", shell_path(archive), trust ? " --trust" : "");
 }
 
 void WaysToFail::add(const TraceOutcome& trace) {
@@ -130,7 +141,7 @@ std::string format_failures(const std::vector<Failure>& failures, const std::str
     rows.push_back({failure.policy, std::string(outcome_name(failure.outcome)), shortened(what),
                     std::to_string(failure.alike), std::to_string(failure.particle), shortened(failure.culprit),
                     number(failure.time, " s"), margin_text(failure),
-                    replay_command(archive, failure.policy, failure.particle)});
+                    replay_command(archive, failure.policy, failure.particle, failure.trust)});
   }
   std::uint64_t traces = 0;
   for (const Failure& failure : failures) traces += failure.alike;
@@ -154,8 +165,8 @@ void list_traces(const Archive& archive, Listed which, const std::vector<std::st
               "margin");
   for_each_listed(archive, which, policies, [&](const Failure& failure) {
     out << line(failure.flagged ? percent(failure.unconverged) : "",
-                replay_command(name, failure.policy, failure.particle), printable(failure.policy), policy,
-                failure.particle, outcome_name(failure.outcome), printable(failure.what), what,
+                replay_command(name, failure.policy, failure.particle, failure.trust), printable(failure.policy),
+                policy, failure.particle, outcome_name(failure.outcome), printable(failure.what), what,
                 shortened(printable(failure.culprit)), culprit, number(failure.time, " s"), margin_text(failure));
   });
 }
@@ -174,7 +185,7 @@ std::string failure_json(const Failure& failure, const std::string& archive) {
                      {"alike", failure.alike},
                      {"unconverged", json_of(failure.unconverged)},
                      {"flagged", failure.flagged},
-                     {"replay", replay_command(archive, failure.policy, failure.particle)}};
+                     {"replay", replay_command(archive, failure.policy, failure.particle, failure.trust)}};
   return json.dump(-1, ' ', false, Json::error_handler_t::replace);
 }
 

@@ -25,10 +25,17 @@ struct Failure {
   std::uint64_t alike = 1;   // traces of the policy that failed in the same way
   double unconverged = 0;    // share of its steps whose contacts did not converge; NaN: not known
   bool flagged = false;      // that is more than the scenario lets pass
+  bool trust = false;        // needs_trust(), of its campaign
 };
 
-/// `graze replay …` for a shell.
-std::string replay_command(const std::string& archive, const std::string& policy, std::uint32_t particle);
+/// Whether the scenario of a campaign names code that runs with the user's rights: without --trust commands that
+/// simulate it refuse it.
+bool needs_trust(const CampaignInfo& info);
+/// `graze replay …` for a shell; `trust`: needs_trust().
+std::string replay_command(const std::string& archive, const std::string& policy, std::uint32_t particle,
+                           bool trust = false);
+/// `graze resume …` for a shell, as that.
+std::string resume_command(const std::string& archive, bool trust);
 
 /// The ways in which traces of a policy failed (a requirement, the objective, invalid): how many went each way and the
 /// lowest particle among them, which stands for all.

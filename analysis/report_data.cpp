@@ -25,18 +25,19 @@ Json ways_json(const ReportInput& input) {
   Json out = Json::array();
   for (const FailureWay& way : input.ways) {
     if (out.size() == kMostWays) break;
-    out.push_back({{"policy", way.policy},
-                   {"outcome", outcome_name(way.outcome)},
-                   {"what", way.what},
-                   {"culprit", way.culprit},
-                   {"traces", way.traces},
-                   {"earliest", short_number(way.earliest)},
-                   {"earliest_particle", way.earliest_particle},
-                   {"worst", short_number(way.worst)},
-                   {"unit", way.unit},
-                   {"worst_particle", way.worst_particle},
-                   {"typical_particle", way.typical_particle},
-                   {"replay", replay_command(input.score.archive, way.policy, way.earliest_particle)}});
+    out.push_back(
+        {{"policy", way.policy},
+         {"outcome", outcome_name(way.outcome)},
+         {"what", way.what},
+         {"culprit", way.culprit},
+         {"traces", way.traces},
+         {"earliest", short_number(way.earliest)},
+         {"earliest_particle", way.earliest_particle},
+         {"worst", short_number(way.worst)},
+         {"unit", way.unit},
+         {"worst_particle", way.worst_particle},
+         {"typical_particle", way.typical_particle},
+         {"replay", replay_command(input.score.archive, way.policy, way.earliest_particle, input.score.trust)}});
   }
   return out;
 }

@@ -164,7 +164,8 @@ Json unknown_section(const std::vector<UnknownFailures>& all, const std::string&
         traits += fmt::format("{}{} {:.4g}{} ({:.4g})", traits.empty() ? "" : "; ", trait.name, trait.here, unit,
                               trait.successes);
       }
-      kinds.push_back({one.policy, i + 1, kind.traces, traits, replay_command(archive, one.policy, kind.typical)});
+      kinds.push_back(
+          {one.policy, i + 1, kind.traces, traits, replay_command(archive, one.policy, kind.typical, one.trust)});
       for (const ProposedWitness& witness : kind.witnesses) {
         proposals.push_back({one.policy, i + 1, witness.yaml, fmt::format("{} of {}", witness.caught, witness.of),
                              fmt::format("{} of {}", witness.alarms, witness.successes),

@@ -151,6 +151,7 @@ Score score(const Archive& archive, const std::string& name, const std::vector<s
   }
   answer_questions(info, out);
   out.archive = name.empty() ? archive.path().string() : name;
+  out.trust = needs_trust(archive.info());
   const std::vector<std::string> named = policies == info.policies ? std::vector<std::string>{} : policies;
   out.failures_command = listing_command(out.archive, named, "--failures");
   out.flagged_command = listing_command(out.archive, named, "--flagged");

@@ -70,6 +70,7 @@ struct Score {
   double unconverged = 0;            // share of steps, above which a trace is flagged
   std::vector<Answer> answers;       // of a complete campaign with --until
   std::string archive;               // as replay commands name it
+  bool trust = false;                // needs_trust()
   std::string failures_command;      // that lists every failure of these policies
   std::string flagged_command;       // that lists every flagged trace of them
   std::vector<Failure> failures;     // the first of each kind

@@ -8,6 +8,7 @@
 #include <limits>
 #include <numeric>
 
+#include "analysis/failures.h"
 #include "analysis/quantiles.h"
 #include "analysis/trace_features.h"
 #include "engine/settings/settings.h"
@@ -323,6 +324,7 @@ std::vector<Trait> traits_of(const TraceFeatures& features, const RowNumbers& ki
 
 UnknownFailures unknown_failures(const Archive& archive, const std::string& policy) {
   UnknownFailures out;
+  out.trust = needs_trust(archive.info());
   out.policy = policy;
   const TraceFeatures features = trace_features(archive, policy, kMostTraces);
   out.traces = features.failures;

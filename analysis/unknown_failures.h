@@ -38,6 +38,7 @@ struct FailureKind {
 
 struct UnknownFailures {
   std::string policy;
+  bool trust = false;                                      // needs_trust(), of the campaign
   std::uint64_t traces = 0, successes = 0, looked_at = 0;  // looked_at: of the unknown failures, the first so many
   double silhouette = 0;                                   // of the division into kinds, -1 … 1; 0 if there is one
   std::vector<FailureKind> kinds;                          // most traces first

@@ -18,10 +18,11 @@ std::string trait_text(const Trait& trait) {
   return fmt::format("{} {:.4g}{} ({:.4g})", trait.name, trait.here, unit, trait.successes);
 }
 
-std::string kind_text(const FailureKind& kind, std::size_t number, const std::string& policy,
-                      const std::string& archive, bool successes) {
+std::string kind_text(const FailureKind& kind, std::size_t number, const UnknownFailures& one,
+                      const std::string& archive) {
+  const bool successes = one.successes > 0;
   std::string out = fmt::format("  kind {}: {}; typical: {}\n", number, counted(kind.traces, "trace", "traces"),
-                                replay_command(archive, policy, kind.typical));
+                                replay_command(archive, one.policy, kind.typical, one.trust));
   if (kind.traits.empty()) return out;
   out += fmt::format("    medians, those of the {} in brackets:", successes ? "successes" : "unknown failures");
   for (std::size_t i = 0; i < kind.traits.size(); ++i) out += (i > 0 ? "; " : " ") + trait_text(kind.traits[i]);
@@ -30,10 +31,10 @@ std::string kind_text(const FailureKind& kind, std::size_t number, const std::st
   if (!kind.tried) return out + "    too few traces to choose a requirement on and to try it\n";
   if (kind.witnesses.empty()) return out + "    no simple requirement tells it from the successes\n";
   out += "    would have caught it (chosen on even particles, tried on odd ones):\n";
-  for (const ProposedWitness& one : kind.witnesses) {
-    out += fmt::format("      {{{}}}   {} of {}, false alarms {} of {}{}\n", one.yaml, one.caught, one.of, one.alarms,
-                       counted(one.successes, "success", "successes"),
-                       one.in_objective ? "; the objective judges this already" : "");
+  for (const ProposedWitness& w : kind.witnesses) {
+    out += fmt::format("      {{{}}}   {} of {}, false alarms {} of {}{}\n", w.yaml, w.caught, w.of, w.alarms,
+                       counted(w.successes, "success", "successes"),
+                       w.in_objective ? "; the objective judges this already" : "");
   }
   return out;
 }
@@ -54,7 +55,7 @@ std::string format_unknown_failures(const std::vector<UnknownFailures>& all, con
     }
     out += "\n";
     for (std::size_t i = 0; i < one.kinds.size(); ++i) {
-      out += kind_text(one.kinds[i], i + 1, one.policy, archive, one.successes > 0);
+      out += kind_text(one.kinds[i], i + 1, one, archive);
     }
   }
   return out;
@@ -83,7 +84,7 @@ std::string unknown_failures_json(const std::vector<UnknownFailures>& all, const
       }
       kinds.push_back({{"traces", kind.traces},
                        {"typical", kind.typical},
-                       {"replay", replay_command(archive, one.policy, kind.typical)},
+                       {"replay", replay_command(archive, one.policy, kind.typical, one.trust)},
                        {"particles", kind.particles},
                        {"traits", traits},
                        {"tried", kind.tried},

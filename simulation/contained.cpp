@@ -75,6 +75,7 @@ void ContainedRun::run(WorkUnit& unit, const RunOptions& options) {
       return;
     }
     unit.alone = true;
+    if (together.fault->of == Fault::Of::robot) unit.failed_together = together.fault->reason;
   }
   for (; !unit.done(); ++unit.next) {
     close(unit, attempt(unit, unit.next, 1, options));
@@ -132,6 +133,7 @@ ContainedRun::Attempt ContainedRun::attempt(WorkUnit& unit, std::size_t begin, s
 
 void ContainedRun::close(WorkUnit& unit, Attempt attempt) {
   const std::uint32_t particle = unit.particles[unit.next].id;
+  unit.failed_alone += attempt.fault.has_value();
   if (attempt.fault && attempt.fault->of != Fault::Of::robot) {
     unit.unfinished.push_back({particle, attempt.fault->reason, attempt.fault->of == Fault::Of::controller});
     return;

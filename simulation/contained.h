@@ -35,8 +35,13 @@ struct WorkUnit {
   std::vector<double> record_values;  // of `records`, [record][parameter]
   std::vector<UnfinishedParticle> unfinished;
   RunCost cost;
+  std::string failed_together;   // what the robots' controller or physics threw beside each other; empty: nothing
+  std::size_t failed_alone = 0;  // particles that failed when they were alone afterwards
 
   bool done() const { return next == particles.size(); }
+  /// Whether something failed in a block and nothing when each of its particles was alone: traces then depend on lanes
+  /// or neighbours, as those of a controller that mixes up robots.
+  bool mixes_up() const { return done() && !failed_together.empty() && failed_alone == 0; }
 };
 
 /// When a unit is taken over from a thread that hangs: a particle that was alone is left unfinished; of several each is

@@ -4,6 +4,7 @@
 #include <pthread.h>
 
 #include <array>
+#include <filesystem>
 #include <map>
 #include <utility>
 
@@ -90,6 +91,25 @@ const Description& library_description() {
   return text;
 }
 
+namespace {
+
+/// "; 'make -C walk' builds it from walk.c" for a shared object whose source and Makefile stand where it is missed.
+std::string way_to_build(const std::string& path) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  const fs::path folder = fs::path(path).parent_path();
+  if (fs::path(path).extension() != ".so" || !fs::is_regular_file(folder / "Makefile", error)) return "";
+  for (const char* ending : {".c", ".cpp", ".cc"}) {
+    const fs::path source = fs::path(path).replace_extension(ending);
+    if (fs::is_regular_file(source, error)) {
+      return fmt::format("; make in {} builds it from {}", folder.string(), source.filename().string());
+    }
+  }
+  return "";
+}
+
+}  // namespace
+
 OutsideFile read_outside_file(const Settings& typed, const std::string& ending) {
   OutsideFile out{input_path(typed.resolve_file(typed.text())), {}};
   // Kept by archives as a file beside the controller's own name, and not computed anew from what they keep.
@@ -97,8 +117,9 @@ OutsideFile read_outside_file(const Settings& typed, const std::string& ending) 
   if (!sha256) {
     if (const std::string why = why_no_file(out.path); !why.empty()) typed.fail(fmt::format("{}: {}", out.path, why));
     const std::vector<std::string> endings = ending.empty() ? std::vector<std::string>() : std::vector{ending};
-    typed.fail(
-        fmt::format("{}: there is no such file that can be read{}", out.path, path_suggestion(out.path, endings)));
+    const std::string way = way_to_build(out.path);
+    typed.fail(fmt::format("{}: there is no such file that can be read{}", out.path,
+                           way.empty() ? path_suggestion(out.path, endings) : way));
   }
   out.sha256 = *sha256;
   return out;

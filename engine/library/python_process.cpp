@@ -134,9 +134,12 @@ std::string python_end_text(std::optional<int> known) {
                      WTERMSIG(status) == SIGKILL ? ", perhaps for want of memory," : "");
 }
 
+/// "walk.py: loading it raised …"
+constexpr const char* kLoading = "loading it";
+
 const char* python_name_of(LibraryCall call) {
   if (call == LibraryCall::create) return "__init__()";
-  return call == LibraryCall::start ? "reset()" : call == LibraryCall::act ? "act()" : "its loading";
+  return call == LibraryCall::start ? "reset()" : call == LibraryCall::act ? "act()" : kLoading;
 }
 
 }  // namespace
@@ -151,10 +154,7 @@ PythonProcess::PythonProcess(const LibraryUse& use, const std::string& setup, st
     const double never = std::nan("");
     const char word = listen(never, timeout_ + kSlowStart);
     if (word == kNoNumPy) {
-      throw PythonRefused("interpreter", fmt::format("{}: the interpreter {} has no NumPy, which controllers in Python "
-                                                     "need: apt-get install python3-numpy, or "
-                                                     "name another one under `interpreter`",
-                                                     name_, interpreter_));
+      throw PythonRefused("interpreter", fmt::format("{}: {}", name_, no_numpy_text(interpreter_)));
     }
     if (word == kWrongClass) throw PythonRefused("class", failure(never, "raised " + message()));
     if (word == kRaised) fail(never, "raised " + message());
@@ -297,7 +297,9 @@ void PythonProcess::hangs(double time, double limit) {
   kill(id_, SIGUSR1);
   usleep(200000);
   end();
-  throw CallTimedOut(fmt::format("{}: the controller's {} did not come back within {:g} s", name_, where(time), limit));
+  const std::string call = where(time);
+  throw CallTimedOut(fmt::format("{}: {}{} did not come back within {:g} s", name_,
+                                 call == kLoading ? "" : "the controller's ", call, limit));
 }
 
 bool PythonProcess::is_owner() const { return getpid() == owner_; }

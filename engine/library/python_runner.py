@@ -7,6 +7,7 @@ answers in its place by chance), or "e": an exception was raised, which the memo
 """
 import difflib
 import faulthandler
+import inspect
 import json
 import mmap
 import os
@@ -17,7 +18,7 @@ import types
 
 SOCKET, MEMORY = 3, 4
 OWN_NAME = "<graze>"  # in tracebacks, which leave these lines out
-STAGE_CREATE, STAGE_RESET, STAGE_ACT = 2, 3, 4  # as LibraryCall
+STAGE_LOAD, STAGE_CREATE, STAGE_RESET, STAGE_ACT = 1, 2, 3, 4  # as LibraryCall
 
 
 class Robot:
@@ -35,10 +36,16 @@ class Robot:
 
 
 class Observation:
-    """What is sensed, as arrays [quantity, lane]; lanes that do not act hold old values."""
+    """What is sensed, as arrays [quantity, lane]; lanes that do not act hold old values. What the controller does not
+    name under `reads` is not sensed, and is an error to look at rather than NaN."""
 
     def __getattr__(self, name):
-        raise AttributeError(unknown(name, sorted(vars(self)), "the observation has no"))
+        unread = self.__dict__.get("_unread", {})
+        if name in unread:
+            raise AttributeError(f"observation.{name} is not sensed, since the class's reads = {unread[name]} does not "
+                                 f"name it; add '{name}' to reads, or leave reads out to have all")
+        raise AttributeError(unknown(name, sorted(one for one in vars(self) if one != "_unread"),
+                                     "the observation has no"))
 
 
 class Targets:
@@ -85,7 +92,19 @@ def load(path, name):
         raise wrong_class(unknown(name, classes, f"{os.path.basename(path)} has no class"))
     if not callable(getattr(found, "act", None)):
         raise wrong_class(f"class {name} has no method act(self, observation, targets)")
+    check_act(name, inspect.getattr_static(found, "act"))
     return found
+
+
+def check_act(name, act):
+    """Refuses a method that cannot be called as act(observation, targets). What is no plain function is left alone."""
+    if not isinstance(act, types.FunctionType):
+        return
+    signature = inspect.signature(act, follow_wrapped=False)
+    try:
+        signature.bind("self", "observation", "targets")
+    except TypeError:
+        raise wrong_class(f"class {name} has act{signature}, and act(self, observation, targets) is wanted") from None
 
 
 class Session:
@@ -107,9 +126,12 @@ class Session:
         self.observation = self.view(setup, at)
         self.targets = Targets(
             {name: self.block(place, rows, setup["lanes"]) for name, place, rows in setup["targets"]})
-        self.stage[0] = STAGE_CREATE
+        self.stage[0] = STAGE_LOAD
         made = load(self.file, setup["class"])
-        self.reads[0] = self.groups(getattr(made, "reads", None), setup["observation"])
+        reads = getattr(made, "reads", None)
+        self.reads[0] = self.groups(reads, setup["observation"])
+        self.hide_unread(reads, setup["observation"])
+        self.stage[0] = STAGE_CREATE
         self.controller = made(Robot(setup, np), setup["settings"])
         self.reset = getattr(self.controller, "reset", None)
 
@@ -139,6 +161,14 @@ class Session:
                 raise ValueError(unknown(name, list(bits), "reads: there is no"))
             out |= bits[name]
         return out
+
+    def hide_unread(self, reads, fields):
+        """What stays NaN because of `reads` raises when it is looked at."""
+        seen = vars(self.observation)
+        unread = [name for name, _, _, bit in fields if not int(self.reads[0]) & bit]
+        for name in unread:
+            del seen[name]
+        seen["_unread"] = dict.fromkeys(unread, repr(reads))
 
     def step(self):
         count = int(self.begun[0])
@@ -171,16 +201,35 @@ def is_users(file, controller):
     return file.startswith(folder) and not {"site-packages", "dist-packages"} & set(file[len(folder):].split(os.sep))
 
 
-def explain(error, controller):
+def told_in_one(error):
+    """'SyntaxError: invalid syntax', without the lines of the file that Python quotes before it."""
+    lines = traceback.format_exception_only(type(error), error)
+    if isinstance(error, SyntaxError):
+        lines = [line for line in lines if not line.startswith(" ")]
+    return "".join(lines).strip()
+
+
+def shape_hint(error, lanes):
+    """What is missing in an array that does not go with those of Graze."""
+    if not isinstance(error, ValueError) or "broadcast" not in str(error) or f",{lanes})" not in str(error):
+        return ""
+    return (f"; arrays of Graze are [quantity, lane] with {lanes} lanes, so that one value for each quantity wants "
+            "[:, None] behind it")
+
+
+def explain(error, setup):
     """Prints the traceback, from the controller's first line on; returns it in one line, with the user's innermost line."""
+    controller = setup["file"]
     told = traceback.TracebackException.from_exception(error)
     frames = [frame for frame in told.stack if frame.filename != OWN_NAME and not frame.filename.startswith("<frozen")]
     told.stack = traceback.StackSummary.from_list(frames)
     print("".join(told.format()), end="", file=sys.stderr, flush=True)
-    text = "".join(traceback.format_exception_only(type(error), error)).strip()
-    own = [frame for frame in frames if is_users(frame.filename, controller)] or frames
-    place = f" ({os.path.basename(own[-1].filename)}:{own[-1].lineno})" if own else ""
-    return text + place
+    places = [(frame.filename, frame.lineno) for frame in frames]
+    if isinstance(error, SyntaxError) and error.filename and error.lineno:
+        places.append((error.filename, error.lineno))
+    own = [place for place in places if is_users(place[0], controller)] or places
+    place = f" ({os.path.basename(own[-1][0])}:{own[-1][1]})" if own else ""
+    return told_in_one(error) + place + shape_hint(error, setup["lanes"])
 
 
 def read_setup():
@@ -209,7 +258,7 @@ def main():
         session.__init__(setup)
     except BaseException as error:  # SystemExit, too
         leave_copies(own)
-        text = explain(error, setup["file"])
+        text = explain(error, setup)
         if not hasattr(session, "message"):  # NumPy is not there
             os.write(SOCKET, b"n")
             os._exit(1)
@@ -225,7 +274,7 @@ def main():
             session.step()
         except BaseException as error:
             leave_copies(own)
-            session.tell(explain(error, setup["file"]))
+            session.tell(explain(error, setup))
             os.write(SOCKET, b"e")
         else:
             leave_copies(own)

@@ -1,5 +1,7 @@
 #include "engine/library/python_use.h"
 
+#include <fmt/format.h>
+
 #include <atomic>
 #include <map>
 #include <mutex>
@@ -33,6 +35,23 @@ std::string python_environment(const std::string& interpreter) {
   const auto [place, fresh] = known.try_emplace(interpreter);
   if (fresh) place->second = asked_environment(interpreter);
   return place->second;
+}
+
+std::string no_numpy_text(const std::string& interpreter) {
+  const ProgramRun run =
+      run_program({interpreter, "-c", std::string(kNotFromHere) + "import sys; print(sys.executable)"},
+                  {.seconds = 60, .output = 5000});
+  const std::string path = run.there && run.problem.empty() ? run.output.substr(0, run.output.find('\n')) : "";
+  const std::string found = path.empty() || path == interpreter ? "" : " (" + path + ")";
+  const std::string program = path.empty() ? interpreter : path;
+  std::string out =
+      fmt::format("the interpreter {}{} has no NumPy, which controllers in Python need", interpreter, found);
+  if (program != kSystemInterpreter) {
+    const std::string other = python_environment(kSystemInterpreter);
+    if (!other.empty()) return out + fmt::format("; {0} has it ({1}): interpreter: {0}", kSystemInterpreter, other);
+    return out + fmt::format(": {} -m pip install numpy, or name another one under `interpreter`", program);
+  }
+  return out + ": apt-get install python3-numpy, or name another one under `interpreter`";
 }
 
 const Description& python_description() {

@@ -13,6 +13,8 @@ inline constexpr const char* kNotFromHere = "import sys; sys.path[:] = [place fo
 
 /// What runs controllers in Python unless the scenario names another one.
 inline constexpr const char* kDefaultInterpreter = "python3";
+/// The distribution's, for which it packages NumPy, wherever another one comes first on PATH.
+inline constexpr const char* kSystemInterpreter = "/usr/bin/python3";
 
 const Description& python_description();
 /// Of the map under `python`. Throws InputError if there is no such file.
@@ -23,5 +25,7 @@ void allow_interpreters();
 /// "Python 3.11.2, NumPy 1.24.2", asked of the interpreter itself once in the life of this process; empty if it cannot
 /// be asked.
 std::string python_environment(const std::string& interpreter);
+/// "the interpreter python3 (/opt/bin/python3) has no NumPy, …": with the nearest right answer. Asks interpreters.
+std::string no_numpy_text(const std::string& interpreter);
 
 }  // namespace graze

@@ -42,13 +42,21 @@ class InputFile {
       fail("the name of a file has no NUL character (\\0)");  // the system would take what is before it
     OpenedFile opened = open_regular(AT_FDCWD, path.c_str(), O_RDONLY, Links::followed);
     if (opened.error != 0) cannot_open(opened.error);
-    if (opened.refused == kind_of(S_IFDIR)) fail("not a file, but a folder");
+    if (opened.refused == kind_of(S_IFDIR)) fail("not a file, but a folder" + scenario_within());
     if (!opened.refused.empty()) fail("not a file: only regular files are read, no devices, pipes or sockets");
     struct stat status {};
     if (fstat(opened.file.number(), &status) != 0) cannot_open(errno);
     size_ = static_cast<std::size_t>(status.st_size);
     if (size_ > most_) fail(fmt::format("{} bytes; at most {} are read", size_, bytes_in_words(most_)));
     file_ = std::move(opened.file);
+  }
+
+  /// The scenario that a folder on the command line is named for, as `graze new` makes them.
+  std::string scenario_within() const {
+    const fs::path inside = fs::path(path_) / "scenario.yaml";
+    std::error_code error;
+    const bool meant = where_.empty() && fs::is_regular_file(inside, error);
+    return meant ? fmt::format("; did you mean '{}'?", inside.string()) : "";
   }
 
   /// To its end, whatever its size says: files of the system have none, files that grow have another.

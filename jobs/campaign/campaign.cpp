@@ -1,12 +1,17 @@
 #include "jobs/campaign/campaign.h"
 
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <array>
 #include <chrono>
 #include <exception>
+#include <map>
 #include <mutex>
 #include <utility>
 
+#include "archive/files/utf8.h"
 #include "jobs/campaign/hand_out.h"
 #include "jobs/campaign/workers.h"
 #include "jobs/workers/controllers.h"
@@ -95,6 +100,7 @@ class Campaign {
     }
     CampaignEnd end;
     end.hanging = workers.wait();
+    tell_mixed_up();
     end.stopped = stopped_ && !(options_.stopping_rule && options_.stopping_rule->answered_at() > 0);
     end.unfinished = unfinished_;
     end.error = error_;
@@ -208,8 +214,25 @@ class Campaign {
     return unit;
   }
 
+  /// Traces of such blocks stand in the archive as if nothing had been.
+  void tell_mixed_up() {
+    const std::lock_guard lock(mixed_up_mutex_);
+    for (const auto& [policy, found] : mixed_up_) {
+      spdlog::warn(
+          "policy {}: {} of robots beside each other failed ({}), and not when each was simulated alone, which is what "
+          "is kept: its controller seems to mix up robots or lanes; 'graze check SCENARIO --determinism' looks at that",
+          printable(scenario_.policies[policy].name),
+          found.blocks == 1 ? "a block" : fmt::format("{} blocks", found.blocks), printable(found.reason));
+    }
+  }
+
   /// Hands over what came out. `told`: steps of it that the communicator knows of.
   void finish(WorkUnit& unit, Tally& tally, std::uint64_t told) {
+    if (unit.mixes_up()) {
+      const std::lock_guard lock(mixed_up_mutex_);
+      MixedUp& found = mixed_up_[unit.policy];
+      if (found.blocks++ == 0) found.reason = unit.failed_together;
+    }
     for (const UnfinishedParticle& particle : unit.unfinished) {
       ++unfinished_;
       comm_.fetch_add(kUnfinished, 1);
@@ -234,6 +257,12 @@ class Campaign {
   const HandOut hand_out_;
   std::atomic<bool> stopped_{false};
   std::atomic<std::uint64_t> unfinished_{0};
+  struct MixedUp {
+    std::uint64_t blocks = 0;
+    std::string reason;  // of the first
+  };
+  std::mutex mixed_up_mutex_;
+  std::map<int, MixedUp> mixed_up_;  // by policy
   std::mutex error_mutex_;
   std::exception_ptr error_;  // the first
 };

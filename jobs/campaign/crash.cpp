@@ -117,11 +117,11 @@ void on_crash(int number, siginfo_t* info, void*) {
 
 }  // namespace
 
-void contain_crashes(const std::string& directory) {
+void contain_crashes(const std::string& directory, bool trust) {
   process = getpid();
   if (!directory.empty()) {
-    const std::string text = fmt::format("; {}: every shard on disk is kept, and 'graze resume {}' does the rest",
-                                         printable(directory), shell_path(directory));
+    const std::string text = fmt::format("; {}: every shard on disk is kept, and 'graze resume {}{}' does the rest",
+                                         printable(directory), shell_path(directory), trust ? " --trust" : "");
     std::snprintf(advice.data(), advice.size(), "%s", text.c_str());
   }
   SignalStack::give_to_main_thread();

@@ -86,7 +86,7 @@ Json trace_json(const PageTrace& one, const CampaignInfo& info, const std::strin
           {"objective_margin", short_number(trace.objective_margin)},
           {"margins", numbers(trace.margins, NumberForm::plain)},
           {"phases", phases_json(trace.phases)},
-          {"replay", replay_command(name, one.chosen.policy, one.chosen.particle)}};
+          {"replay", replay_command(name, one.chosen.policy, one.chosen.particle, needs_trust(info))}};
 }
 
 Json frames_json(const TraceFrames& frames, NumberForm form) {

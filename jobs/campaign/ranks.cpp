@@ -16,6 +16,7 @@
 #include "jobs/campaign/exit_code.h"
 #include "jobs/campaign/signals.h"
 #include "jobs/campaign/stopping_rule.h"
+#include "jobs/workers/controllers.h"
 #include "simulation/contained.h"
 
 namespace graze {
@@ -117,8 +118,9 @@ void Start::give(const Briefing& briefing) {
 }
 
 void set_out(CampaignOptions& options, CampaignWriter& writer, const FinishedTraces& finished) {
-  options.stop = &heed_signals(writer.directory().string());
-  contain_crashes(writer.directory().string());
+  const bool trust = controllers_trusted();  // whoever goes on has to say it again
+  options.stop = &heed_signals(writer.directory().string(), trust);
+  contain_crashes(writer.directory().string(), trust);
   options.finished = finished.count;
   options.is_finished = [&finished](const std::string& policy, std::uint64_t particle) {
     return finished.has(policy, particle);

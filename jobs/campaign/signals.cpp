@@ -78,10 +78,10 @@ void set_handler(int number, void (*handler)(int)) {
 
 }  // namespace
 
-const std::atomic<bool>& heed_signals(const std::string& directory) {
+const std::atomic<bool>& heed_signals(const std::string& directory, bool trust) {
   leaving =
-      fmt::format("\ngraze: {}: stopped at once; every shard on disk is kept, and 'graze resume {}' does the rest\n",
-                  printable(directory), shell_path(directory));
+      fmt::format("\ngraze: {}: stopped at once; every shard on disk is kept, and 'graze resume {}{}' does the rest\n",
+                  printable(directory), shell_path(directory), trust ? " --trust" : "");
   for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGUSR1, SIGXCPU}) {
     const bool again = number == SIGINT || number == SIGTERM;
     received[number] =

@@ -290,7 +290,9 @@ void write_urdf(const CheckArguments& arguments, const ScenarioArguments& source
 int check_determinism(const Scenario& scenario) {
   const std::vector<PromiseReport> reports = check_promises(scenario, 0);
   std::cout << promises_text(reports);
-  const bool kept = std::all_of(reports.begin(), reports.end(), [](const auto& one) { return one.broken.empty(); });
+  const bool kept = std::all_of(reports.begin(), reports.end(), [](const auto& one) {
+    return one.broken.empty() && one.mixed_up == 0 && (one.compared() || one.unfinished > 0);
+  });
   const bool known = std::all_of(reports.begin(), reports.end(), [](const auto& one) { return one.unfinished == 0; });
   return !kept ? kGateMissed : known ? kDone : kMachineFailed;
 }
@@ -351,7 +353,7 @@ void add_check(CLI::App& app, Action& action) {
   verb->add_flag("--probe", arguments->probe, "Simulate one block under each policy: how large, how long");
   verb->add_flag("--determinism", arguments->determinism,
                  "Simulate particles under each policy in different company, and tell whether they come out the same "
-                 "(exit code 1: not; 3: some were left unfinished)");
+                 "(exit code 1: not, or nothing was valid; 3: some were left unfinished)");
   verb->add_flag("--json", arguments->json, "Print JSON");
   verb->callback([arguments, &action] { action = [arguments] { return check(*arguments); }; });
 }

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/convergence.h"
+#include "analysis/failures.h"
 #include "analysis/text_table.h"
 #include "archive/archive.h"
 #include "archive/directory/campaign_directory.h"
@@ -40,6 +41,7 @@ struct Counts {
 struct Status {
   bool complete = false;
   bool packed = false;  // one file
+  bool trust = false;   // needs_trust()
   Replacing replacing = Replacing::none;
   ParticleRange part;  // if it is one of several; of `particles`
   std::uint64_t particles = 0;
@@ -98,6 +100,7 @@ Status status_of(const fs::path& path) {
   warn(archive.warnings());
   const CampaignInfo& info = archive.info();
   out.complete = archive.complete();
+  out.trust = needs_trust(info);
   out.part = info.part;
   out.particles = info.particles;
   out.results_version = info.results_version;
@@ -140,7 +143,7 @@ std::string progress_of(const Status& status) {
 }
 
 std::string state_of(const std::string& name, const Status& status) {
-  const std::string resume = "'graze resume " + shell_path(name) + "'";
+  const std::string resume = "'" + resume_command(name, status.trust) + "'";
   if (!status.writer && status.replacing == Replacing::stuck) {
     return std::string(status.complete ? "complete" : "stopped") + "; " + resume + " refuses it as it is (see above)";
   }
@@ -174,8 +177,8 @@ std::string text_of(const std::string& name, const Status& status) {
   }
   out += "\n" + text_table(table, 1) + convergence_table(convergence, flag_rule(status.unconverged));
   if (status.unfinished.empty()) return out;
-  return out + "\nUnfinished, by the fault of the machine; 'graze resume' tries them again" +
-         unfinished_text(status.unfinished, name) + "\n";
+  return out + "\nUnfinished, by the fault of the machine; '" + resume_command(name, status.trust) +
+         "' tries them again" + unfinished_text(status.unfinished, name, status.trust) + "\n";
 }
 
 nlohmann::ordered_json or_null(const std::optional<double>& number) {

@@ -34,6 +34,11 @@ std::string share_text(std::uint64_t k, const PolicyScore& policy, const Score& 
                      interval_text(score.interval(k, policy.n)));
 }
 
+std::string no_valid_trace(const PolicyScore& policy) {
+  return fmt::format("policy {} has no valid trace{}", policy.policy,
+                     policy.invalid == 0 ? "" : fmt::format(", all {} are invalid", policy.invalid));
+}
+
 std::string policy_text(const PolicyScore& policy, const Score& score) {
   std::string out = "success: " + share_text(policy.success, policy, score) + "\n";
   out +=
@@ -41,7 +46,7 @@ std::string policy_text(const PolicyScore& policy, const Score& score) {
   for (const Failure& failure : score.failures) {
     if (failure.policy != policy.policy) continue;
     out += fmt::format("{}: {} traces, for example: {}\n", failure.what, failure.alike,
-                       replay_command(score.archive, failure.policy, failure.particle));
+                       replay_command(score.archive, failure.policy, failure.particle, failure.trust));
   }
   return out;
 }
@@ -56,7 +61,23 @@ TestCase way_case(const std::string& group, const std::string& name, const std::
   return out;
 }
 
+/// Of a policy without a valid trace, of which nothing is known: a controller that never worked has passed nothing.
+void add_unknown(TestSuite& suite, const PolicyScore& policy, const Score& score, const std::vector<Judged>& judged) {
+  const std::string group = suite.name + "." + policy.policy;
+  const std::string text = no_valid_trace(policy);
+  TestCase out{group, "success rate", Result::error, "no valid trace", text, policy_text(policy, score)};
+  bool asked = false;
+  for (const Judged& one : judged) {
+    if (one.policy.policy != policy.policy) continue;
+    asked = true;
+    out.name = one.gate.text;
+    suite.cases.push_back(out);
+  }
+  if (!asked) suite.cases.push_back(std::move(out));
+}
+
 void add_policy(TestSuite& suite, const PolicyScore& policy, const Score& score, const std::vector<Judged>& judged) {
+  if (policy.n == 0) return add_unknown(suite, policy, score, judged);
   const std::string group = suite.name + "." + policy.policy;
   const std::string all = policy_text(policy, score);
   bool too_low = false;
@@ -101,6 +122,11 @@ std::vector<Judged> judge_all(const std::vector<Question>& gates, const Score& s
     for (const PolicyScore& policy : score.policies) {
       if (!matches(gate.selector, policy.policy)) continue;
       const ExitCode code = code_of(judge(gate, policy.interval));
+      if (policy.n == 0) {
+        out.push_back({gate, policy, code,
+                       fmt::format("{}: {}: NOT KNOWN: {}", gate.text, policy.policy, no_valid_trace(policy))});
+        continue;
+      }
       const char* word = code == kDone ? "met" : code == kGateMissed ? "MISSED" : "inconclusive";
       out.push_back({gate, policy, code,
                      fmt::format("{}: {}: {} ({}, {} traces)", gate.text, policy.policy, word,
@@ -117,7 +143,7 @@ TestSuite score_cases(const std::string& name, const Score& score, const std::ve
     complete.result = Result::error;
     complete.kind = "incomplete";
     complete.message =
-        fmt::format("not all traces are there; graze resume {} does the rest", shell_path(score.archive));
+        fmt::format("not all traces are there; {} does the rest", resume_command(score.archive, score.trust));
   }
   suite.cases.push_back(std::move(complete));
   for (const PolicyScore& policy : score.policies) add_policy(suite, policy, score, judged);

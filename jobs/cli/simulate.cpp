@@ -50,8 +50,9 @@ std::string failed(CampaignWriter& writer, const CampaignInfo& info, const Machi
   }
   const std::uint64_t kept = traces_kept(writer.directory(), info);
   if (kept == 0) return fmt::format("{}; no trace had been written yet", error.what());
-  return fmt::format("{}; {} of {} traces are kept, and 'graze resume {}' does the rest when that is mended",
-                     error.what(), kept, info.part.count(info.particles) * info.policies.size(), shell_path(directory));
+  return fmt::format("{}; {} of {} traces are kept, and '{}' does the rest when that is mended", error.what(), kept,
+                     info.part.count(info.particles) * info.policies.size(),
+                     resume_command(directory, needs_trust(info)));
 }
 
 /// Whether every trace is in the shards. What ranks say that they have simulated is no proof of what there is.
@@ -68,7 +69,7 @@ bool holds_all(const Archive& archive, std::uint64_t answered_at) {
 }
 
 /// What was left undone without anything having failed.
-std::string incomplete(const std::string& directory, const CampaignEnd& end, std::uint64_t failed_ranks) {
+std::string incomplete(const std::string& directory, const CampaignEnd& end, std::uint64_t failed_ranks, bool trust) {
   const std::vector<UnfinishedTrace> unfinished = read_unfinished(std::filesystem::path(directory));
   std::string text;
   const std::string by = stop_signal().empty() ? "" : " by " + stop_signal();
@@ -89,15 +90,16 @@ std::string incomplete(const std::string& directory, const CampaignEnd& end, std
                                     : "by the fault of this machine, not of the robot",
                         unfinished.size());
   }
-  return fmt::format("{}: {}; 'graze resume {}' does the rest{}", directory, text, shell_path(directory),
-                     unfinished_text(unfinished, directory));
+  return fmt::format("{}: {}; '{}' does the rest{}", directory, text, resume_command(directory, trust),
+                     unfinished_text(unfinished, directory, trust));
 }
 
 /// What there is to say about a campaign that is not complete, as an exception.
 std::exception_ptr why_incomplete(CampaignWriter& writer, const CampaignInfo& info, const CampaignEnd& end,
                                   std::uint64_t failed_ranks, const Communicator& comm) {
   if (!end.error) {
-    return std::make_exception_ptr(MachineError(incomplete(writer.directory().string(), end, failed_ranks)));
+    return std::make_exception_ptr(
+        MachineError(incomplete(writer.directory().string(), end, failed_ranks, needs_trust(info))));
   }
   const auto told = [&](const MachineError& error) {
     const std::string who = comm.size() > 1 ? rank_name(comm) + ": " : "";
@@ -163,13 +165,13 @@ void choose_policies(Scenario& scenario, const std::vector<std::string>& pattern
   });
 }
 
-std::string unfinished_text(const std::vector<UnfinishedTrace>& traces, const std::string& directory) {
+std::string unfinished_text(const std::vector<UnfinishedTrace>& traces, const std::string& directory, bool trust) {
   constexpr std::size_t kMost = 20;
   std::string text;
   for (std::size_t i = 0; i < std::min(traces.size(), kMost); ++i) {
     const UnfinishedTrace& trace = traces[i];
     text += fmt::format("\n  policy {}, particle {}: {}; {} --unverified", trace.policy, trace.particle, trace.reason,
-                        replay_command(directory, trace.policy, trace.particle));
+                        replay_command(directory, trace.policy, trace.particle, trust));
   }
   if (traces.size() > kMost) text += fmt::format("\n  … all {}: {}/{}", traces.size(), directory, kUnfinishedFile);
   return text;

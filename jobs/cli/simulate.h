@@ -25,7 +25,7 @@ struct Printing {
 };
 
 /// Some lines, each begun by a line break: unfinished traces, why, and how to replay them.
-std::string unfinished_text(const std::vector<UnfinishedTrace>& traces, const std::string& directory);
+std::string unfinished_text(const std::vector<UnfinishedTrace>& traces, const std::string& directory, bool trust);
 
 /// Adds --watchdog, with its default, to a verb.
 void add_watchdog(CLI::App& verb, double& seconds);

@@ -27,9 +27,20 @@ std::atomic<bool> trusted{false};
 std::atomic<int> faults_told{0};
 constexpr int kMostFaultsTold = 20;
 
-/// "; it printed: …", or nothing.
-std::string printed_text(const std::string& output) {
+/// What was printed, without a last line that says what `reason` says, such as that of a traceback.
+std::string without_reason(const std::string& output, const std::string& reason) {
+  const std::size_t last = output.find_last_not_of("\n\r ");
+  if (last == std::string::npos) return "";
+  const std::size_t before = output.rfind('\n', last);
+  const std::size_t begin = before == std::string::npos ? 0 : before + 1;
+  const std::string line = output.substr(begin, last + 1 - begin);
+  return reason.find(line) == std::string::npos ? output : output.substr(0, begin);
+}
+
+/// "; it printed: …", or nothing, beside the `reason` that is told.
+std::string printed_text(const std::string& printed, const std::string& reason) {
   constexpr std::size_t kShown = 2000;  // bytes, the last
+  const std::string output = without_reason(printed, reason);
   if (output.empty()) return "";
   const std::size_t from = output.size() > kShown ? output.size() - kShown : 0;
   const std::size_t last = output.find_last_not_of("\n\r ");
@@ -174,7 +185,7 @@ class ControllerRun : public RemoteRun {
       return;
     }
     spdlog::warn("policy {}, {}: {}{}", processes_->names[policy_], when, printable(reason),
-                 process_ ? printed_text(process_->output()) : "");
+                 process_ ? printed_text(process_->output(), reason) : "");
   }
 
   const std::shared_ptr<const Processes> processes_;
@@ -272,14 +283,14 @@ void try_controllers(const Scenario& scenario) {
       process.emplace(processes->briefing, WorkerPatience{libraries[i]->timeout, kFrozen});
       word = process->ask({processes->names[i], {}});
     } catch (const WorkerDied& end) {
-      libraries[i]->place.at("file").fail(
-          fmt::format("{}: {}{}", libraries[i]->file, end.what(), process ? printed_text(process->output()) : ""));
+      libraries[i]->place.at("file").fail(fmt::format("{}: {}{}", libraries[i]->file, end.what(),
+                                                      process ? printed_text(process->output(), end.what()) : ""));
     }
     const std::string problem = process->finish();
     if (!problem.empty()) spdlog::warn("policy {}: {}", processes->names[i], printable(problem));
     if (word.kind == static_cast<char>(WorkerWord::traces)) continue;
     if (word.kind == static_cast<char>(WorkerWord::machine)) throw MachineError(word.bytes);
-    throw InputError(printable(word.bytes) + printed_text(process->output()));
+    throw InputError(printable(word.bytes) + printed_text(process->output(), word.bytes));
   }
 }
 

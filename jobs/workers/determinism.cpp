@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <map>
 
+#include "archive/files/utf8.h"
 #include "jobs/workers/controllers.h"
 #include "simulation/contained.h"
 #include "simulation/particles.h"
@@ -67,6 +68,7 @@ class PromiseCheck {
     if (unit.particles.empty()) return {};
     run.run(unit);
     report.unfinished += unit.unfinished.size();
+    if (unit.mixes_up() && report.mixed_up++ == 0) report.failed = unit.failed_together;
     Records out;
     for (TraceRecord& record : unit.records) out[record.particle] = std::move(record);
     return out;
@@ -90,6 +92,21 @@ class PromiseCheck {
 
 }  // namespace
 
+namespace {
+
+std::string verdict_of(const PromiseReport& report) {
+  if (!report.broken.empty()) return fmt::format("{} came out ANOTHER WAY", report.broken.size());
+  if (report.mixed_up > 0) {
+    return fmt::format("{} FAILED although its robots do not: robots or lanes are mixed up",
+                       report.mixed_up == 1 ? "a block" : fmt::format("{} blocks", report.mixed_up));
+  }
+  if (report.unfinished > 0) return fmt::format("{} traces were left unfinished, so nobody knows", report.unfinished);
+  if (!report.compared()) return "NOTHING was compared: no trace is valid ('graze run' tells why)";
+  return "the same bits in any company";
+}
+
+}  // namespace
+
 std::vector<PromiseReport> check_promises(const Scenario& scenario, double watchdog) {
   try_controllers(scenario);
   const PromiseCheck check(scenario, watchdog);
@@ -103,12 +120,11 @@ std::string promises_text(const std::vector<PromiseReport>& reports) {
   std::string out;
   for (const PromiseReport& report : reports) {
     const std::string invalid = report.invalid > 0 ? fmt::format(", {} of them invalid", report.invalid) : "";
-    const std::string verdict = !report.broken.empty() ? fmt::format("{} came out ANOTHER WAY", report.broken.size())
-                                : report.unfinished > 0
-                                    ? fmt::format("{} traces were left unfinished, so nobody knows", report.unfinished)
-                                    : "the same bits in any company";
     out += fmt::format("{}: {} particles{}, {} comparisons: {}\n", report.policy, report.particles, invalid,
-                       report.comparisons, verdict);
+                       report.comparisons, verdict_of(report));
+    if (report.mixed_up > 0) {
+      out += fmt::format("  beside others, and no more when each robot was alone: {}\n", printable(report.failed));
+    }
     for (std::size_t i = 0; i < std::min(kShown, report.broken.size()); ++i) {
       const BrokenPromise& one = report.broken[i];
       out += fmt::format("  particle {}, {}: {}\n", one.particle, one.company, one.difference);

@@ -23,6 +23,11 @@ struct PromiseReport {
   std::vector<BrokenPromise> broken;
   std::size_t invalid = 0;     // of the first traces
   std::size_t unfinished = 0;  // of all traces: these compare with nothing
+  std::size_t mixed_up = 0;    // blocks that failed, and none of their particles did when it was alone
+  std::string failed = {};     // what the first of these threw
+
+  /// Whether there were valid traces at all: invalid ones say nothing of what the controller does.
+  bool compared() const { return invalid < particles && comparisons > 0; }
 };
 
 /// Simulates a block of particles of each policy four times: as it is, again by the same controller, in reverse order

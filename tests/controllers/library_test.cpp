@@ -170,6 +170,10 @@ TEST(Library, TemplatesWorkAndEqualTheNativeLaw) {
   for (const std::string name : {"policy-c", "policy-cpp"}) {
     ASSERT_EQ(testing::graze(folder.path(), "new " + name + " " + name).code, 0);
     EXPECT_EQ(testing::graze(folder.path(), "new " + name + " " + name).code, 2);  // is there already
+    EXPECT_THAT(testing::graze(folder / name, "check scenario.yaml").err,
+                HasSubstr(std::string("make in ") + (folder / name).string() + " builds it from my_controller.c"));
+    EXPECT_THAT(testing::graze(folder.path(), "check " + name).err,
+                HasSubstr("not a file, but a folder; did you mean '" + name + "/scenario.yaml'?"));
     const Result made = testing::shell(folder / name, "make");
     ASSERT_EQ(made.code, 0) << made.err;
     EXPECT_EQ(made.err, "");

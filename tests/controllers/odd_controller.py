@@ -32,7 +32,10 @@ class Odd:
 
     def act(self, observation, targets):
         active = observation.active
-        assert np.isnan(observation.base_rpy).all()  # nobody reads it
+        if self.does == "look":
+            observation.base_rpy
+        if self.does == "shape":
+            targets.position[:] = np.zeros(3)
         height = observation.base_position[2]
         begins = active & np.isnan(self.start_height)
         self.start_height[begins] = height[begins]
@@ -78,7 +81,9 @@ class Odd:
             ctypes.string_at(0)
         while does == "loop":
             pass
-        if does == "nan":
+        if does == "lane" and lane == 2:
+            raise RuntimeError("this lane is not liked")
+        if does == "nan" or (does == "lane_nan" and lane == 2):
             targets.velocity[0, lane] = np.nan
 
 
@@ -88,3 +93,8 @@ class Idle:
 
 class Misreads(Odd):
     reads = ["joint_positions"]
+
+
+class Forgetful(Odd):
+    def act(self, observation):
+        pass

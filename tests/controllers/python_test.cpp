@@ -17,9 +17,11 @@
 namespace graze {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using testing::kInterpreter;
 using ::testing::MatchesRegex;
+using ::testing::Not;
 using testing::Outcomes;
 using testing::outcomes;
 using testing::PythonSwing;
@@ -61,13 +63,19 @@ TEST(Python, RefusesWhatCannotBeMade) {
   testing::write_file(swing.folder / "broken.py", "def act(:\n");
   refused("file: od.py", "there is no such file that can be read; did you mean '");
   refused("file: .", "not a file, but a folder");
-  refused("file: odd.py, class: Od", "odd.py has no class 'Od'; did you mean Odd? there are: Odd, Idle, Misreads");
+  refused("file: odd.py, class: Od",
+          "odd.py has no class 'Od'; did you mean Odd? there are: Odd, Idle, Misreads, Forgetful");
   refused("file: odd.py, class: Idle", "class Idle has no method act(self, observation, targets)");
+  refused("file: odd.py, class: Forgetful",
+          "class Forgetful has act(self, observation), and act(self, observation, targets) is wanted");
   refused("file: odd.py, class: Misreads", "reads: there is no 'joint_positions'; did you mean joint_position?");
   refused("file: odd.py, class: Odd, settings: {does: refuse}",
           "odd.py: __init__() raised ValueError: refused, as it was told (odd.py:");
   refused("file: odd.py, class: Odd, files: [od.npz]", "od.npz: there is no such file that can be read");
-  refused("file: broken.py", "SyntaxError");
+  refused("file: broken.py", "broken.py: loading it raised SyntaxError: invalid syntax (broken.py:1)");
+  testing::write_file(swing.folder / "lost.py", "\nimport no_such_module_anywhere\n");
+  refused("file: lost.py",
+          "lost.py: loading it raised ModuleNotFoundError: No module named 'no_such_module_anywhere' (lost.py:2)");
   refused("file: odd.py, class: Odd, settings: [1, 2]", "settings: must be a map");
   refused("file: odd.py, class: Odd, settings: 3", "settings: must be a map");
   refused("file: odd.py, class: Odd", "interpreter 'pyton3' cannot be started: No such file or directory", "pyton3");
@@ -139,6 +147,90 @@ TEST(Python, EachFaultCostsItsParticleAlone) {
                            "Fatal Python error: Segmentation fault", "odd.py\", line"}) {
     EXPECT_THAT(run.err, HasSubstr(text));
   }
+}
+
+// What a command prints to be pasted is accepted as it stands.
+TEST(Python, PrintedCommandsSayThatTheControllerIsTrusted) {
+  const PythonSwing swing;
+  swing.odd("raise");
+  ASSERT_EQ(swing.graze("run swing.yaml --trust --quiet -n 2 -o a.graze").code, 0);
+  const std::string text = swing.graze("score a.graze --failures --junit a.xml").out;
+  std::size_t commands = 0;
+  for (std::size_t at = text.find("graze replay "); at != std::string::npos; at = text.find("graze replay ", at + 1)) {
+    const std::string command = text.substr(at + 6, text.find('\n', at) - at - 6);
+    EXPECT_THAT(command, ::testing::EndsWith(" --trust"));
+    if (++commands == 1) {
+      EXPECT_EQ(swing.graze(command).code, 0) << command;
+    }
+  }
+  EXPECT_EQ(commands, 3u) << text;  // of the kind, and of each trace
+  EXPECT_THAT(testing::read_file(swing.folder / "a.xml"), HasSubstr(" --trust"));
+  EXPECT_THAT(swing.graze("score a.graze --json").out, HasSubstr(" --trust\""));
+}
+
+// A policy that has never worked has passed nothing, and nothing of it was compared.
+TEST(Python, NothingValidIsNoSuccess) {
+  const PythonSwing swing;
+  swing.odd("raise");
+  const Result check = swing.graze("check swing.yaml --determinism --trust -n 2");
+  EXPECT_EQ(check.code, 1);
+  EXPECT_THAT(check.out, AllOf(HasSubstr("NOTHING was compared"), Not(HasSubstr("the same bits"))));
+  ASSERT_EQ(swing.graze("run swing.yaml --trust --quiet -n 2 -o a.graze").code, 0);
+  const Result gate = swing.graze("score a.graze --require 'p >= 0.5' --junit a.xml");
+  EXPECT_NE(gate.code, 0);
+  EXPECT_THAT(gate.out, HasSubstr("NOT KNOWN: policy still has no valid trace, all 2 are invalid"));
+  EXPECT_THAT(testing::read_file(swing.folder / "a.xml"),
+              AllOf(HasSubstr("policy still has no valid trace"), HasSubstr("errors=\"1\""),
+                    Not(HasSubstr("name=\"objective\""))));
+}
+
+// The robots are simulated again one by one, then each in the first lane, and come out well.
+TEST(Python, FaultsOfALaneAreToldThoughNoRobotFails) {
+  const PythonSwing swing;
+  for (const auto& [does, what] : {std::pair{"lane", "raised RuntimeError: this lane is not liked"},
+                                   std::pair{"lane_nan", "asks joint hinge for a velocity of nan"}}) {
+    swing.odd(does);
+    const Result run = swing.graze(fmt::format("run swing.yaml --trust --quiet -n 16 -o {}.graze", does));
+    EXPECT_EQ(run.code, 0) << run.err;
+    EXPECT_THAT(run.err,
+                AllOf(HasSubstr("policy still: 2 blocks of robots beside each other failed (odd.py: act() at "),
+                      HasSubstr(what), HasSubstr("graze check SCENARIO --determinism")));
+    EXPECT_EQ(outcomes(swing.folder / (std::string(does) + ".graze")).digest.size(), 16u);
+    const Result check = swing.graze("check swing.yaml --determinism --trust");
+    EXPECT_EQ(check.code, 1);
+    EXPECT_THAT(check.out, AllOf(HasSubstr("FAILED although its robots do not"), HasSubstr(what)));
+  }
+  swing.odd("raise");  // each robot's own
+  EXPECT_THAT(swing.graze("run swing.yaml --trust --quiet -n 2 -o own.graze").err,
+              Not(HasSubstr("beside each other failed")));
+}
+
+// What is not sensed is no NaN that a controller would reckon with.
+TEST(Python, MistakesWithArraysSayWhatIsWanted) {
+  const PythonSwing swing;
+  const auto reason = [&](const std::string& does) {
+    swing.odd(does);
+    const Outcomes ill = swing.run(does, "-n 1");
+    return ill.invalid.empty() ? "" : ill.invalid.begin()->second;
+  };
+  EXPECT_THAT(reason("look"),
+              HasSubstr("observation.base_rpy is not sensed, since the class's reads = ('joint_position', "
+                        "'base_position') does not name it; add 'base_rpy' to reads"));
+  EXPECT_THAT(reason("shape"),
+              AllOf(HasSubstr("into shape (1,8)"), HasSubstr("[quantity, lane]"), HasSubstr("[:, None]")));
+}
+
+// The other interpreter that has what is missing is named.
+TEST(Python, InterpreterWithoutNumPyIsToldFrom) {
+  const PythonSwing swing;
+  testing::write_file(swing.folder / "bare/bin/python3", "#!/bin/bash\nexec -a \"$0\" /usr/bin/python3 -S \"$@\"\n");
+  ASSERT_EQ(testing::shell(swing.folder.path(), "chmod +x bare/bin/python3").code, 0);
+  swing.write("file: odd.py, class: Odd, settings: {does: nothing}", "python3");
+  const Result check = testing::shell(
+      swing.folder.path(), fmt::format("PATH=\"$PWD/bare/bin:$PATH\" '{}' check swing.yaml --trust", GRAZE_PROGRAM));
+  EXPECT_EQ(check.code, 2);
+  EXPECT_THAT(check.err,
+              AllOf(HasSubstr("bare/bin/python3) has no NumPy"), HasSubstr("interpreter: /usr/bin/python3")));
 }
 
 // A copy that returns from the call would answer in the controller's place.
