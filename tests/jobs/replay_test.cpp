@@ -105,7 +105,7 @@ TEST(Replay, GivesTheBitsOverDrawnGround) {
     ScenarioOptions options;
     options.overrides = {{"physics", physics},
                          {"time.end", "30 ms"},
-                         {"record", "{telemetry: all, every: 1}"},
+                         {"record", "{telemetry: all, every: 1, events: true}"},
                          {"environment.ground.heightfield.spectrum.rms", "{uniform: [5 mm, 10 mm]}"}};
     const Scenario scenario = load_scenario(testing::data("scenarios/quadruped_rough.yaml"), options);
     write_campaign(folder / "a.graze", scenario, 6);
