@@ -131,7 +131,7 @@ TEST(Worker, LibraryThatIsReplacedEndsTheCampaignAndLosesNothing) {
     const Result run = swing.graze("run swing.yaml --trust --quiet --threads 1 --seed 6 -n 64 --force -o ill.graze");
     EXPECT_EQ(run.code, 3) << isolation << run.err;
     EXPECT_THAT(run.err, AllOf(HasSubstr("odd.so: is another library than the one that was meant"),
-                               HasSubstr("of 64 traces are kept, and 'graze resume ill.graze' does the rest")));
+                               HasSubstr("of 64 traces are kept, and 'graze resume ill.graze --trust' does the rest")));
     const Outcomes kept = outcomes(swing.folder / "ill.graze");
     EXPECT_GE(kept.digest.size(), 8u) << isolation;
     EXPECT_TRUE(kept.invalid.empty()) << isolation;
