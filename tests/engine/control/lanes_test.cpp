@@ -402,7 +402,9 @@ TEST(ControlLanes, EachLaneKnowsItsRobot) {
       {skewed_links(), with_gait("velocity: [0.2, 0, 0]", joint)},
       {links_world(), with_gait("velocity: [0.2, 0, 0.3]", operational)},
       {skewed_links(), with_gait("velocity: [0.2, 0, 0.3]", "operational_pd: {kp: 1000, kd: 20, implicit: false}")}};
-  for (const auto& [world, policy] : cases) {
+  for (const auto& one : cases) {
+    const World& world = std::get<0>(one);
+    const std::string& policy = std::get<1>(one);  // a lambda captures it
     const Scene nominal(world);
     std::deque<Scene> robots;
     for (int lane = 0; lane < kLanes; ++lane) robots.emplace_back(changed_links(world, lane));
