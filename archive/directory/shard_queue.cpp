@@ -20,10 +20,32 @@ void ShardQueue::push(ShardBuffer shard) {
   changed_.wait(lock, [this] { return !waiting_ || failed_; });
   rethrow();
   if (failed_) return;
+  if (!has_thread()) {
+    write_here(std::move(shard));
+    return;
+  }
   waiting_ = std::move(shard);
-  if (!thread_.joinable()) thread_ = std::thread([this] { loop(); });
   lock.unlock();
   changed_.notify_all();
+}
+
+bool ShardQueue::has_thread() {
+  if (thread_.joinable()) return true;
+  try {
+    thread_ = std::thread([this] { loop(); });
+  } catch (const std::exception&) {  // the system has none left, or no memory for one
+    return false;
+  }
+  return true;
+}
+
+void ShardQueue::write_here(ShardBuffer shard) {
+  try {
+    write_(std::move(shard));
+  } catch (...) {
+    failed_ = true;
+    throw;
+  }
 }
 
 void ShardQueue::drain() {

@@ -1,6 +1,7 @@
 #pragma once
 // Writes shards from a thread of its own, so that simulating threads do not wait for a disk. One shard may wait while
-// another is written; the producer of a third waits, so that memory stays bounded.
+// another is written; the producer of a third waits, so that memory stays bounded. Where no thread can be started
+// producers write, one after the other.
 
 #include <condition_variable>
 #include <exception>
@@ -30,6 +31,8 @@ class ShardQueue {
  private:
   void loop();
   void rethrow();  // once
+  bool has_thread();
+  void write_here(ShardBuffer shard);  // in the caller, which holds the mutex
 
   const std::function<void(ShardBuffer)> write_;
   mutable std::mutex mutex_;

@@ -101,9 +101,11 @@ class LibraryPolicy : public OutsidePolicy {
   void load() {
     object_ = std::make_unique<SharedObject>(use());
     const double never = std::numeric_limits<double>::quiet_NaN();
+    std::string why;
     try {
       object_->call(LibraryCall::create, never, nullptr, [&] {
         self_ = object_->table().create(&setup_.given());
+        if (!self_) why = object_->reason(nullptr);  // it is code of the controller's, too
         return 0;
       });
     } catch (const std::runtime_error& error) {
@@ -111,8 +113,7 @@ class LibraryPolicy : public OutsidePolicy {
       use().place.at("file").fail(error.what());
     }
     if (!self_) {
-      use().place.at("file").fail(
-          fmt::format("{}: create() gave no controller{}", use().file, object_->reason(nullptr)));
+      use().place.at("file").fail(fmt::format("{}: create() gave no controller{}", use().file, why));
     }
   }
 

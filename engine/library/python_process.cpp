@@ -206,9 +206,11 @@ void PythonProcess::start(const std::string& setup) {
 /// If nobody takes it, listen() says why.
 void PythonProcess::say(const std::string& bytes) {
   const char* at = bytes.data();
+  double waited = 0;
   for (std::size_t left = bytes.size(); left > 0;) {
-    const ssize_t sent = send(socket_.number(), at, left, MSG_NOSIGNAL);
-    if (sent < 0 && errno == EINTR) continue;
+    wait_for(POLLOUT, std::nan(""), timeout_ + kSlowStart, waited);  // it may be long, and the interpreter not listen
+    const ssize_t sent = send(socket_.number(), at, left, MSG_NOSIGNAL | MSG_DONTWAIT);
+    if (sent < 0 && (errno == EINTR || errno == EAGAIN)) continue;
     if (sent < 0) break;
     at += sent;
     left -= static_cast<std::size_t>(sent);
@@ -230,25 +232,31 @@ void PythonProcess::step(double time) {
   fail(time, word == kRaised ? "raised " + message() : "wrote into the socket that Graze listens to");
 }
 
-/// Waits for its word. Time is counted in ticks of this process, so that a machine that was asleep does not make a call
-/// look slow.
-char PythonProcess::listen(double time, double limit) {
-  double inside = 0;
+/// Waits until the socket can be read or written (`what`, as of poll()). Time is counted in ticks of this process, so
+/// that a machine that was asleep does not make a call look slow, and added to `waited`.
+void PythonProcess::wait_for(short what, double time, double limit, double& waited) {
   auto before = std::chrono::steady_clock::now();
   while (true) {
-    pollfd end = {socket_.number(), POLLIN, 0};
-    if (poll(&end, 1, kPythonTickMilliseconds) > 0) {
-      char word = 0;
-      const ssize_t got = recv(socket_.number(), &word, 1, 0);
-      if (got < 0 && errno == EINTR) continue;
-      if (got <= 0) died(time);
-      if (word == kNotStarted) not_started();
-      return word;
-    }
+    pollfd end = {socket_.number(), what, 0};
+    if (poll(&end, 1, kPythonTickMilliseconds) > 0) return;
     if (has_ended()) died(time);
     const auto now = std::chrono::steady_clock::now();
-    inside += std::min(std::chrono::duration<double>(now - std::exchange(before, now)).count(), 2 * kPythonTick);
-    if (inside > limit) hangs(time, limit);
+    waited += std::min(std::chrono::duration<double>(now - std::exchange(before, now)).count(), 2 * kPythonTick);
+    if (waited > limit) hangs(time, limit);
+  }
+}
+
+/// Waits for its word.
+char PythonProcess::listen(double time, double limit) {
+  double waited = 0;
+  while (true) {
+    wait_for(POLLIN, time, limit, waited);
+    char word = 0;
+    const ssize_t got = recv(socket_.number(), &word, 1, 0);
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) died(time);
+    if (word == kNotStarted) not_started();
+    return word;
   }
 }
 

@@ -61,6 +61,7 @@ class PythonProcess {
  private:
   void start(const std::string& setup);
   void say(const std::string& bytes);
+  void wait_for(short what, double time, double limit, double& waited);
   char listen(double time, double limit);
   [[noreturn]] void not_started();
   [[noreturn]] void died(double time);

@@ -47,7 +47,7 @@ class SharedObject {
     if (code != 0) fail(which, time, "returned error " + std::to_string(code) + reason(policy));
   }
   [[noreturn]] void fail(LibraryCall which, double time, const std::string& what) const;
-  /// ": " and what last_error() says, or nothing.
+  /// ": " and what last_error() says, or nothing. To be asked within a call(), whose limits hold for it.
   std::string reason(void* policy) const;
 
  private:

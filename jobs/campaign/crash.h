@@ -6,11 +6,13 @@
 
 namespace graze {
 
-/// From now on SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT (std::terminate) and exit(-1) end this process with a message
-/// and exit code 3, and so does exit() within a call into a controller, which is named; `directory` can be resumed
-/// then, if it is not empty (`trust`: with --trust). Other threads whose stack may overflow need a SignalStack; the
-/// calling one, the main thread, gets its own. Child processes die by them as ever. Not where somebody else (a
-/// sanitizer, a debugger's hooks) handles them.
+/// From now on SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT (std::terminate), exit(-1), and exit(0) before
+/// expect_the_end(), end this process with a message and exit code 3, and so does exit() within a call into a
+/// controller, which is named; `directory` can be resumed then, if it is not empty (`trust`: with --trust). Other
+/// threads whose stack may overflow need a SignalStack; the calling one, the main thread, gets its own. Child processes
+/// die by them as ever. Not where somebody else (a sanitizer, a debugger's hooks) handles them.
 void contain_crashes(const std::string& directory = "", bool trust = false);
+/// main() is about to return.
+void expect_the_end();
 
 }  // namespace graze

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <iostream>
 #include <new>
+#include <system_error>
 
 #include "archive/files/utf8.h"
 #include "engine/library/library_use.h"
@@ -34,6 +35,11 @@ ExitCode report_error(const std::exception_ptr& error) {
     return fail(kMachineFailed, "out of memory");
   } catch (const std::filesystem::filesystem_error& file) {
     return fail(kMachineFailed, fmt::format("{}: {}", file.path1().string(), file.code().message()));
+  } catch (const std::system_error& system) {
+    if (system.code() == std::errc::resource_unavailable_try_again) {
+      return fail(kMachineFailed, "the system lets no further thread be started (ulimit -u); end other programs");
+    }
+    return fail(kMachineFailed, fmt::format("internal error: {}", system.what()));
   } catch (const std::exception& other) {
     return fail(kMachineFailed, fmt::format("internal error: {}", other.what()));
   }

@@ -39,6 +39,37 @@ int flushed(int code) {
   return code;
 }
 
+/// Every verb, in the order in which the help lists them; `command` is what was typed, which a campaign records.
+void add_verbs(CLI::App& app, Action& action, const std::string& command) {
+  add_new(app, action);
+  add_check(app, action);
+  add_steps(app, action);
+  add_sources(app, action);
+  add_predict(app, action);
+  add_drive(app, action);
+  add_sample(app, action);
+  add_run(app, action, command);
+  add_resume(app, action);
+  add_sweep(app, action, command);
+  add_improve(app, action);
+  add_status(app, action);
+  add_verify(app, action);
+  add_score(app, action);
+  add_compare(app, action);
+  add_events(app, action);
+  add_unknown(app, action);
+  add_explain(app, action);
+  add_replay(app, action);
+  add_report(app, action);
+  add_view(app, action);
+  add_plot(app, action);
+  add_pack(app, action);
+  add_submit(app, action);
+  add_examples(app, action);
+  add_doctor(app, action);
+  add_completion(app, action);
+}
+
 int parse_and_run(int argc, char** argv) {
   CLI::App app("Graze finds out in simulation how a robot fails before the robot does.", "graze");
   app.set_version_flag("--version", [] {  // not before it is asked for: GRAZE_ISA may be wrong
@@ -58,33 +89,7 @@ int parse_and_run(int argc, char** argv) {
       "Documentation: " +
       (manual || docs.empty() ? "share/doc/graze of an installed copy, docs/ beside the source" : docs.string()) + ".");
   Action action;
-  add_new(app, action);
-  add_check(app, action);
-  add_steps(app, action);
-  add_sources(app, action);
-  add_predict(app, action);
-  add_drive(app, action);
-  add_sample(app, action);
-  add_run(app, action, join(argc, argv));
-  add_resume(app, action);
-  add_sweep(app, action, join(argc, argv));
-  add_improve(app, action);
-  add_status(app, action);
-  add_verify(app, action);
-  add_score(app, action);
-  add_compare(app, action);
-  add_events(app, action);
-  add_unknown(app, action);
-  add_explain(app, action);
-  add_replay(app, action);
-  add_report(app, action);
-  add_view(app, action);
-  add_plot(app, action);
-  add_pack(app, action);
-  add_submit(app, action);
-  add_examples(app, action);
-  add_doctor(app, action);
-  add_completion(app, action);
+  add_verbs(app, action, join(argc, argv));
   const std::vector<std::string> given(argv + 1, argv + argc), words = as_help(given);
   if (const auto code = hidden_words(app, given)) return flushed(*code);
   if (const auto text = topics_asked_for(app, given, width)) {
@@ -112,16 +117,7 @@ void open_standard_streams() {
   }
 }
 
-}  // namespace
-}  // namespace graze
-
-int main(int argc, char** argv) {
-  using namespace graze;
-  if (started_as_worker(argc, argv)) return work_for_parent();
-  open_standard_streams();
-  contain_crashes();
-  hear_of_children();
-  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error to tell, not the end
+int run_program(int argc, char** argv) {
   try {
     log_to_stderr();
     const EscapedOutput out(std::cout), err(std::cerr);
@@ -135,4 +131,19 @@ int main(int argc, char** argv) {
     [[maybe_unused]] const ssize_t told = write(STDERR_FILENO, kText.data(), kText.size());
     return kMachineFailed;
   }
+}
+
+}  // namespace
+}  // namespace graze
+
+int main(int argc, char** argv) {
+  using namespace graze;
+  if (started_as_worker(argc, argv)) return work_for_parent();
+  open_standard_streams();
+  contain_crashes();
+  hear_of_children();
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error to tell, not the end
+  const int code = run_program(argc, argv);
+  expect_the_end();
+  return code;
 }

@@ -36,7 +36,7 @@ constexpr int kTickMilliseconds = 50;      // between looks at a worker
 constexpr double kTick = kTickMilliseconds / 1000.0;
 constexpr double kStall = 10;     // s for the next byte of an answer that has begun
 constexpr double kLeastWait = 2;  // s: shorter limits than that say nothing about a process as a whole
-constexpr int kNotStarted = 127;  // exit code
+constexpr int kNotPlaced = 126, kNotStarted = 127;  // exit codes, of its descriptors and of execv()
 constexpr const char* kNoProcess = "no process can be started for the controller";
 
 [[noreturn]] void no_process(const char* what) {
@@ -74,7 +74,7 @@ bool place_descriptors(int socket, int page, int printed) {
 [[noreturn]] void become_worker(pid_t parent, int socket, int page, int printed) {
   die_with(parent);
   behave_as_started();
-  if (!place_descriptors(socket, page, printed)) _exit(kNotStarted);
+  if (!place_descriptors(socket, page, printed)) _exit(kNotPlaced);
   std::array<char, 6> name = {'g', 'r', 'a', 'z', 'e', '\0'};
   std::array<char, 7> verb = {'w', 'o', 'r', 'k', 'e', 'r', '\0'};
   std::array<char*, 3> arguments = {name.data(), verb.data(), nullptr};
@@ -297,18 +297,21 @@ void WorkerProcess::died() {
   take_output();
   if (!status_) throw WorkerDied(fmt::format("the controller's process ended {}, and nobody knows how", place));
   const bool exited = WIFEXITED(*status_);
-  if (exited && WEXITSTATUS(*status_) == kWorkerStuck) throw Overtime{};
-  if (!ready_ && exited && WEXITSTATUS(*status_) == kNotStarted) {
-    throw WorkerLost("its descriptors cannot be placed, or this program cannot be run once more");
+  const int code = exited ? WEXITSTATUS(*status_) : EXIT_SUCCESS;
+  // A controller may end its process with the same codes, but does so within a call.
+  const bool own = calls_->inside.load(std::memory_order_acquire) == LibraryCall::none;
+  if (own && code == kWorkerStuck) throw Overtime{};
+  if (!ready_ && own && code == kNotPlaced) {
+    throw WorkerLost("its descriptors cannot be placed: too many open files (ulimit -n)");
   }
-  if (!itself || (exited && WEXITSTATUS(*status_) == kWorkerUnheard)) {
+  if (!ready_ && own && code == kNotStarted) throw WorkerLost("this program cannot be run once more");
+  if (!itself || (own && code == kWorkerUnheard)) {
     throw WorkerDied("the controller closed its process's connection to the simulator");
   }
   const int signal = WTERMSIG(*status_);
-  const std::string what =
-      exited ? fmt::format("the controller ended its process with exit code {} {}", WEXITSTATUS(*status_), place)
-             : fmt::format("the controller crashed ({}){} {}", signal_name(signal),
-                           signal == SIGKILL ? ", perhaps for want of memory," : "", place);
+  const std::string what = exited ? fmt::format("the controller ended its process with exit code {} {}", code, place)
+                                  : fmt::format("the controller crashed ({}){} {}", signal_name(signal),
+                                                signal == SIGKILL ? ", perhaps for want of memory," : "", place);
   if (call == LibraryCall::load || call == LibraryCall::create) throw WorkerLost(what);
   throw WorkerDied(what);
 }

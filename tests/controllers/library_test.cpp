@@ -77,6 +77,8 @@ TEST(Library, RefusesWhatCannotBeLoaded) {
   swing.odd("crash_create");
   if (!GRAZE_SANITIZED) {  // which would be there first
     EXPECT_THAT(swing.graze("run swing.yaml --trust").err, HasSubstr("crashed (SIGSEGV) in create()"));
+    swing.odd("refuse_and_crash");  // the call that asks for the reason is a call into it, too
+    EXPECT_THAT(swing.graze("run swing.yaml --trust").err, HasSubstr("crashed (SIGSEGV) in create()"));
   }
   swing.write("file: odd.so", "operational_pd: {kp: 1, kd: 1}");
   EXPECT_THAT(swing.graze("run swing.yaml --trust").err, HasSubstr("use control: {joint_pd"));

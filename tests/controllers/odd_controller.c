@@ -1,8 +1,6 @@
 /* A controller for tests: does what its settings say. `does`: what; `above` (m): only in robots whose base is higher at
  * the start; from 10 ms on. ODD_TAME in the environment: not at all. With NO_SYMBOL, OTHER_VERSION, LACKS_ACT: a
  * library that is not to be loaded. */
-#include "graze/policy.h"
-
 #include <fenv.h>
 #include <math.h>
 #include <pthread.h>
@@ -11,6 +9,8 @@
 #include <string.h>
 #include <sys/socket.h>
 #include <unistd.h>
+
+#include "graze/policy.h"
 
 typedef struct Odd {
   const GrazeSetup* setup;
@@ -30,11 +30,14 @@ __attribute__((constructor)) static void loaded(void) {
   if (trace) fclose(trace);
 }
 
+static int speechless; /* last_error() crashes */
+
 static void* create(const GrazeSetup* setup) {
   Odd* const self = calloc(1, sizeof *self);
   self->setup = setup;
   self->above = graze_setting(setup, "above", 1e9);
-  if (does(self, "refuse") || strstr(setup->urdf, "<robot") == NULL) {
+  speechless = does(self, "refuse_and_crash");
+  if (speechless || does(self, "refuse") || strstr(setup->urdf, "<robot") == NULL) {
     free(self);
     return NULL;
   }
@@ -85,10 +88,16 @@ static void scribble(void) {
   if (maps) fclose(maps);
 }
 
+static void* leave_well(void* unused) {
+  exit(0);
+  return unused;
+}
+
 /* What touches the process as a whole. */
 static void err_aside(Odd* self, double time) {
   pthread_t other;
   if (does(self, "exit_well")) exit(0);
+  if (does(self, "exit_thread") && pthread_create(&other, NULL, leave_well, NULL) == 0) pause();
   if (does(self, "fork_back") && time < 0.0105) fork(); /* both go on */
   if (does(self, "freeze") && pthread_create(&other, NULL, stop_soon, NULL) == 0) usleep(100000);
   if (does(self, "vanish")) {
@@ -133,6 +142,7 @@ static int err(Odd* self, const GrazeRobot* robot) {
     abort();
   }
   if (does(self, "exit")) exit(3);
+  if (does(self, "exit_alike")) exit(77); /* as a process that has found itself stuck */
   while (does(self, "loop") && always) {
   }
   if (does(self, "leak")) {
@@ -177,6 +187,7 @@ static void destroy(void* policy) {
 }
 
 static const char* last_error(void* policy) {
+  if (speechless) *(volatile int*)8 = 1;
   return policy ? "the gripper has no fingers" : "refused, as it was told";
 }
 

@@ -54,6 +54,7 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(Torture{"segfault", "crashed (SIGSEGV)", "SIGSEGV"},
                       Torture{"print", "crashed (SIGABRT)", "it printed: my gripper is on fire"},
                       Torture{"leak", "crashed (SIGABRT)", "SIGABRT"}, Torture{"exit", "exit code 3", "exit code 3"},
+                      Torture{"exit_alike", "exit code 77", "exit code 77"},
                       Torture{"fork", "exit code 5", "exit code 5"},
                       Torture{"rounding", "changed the floating-point environment", "floating-point"},
                       Torture{"nan", "asks joint hinge for a torque of nan", "hinge"},

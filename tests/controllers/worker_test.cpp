@@ -155,6 +155,16 @@ TEST(Worker, ExitInTheProgramItselfIsNoSuccess) {
   }
 }
 
+// Nor is it one in a thread of its own, where no call is known to have done it.
+TEST(Worker, ExitInAnotherThreadIsNoSuccess) {
+  const Campaign swing;
+  swing.odd("exit_thread", ", isolation: none");
+  const Result run = swing.run("--threads 2");
+  EXPECT_EQ(run.code, 3);
+  EXPECT_THAT(run.err, AllOf(HasSubstr("exit(0) before the work was done"), HasSubstr("graze resume")));
+  swing.expect_resumes_well();
+}
+
 // A stack that has overflowed leaves no room for a handler: one of its own is needed.
 TEST(Worker, CrashInTheProgramItselfIsTold) {
   if (GRAZE_SANITIZED) GTEST_SKIP() << "the sanitizer is there first";

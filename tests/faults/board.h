@@ -17,12 +17,12 @@ struct Board {
   long at;
   bool for_good;
   int error;
-  long allocation;
+  long allocation, thread;
   bool note_paths, show;
   char under[kPath];  // the folder; empty: nothing is watched
   std::size_t under_length;
   // what happened
-  std::atomic<long> calls, allocations;
+  std::atomic<long> calls, allocations, threads;
   std::atomic<bool> failed;
   char failed_call[32], failed_path[kPath];
   std::atomic<std::size_t> recorded;  // bytes of `record`

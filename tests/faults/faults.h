@@ -27,6 +27,7 @@ struct Plan {
   bool for_good = false;  // from then on all calls fail
   int error = 5;          // what errno is then (EIO)
   long allocation = 0;    // the allocation of memory that fails, from 1; 0: none
+  long thread = 0;        // the first thread that cannot be started, from 1, nor any after it; 0: all can
   bool paths = false;     // note the call path of each allocation
   long kill_after = -1;   // microseconds after which the process is killed from outside; -1: never
 };
@@ -51,6 +52,7 @@ struct Outcome {
   std::string failed;  // the call that failed or was killed at first: "rename /…/a.graze/campaign.h5.tmp"
   std::string failed_path;
   long allocations = 0;                   // of memory
+  long threads = 0;                       // that were asked for
   std::vector<std::uint64_t> call_paths;  // of each allocation, if they were asked for
   std::vector<Change> changes;
 };

@@ -56,10 +56,12 @@ void prepare(const std::filesystem::path& folder, const Plan& plan) {
   b.for_good = plan.for_good;
   b.error = plan.error;
   b.allocation = plan.allocation;
+  b.thread = plan.thread;
   b.note_paths = plan.paths;
   b.show = std::getenv("GRAZE_SHOW_FAULTS") != nullptr;
   b.calls = 0;
   b.allocations = 0;
+  b.threads = 0;
   b.failed = false;
   b.lost = false;
   b.failed_call[0] = b.failed_path[0] = 0;
@@ -165,6 +167,7 @@ Outcome run(const std::filesystem::path& folder, const std::string& arguments, c
   outcome.err = content(err);
   outcome.calls = b.calls;
   outcome.allocations = b.allocations;
+  outcome.threads = b.threads;
   if (b.failed) {
     outcome.failed = std::string(b.failed_call) + " " + b.failed_path;
     outcome.failed_path = b.failed_path;
