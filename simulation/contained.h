@@ -84,6 +84,8 @@ class ContainedRun {
   void run(WorkUnit& unit, const RunOptions& options = {});
   /// Makes what simulates a policy now, not when it is first needed. Throws InputError.
   void prepare(int policy) { run_here(policy); }
+  /// Ends what simulates elsewhere now, not with this.
+  void end_elsewhere() { remotes_.clear(); }
 
  private:
   struct Attempt;

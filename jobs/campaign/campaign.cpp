@@ -104,6 +104,8 @@ class Campaign {
     end.stopped = stopped_ && !(options_.stopping_rule && options_.stopping_rule->answered_at() > 0);
     end.unfinished = unfinished_;
     end.error = error_;
+    const std::lock_guard lock(runs_mutex_);
+    end.runs = std::move(runs_);
     return end;
   }
 
@@ -133,17 +135,32 @@ class Campaign {
       start_worker(next, workers);
     };
     workers.start(
-        {state, &state->watch}, [this, state] { work(*state); }, replace_worker);
+        {state, &state->watch}, [this, state] { work(state); }, replace_worker);
+  }
+
+  /// A thread's state and what simulates for it, which ends with the campaign's answer (CampaignEnd::runs).
+  struct KeptRun {
+    std::shared_ptr<WorkerState> state;
+    ContainedRun run;
+  };
+
+  /// Not of a thread that hangs, which goes on using it.
+  void keep_run(std::shared_ptr<KeptRun> done) {
+    const std::lock_guard lock(runs_mutex_);
+    runs_.push_back(std::move(done));
   }
 
   /// One thread's part: units of work until there are none left.
-  void work(WorkerState& state) {
+  void work(const std::shared_ptr<WorkerState>& shared) {
+    WorkerState& state = *shared;
+    std::shared_ptr<KeptRun> kept;
     try {
-      ContainedRun run(scenario_, options_.seed, state.watch, run_elsewhere_);
+      kept = std::make_shared<KeptRun>(
+          KeptRun{shared, ContainedRun(scenario_, options_.seed, state.watch, run_elsewhere_)});
       do {
         while (state.unit || (!state.units.empty() && !stop_asked())) {
           if (!state.unit) state.unit = make_unit(state.units.begin++);
-          run.run(*state.unit);
+          kept->run.run(*state.unit);
           finish(*std::exchange(state.unit, nullptr), state.tally, state.watch.take_told());
         }
         state.tally.tell();
@@ -158,6 +175,9 @@ class Campaign {
       }
       keep_finished(state);
     }
+    if (!kept) return;
+    kept->run.end_elsewhere();  // it may take a while, and here the threads do it beside each other
+    keep_run(std::move(kept));
   }
 
   /// What a unit has finished before something ended the campaign in its middle.
@@ -263,6 +283,8 @@ class Campaign {
   };
   std::mutex mixed_up_mutex_;
   std::map<int, MixedUp> mixed_up_;  // by policy
+  std::mutex runs_mutex_;
+  std::vector<std::shared_ptr<const void>> runs_;
   std::mutex error_mutex_;
   std::exception_ptr error_;  // the first
 };

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <exception>
 #include <functional>
+#include <memory>
 #include <string>
 #include <thread>
 #include <vector>
@@ -52,6 +53,9 @@ struct CampaignEnd {
   std::uint64_t unfinished = 0;      // particles that were cut off
   std::exception_ptr error;          // the first of a sink, or of making a policy; it stopped all ranks
   std::vector<std::thread> hanging;  // cannot be joined; they use the scenario for as long as the process lives
+  // What has simulated. With it go controllers in the program itself, whose destroy() may end the program: the traces
+  // are to be safe before.
+  std::vector<std::shared_ptr<const void>> runs;
   bool complete() const { return !stopped && unfinished == 0 && !error; }
 };
 

@@ -141,6 +141,7 @@ CampaignEnd run_share(const Scenario& scenario, const CampaignOptions& options, 
   } catch (...) {
     end.error = std::current_exception();
   }
+  end.runs.clear();
   return end;
 }
 

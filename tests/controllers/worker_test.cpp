@@ -165,6 +165,22 @@ TEST(Worker, ExitInAnotherThreadIsNoSuccess) {
   swing.expect_resumes_well();
 }
 
+// What a controller does at its end costs no trace that was simulated.
+TEST(Worker, TracesAreSafeBeforeControllersInTheProgramEnd) {
+  if (GRAZE_SANITIZED) GTEST_SKIP() << "the sanitizer is there first";
+  const Campaign swing;
+  for (const char* does : {"crash_destroy", "exit_destroy"}) {
+    swing.odd(does, ", isolation: none");
+    const Result run = swing.run("--threads 2");
+    EXPECT_EQ(run.code, 3) << does;
+    EXPECT_THAT(run.err, AllOf(HasSubstr("odd.so"), HasSubstr("destroy()"))) << does;
+    const Outcomes ill = outcomes(swing.folder / "ill.graze");
+    EXPECT_EQ(ill.digest.size(), swing.tried) << does;
+    for (const auto& [id, digest] : ill.digest) EXPECT_EQ(digest, swing.well.digest.at(id)) << id;
+    swing.expect_resumes_well();
+  }
+}
+
 // A stack that has overflowed leaves no room for a handler: one of its own is needed.
 TEST(Worker, CrashInTheProgramItselfIsTold) {
   if (GRAZE_SANITIZED) GTEST_SKIP() << "the sanitizer is there first";
