@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <charconv>
+#include <string_view>
 
 #include "engine/settings/unit_quantity.h"
 
@@ -38,6 +41,16 @@ void refuse_unit(const Settings& value, const std::string& text) {
                   text, *to_si(*quantity, written->value, written->unit)));
 }
 
+/// Neither has JSON a word for these.
+void refuse_infinite(const Settings& value, std::string text, std::errc read) {
+  const bool too_large = read == std::errc::result_out_of_range;
+  if (text.starts_with('+') || text.starts_with('-')) text.erase(0, 1);
+  constexpr std::array<std::string_view, 6> kWords = {".inf", ".Inf", ".INF", ".nan", ".NaN", ".NAN"};
+  if (!too_large && std::ranges::find(kWords, text) == kWords.end()) return;
+  value.fail(fmt::format("{}: the controller gets finite numbers (up to 1.8e308, and no closer to 0 than 2.2e-308); {}",
+                         value.text(), too_large ? "write another one" : "leave the setting out, or write a text"));
+}
+
 std::string json_scalar(const Settings& value) {
   const std::string text = value.text();
   if (text == "true" || text == "false") return text;
@@ -46,6 +59,7 @@ std::string json_scalar(const Settings& value) {
   const auto [end, error] = std::from_chars(begin, text.data() + text.size(), number);
   const bool whole = error == std::errc() && end == text.data() + text.size();
   if (whole && number - number == 0) return fmt::format("{}", number);
+  refuse_infinite(value, text, whole ? std::errc() : error);
   refuse_unit(value, text);
   return json_text(text);
 }

@@ -19,6 +19,7 @@
 #include "jobs/cli/wrapped_text.h"
 #include "jobs/slurm/batch_queue.h"
 #include "jobs/slurm/batch_script.h"
+#include "jobs/workers/controllers.h"
 
 namespace graze {
 namespace {
@@ -139,7 +140,8 @@ void check_nothing_is_there(const BatchRequest& request, const BatchCampaign& ca
     throw InputError(fmt::format(
         "{}: exists already; choose another -o, remove it, or go on with it: {}", made.string(),
         fs::exists(script) ? "sbatch " + shell_path(script.string())
-                           : "graze resume " + shell_path(made.string()) + (request.array > 0 ? "/1 (/2, …)" : "")));
+                           : "graze resume " + shell_path(made.string()) + (request.array > 0 ? "/1 (/2, …)" : "") +
+                                 (controllers_trusted() ? " --trust" : "")));
   }
   const fs::path packed = campaign.packed_file();
   if (request.array > 0 && fs::exists(fs::symlink_status(packed))) {

@@ -44,6 +44,13 @@ TEST(PolicyHeader, SettingsAreNumbersInSi) {
               ::testing::AllOf(::testing::HasSubstr("test.yaml:1:"), ::testing::HasSubstr("write 1.5707963267")));
   EXPECT_THAT(told("{period: 500 ms}"), ::testing::HasSubstr("write 0.5"));
   EXPECT_THAT(told("{kp: 0x64}"), ::testing::HasSubstr("decimal"));
+  for (const char* none : {".inf", "-.inf", ".nan", "1e400", "-1e400"}) {
+    EXPECT_THAT(told("{a: [" + std::string(none) + "]}"),
+                ::testing::AllOf(::testing::HasSubstr("test.yaml:1:6"), ::testing::HasSubstr("finite")))
+        << none;
+  }
+  EXPECT_EQ(settings_json(Settings::parse("{info: infinite, nan: 1e300}", "test.yaml")),
+            "{\"info\": \"infinite\", \"nan\": 1e+300}");
 }
 
 TraceRecord record() {
