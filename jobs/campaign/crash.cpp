@@ -26,10 +26,10 @@ namespace {
 constexpr std::array<std::pair<int, const char*>, 5> kCrashes = {
     {{SIGSEGV, "SIGSEGV"}, {SIGBUS, "SIGBUS"}, {SIGFPE, "SIGFPE"}, {SIGILL, "SIGILL"}, {SIGABRT, "SIGABRT"}}};
 
-std::array<char, 8192> advice{};  // a handler may not take memory
-std::atomic<pid_t> process{0};    // that the message is for
-std::atomic_flag crash_told;      // other threads may fall, too
-std::atomic<bool> done{false};    // the program ends because it has come to its end
+std::array<char, 8192> advice{};   // a handler may not take memory
+std::atomic<pid_t> process{0};     // that the message is for
+std::atomic_flag crash_told;       // other threads may fall, too
+std::atomic<bool> at_work{false};  // a MainAtWork lives
 
 bool in_child() { return getpid() != process; }  // its parent reports
 
@@ -111,7 +111,7 @@ void on_crash(int number, siginfo_t* info, void*) {
 [[maybe_unused]] void on_exit_of_library(int status, void*) {
   const LibraryCallHere here = library_call_here();
   if (here.call != LibraryCall::none && !in_child()) leave_by(here, status);
-  if (status == 0 && !done && !in_child()) leave("exit(0) before the work was done");
+  if (status == 0 && at_work && !in_child()) leave("exit(0) before the work was done");
   if (status != -1) return;
   if (!in_child()) leave("exit(-1)");
   std::signal(SIGABRT, SIG_DFL);
@@ -120,7 +120,8 @@ void on_crash(int number, siginfo_t* info, void*) {
 
 }  // namespace
 
-void expect_the_end() { done = true; }
+MainAtWork::MainAtWork() { at_work = true; }
+MainAtWork::~MainAtWork() { at_work = false; }
 
 void contain_crashes(const std::string& directory, bool trust) {
   process = getpid();

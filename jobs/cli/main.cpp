@@ -143,7 +143,6 @@ int main(int argc, char** argv) {
   contain_crashes();
   hear_of_children();
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error to tell, not the end
-  const int code = run_program(argc, argv);
-  expect_the_end();
-  return code;
+  const MainAtWork until_the_end;
+  return run_program(argc, argv);
 }

@@ -16,6 +16,7 @@
 #include <cmath>
 #include <csignal>
 #include <cstring>
+#include <fstream>
 #include <new>
 #include <random>
 #include <utility>
@@ -34,8 +35,9 @@ constexpr double kSlowStart = 60;          // s more, for loading and create(); 
 constexpr std::size_t kMostOutput = 4096;  // bytes of what a controller prints that are kept
 constexpr int kTickMilliseconds = 50;      // between looks at a worker
 constexpr double kTick = kTickMilliseconds / 1000.0;
-constexpr double kStall = 10;     // s for the next byte of an answer that has begun
-constexpr double kLeastWait = 2;  // s: shorter limits than that say nothing about a process as a whole
+constexpr double kStall = 10;      // s for the next byte of an answer that has begun
+constexpr double kHeadless = 0.5;  // s: far longer than a process takes to end all its threads
+constexpr double kLeastWait = 2;   // s: shorter limits than that say nothing about a process as a whole
 constexpr int kNotPlaced = 126, kNotStarted = 127;  // exit codes, of its descriptors and of execv()
 constexpr const char* kNoProcess = "no process can be started for the controller";
 
@@ -103,6 +105,16 @@ double time_since(SteadyClock::time_point& before) {
   return std::min(std::chrono::duration<double>(now - std::exchange(before, now)).count(), 2 * kTick);
 }
 
+/// Whether the thread that simulates has ended while others of its process go on: a system call of the controller's may
+/// do that, or a filter for them.
+bool main_thread_has_ended(pid_t id) {
+  std::ifstream file(fmt::format("/proc/{}/stat", id));
+  std::string text;
+  std::getline(file, text);  // "ID (NAME) STATE …", and a name may have brackets, too
+  const std::size_t bracket = text.rfind(')');
+  return bracket != std::string::npos && bracket + 2 < text.size() && text[bracket + 2] == 'Z';
+}
+
 std::string signal_name(int signal) {
   const char* const name = sigabbrev_np(signal);
   return fmt::format("SIG{}", name ? name : "?");
@@ -113,7 +125,7 @@ std::string signal_name(int signal) {
 /// Time that has passed in one and the same state of a worker, s.
 class WorkerClock {
  public:
-  void look(const LibraryCalls& calls, std::size_t arrived) {
+  void look(const LibraryCalls& calls, std::size_t arrived, bool headless) {
     const double passed = time_since(before_);
     call_ = calls.inside.load(std::memory_order_acquire);
     const std::uint64_t returned = calls.count.load(std::memory_order_acquire);
@@ -122,18 +134,20 @@ class WorkerClock {
     const std::uint64_t beats = calls.beats.load(std::memory_order_relaxed);
     still_ = std::exchange(beats_, beats) == beats ? still_ + passed : 0;
     stalled_ = std::exchange(arrived_, arrived) == arrived && arrived > 0 ? stalled_ + passed : 0;
+    headless_ = headless ? headless_ + passed : 0;
   }
   LibraryCall call() const { return call_; }
-  double inside() const { return inside_; }    // in this call
-  double still() const { return still_; }      // without a sign of life
-  double stalled() const { return stalled_; }  // since the last byte of a message that is not whole
+  double inside() const { return inside_; }      // in this call
+  double still() const { return still_; }        // without a sign of life
+  double stalled() const { return stalled_; }    // since the last byte of a message that is not whole
+  double headless() const { return headless_; }  // its main thread has ended, and the others have not
 
  private:
   SteadyClock::time_point before_ = SteadyClock::now();
   LibraryCall call_ = LibraryCall::none;
   std::uint64_t count_ = 0, beats_ = 0;
   std::size_t arrived_ = 0;
-  double inside_ = 0, still_ = 0, stalled_ = 0;
+  double inside_ = 0, still_ = 0, stalled_ = 0, headless_ = 0;
 };
 
 WorkerProcess::WorkerProcess(const std::string& briefing, const WorkerPatience& patience)
@@ -168,8 +182,10 @@ void WorkerProcess::start() {
   const Descriptor theirs(ends[1]);
   const timeval most{static_cast<time_t>(kSlowStart), 0};
   setsockopt(ends[0], SOL_SOCKET, SO_SNDTIMEO, &most, sizeof most);  // one that is stopped takes nothing
-  const Descriptor page(memfd_create("graze-controller", MFD_CLOEXEC));
+  const Descriptor page(memfd_create("graze-controller", MFD_CLOEXEC | MFD_ALLOW_SEALING));
   if (!page || ftruncate(page.number(), sizeof(LibraryCalls)) != 0) no_process("shared memory");
+  // Whoever reads a page that another has cut off dies of SIGBUS.
+  if (fcntl(page.number(), F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_SEAL) != 0) no_process("shared memory");
   void* const shared = mmap(nullptr, sizeof(LibraryCalls), PROT_READ | PROT_WRITE, MAP_SHARED, page.number(), 0);
   if (shared == MAP_FAILED) no_process("shared memory");
   calls_ = new (shared) LibraryCalls;
@@ -219,7 +235,7 @@ WorkerMessage WorkerProcess::listen() {
         break;
     }
     if (ended) died();
-    clock.look(*calls_, inbox_.arrived());
+    clock.look(*calls_, inbox_.arrived(), main_thread_has_ended(id_));
     look_at_clock(clock);
   }
 }
@@ -227,6 +243,12 @@ WorkerMessage WorkerProcess::listen() {
 void WorkerProcess::look_at_clock(const WorkerClock& clock) {
   const LibraryCall call = clock.call();
   if (!is_call(call)) overwritten();
+  if (clock.headless() > kHeadless) {
+    const std::string place = where();
+    end();
+    take_output();
+    throw WorkerDied(fmt::format("the controller ended the thread that simulates {}", place));
+  }
   const bool slow = call != LibraryCall::start && call != LibraryCall::act;
   const double limit = patience_.call + (slow ? kSlowStart : 0);
   if (clock.inside() > limit) {

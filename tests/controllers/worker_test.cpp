@@ -230,6 +230,28 @@ TEST(Worker, ForgedAnswersCostTheirParticle) {
   }
 }
 
+// Other threads of the process give signs of life then, and it never ends.
+TEST(Worker, EndOfTheThreadThatSimulatesCostsItsParticle) {
+  const Campaign swing;
+  swing.odd("end_thread");
+  const Result run = swing.run("--threads 2");
+  EXPECT_EQ(run.code, 0) << run.err;
+  const Outcomes ill = outcomes(swing.folder / "ill.graze");
+  EXPECT_EQ(ill.invalid.size(), swing.odd_ones());
+  for (const auto& [id, why] : ill.invalid) {
+    EXPECT_THAT(why, HasSubstr("ended the thread that simulates in act() at 0.01 s")) << id;
+  }
+  swing.expect_rest_well(ill);
+}
+
+TEST(Worker, SharedPagesCannotBeCutOff) {
+  const Campaign swing;
+  swing.odd("truncate");
+  const Result run = swing.run("--threads 2");
+  EXPECT_EQ(run.code, 0) << run.err;
+  EXPECT_TRUE(outcomes(swing.folder / "ill.graze").invalid.empty());
+}
+
 // Over the page by which the simulator sees where a controller is.
 TEST(Worker, OverwrittenPagesCostTheirParticle) {
   const Campaign swing;
