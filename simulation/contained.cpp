@@ -27,8 +27,8 @@ Fault fault_of(const std::exception_ptr& thrown) {
     throw;
   } catch (const Overtime&) {
     return {Fault::Of::machine, "took longer than the watchdog allows"};
-  } catch (const CallTimedOut& late) {
-    return {Fault::Of::controller, late.what()};
+  } catch (const CallLost& lost) {
+    return {Fault::Of::controller, lost.what()};
   } catch (const LeftUnfinished& left) {
     return {Fault::Of::controller, left.what()};
   } catch (const std::bad_alloc&) {

@@ -28,10 +28,17 @@ class LibraryRefused : public MachineError {
  public:
   using MachineError::MachineError;
 };
-/// A call has not returned by its limit on the clock: its particle is left unfinished, whoever is to blame.
-class CallTimedOut : public std::runtime_error {
+/// A call was cut short by what may not happen again: its particle is left unfinished, whoever is to blame.
+class CallLost : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
+};
+/// Of a process that has ended by SIGKILL, which comes from outside nearly always.
+inline constexpr const char* kKilled = "was killed (SIGKILL), by somebody or for want of the machine's memory,";
+/// It has not returned by its limit on the clock.
+class CallTimedOut : public CallLost {
+ public:
+  using CallLost::CallLost;
 };
 /// The nominal robot's URDF, which libraries are given (GrazeSetup::urdf). For the whole process.
 void brief_libraries(std::string urdf);

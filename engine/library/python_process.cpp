@@ -130,8 +130,7 @@ std::string python_end_text(std::optional<int> known) {
   const int status = *known;
   if (!WIFSIGNALED(status)) return fmt::format("ended its process with exit code {}", WEXITSTATUS(status));
   const char* const name = sigabbrev_np(WTERMSIG(status));
-  return fmt::format("crashed (SIG{}){}", name ? name : "?",
-                     WTERMSIG(status) == SIGKILL ? ", perhaps for want of memory," : "");
+  return fmt::format("crashed (SIG{})", name ? name : "?");
 }
 
 /// "walk.py: loading it raised …"
@@ -297,6 +296,9 @@ void PythonProcess::died(double time) {
   const bool ended = has_ended();
   end();
   if (!ended) fail(time, "closed the socket that Graze listens to");
+  if (status_ && WIFSIGNALED(*status_) && WTERMSIG(*status_) == SIGKILL) {
+    throw CallLost(fmt::format("{}: the controller {} in {}", name_, kKilled, where(time)));
+  }
   throw std::runtime_error(fmt::format("{}: the controller {} in {}", name_, python_end_text(status_), where(time)));
 }
 

@@ -133,6 +133,7 @@ class Session:
         self.hide_unread(reads, setup["observation"])
         self.stage[0] = STAGE_CREATE
         self.controller = made(Robot(setup, np), setup["settings"])
+        self.arithmetic = arithmetic()  # as its libraries have left it, the same for all robots
         self.reset = getattr(self.controller, "reset", None)
 
     def array(self, kind, offset, count):
@@ -178,6 +179,9 @@ class Session:
                 self.reset(self.lanes[:count].copy(), self.seeds[:count].copy())
         self.stage[0] = STAGE_ACT
         returned = self.controller.act(self.observation, self.targets)
+        if arithmetic() != self.arithmetic:
+            raise ArithmeticError("the controller changed the floating-point environment (rounding, or what becomes of "
+                                  "the smallest numbers), which later robots would feel")
         if returned is not None:
             raise TypeError(f"act() returned {described(returned)}; it returns nothing, and fills targets.position, "
                             "targets.velocity or targets.torque instead")
@@ -187,6 +191,11 @@ class Session:
         data = text.encode("utf-8", "replace")[:room]
         self.memory[place:place + len(data)] = data
         size[0] = len(data)
+
+
+def arithmetic(one=1.0, two=2.0, three=3.0, smallest=sys.float_info.min):
+    """What the floating-point environment does: each direction of rounding, and numbers that are not normal."""
+    return one / three, -one / three, two / three, smallest / two
 
 
 def described(value):

@@ -35,8 +35,8 @@ WorkerMessage word_of(const std::exception_ptr& thrown) {
     std::rethrow_exception(thrown);
   } catch (const Overtime&) {
     return word(WorkerWord::overtime, "");
-  } catch (const CallTimedOut& late) {
-    return word(WorkerWord::overtime, late.what());
+  } catch (const CallLost& lost) {
+    return word(WorkerWord::overtime, lost.what());
   } catch (const MachineError& error) {
     return word(WorkerWord::machine, error.what());
   } catch (const InputError& error) {

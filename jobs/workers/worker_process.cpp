@@ -331,9 +331,9 @@ void WorkerProcess::died() {
     throw WorkerDied("the controller closed its process's connection to the simulator");
   }
   const int signal = WTERMSIG(*status_);
+  if (!exited && signal == SIGKILL) throw WorkerLost(fmt::format("the controller {} {}", kKilled, place));
   const std::string what = exited ? fmt::format("the controller ended its process with exit code {} {}", code, place)
-                                  : fmt::format("the controller crashed ({}){} {}", signal_name(signal),
-                                                signal == SIGKILL ? ", perhaps for want of memory," : "", place);
+                                  : fmt::format("the controller crashed ({}) {}", signal_name(signal), place);
   if (call == LibraryCall::load || call == LibraryCall::create) throw WorkerLost(what);
   throw WorkerDied(what);
 }

@@ -19,7 +19,7 @@ class WorkerDied : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
-/// The same, but the clock has decided it, or no particle had begun: none is to blame.
+/// The same, but the clock or somebody else has decided it, or no particle had begun: none is to blame.
 class WorkerLost : public WorkerDied {
  public:
   using WorkerDied::WorkerDied;

@@ -77,6 +77,10 @@ class Odd:
             os.write(3, b"k")
         if does == "umlaut":
             raise ValueError("Gelenk über Grenze")
+        if does == "killed":
+            os.kill(os.getpid(), 9)
+        if does == "rounding":
+            ctypes.CDLL("libm.so.6").fesetround(0x800 if os.uname().machine == "x86_64" else 0x400000)
         if does == "segfault":
             ctypes.string_at(0)
         while does == "loop":

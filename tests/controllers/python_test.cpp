@@ -149,6 +149,25 @@ TEST(Python, EachFaultCostsItsParticleAlone) {
   }
 }
 
+TEST(Python, ChangedRoundingCostsItsParticleAlone) {
+  const PythonSwing swing;
+  swing.odd("rounding");
+  ASSERT_EQ(swing.graze("run swing.yaml --trust --quiet -n 2 -o ill.graze").code, 0);
+  const Outcomes ill = outcomes(swing.folder / "ill.graze");
+  EXPECT_EQ(ill.invalid.size(), 2u);
+  for (const auto& [id, why] : ill.invalid) EXPECT_THAT(why, HasSubstr("changed the floating-point environment")) << id;
+}
+
+// Somebody has ended it, or the system had no memory: nobody says that it happens again.
+TEST(Python, KilledInterpreterLeavesItsParticleUnfinished) {
+  const PythonSwing swing;
+  swing.odd("killed");
+  const Result run = swing.graze("run swing.yaml --trust --quiet -n 1 -o ill.graze");
+  EXPECT_EQ(run.code, 3) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("odd.py: the controller was killed (SIGKILL), by somebody"));
+  EXPECT_TRUE(outcomes(swing.folder / "ill.graze").invalid.empty());
+}
+
 // What a command prints to be pasted is accepted as it stands.
 TEST(Python, PrintedCommandsSayThatTheControllerIsTrusted) {
   const PythonSwing swing;

@@ -74,7 +74,7 @@ std::pair<std::uint32_t, double> highest(const std::filesystem::path& path) {
   return out;
 }
 
-TEST(Worker, TimeoutAndStoppedProcessLeaveUnfinished) {
+TEST(Worker, TimeoutAndStoppedOrKilledProcessLeaveUnfinished) {
   Campaign swing;
   swing.tried = std::max(*swing.well.high.begin(), 1u) + 1;  // one odd particle, and others
   struct Case {
@@ -82,6 +82,7 @@ TEST(Worker, TimeoutAndStoppedProcessLeaveUnfinished) {
   };
   for (const Case& one : {Case{"loop", ", timeout: 0.3 s", "", "act() at 0.01 s did not come back within 0.3 s"},
                           Case{"forge_part", ", timeout: 0.3 s", "", "act() at 0.01 s did not come back within 0.3 s"},
+                          Case{"killed", "", "", "the controller was killed (SIGKILL), by somebody"},
                           Case{"freeze", ", timeout: 600 s", "--watchdog 0.5", "did not run for 2 s"}}) {
     swing.odd(one.does, one.more);
     const Result run = swing.run(std::string("--threads 2 ") + one.options);
