@@ -42,6 +42,9 @@ Recurrent recurrent_operands(const OperatorCall& call, std::int64_t gates) {
     throw NetworkError(fmt::format("has an input of shape {}, weights of {} and recurrent ones of {}, which do not fit",
                                    text_of(x), text_of(w), text_of(r)));
   }
+  if (const std::int64_t written = call.integer("hidden_size", r[2]); written != r[2]) {
+    throw NetworkError(fmt::format("has hidden_size {}, and recurrent weights of {}", written, text_of(r)));
+  }
   Recurrent out{x[0], x[1], x[2], r[2], call.constants(1, "weights"), call.constants(2, "recurrent weights"), {}, {}};
   const auto size = static_cast<std::size_t>(w[1]);
   std::vector<double> bias(2 * size, 0.0);

@@ -24,6 +24,7 @@
 #include "jobs/cli/size_estimate.h"
 #include "jobs/workers/controllers.h"
 #include "jobs/workers/determinism.h"
+#include "jobs/workers/first_trace.h"
 #include "sampling/design_name.h"
 #include "scenarios/channel_readers.h"
 #include "scenarios/disturbances.h"
@@ -297,6 +298,19 @@ int check_determinism(const Scenario& scenario) {
   return !kept ? kGateMissed : known ? kDone : kMachineFailed;
 }
 
+/// Whether a controller from outside gets through one trace.
+ExitCode try_first_traces(const Scenario& scenario) {
+  ExitCode out = kDone;
+  for (const FirstTrace& trace : first_traces(scenario)) {
+    const std::string problem = problem_of(trace);
+    if (problem.empty()) continue;
+    spdlog::warn("{}", problem);
+    if (!trace.unfinished.empty()) out = kMachineFailed;
+    if (!trace.invalid.empty() && out == kDone) out = kGateMissed;
+  }
+  return out;
+}
+
 int check(const CheckArguments& arguments) {
   if (!arguments.output.empty()) check_campaign_output(arguments.output);
   if (!arguments.urdf.empty()) {
@@ -310,7 +324,11 @@ int check(const CheckArguments& arguments) {
   if (!scenario.redesign_problem.empty()) throw InputError(scenario.redesign_problem);
   arguments.draw.apply_to(scenario);
   if (arguments.determinism) return check_determinism(scenario);
-  if (controllers_trusted()) try_controllers(scenario);
+  ExitCode tried = kDone;
+  if (controllers_trusted()) {
+    try_controllers(scenario);
+    tried = try_first_traces(scenario);
+  }
   if (!arguments.urdf.empty()) write_urdf(arguments, source, scenario);
   const SizeEstimate size = arguments.probe ? probe_size(scenario) : estimate_size(scenario);
   const std::optional<double> free = free_bytes(arguments.output.empty() ? "." : arguments.output);
@@ -328,7 +346,7 @@ int check(const CheckArguments& arguments) {
     std::cout << hull_table(scenario.model);
     if (scenario.space.size() > 0) std::cout << "\n" << parameter_table(scenario, readers);
   }
-  return kDone;
+  return tried;
 }
 
 }  // namespace
@@ -336,12 +354,12 @@ int check(const CheckArguments& arguments) {
 void add_check(CLI::App& app, Action& action) {
   auto arguments = std::make_shared<CheckArguments>();
   CLI::App* verb = add_verb(
-      app, "check", "Validate a scenario, simulate nothing, print the resolved parameter table",
+      app, "check", "Validate a scenario before it is simulated, print the resolved parameter table",
       "  graze check data/scenarios/quadruped_curb.yaml\n"
       "  graze check data/scenarios/drop_and_stand.yaml --set robot.urdf=my_robot.urdf\n"
       "  graze check my.yaml --repair --write-urdf mended.urdf         # what is wrong, and mended\n"
       "  graze check my.yaml -n 1000000 --telemetry failures --probe   # how large, how long\n"
-      "  graze check my.yaml --trust                                   # does my controller load?\n"
+      "  graze check my.yaml --trust                                   # does my controller load, and do one trace?\n"
       "  graze check my.yaml --determinism --trust                     # does my controller keep its promise?\n");
   arguments->scenario.add_to(*verb);
   arguments->draw.add_to(*verb);

@@ -123,7 +123,7 @@ const char* own_meaning(const std::string& verb, int code) {
       {{"improve", kInconclusive}, "--max-steps ended it"},
       {{"predict", kInconclusive}, "no verdict: no particle was done in time, or none is valid"},
       {{"doctor", kMachineFailed}, "something that campaigns need is broken"},
-      {{"check", kGateMissed}, "--determinism: a controller does not keep its promise"}};
+      {{"check", kGateMissed}, "a controller fails in particle 0, or (--determinism) does not keep its promise"}};
   const auto found = all.find({verb, code});
   return found == all.end() ? nullptr : found->second;
 }

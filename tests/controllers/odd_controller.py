@@ -46,7 +46,7 @@ class Odd:
         if self.does == "remember":
             torque += 1e-9 * self.steps
         self.steps += 1
-        targets.torque[0] = torque
+        targets.torque[0] = 0 if self.does == "limp" else torque
         for lane in np.flatnonzero(active & (observation.time > 0.0095)):
             stratum = int((self.start_height[lane] - 0.15) / 0.0125)
             self.err(STRATA[stratum] if self.does == "strata" else self.does, lane, targets)

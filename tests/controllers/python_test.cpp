@@ -149,6 +149,22 @@ TEST(Python, EachFaultCostsItsParticleAlone) {
   }
 }
 
+// What fails in each trace is found before a campaign is.
+TEST(Python, CheckSimulatesOneTrace) {
+  const PythonSwing swing;
+  const auto expect = [&](const char* does, int code, const char* text) {
+    swing.odd(does);
+    const Result check = swing.graze("check swing.yaml --trust -n 4");
+    EXPECT_EQ(check.code, code) << does << check.err;
+    EXPECT_THAT(check.err, HasSubstr(text)) << does;
+    EXPECT_THAT(check.out, HasSubstr("archive")) << does;
+  };
+  expect("nothing", 0, "");
+  expect("limp", 0, "policy still, particle 0: all torques are 0 from beginning to end: the robot is limp");
+  expect("raise", 1, "policy still, particle 0: odd.py: act() at 0.01 s raised RuntimeError");
+  expect("killed", 3, "its trace would be left unfinished");
+}
+
 TEST(Python, ChangedRoundingCostsItsParticleAlone) {
   const PythonSwing swing;
   swing.odd("rounding");

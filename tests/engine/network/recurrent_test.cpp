@@ -99,6 +99,7 @@ TEST(RecurrentNetworks, RefuseWhatIsNotKnown) {
             std::string::npos);
   EXPECT_NE(message({testing::real("clip", 3)}).find("has 'clip' of its own"), std::string::npos);
   EXPECT_EQ(message({}), "");
+  EXPECT_NE(message({testing::whole("hidden_size", kWide + 1)}).find("has hidden_size"), std::string::npos);
   const auto activations = [](const Names& names) {
     testing::Message out;
     out.text(1, "activations");

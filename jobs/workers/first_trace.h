@@ -1,0 +1,25 @@
+#pragma once
+// One trace under each controller from outside, before anybody simulates thousands.
+
+#include <string>
+#include <vector>
+
+#include "scenarios/scenario.h"
+
+namespace graze {
+
+/// What became of particle 0 under a policy.
+struct FirstTrace {
+  std::string policy;
+  std::string invalid = {}, unfinished = {};  // why; both empty: it has an outcome
+  bool limp = false;                          // all torques were 0 from beginning to end
+};
+
+/// Simulates particle 0 under each policy from outside, where and as a campaign does. Throws as try_controllers(),
+/// whose checks are to be made before.
+std::vector<FirstTrace> first_traces(const Scenario& scenario);
+
+/// "policy walk, particle 0: …", with what may be done about it; empty: there is nothing to tell.
+std::string problem_of(const FirstTrace& trace);
+
+}  // namespace graze
