@@ -243,7 +243,9 @@ LcpSolution solve_closest(const MatrixXd& M, const VectorXd& q, const MatrixXd& 
     if (!active.empty()) {
       const Eigen::FullPivLU<MatrixXd> factor(MatrixXd(M(active, active)));
       if (!factor.isInvertible()) continue;
-      z(active) = factor.solve(VectorXd(-q(active)));
+      const VectorXd some = factor.solve(VectorXd(-q(active)));
+      // Entry by entry: GCC 12 warns of an array of indices that Eigen copies here and frees.
+      for (std::size_t i = 0; i < active.size(); ++i) z[active[i]] = some[static_cast<Eigen::Index>(i)];
     }
     ++solved;
     if (!(z.minCoeff() >= -kRounding * z.cwiseAbs().maxCoeff())) continue;
@@ -255,7 +257,7 @@ LcpSolution solve_closest(const MatrixXd& M, const VectorXd& q, const MatrixXd& 
     distance = off;
     best.z = z;
     best.w = w;
-    best.w(active).setZero();
+    for (const int i : active) best.w[i] = 0;
     best.active = active;
     best.solved = true;
   }
