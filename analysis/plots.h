@@ -43,6 +43,8 @@ using PlotPoint = std::array<double, 3>;
 /// What stands around paths.
 struct PathScene {
   std::vector<std::vector<PlotPoint>> outlines = {};  // lines: edges of fixed objects
+  std::vector<std::vector<PlotPoint>> terrain = {};   // lines: nets over heightfields that all robots have in common
+  bool own_grounds = false;                           // each robot has a heightfield of its own
   std::vector<PlotPoint> waypoints = {};
 };
 enum class PathView { above, side, isometric };

@@ -112,6 +112,20 @@ void add_surroundings(PathView view, const PathScene& scene, const SeenFloor& gr
   if (!points.x.empty()) panel.series.push_back(std::move(points));
 }
 
+/// Heightfields behind the paths, as far as they are near. From above their heights do not show.
+void add_nets(PathView view, const PathScene& scene, const SeenFloor& ground, PlotPanel& panel) {
+  if (view == PathView::above) return;
+  PlotSeries look;
+  look.color = PlotColor::soft;
+  look.width = 0.35;
+  SeenLines net(view, look);
+  const SeenFloor near = ground.with_surroundings();
+  for (const std::vector<PlotPoint>& line : scene.terrain) {
+    for (std::size_t i = 0; i + 1 < line.size(); ++i) net.add(near.part(line[i], line[i + 1]));
+  }
+  if (!net.empty()) panel.series.insert(panel.series.begin(), net.take());
+}
+
 /// Three arrows' worth of lines with their names, `length` each, at the least corner of what is drawn.
 void add_axes_cross(PlotPanel& panel) {
   double left = INFINITY, right = -INFINITY, low = INFINITY;
@@ -329,10 +343,14 @@ Figure path_figure(const Json& page, const std::vector<std::string>& policies, c
     if (request.every > 0) panel.series.push_back(std::move(moments));
     panel.series.push_back(std::move(end));
   }
+  add_nets(request.view, scene, ground, panel);
   add_surroundings(request.view, scene, ground, panel);
   if (request.view == PathView::isometric) add_axes_cross(panel);
   out.panels.push_back(std::move(panel));
   out.notes.push_back(traces.note());
+  if (scene.own_grounds && request.view != PathView::above) {
+    out.notes.push_back("Each robot had ground of its own, which is not drawn.");
+  }
   if (request.every > 0) out.notes.push_back(fmt::format("A small mark every {}.", every_words(request.every)));
   return out;
 }

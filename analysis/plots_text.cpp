@@ -62,9 +62,9 @@ std::vector<std::string> plot_lines(const std::string& text, double size, double
   return out;
 }
 
-std::string plot_number(double x) {
+std::string plot_number(double x, int digits) {
   if (!std::isfinite(x)) return "–";
-  std::string text = fmt::format("{:.4g}", x == 0 ? 0.0 : x);
+  std::string text = fmt::format("{:.{}g}", x == 0 ? 0.0 : x, digits);
   if (const std::size_t e = text.find('e'); e != std::string::npos) {
     const int power = std::stoi(text.substr(e + 1));
     text = fmt::format("{}e{}", text.substr(0, e), power);
@@ -86,9 +86,12 @@ std::vector<std::pair<double, std::string>> plot_ticks(double low, double high, 
   for (const double m : {5, 2, 1}) {
     if (m * power >= raw * 0.999) step = m * power;
   }
+  // As many as tell neighbours apart.
+  const double largest = std::max(std::abs(low), std::abs(high));
+  const int digits = std::clamp(static_cast<int>(std::ceil(std::log10(largest / step))) + 1, 4, 12);
   std::vector<std::pair<double, std::string>> out;
   for (double i = std::ceil(low / step - 1e-9); i * step <= high + 1e-9 * span && out.size() < 100; ++i) {
-    out.emplace_back(i * step, plot_number(i * step));
+    out.emplace_back(i * step, plot_number(i * step, digits));
   }
   return out;
 }

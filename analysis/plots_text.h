@@ -20,8 +20,8 @@ std::string plot_fitted(const std::string& text, double size, double room);
 /// Lines of a paragraph.
 std::vector<std::string> plot_lines(const std::string& text, double size, double room);
 
-/// With four significant digits, as short as may be: "−0.25", "3e−5".
-std::string plot_number(double x);
+/// With so many significant digits, as short as may be: "−0.25", "3e−5".
+std::string plot_number(double x, int digits = 4);
 /// "name [unit]"; without a unit if it is 1 or empty.
 std::string plot_titled(const std::string& name, const std::string& unit);
 /// Round numbers within [low, high], about `count` of them, with their texts.

@@ -6,6 +6,8 @@
 #include <set>
 
 #include "engine/control/policy.h"
+#include "engine/library/library_use.h"
+#include "engine/settings/warnings.h"
 #include "scenarios/limits.h"
 
 namespace graze {
@@ -59,6 +61,26 @@ void check_way(const Settings& policy, const std::string& path, const Settings& 
       fmt::format("does not lead to what stands there, {} (at {}){}", stands, there[0].second.key_place(), hint));
 }
 
+/// A path of `over` into the settings of a controller from outside that names none of those that stand there: the
+/// controller may know it and have a value of its own for it, and may as well never ask for it.
+void doubt_setting(const Settings& policy, const std::string& path, const Settings& values) {
+  const std::size_t dot = path.find(".settings.");
+  if (dot == std::string::npos || !is_from_outside(policy)) return;
+  const auto kind = policy.find(path.substr(0, dot));
+  const auto settings = kind && kind->is_map() ? kind->find("settings") : std::nullopt;
+  if (!settings || !settings->is_map()) return;
+  std::string wanted = path.substr(dot + std::string_view(".settings.").size());
+  wanted = wanted.substr(0, wanted.find('.'));
+  std::vector<std::string> names;
+  for (const auto& [name, value] : settings->entries()) names.push_back(name);
+  if (names.empty() || settings->has(wanted)) return;
+  const std::string near = nearest(wanted, names);
+  const std::string hint = near.empty() ? "" : fmt::format("; did you mean {}?", near);
+  warn(values,
+       fmt::format("{} is none of the settings that stand there ({}, at {}){}; the controller gets it beside them",
+                   wanted, fmt::join(names, ", "), settings->key_place(), hint));
+}
+
 std::vector<PolicySpec> expanded(const std::vector<PolicySpec>& policies, const std::string& path,
                                  const Settings& values) {
   const std::vector<Settings> items = values.items();
@@ -67,7 +89,10 @@ std::vector<PolicySpec> expanded(const std::vector<PolicySpec>& policies, const 
   std::vector<PolicySpec> out;
   for (const PolicySpec& policy : policies) {
     for (std::size_t i = 0; i < items.size(); ++i) {
-      if (i == 0) check_way(policy.settings, path, values);
+      if (i == 0) {
+        check_way(policy.settings, path, values);
+        doubt_setting(policy.settings, path, values);
+      }
       check_name(items[i], policy.name.size() + 1 + label(items[i], i).size());
       out.push_back({fmt::format("{}/{}", policy.name, label(items[i], i)), policy.settings.with(path, items[i]), 0});
     }

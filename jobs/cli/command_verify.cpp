@@ -5,8 +5,9 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "analysis/failures.h"
 #include "analysis/text_table.h"
-#include "archive/files/shell_word.h"
+#include "archive/directory/campaign_files.h"
 #include "archive/verify.h"
 #include "jobs/cli/commands.h"
 #include "jobs/cli/shared_options.h"
@@ -25,12 +26,21 @@ std::string counts_of(const Verification& found) {
   return out + "\n";
 }
 
+/// Whether the campaign's controllers need --trust; no, if that is not to be read: resume then says what is missing.
+bool runs_outside_code(const std::string& archive) {
+  try {
+    return needs_trust(read_description(Directory(archive)));
+  } catch (const std::exception&) {
+    return false;
+  }
+}
+
 /// What resume would do about the traces.
 std::string mending_of(const std::string& archive, const Verification& found) {
   if (found.packed)
     return "  it was packed before the campaign was complete; a directory can go on, this file cannot\n";
   if (found.writer) return fmt::format("  {} is writing here\n", *found.writer);
-  std::string out = fmt::format("  'graze resume {}' mends it", shell_path(archive));
+  std::string out = fmt::format("  '{}' mends it", resume_command(archive, runs_outside_code(archive)));
   if (found.left() > 0) out += fmt::format(" and simulates {} trace{}", found.left(), found.left() == 1 ? "" : "s");
   if (found.lost > 0) out += fmt::format(", of which damaged or missing shards held {}", found.lost);
   if (found.unfinished > 0) out += fmt::format("; {} were unfinished by the fault of the machine", found.unfinished);

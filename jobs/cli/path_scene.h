@@ -10,16 +10,18 @@
 
 namespace graze {
 
-/// Adds the edges of shapes to a list of lines.
+/// Adds the edges of shapes to what stands around paths.
 class ShapeOutlines {
  public:
-  explicit ShapeOutlines(std::vector<std::vector<PlotPoint>>& out) : out_(out) {}
+  explicit ShapeOutlines(PathScene& scene) : scene_(scene), out_(scene.outlines) {}
 
-  /// Boxes by their edges, cylinders, capsules and spheres by circles. Planes, meshes and terrain have none.
+  /// Boxes by their edges, cylinders, capsules and spheres by circles, heightfields by a net. Planes and meshes have
+  /// none.
   void add(const Shape& shape, const Pose& X_WG) {
     X_ = X_WG;
     const Vec3& s = shape.size;
     if (shape.kind == ShapeKind::box) return add_box(0.5 * s);
+    if (shape.kind == ShapeKind::heightfield) return add_terrain(shape);
     if (shape.kind == ShapeKind::sphere) return add_circle(s.x(), 0);
     if (shape.kind != ShapeKind::cylinder && shape.kind != ShapeKind::capsule) return;
     for (const double h : {-0.5 * s.y(), 0.5 * s.y()}) add_circle(s.x(), h);
@@ -52,6 +54,32 @@ class ShapeOutlines {
     add_line(points);
   }
 
+  /// Every n-th line of the grid along x and along y, so that none has more than so many, and the last.
+  void add_terrain(const Shape& shape) {
+    if (shape.spectrum) {
+      scene_.own_grounds = true;
+      return;
+    }
+    constexpr int kLines = 40;
+    const HeightGrid& grid = *shape.grid;
+    const auto at = [&](int ix, int iy) {
+      const double u = ix / (grid.nx - 1.0) - 0.5, v = iy / (grid.ny - 1.0) - 0.5,
+                   height = grid.height[static_cast<std::size_t>(iy * grid.nx + ix)];
+      const Vec3 p = X_ * shape.size.cwiseProduct(Vec3(u, v, height));
+      return PlotPoint{p.x(), p.y(), p.z()};
+    };
+    const auto add = [&](int lines, int points, const auto& point) {
+      const int step = (std::max(grid.nx, grid.ny) + kLines - 1) / kLines;
+      for (int i = 0; i < lines; i = i + 1 < lines ? std::min(i + step, lines - 1) : lines) {
+        std::vector<PlotPoint>& line = scene_.terrain.emplace_back();
+        for (int k = 0; k < points; ++k) line.push_back(point(i, k));
+      }
+    };
+    add(grid.ny, grid.nx, [&](int iy, int ix) { return at(ix, iy); });
+    add(grid.nx, grid.ny, at);
+  }
+
+  PathScene& scene_;
   std::vector<std::vector<PlotPoint>>& out_;
   Pose X_ = Pose::Identity();
 };
@@ -75,7 +103,7 @@ inline void add_plotted_waypoints(const Settings& settings, std::vector<PlotPoin
 /// Of the nominal world, and of the policies that are named.
 inline PathScene path_scene(const Scenario& scenario, const std::vector<std::string>& policies) {
   PathScene out;
-  ShapeOutlines outlines(out.outlines);
+  ShapeOutlines outlines(out);
   for (const Collider& one : scenario.model.colliders) {
     if (one.is_object && one.body < 0) outlines.add(one.shape, one.X_BG);
   }

@@ -218,6 +218,11 @@ TEST(Plots, PathsAreSeenFromEachSide) {
   EXPECT_NEAR(around.series[2].x[1], 2 + 2.0 / 3, 1e-12);
   EXPECT_EQ(around.series[2].x.size(), 3u) << "one line and a break: the other is far away";
   EXPECT_EQ(around.series[3].x, std::vector<double>{0.5});
+  scene = {};
+  scene.terrain = {{{0, 0, 0.1}, {1, 0, 0.2}}, {{0, 50, 0}, {1, 50, 0}}};
+  EXPECT_EQ(path(scene, {PathView::side}).series[0].y[1], 0.2) << "behind the path, where it is near";
+  EXPECT_EQ(path(scene, {PathView::side}).series[0].y.size(), 3u);
+  EXPECT_EQ(path(scene, {}).series.size(), 2u) << "from above it has no heights";
 }
 
 // Claim: angles of what floats are told of its quaternion, and go on beyond half a turn.
@@ -447,6 +452,7 @@ TEST(PlotTexts, FitTheirRoom) {
     }
     EXPECT_LE(plot_ticks(low, high, 5).size(), 12u);
   }
+  EXPECT_EQ(plot_ticks(12.3410, 12.3414, 4)[1].second, "12.3411") << "neighbours have different names";
 }
 
 }  // namespace

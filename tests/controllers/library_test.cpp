@@ -12,6 +12,7 @@
 namespace graze {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using testing::outcomes;
 using testing::Result;
@@ -114,6 +115,9 @@ TEST(Library, ReplaysAndResumesTheSameLibraryAlone) {
   const auto whole = outcomes(swing.folder / "whole.graze"), grown = outcomes(swing.folder / "part.graze");
   EXPECT_EQ(whole.digest, grown.digest);
   EXPECT_EQ(whole.invalid, grown.invalid);
+  fs::copy(swing.folder / "part.graze", swing.folder / "less.graze", fs::copy_options::recursive);
+  fs::remove(fs::directory_iterator(swing.folder / "less.graze" / "shards")->path());
+  EXPECT_THAT(swing.graze("verify less.graze").out, HasSubstr("'graze resume less.graze --trust' mends it"));
   const std::string well = std::to_string(whole.digest.begin()->first),
                     ill = std::to_string(whole.invalid.begin()->first);
   for (const std::string& replay : {well + " --trust", ill + " --trust", well + " --trust -o well.csv"}) {
@@ -134,6 +138,18 @@ TEST(Library, ReplaysAndResumesTheSameLibraryAlone) {
     EXPECT_EQ(refused.code, 2) << verb;
     EXPECT_THAT(refused.err, HasSubstr("is another library than the one that was meant: SHA-256"));
   }
+}
+
+// A misspelt key would make policies that do not differ, under names that say they do.
+TEST(Library, WarnsOfValuesOverASettingThatIsNotThere) {
+  const Swing swing;
+  swing.write("file: odd.so, settings: {does: nothing, above: 0.22}",
+              "torque: {}}, over: {library.settings.abov: [0.1, 0.2]");
+  const Result check = swing.graze("check swing.yaml");
+  EXPECT_EQ(check.code, 0) << check.err;
+  EXPECT_THAT(check.out + check.err,
+              AllOf(HasSubstr("abov is none of the settings that stand there (does, above, at swing.yaml:13:"),
+                    HasSubstr("; did you mean above?; the controller gets it beside them")));
 }
 
 // Particles that cannot be made are made nowhere.

@@ -122,6 +122,9 @@ class PoliciesTest(unittest.TestCase):
         with self.assertRaisesRegex(graze.GrazeError, "first.graze"):  # is there already
             self.run_policy("first", Given(kp=6.0, kd=0.1))
         self.assertEqual(self.program("resume", first.path, "-n", 4, "--trust", "--quiet").returncode, 0)
+        next((first.path / "shards").iterdir()).unlink()
+        with self.assertRaisesRegex(graze.CampaignError, "lacks .*'graze resume .*first.graze --trust' simulates"):
+            graze.open(first.path)
 
     def test_what_fails_leaves_nothing_behind(self):
         with self.assertRaisesRegex(graze.GrazeError, r"ends wrongly \(Wrong-.*\.py:\d+\)"):

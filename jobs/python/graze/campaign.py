@@ -7,6 +7,7 @@ import json
 import operator
 import os
 import pathlib
+import shlex
 import struct
 from typing import Dict, Iterator, List, Optional, Tuple, Union
 
@@ -190,6 +191,11 @@ class Campaign:
                 return self.path / name
         raise CampaignError(f"{self.path}: is no campaign: it has no whole campaign.h5")
 
+    def _resume(self) -> str:
+        """The command that goes on with the campaign."""
+        outside = any(name.endswith(".sha256") for name in self.inputs)  # sums of controllers' files
+        return f"graze resume {shlex.quote(os.fspath(self.path))}{' --trust' if outside else ''}"
+
     def _find_parts(self) -> List[pathlib.Path]:
         if self.path.is_file():
             return [self.path]
@@ -197,12 +203,12 @@ class Campaign:
         seals = {part: _sealed(part) for part in parts}
         for part, seal in seals.items():
             if seal is None:
-                raise CampaignError(f"{part}: was cut short or changed; 'graze resume {self.path}' mends the campaign")
+                raise CampaignError(f"{part}: was cut short or changed; '{self._resume()}' mends the campaign")
             self._check_version(part, "graze-shard")
         lost = sorted(name for name, seal in self._manifest().items() if seal not in seals.values())
         if lost:
             raise CampaignError(f"{self.path}: lacks {', '.join(lost[:3])}{', …' if len(lost) > 3 else ''} of its shards; "
-                                f"'graze resume {self.path}' simulates them again")
+                                f"'{self._resume()}' simulates them again")
         return parts
 
     def _manifest(self) -> Dict[str, Tuple[int, int]]:
