@@ -1,11 +1,15 @@
 #include "engine/library/library_use.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <pthread.h>
 
 #include <array>
 #include <filesystem>
+#include <list>
 #include <map>
+#include <mutex>
+#include <set>
 #include <utility>
 
 #include "engine/library/meant_files.h"
@@ -50,6 +54,22 @@ bool is_forked_copy() { return forked_copy.load(std::memory_order_relaxed); }
 LibraryCallHere& library_call_here() {
   thread_local LibraryCallHere here;
   return here;
+}
+
+namespace {
+std::atomic<const char*> loaded_names{nullptr};
+}
+
+const char* libraries_loaded() { return loaded_names.load(std::memory_order_acquire); }
+
+void add_loaded_library(const std::string& name) {
+  static std::mutex changing;
+  static std::set<std::string> names;
+  static std::list<std::string> texts;  // a handler may be reading an older one
+  const std::lock_guard<std::mutex> lock(changing);
+  if (!names.insert(name).second) return;
+  texts.push_back(fmt::format("{}", fmt::join(names, ", ")));
+  loaded_names.store(texts.back().c_str(), std::memory_order_release);
 }
 
 const char* name_of(LibraryCall call) {

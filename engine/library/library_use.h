@@ -114,6 +114,11 @@ struct LibraryCallHere {
   const char* file = nullptr;  // name of the library
 };
 LibraryCallHere& library_call_here();
+/// The libraries that this process has loaded ("walk.so, lift.so"), whose own threads are in no call; null: none. May
+/// be asked in a handler of signals.
+const char* libraries_loaded();
+/// One more, by its name.
+void add_loaded_library(const std::string& name);
 /// Whether this process is a copy that a library has made of it by fork(). Known once libraries have been allowed.
 bool is_forked_copy();
 

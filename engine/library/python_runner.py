@@ -21,18 +21,49 @@ OWN_NAME = "<graze>"  # in tracebacks, which leave these lines out
 STAGE_LOAD, STAGE_CREATE, STAGE_RESET, STAGE_ACT = 1, 2, 3, 4  # as LibraryCall
 
 
+class Settings(dict):
+    """What the scenario says under `settings`. A key that is not there is told with its nearest."""
+
+    def __missing__(self, key):
+        raise KeyError(Told(unknown(key, sorted(map(str, self)), "the settings have no")))
+
+
+class Told(str):
+    """A text that KeyError shows as it stands, not between quotes."""
+
+    def __repr__(self):
+        return str(self)
+
+
+class Names(list):
+    """Names of joints or links. One that is not there is told with its nearest."""
+
+    def __init__(self, what, names):
+        super().__init__(names)
+        self._what = what
+
+    def index(self, name, *range_):
+        try:
+            return super().index(name, *range_)
+        except ValueError:
+            raise ValueError(unknown(name, self, f"the robot has no {self._what}")) from None
+
+
 class Robot:
     """The nominal robot: what a controller may know of it before it sees anything."""
 
     def __init__(self, setup, np):
         self.lanes = setup["lanes"]          # robots per call
         self.period = setup["period"]        # s, between two calls of act() for a lane
-        self.joint_names = setup["joints"]   # the driven joints, in the order of all arrays
-        self.link_names = setup["links"]     # in the order of link_force and link_push
+        self.joint_names = Names("driven joint", setup["joints"])  # in the order of all arrays
+        self.link_names = Names("link", setup["links"])            # in the order of link_force and link_push
         self.slides = np.array(setup["slides"], dtype=bool)  # [joints]: True: m and N; False: rad and N m
         for name in ("lower", "upper", "effort", "speed", "initial"):
             setattr(self, name, np.array(setup[name], dtype=np.float64))  # [joints]
         self.urdf = setup["urdf"]            # its text; "" where Graze has none at hand
+
+    def __getattr__(self, name):
+        raise AttributeError(unknown(name, sorted(vars(self)), "the robot has no"))
 
 
 class Observation:
@@ -132,7 +163,7 @@ class Session:
         self.reads[0] = self.groups(reads, setup["observation"])
         self.hide_unread(reads, setup["observation"])
         self.stage[0] = STAGE_CREATE
-        self.controller = made(Robot(setup, np), setup["settings"])
+        self.controller = made(Robot(setup, np), Settings(setup["settings"]))
         self.arithmetic = arithmetic()  # as its libraries have left it, the same for all robots
         self.reset = getattr(self.controller, "reset", None)
 

@@ -80,6 +80,7 @@ SharedObject::SharedObject(const LibraryUse& use) : file_(std::filesystem::path(
     if (symbol) table_ = reinterpret_cast<const GrazePolicy* (*)()>(symbol)();
   }
   before.restore();  // libraries that were built with -ffast-math flush small numbers from their loading on
+  if (problem.empty()) add_loaded_library(file_);
   if (!problem.empty()) place.fail(fmt::format("{}: cannot be loaded: {}", use.file, one_line(problem)));
   if (!symbol) {
     place.fail(

@@ -33,16 +33,6 @@ std::atomic<bool> at_work{false};  // a MainAtWork lives
 
 bool in_child() { return getpid() != process; }  // its parent reports
 
-[[noreturn]] void leave(const char* what) {
-  while (crash_told.test_and_set()) pause();
-  say_safely("graze: internal error: ");
-  say_safely(what);
-  say_safely(", in the program or a library that it uses, perhaps for want of memory");
-  say_safely(advice.data());
-  say_safely("\n");
-  _exit(kMachineFailed);
-}
-
 /// A name of a file on one line, whatever it is made of.
 void say_name(const char* name) {
   std::array<char, 2> one{};
@@ -51,6 +41,21 @@ void say_name(const char* name) {
     one[0] = code < 0x20 || code == 0x7f ? '?' : *name;
     say_safely(one.data());
   }
+}
+
+[[noreturn]] void leave(const char* what) {
+  while (crash_told.test_and_set()) pause();
+  say_safely("graze: internal error: ");
+  say_safely(what);
+  say_safely(", in the program or a library that it uses, perhaps for want of memory");
+  if (const char* const loaded = libraries_loaded()) {
+    say_safely(", or in a thread of a controller that isolation: none has put into the program (");
+    say_name(loaded);
+    say_safely(")");
+  }
+  say_safely(advice.data());
+  say_safely("\n");
+  _exit(kMachineFailed);
 }
 
 /// A controller in the program itself has crashed. This runs in a handler: no memory is taken.
@@ -107,11 +112,11 @@ void on_crash(int number, siginfo_t* info, void*) {
 }
 
 /// HDF5 1.10 leaves the program by exit(-1) if it finds no memory for an identifier (H5I_register). A thread that a
-/// controller in the program itself has started may call exit(0), which would look like a success.
+/// controller in the program itself has started may call exit(), whose code would look like a verdict.
 [[maybe_unused]] void on_exit_of_library(int status, void*) {
   const LibraryCallHere here = library_call_here();
   if (here.call != LibraryCall::none && !in_child()) leave_by(here, status);
-  if (status == 0 && at_work && !in_child()) leave("exit(0) before the work was done");
+  if (status != -1 && at_work && !in_child()) leave(fmt::format("exit({}) before the work was done", status).c_str());
   if (status != -1) return;
   if (!in_child()) leave("exit(-1)");
   std::signal(SIGABRT, SIG_DFL);

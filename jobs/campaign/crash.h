@@ -6,14 +6,14 @@
 
 namespace graze {
 
-/// From now on SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT (std::terminate), exit(-1), and exit(0) while a MainAtWork
+/// From now on SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT (std::terminate), exit(-1), and exit() while a MainAtWork
 /// lives, end this process with a message and exit code 3, and so does exit() within a call into a controller, which is
 /// named; `directory` can be resumed then, if it is not empty (`trust`: with --trust). Other threads whose stack may
 /// overflow need a SignalStack; the calling one, the main thread, gets its own. Child processes die by them as ever.
 /// Not where somebody else (a sanitizer, a debugger's hooks) handles them.
 void contain_crashes(const std::string& directory = "", bool trust = false);
 
-/// main() has not come to its end: whatever calls exit(0) meanwhile has not done what the program is for.
+/// main() has not come to its end: whatever calls exit() meanwhile has not done what the program is for.
 class MainAtWork {
  public:
   MainAtWork();

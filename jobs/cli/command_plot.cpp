@@ -14,6 +14,7 @@
 #include "analysis/report_data.h"
 #include "archive/files/files.h"
 #include "archive/files/parent_folders.h"
+#include "archive/files/shell_word.h"
 #include "archive/files/utf8.h"
 #include "archive/hdf5/reading_child.h"
 #include "jobs/campaign/archived_scenario.h"
@@ -71,6 +72,10 @@ std::vector<std::string> ordered_pictures(const PlotArguments& arguments, bool& 
   names.emplace_back("all");
   for (const std::string& one : arguments.pictures) {
     if (std::find(names.begin(), names.end(), one) != names.end()) continue;
+    if (std::find(names.begin(), names.end(), arguments.archive) != names.end() && fs::exists(one)) {
+      throw InputError(
+          fmt::format("plot: the archive stands first: graze plot {} {}", shell_path(one), arguments.archive));
+    }
     const std::string near = nearest(one, names);
     throw InputError(fmt::format("plot: {}: there is no such picture; {}there are: {}", one,
                                  near.empty() ? "" : fmt::format("nearest: {}; ", near), listed_pictures()));

@@ -93,12 +93,22 @@ static void* leave_well(void* unused) {
   exit(0);
   return unused;
 }
+static void* leave_ill(void* unused) {
+  exit(9);
+  return unused;
+}
+static void* crash_apart(void* unused) {
+  *(volatile int*)8 = 1;
+  return unused;
+}
 
 /* What touches the process as a whole. */
 static void err_aside(Odd* self, double time) {
   pthread_t other;
   if (does(self, "exit_well")) exit(0);
   if (does(self, "exit_thread") && pthread_create(&other, NULL, leave_well, NULL) == 0) pause();
+  if (does(self, "exit_thread_ill") && pthread_create(&other, NULL, leave_ill, NULL) == 0) pause();
+  if (does(self, "crash_thread") && pthread_create(&other, NULL, crash_apart, NULL) == 0) pause();
   if (does(self, "fork_back") && time < 0.0105) fork(); /* both go on */
   if (does(self, "freeze") && pthread_create(&other, NULL, stop_soon, NULL) == 0) usleep(100000);
   if (does(self, "vanish")) {

@@ -76,6 +76,17 @@ TEST(Python, RefusesWhatCannotBeMade) {
   testing::write_file(swing.folder / "lost.py", "\nimport no_such_module_anywhere\n");
   refused("file: lost.py",
           "lost.py: loading it raised ModuleNotFoundError: No module named 'no_such_module_anywhere' (lost.py:2)");
+  const std::pair<const char*, const char*> asked[] = {
+      {"settings['kpp']", "KeyError: the settings have no 'kpp'; did you mean kp? there are: kp"},
+      {"robot.joints", "AttributeError: the robot has no 'joints'; did you mean joint_names?"},
+      {"robot.joint_names.index('hing')",
+       "ValueError: the robot has no driven joint 'hing'; did you mean hinge? there are: hinge"}};
+  for (const auto& [what, text] : asked) {
+    testing::write_file(swing.folder / "asks.py",
+                        std::string("class Asks:\n  def __init__(self, robot, settings):\n    ") + what +
+                            "\n  def act(self, seen, targets):\n    pass\n");
+    refused("file: asks.py, class: Asks, settings: {kp: 1}", std::string("__init__() raised ") + text);
+  }
   refused("file: odd.py, class: Odd, settings: [1, 2]", "settings: must be a map");
   refused("file: odd.py, class: Odd, settings: 3", "settings: must be a map");
   refused("file: odd.py, class: Odd", "interpreter 'pyton3' cannot be started: No such file or directory", "pyton3");

@@ -135,6 +135,7 @@ TEST(PlotOfFamilies, HasAsManyBarsAsPolicies) {
 TEST_F(Plot, RefusesWhatItCannotDraw) {
   refused("plot a.graze", {"no PICTURE", "success, failures, margins", "or all"});
   refused("plot a.graze sucess", {"sucess", "nearest: success"});
+  refused("plot success a.graze", {"the archive stands first: graze plot a.graze success"});
   refused("plot a.graze success --size 640", {"--size 640", "WIDTHxHEIGHT"});
   refused("plot a.graze success --size 1x640", {"--size"});
   refused("plot a.graze success --theme blue", {"--theme", "light"});
