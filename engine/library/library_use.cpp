@@ -63,13 +63,18 @@ std::atomic<const char*> loaded_names{nullptr};
 const char* libraries_loaded() { return loaded_names.load(std::memory_order_acquire); }
 
 void add_loaded_library(const std::string& name) {
-  static std::mutex changing;
-  static std::set<std::string> names;
-  static std::list<std::string> texts;  // a handler may be reading an older one
-  const std::lock_guard<std::mutex> lock(changing);
-  if (!names.insert(name).second) return;
-  texts.push_back(fmt::format("{}", fmt::join(names, ", ")));
-  loaded_names.store(texts.back().c_str(), std::memory_order_release);
+  // Never destroyed: whoever handles exit() reads them after the static objects are gone, and a handler of signals may
+  // be reading an older text.
+  struct Loaded {
+    std::mutex changing;
+    std::set<std::string> names;
+    std::list<std::string> texts;
+  };
+  static auto& loaded = *new Loaded;
+  const std::lock_guard<std::mutex> lock(loaded.changing);
+  if (!loaded.names.insert(name).second) return;
+  loaded.texts.push_back(fmt::format("{}", fmt::join(loaded.names, ", ")));
+  loaded_names.store(loaded.texts.back().c_str(), std::memory_order_release);
 }
 
 const char* name_of(LibraryCall call) {
