@@ -11,10 +11,12 @@ import inspect
 import json
 import mmap
 import os
+import re
 import signal
 import sys
 import traceback
 import types
+import warnings
 
 SOCKET, MEMORY = 3, 4
 OWN_NAME = "<graze>"  # in tracebacks, which leave these lines out
@@ -91,7 +93,12 @@ class Targets:
         raise AttributeError(unknown(name, list(self._arrays), "targets have no"))
 
     def __setattr__(self, name, value):
-        self.__getattr__(name)[...] = value
+        array = self.__getattr__(name)
+        if not isinstance(value, (int, float)):
+            value = sys.modules["numpy"].asarray(value)
+            if value.dtype.kind not in "biuf":
+                raise TypeError(f"targets.{name} takes real numbers, and this is {described(value)} of {value.dtype}")
+        array[...] = value
 
 
 def unknown(name, names, what):
@@ -145,6 +152,9 @@ class Session:
         import numpy as np
 
         self.np = np
+        dropped = getattr(getattr(np, "exceptions", np), "ComplexWarning", None)
+        if dropped is not None:  # what is not real is a mistake
+            warnings.filterwarnings("error", category=dropped)
         self.memory = mmap.mmap(MEMORY, setup["size"])
         at = setup["offsets"]
         self.file = setup["file"]
@@ -250,11 +260,22 @@ def told_in_one(error):
 
 
 def shape_hint(error, lanes):
-    """What is missing in an array that does not go with those of Graze."""
-    if not isinstance(error, ValueError) or "broadcast" not in str(error) or f",{lanes})" not in str(error):
+    """What is wrong with an array that does not go with those of Graze."""
+    if not isinstance(error, ValueError) or "broadcast" not in str(error):
         return ""
-    return (f"; arrays of Graze are [quantity, lane] with {lanes} lanes, so that one value for each quantity wants "
-            "[:, None] behind it")
+    shapes = [tuple(map(int, re.findall(r"\d+", one))) for one in re.findall(r"\([\d,]+\)", str(error))]
+    ours = next((one for one in shapes if one[-1:] == (lanes,)), None)
+    theirs = next((one for one in shapes if one != ours), None)
+    if ours is None or theirs is None:
+        return ""
+    begin = f"; arrays of Graze are [quantity, lane] with {lanes} lanes"
+    if len(ours) == 1:
+        return f"{begin}, so that one quantity takes {lanes} values, or one number for all"
+    if theirs == ours[::-1]:
+        return f"{begin}, and this one is transposed: .T turns it"
+    if theirs == ours[:1]:
+        return f"{begin}, so that one value for each quantity wants [:, None] behind it"
+    return f"{begin}, here of shape {ours}, and this one is of shape {theirs}"
 
 
 def explain(error, setup):

@@ -36,6 +36,14 @@ class Odd:
             observation.base_rpy
         if self.does == "shape":
             targets.position[:] = np.zeros(3)
+        if self.does == "complex":
+            targets.position = observation.joint_position + 1j
+        if self.does == "complex_in_place":
+            targets.position[:] = observation.joint_position + 1j
+        if self.does == "text":
+            targets.position = "0.1"
+        if self.does == "none":
+            targets.position = None
         height = observation.base_position[2]
         begins = active & np.isnan(self.start_height)
         self.start_height[begins] = height[begins]

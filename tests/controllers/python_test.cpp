@@ -18,6 +18,7 @@ namespace graze {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::AnyOf;
 using ::testing::HasSubstr;
 using testing::kInterpreter;
 using ::testing::MatchesRegex;
@@ -263,7 +264,13 @@ TEST(Python, MistakesWithArraysSayWhatIsWanted) {
               HasSubstr("observation.base_rpy is not sensed, since the class's reads = ('joint_position', "
                         "'base_position') does not name it; add 'base_rpy' to reads"));
   EXPECT_THAT(reason("shape"),
-              AllOf(HasSubstr("into shape (1,8)"), HasSubstr("[quantity, lane]"), HasSubstr("[:, None]")));
+              AllOf(HasSubstr("into shape (1,8)"), HasSubstr("[quantity, lane]"), HasSubstr("shape (3,)")));
+  for (const char* does : {"complex", "complex_in_place", "text", "none"}) {
+    EXPECT_THAT(reason(does),
+                AnyOf(HasSubstr("TypeError: targets.position takes real numbers, and this is an array of shape"),
+                      HasSubstr("ComplexWarning: Casting complex values")))
+        << does;
+  }
 }
 
 // The other interpreter that has what is missing is named.

@@ -179,6 +179,28 @@ class BadControl(Given):
         """Is not asked."""
 
 
+class TestRunner(unittest.TestCase):
+    """What runs controllers, alone."""
+
+    def test_arrays_that_do_not_fit_are_told_what_they_lack(self):
+        text = (SOURCE / "engine/library/python_runner.py").read_text()
+        self.assertTrue(text.endswith("\nmain()\n"))
+        runner = {"__name__": "runner"}
+        exec(text[:-len("main()\n")], runner)
+        for given, told in [(np.zeros(12), "[:, None]"), (np.zeros((8, 12)), ".T"), (np.zeros((5, 1)), r"shape \(5, 1\)"),
+                            (np.zeros((12, 3)), r"here of shape \(12, 8\)")]:
+            with self.assertRaises(ValueError) as raised:
+                np.zeros((12, 8))[:] = given
+            self.assertRegex(runner["shape_hint"](raised.exception, 8), told)
+        with self.assertRaises(ValueError) as raised:
+            np.zeros((12, 8))[0] = [0.1, 0.2]
+        self.assertIn("8 values, or one number", runner["shape_hint"](raised.exception, 8))
+        with self.assertRaises(ValueError) as raised:
+            np.zeros((12, 8)) + np.zeros(12)
+        self.assertIn("[:, None]", runner["shape_hint"](raised.exception, 8))
+        self.assertEqual(runner["shape_hint"](ValueError("broadcast"), 8), "")
+
+
 class Wrong:
     def __init__(self, robot, settings):
         raise ValueError("ends wrongly")
