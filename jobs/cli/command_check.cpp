@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <iostream>
 #include <map>
@@ -289,8 +290,16 @@ void write_urdf(const CheckArguments& arguments, const ScenarioArguments& source
 
 /// Whether traces depend on what they may depend on alone.
 int check_determinism(const Scenario& scenario) {
-  const std::vector<PromiseReport> reports = check_promises(scenario, 0);
-  std::cout << promises_text(reports);
+  using Clock = std::chrono::steady_clock;
+  constexpr std::chrono::seconds kSilence(5);
+  Clock::time_point told = Clock::now();
+  const auto begins = [&](const std::string& policy, const std::string& what, std::size_t done, std::size_t all) {
+    if (Clock::now() - told < kSilence) return;
+    told = Clock::now();
+    spdlog::info("policy {}: {} of {} simulations done; now {}", printable(policy), done, all, what);
+  };
+  const auto ends = [](const PromiseReport& report) { std::cout << promise_text(report) << std::flush; };
+  const std::vector<PromiseReport> reports = check_promises(scenario, 0, begins, ends);
   const bool kept = std::all_of(reports.begin(), reports.end(), [](const auto& one) {
     return one.broken.empty() && one.mixed_up == 0 && (one.compared() || one.unfinished > 0);
   });

@@ -106,8 +106,14 @@ Finding python_finding(const fs::path& program, const char* what_for) {
     return {"tools", kDefaultInterpreter, Health::good,
             fmt::format("{}: {}; for {}", program.string(), environment, what_for)};
   }
-  return {"tools", kDefaultInterpreter, Health::note,
-          fmt::format("{}: has no NumPy, which {} need", program.string(), what_for),
+  const std::string none = fmt::format("{}: has no NumPy, which {} need", program.string(), what_for);
+  const std::string other = program == kSystemInterpreter ? "" : python_environment(kSystemInterpreter);
+  if (!other.empty()) {
+    return {"tools", kDefaultInterpreter, Health::note, none,
+            fmt::format("{0} has it ({1}); name that in the scenario: python: {{interpreter: {0}}}", kSystemInterpreter,
+                        other)};
+  }
+  return {"tools", kDefaultInterpreter, Health::note, none,
           fmt::format("apt-get install python3-numpy; or {} -m pip install numpy; or name another one in the scenario: "
                       "python: {{interpreter: .venv/bin/python}}",
                       program.string())};

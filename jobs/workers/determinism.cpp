@@ -34,21 +34,30 @@ class PromiseCheck {
         source_(scenario, scenario.seed, scenario.particles),
         elsewhere_(controllers_elsewhere(scenario, scenario.seed, scenario.particles, watchdog)) {}
 
-  PromiseReport of(int policy) const {
+  PromiseReport of(int policy, const SimulationBegins& begins) const {
     PromiseReport out;
     out.policy = scenario_.policies[static_cast<std::size_t>(policy)].name;
     const auto block = std::min<std::uint64_t>(count_, kLanes);
     std::vector<std::uint32_t> first, reversed;
     for (std::uint32_t id = 0; id < block; ++id) first.push_back(id);
     for (auto id = static_cast<std::uint32_t>(count_); id-- > 0;) reversed.push_back(id);
+    std::size_t done = 0;
+    const auto tell = [&](const std::string& what) {
+      if (begins) begins(out.policy, what, done, 3 + first.size());
+      ++done;
+    };
     TraceWatch watch;
     ContainedRun run(scenario_, scenario_.seed, watch, elsewhere_);
+    tell(fmt::format("{} particles", first.size()));
     const Records reference = simulate(run, policy, first, out);
     out.particles = reference.size();
     for (const auto& [id, record] : reference) out.invalid += record.outcome == Outcome::invalid;
+    tell("the same again");
     compare(reference, simulate(run, policy, first, out), "a second time by the same controller", out);
+    tell(fmt::format("{} particles in reverse order", reversed.size()));
     compare(reference, simulate(run, policy, reversed, out), "in other lanes, beside and after others", out);
     for (const std::uint32_t id : first) {
+      tell(fmt::format("particle {} alone", id));
       ContainedRun fresh(scenario_, scenario_.seed, watch, elsewhere_);
       compare(reference, simulate(fresh, policy, {id}, out), "alone, by a fresh controller", out);
     }
@@ -107,30 +116,31 @@ std::string verdict_of(const PromiseReport& report) {
 
 }  // namespace
 
-std::vector<PromiseReport> check_promises(const Scenario& scenario, double watchdog) {
+std::vector<PromiseReport> check_promises(const Scenario& scenario, double watchdog, const SimulationBegins& begins,
+                                          const std::function<void(const PromiseReport&)>& ends) {
   try_controllers(scenario);
   const PromiseCheck check(scenario, watchdog);
   std::vector<PromiseReport> out;
-  for (std::size_t i = 0; i < scenario.policies.size(); ++i) out.push_back(check.of(static_cast<int>(i)));
+  for (std::size_t i = 0; i < scenario.policies.size(); ++i) {
+    out.push_back(check.of(static_cast<int>(i), begins));
+    if (ends) ends(out.back());
+  }
   return out;
 }
 
-std::string promises_text(const std::vector<PromiseReport>& reports) {
-  constexpr std::size_t kShown = 5;  // of each policy
-  std::string out;
-  for (const PromiseReport& report : reports) {
-    const std::string invalid = report.invalid > 0 ? fmt::format(", {} of them invalid", report.invalid) : "";
-    out += fmt::format("{}: {} particles{}, {} comparisons: {}\n", report.policy, report.particles, invalid,
-                       report.comparisons, verdict_of(report));
-    if (report.mixed_up > 0) {
-      out += fmt::format("  beside others, and no more when each robot was alone: {}\n", printable(report.failed));
-    }
-    for (std::size_t i = 0; i < std::min(kShown, report.broken.size()); ++i) {
-      const BrokenPromise& one = report.broken[i];
-      out += fmt::format("  particle {}, {}: {}\n", one.particle, one.company, one.difference);
-    }
-    if (report.broken.size() > kShown) out += fmt::format("  … {} more\n", report.broken.size() - kShown);
+std::string promise_text(const PromiseReport& report) {
+  constexpr std::size_t kShown = 5;
+  const std::string invalid = report.invalid > 0 ? fmt::format(", {} of them invalid", report.invalid) : "";
+  std::string out = fmt::format("{}: {} particles{}, {} comparisons: {}\n", report.policy, report.particles, invalid,
+                                report.comparisons, verdict_of(report));
+  if (report.mixed_up > 0) {
+    out += fmt::format("  beside others, and no more when each robot was alone: {}\n", printable(report.failed));
   }
+  for (std::size_t i = 0; i < std::min(kShown, report.broken.size()); ++i) {
+    const BrokenPromise& one = report.broken[i];
+    out += fmt::format("  particle {}, {}: {}\n", one.particle, one.company, one.difference);
+  }
+  if (report.broken.size() > kShown) out += fmt::format("  … {} more\n", report.broken.size() - kShown);
   return out;
 }
 

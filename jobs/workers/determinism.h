@@ -3,6 +3,7 @@
 // lane, nor on neighbours, nor on what was simulated before.
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -30,11 +31,18 @@ struct PromiseReport {
   bool compared() const { return invalid < particles && comparisons > 0; }
 };
 
-/// Simulates a block of particles of each policy four times: as it is, again by the same controller, in reverse order
-/// beside others, and each alone by a fresh controller. Throws InputError as try_controllers().
-std::vector<PromiseReport> check_promises(const Scenario& scenario, double watchdog);
+/// Told of each simulation of a policy before it: "particle 3 alone", how many are done, of how many.
+using SimulationBegins =
+    std::function<void(const std::string& policy, const std::string& what, std::size_t done, std::size_t all)>;
 
-/// As a table for people.
-std::string promises_text(const std::vector<PromiseReport>& reports);
+/// Simulates a block of particles of each policy four times: as it is, again by the same controller, in reverse order
+/// beside others, and each alone by a fresh controller. `ends` is given each policy's report as soon as it is there.
+/// Throws InputError as try_controllers().
+std::vector<PromiseReport> check_promises(const Scenario& scenario, double watchdog,
+                                          const SimulationBegins& begins = {},
+                                          const std::function<void(const PromiseReport&)>& ends = {});
+
+/// As lines for people.
+std::string promise_text(const PromiseReport& report);
 
 }  // namespace graze

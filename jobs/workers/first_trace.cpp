@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 
 #include "archive/files/utf8.h"
@@ -20,6 +21,20 @@ bool moves_by_torque(const PolicySpec& policy) {
   return control && (control->find("torque") || control->find("joint_pd"));
 }
 
+/// Joints whose torque was at least 95 % of its nominal limit in 90 % of the frames: what targets in other units do, or
+/// of the wrong sign, or for other joints. The first frame is before the first step.
+std::vector<std::string> joints_at_limit(const Model& model, const std::vector<double>& torques) {
+  const std::size_t na = model.actuated.size(), frames = na == 0 ? 0 : torques.size() / na;
+  std::vector<std::string> out;
+  for (std::size_t k = 0; k < na; ++k) {
+    const Body& body = model.bodies[static_cast<std::size_t>(model.actuated[k])];
+    std::size_t at_limit = 0;
+    for (std::size_t i = 1; i < frames; ++i) at_limit += std::abs(torques[i * na + k]) >= 0.95 * body.effort;
+    if (body.effort > 0 && std::isfinite(body.effort) && at_limit * 10 > (frames - 1) * 9) out.push_back(body.joint);
+  }
+  return out;
+}
+
 FirstTrace trace_of(const Scenario& scenario, const Particle& particle, int policy, const RunElsewhere& elsewhere) {
   const PolicySpec& spec = scenario.policies[static_cast<std::size_t>(policy)];
   FirstTrace out{.policy = spec.name};
@@ -35,6 +50,7 @@ FirstTrace trace_of(const Scenario& scenario, const Particle& particle, int poli
     if (record.outcome == Outcome::invalid) out.invalid = record.invalid_reason;
     out.limp =
         !torques.empty() && moves_by_torque(spec) && std::ranges::all_of(torques, [](double t) { return t == 0; });
+    out.at_limit = joints_at_limit(scenario.model, torques);
   }
   return out;
 }
@@ -64,6 +80,14 @@ std::string problem_of(const FirstTrace& trace) {
   const std::string begin = fmt::format("policy {}, particle 0: ", printable(trace.policy));
   if (!trace.unfinished.empty()) return begin + printable(trace.unfinished) + "; its trace would be left unfinished";
   if (!trace.invalid.empty()) return begin + printable(trace.invalid) + "; its trace would be invalid";
+  if (!trace.at_limit.empty()) {
+    const std::size_t joints = trace.at_limit.size();
+    return begin + fmt::format(
+                       "the torque of {} ({}{}) is at its limit nearly all the time; are the targets in rad, "
+                       "m and N m, of the right sign, and in the order of the robot's joints?",
+                       joints == 1 ? "a joint" : fmt::format("{} joints", joints), printable(trace.at_limit[0]),
+                       joints == 1 ? "" : ", …");
+  }
   if (!trace.limp) return "";
   return begin +
          "all torques are 0 from beginning to end: the robot is limp; the tracker 'torque' uses targets.torque, "

@@ -13,6 +13,7 @@ struct FirstTrace {
   std::string policy;
   std::string invalid = {}, unfinished = {};  // why; both empty: it has an outcome
   bool limp = false;                          // all torques were 0 from beginning to end
+  std::vector<std::string> at_limit = {};     // joints whose torque was at its limit nearly all the time
 };
 
 /// Simulates particle 0 under each policy from outside, where and as a campaign does. Throws as try_controllers(),

@@ -175,6 +175,10 @@ TEST(Python, CheckSimulatesOneTrace) {
   expect("limp", 0, "policy still, particle 0: all torques are 0 from beginning to end: the robot is limp");
   expect("raise", 1, "policy still, particle 0: odd.py: act() at 0.01 s raised RuntimeError");
   expect("killed", 3, "its trace would be left unfinished");
+  std::string weak = testing::kSwingUrdf;
+  weak.replace(weak.find("</joint>"), 0, "<limit effort=\"0.001\" velocity=\"100\"/>");
+  testing::write_file(swing.folder / "swing.urdf", weak);
+  expect("nothing", 0, "policy still, particle 0: the torque of a joint (hinge) is at its limit nearly all the time");
 }
 
 TEST(Python, ChangedRoundingCostsItsParticleAlone) {

@@ -171,7 +171,7 @@ TEST_F(Doctor, TellsWhetherPythonHasNumPy) {
     return doctor("room", "PATH='" + (room / "bin").string() + "'").out;
   };
   EXPECT_THAT(told_of("exit 1"), AllOf(HasSubstr("bin/python3: has no NumPy, which controllers of your own in Python"),
-                                       HasSubstr("apt-get install python3-numpy")));
+                                       HasSubstr("/usr/bin/python3 has it (Python ")));
   EXPECT_THAT(told_of("echo Python 3.99.1, NumPy 9.8"), HasSubstr("bin/python3: Python 3.99.1, NumPy 9.8; for contr"));
 }
 

@@ -220,6 +220,7 @@ class BlockTest(unittest.TestCase):
                             (lambda: self.block([1.9]), "particles: an id is a whole number, not 1.9"),
                             (lambda: self.block(10**8), "100000000 are asked for; a block has 1 to 8"),
                             (lambda: self.block(1).run_until(float("nan")), "run_until: nan is no time"),
+                            (lambda: self.block(1).run_until("1 s"), "run_until: '1 s' is no time; a number of seconds"),
                             (lambda: self.block(1).events("3"), "events: a lane is a whole number, not '3'"),
                             (lambda: self.block(1).events(-1), "lane -1: there are 1")):
             with self.assertRaisesRegex(graze.GrazeError, text) as told:

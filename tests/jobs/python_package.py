@@ -188,6 +188,8 @@ class PackageTest(unittest.TestCase):
             graze.run("quadruped_cub", output=self.folder / "no.graze")
         self.assertEqual(refused.exception.code, 2)
         self.assertIn("quadruped_curb", str(refused.exception))
+        with self.assertRaisesRegex(graze.GrazeError, "run: n is a whole number, not 'eight'"):
+            graze.run("quadruped_curb", n="eight", output=self.folder / "no.graze")
         with self.assertRaisesRegex(FileNotFoundError, "no such program"):
             graze.run("quadruped_curb", program="grase")
 

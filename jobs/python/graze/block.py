@@ -2,7 +2,6 @@
 from __future__ import annotations
 
 import dataclasses
-import operator
 import os
 import pathlib
 import shutil
@@ -16,7 +15,7 @@ import pandas as pd
 
 from .campaign import EVENT_COLUMNS
 from .controllers import Policies, WrittenPolicies, needs_trust
-from .errors import GrazeError, nearest
+from .errors import GrazeError, nearest, whole
 from .program import PathLike, overrides
 from .shipped import scenario_file
 
@@ -96,8 +95,12 @@ class Block:
 
     def run_until(self, time: float) -> bool:
         """Steps until `time` (s), or until every trace has ended. Returns whether any goes on."""
-        if not float(time) >= 0:
-            raise GrazeError(2, f"run_until: {time} is no time; s from 0 on")
+        try:
+            begun = float(time) >= 0
+        except (TypeError, ValueError):
+            begun = False
+        if not begun:
+            raise GrazeError(2, f"run_until: {time!r} is no time; a number of seconds from 0 on")
         return self._guarded(self._inner.run_until, float(time))
 
     def run(self) -> "Block":
@@ -121,7 +124,7 @@ class Block:
             if which.shape != (len(self.particles),):
                 raise GrazeError(2, f"stop: an array of {which.size} truth values for {len(self.particles)} lanes")
             which = np.flatnonzero(which)
-        self._guarded(self._inner.stop, [_whole(lane, "stop: a lane") for lane in which])
+        self._guarded(self._inner.stop, [whole(lane, "stop: a lane") for lane in which])
 
     # What is.
 
@@ -199,7 +202,7 @@ class Block:
 
     def events(self, lane: int) -> pd.DataFrame:
         """Events of a lane's trace so far, with the columns of Campaign.events."""
-        return pd.DataFrame(self._inner.events(_whole(lane, "events: a lane")), columns=EVENT_COLUMNS)
+        return pd.DataFrame(self._inner.events(whole(lane, "events: a lane")), columns=EVENT_COLUMNS)
 
     def record(self, lane: int) -> Dict[str, object]:
         """How a trace that has ended is judged: outcome, violated, end_time (s), objective_margin, digest (equal to the
@@ -207,7 +210,7 @@ class Block:
 
         Raises GrazeError while it goes on.
         """
-        return self._inner.record(_whole(lane, "record: a lane"))
+        return self._inner.record(whole(lane, "record: a lane"))
 
     def traces(self) -> pd.DataFrame:
         """Of the traces that have ended, one row per particle, with the columns of Campaign.traces and `stopped`."""
@@ -260,7 +263,7 @@ def simulate(scenario: PathLike, particles: Union[int, Iterable[int]] = 8, *, po
             raise GrazeError(2, f"particles: {particles} are asked for; a block has 1 to {MOST_LANES}")
         ids = list(range(particles))
     else:
-        ids = [_whole(one, "particles: an id") for one in particles]
+        ids = [whole(one, "particles: an id") for one in particles]
     for what, value in [("n", n), ("seed", seed), *(("particles", one) for one in ids)]:
         if value is not None and not 0 <= value < (1 << 64 if what == "seed" else 1 << 32):
             raise GrazeError(2, f"{what}: {value} is out of range; it is a whole number from 0 on")
@@ -283,14 +286,6 @@ def _remove(folder: str, process: int) -> None:
     """Deletes a block's folder, in the process that made it: its copies by fork() end, too."""
     if os.getpid() == process:
         shutil.rmtree(folder, ignore_errors=True)
-
-
-def _whole(value: object, what: str) -> int:
-    """A whole number, of Python or NumPy."""
-    try:
-        return operator.index(value)  # type: ignore[call-overload,no-any-return,unused-ignore]
-    except TypeError:
-        raise GrazeError(2, f"{what} is a whole number, not {value!r}") from None
 
 
 def _module() -> types.ModuleType:

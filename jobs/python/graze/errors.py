@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import difflib
+import operator
 from typing import Iterable
 
 
@@ -18,3 +19,11 @@ class GrazeError(Exception):
     def __init__(self, code: int, text: str):
         super().__init__(text or f"graze ended with exit code {code}")
         self.code = code
+
+
+def whole(value: object, what: str) -> int:
+    """A whole number, of Python or NumPy. Raises GrazeError."""
+    try:
+        return operator.index(value)  # type: ignore[call-overload,no-any-return,unused-ignore]
+    except TypeError:
+        raise GrazeError(2, f"{what} is a whole number, not {value!r}") from None

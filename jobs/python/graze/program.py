@@ -12,7 +12,7 @@ from typing import Iterable, Iterator, List, Mapping, Optional, Sequence, Tuple,
 
 from .campaign import Campaign
 from .controllers import Policies, WrittenPolicies, needs_trust, policies_folder
-from .errors import GrazeError
+from .errors import GrazeError, whole
 from .shipped import PathLike
 
 ANSWERS = {0: "held", 1: "refuted", 4: "open"}  # what becomes of `until`, by the exit codes that come with a campaign
@@ -57,10 +57,12 @@ def run(scenario: PathLike, n: Optional[int] = None, *, output: Optional[PathLik
     name = pathlib.Path(scenario)
     archive = pathlib.Path(output) if output is not None else pathlib.Path(name.stem + ".graze")
     words = [find_program(program), "run", os.fspath(scenario), "-o", os.fspath(archive)]
-    for option, value in (("-n", n), ("--seed", seed), ("--threads", threads), ("--telemetry", telemetry),
-                          ("--every", every)):
+    for name_of, option, value in (("n", "-n", n), ("seed", "--seed", seed), ("threads", "--threads", threads),
+                                   ("every", "--every", every)):
         if value is not None:
-            words += [option, str(value)]
+            words += [option, str(whole(value, f"run: {name_of}"))]
+    if telemetry is not None:
+        words += ["--telemetry", str(telemetry)]
     for option, values in (("--policy", policies), ("--until", until)):
         for value in [values] if isinstance(values, str) else values:
             words += [option, value]
