@@ -17,6 +17,7 @@
 #include <cstdint>
 #include <exception>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -45,28 +46,64 @@ class Setup {
   const GrazeSetup& given_;
 };
 
-/// One robot at one control step: what it sees and what it wants. Indices are those of Setup::joint and Setup::link.
+/// One robot at one control step: what it sees and what it wants. Indices are those of Setup::joint and Setup::link,
+/// from 0; others throw std::out_of_range. What the class does not read is not sensed, and asking for it throws, too.
 class Robot {
  public:
   explicit Robot(const GrazeRobot& robot) : robot_(robot) {}
   double time() const { return robot_.time; }  // s since the trace began
-  double position(int joint) const { return graze_position(&robot_, joint); }
-  double velocity(int joint) const { return graze_velocity(&robot_, joint); }
-  double applied_torque(int joint) const { return see(robot_.sees->joint_torque, joint); }
-  double base_position(int axis) const { return see(robot_.sees->base_position, axis); }
-  double base_rpy(int axis) const { return see(robot_.sees->base_rpy, axis); }
-  double base_velocity(int axis) const { return see(robot_.sees->base_velocity, axis); }
-  double base_rate(int axis) const { return see(robot_.sees->base_rate, axis); }
-  double link_force(int link) const { return see(robot_.sees->link_force, link); }  // N
-  /// Anything else: robot.see(robot.observation().imu_linear, 2).
+  int joints() const { return robot_.joints; }
+  int links() const { return robot_.sees->links; }
+  double position(int joint) const {
+    return of_joint(robot_.sees->joint_position, joint, "position", "JOINT_POSITION");
+  }
+  double velocity(int joint) const {
+    return of_joint(robot_.sees->joint_velocity, joint, "velocity", "JOINT_VELOCITY");
+  }
+  double applied_torque(int joint) const {
+    return of_joint(robot_.sees->joint_torque, joint, "applied_torque", "JOINT_TORQUE");
+  }
+  double base_position(int axis) const {
+    return of_axis(robot_.sees->base_position, axis, "base_position", "BASE_POSITION");
+  }
+  double base_rpy(int axis) const { return of_axis(robot_.sees->base_rpy, axis, "base_rpy", "BASE_RPY"); }
+  double base_velocity(int axis) const {
+    return of_axis(robot_.sees->base_velocity, axis, "base_velocity", "BASE_VELOCITY");
+  }
+  double base_rate(int axis) const { return of_axis(robot_.sees->base_rate, axis, "base_rate", "BASE_RATE"); }
+  double link_force(int link) const {  // N
+    return sensed(robot_.sees->link_force, checked(link, links(), "link_force", "links"), "link_force", "LINK_FORCE");
+  }
+  /// Anything else, unchecked: robot.see(robot.observation().imu_linear, 2).
   double see(const double* array, int k) const { return graze_see(&robot_, array, k); }
   const GrazeObservation& observation() const { return *robot_.sees; }
 
-  void want_position(int joint, double value) const { graze_want(&robot_, robot_.wants->position, joint, value); }
-  void want_velocity(int joint, double value) const { graze_want(&robot_, robot_.wants->velocity, joint, value); }
-  void want_torque(int joint, double value) const { graze_want(&robot_, robot_.wants->torque, joint, value); }
+  void want_position(int joint, double value) const { want(robot_.wants->position, joint, value, "want_position"); }
+  void want_velocity(int joint, double value) const { want(robot_.wants->velocity, joint, value, "want_velocity"); }
+  void want_torque(int joint, double value) const { want(robot_.wants->torque, joint, value, "want_torque"); }
 
  private:
+  static int checked(int k, int count, const char* what, const char* things) {
+    if (k >= 0 && k < count) return k;
+    throw std::out_of_range(std::string(what) + "(" + std::to_string(k) + "): there are " + std::to_string(count) +
+                            " " + things + ", counted from 0");
+  }
+  double sensed(const double* array, int k, const char* what, const char* group) const {
+    const double value = see(array, k);
+    if (value == value) return value;
+    throw std::runtime_error(std::string(what) + "(" + std::to_string(k) + ") is not sensed; add GRAZE_READS_" + group +
+                             " to `reads`");
+  }
+  double of_joint(const double* array, int joint, const char* what, const char* group) const {
+    return sensed(array, checked(joint, robot_.joints, what, "driven joints"), what, group);
+  }
+  double of_axis(const double* array, int axis, const char* what, const char* group) const {
+    return sensed(array, checked(axis, 3, what, "axes"), what, group);
+  }
+  void want(double* array, int joint, double value, const char* what) const {
+    graze_want(&robot_, array, checked(joint, robot_.joints, what, "driven joints"), value);
+  }
+
   const GrazeRobot& robot_;
 };
 

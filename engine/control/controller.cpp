@@ -123,8 +123,9 @@ Controller::Controller(const ControlContext& given, const Settings& settings) : 
       (policy == "joint_trajectory" || policy == "tool_path" || policy == "gait" || policy == "network")) {
     warn(settings,
          fmt::format("'{}' wants {}, which the tracker 'torque' passes over: the robot is limp; use control: "
-                     "{{joint_pd: {{{}: …}}}}",
-                     policy, action == "velocity" ? "velocities" : "places", action == "velocity" ? "kd" : "kp"));
+                     "{{joint_pd: {{{}: …}}}}{}",
+                     policy, action == "velocity" ? "velocities" : "positions", action == "velocity" ? "kd" : "kp",
+                     policy == "network" ? ", or action: torque if the network gives torques" : ""));
   }
   if (tracker == "prescribed") doubt_jump(context, policy_settings, *impl_->policy);
   impl_->targets = initial_targets(context, effectors);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <limits>
 #include <memory>
@@ -89,11 +90,13 @@ class LibraryPolicy : public OutsidePolicy {
     if (!object_) refuse();
     const double time = time_of(observation, active);
     preset(wanted_.q.row(0), wanted_.v.row(0), wanted_.tau.row(0));
+    for (BlockArray* array : {&wanted_.q, &wanted_.v, &wanted_.tau}) std::fill_n(array->row(joints()), kLanes, kGuard);
     const GrazeObservation seen = view_of(observation);
     GrazeTargets out = {wanted_.q.row(0), wanted_.v.row(0), wanted_.tau.row(0)};
     object_->call(LibraryCall::act, time, self_,
                   [&] { return object_->table().act(self_, &seen, active.bits(), &out); });
-    const std::string wrong = take(wanted_, active, targets);
+    std::string wrong = written_behind();
+    if (wrong.empty()) wrong = take(wanted_, active, targets);
     if (!wrong.empty()) object_->fail(LibraryCall::act, time, wrong);
   }
 
@@ -126,6 +129,20 @@ class LibraryPolicy : public OutsidePolicy {
   } catch (const std::exception&) {  // nobody depends on it any more
   }
 
+  /// "writes targets.torque of joint 12, and …" if a guard is not as it was; else nothing.
+  std::string written_behind() const {
+    const std::array<std::pair<const BlockArray*, const char*>, 3> arrays = {
+        {{&wanted_.q, "position"}, {&wanted_.v, "velocity"}, {&wanted_.tau, "torque"}}};
+    for (const auto& [array, name] : arrays) {
+      const double* const guard = array->row(joints());
+      if (std::all_of(guard, guard + kLanes, [](double one) { return one == kGuard; })) continue;
+      return fmt::format(
+          "writes targets.{} of joint {}, behind its end: the robot has {} driven joint{}, counted from 0", name,
+          joints(), joints(), joints() == 1 ? "" : "s");
+    }
+    return "";
+  }
+
   GrazeObservation view_of(const Observation& o) const {
     return {kLanes,
             setup_.given().joints,
@@ -146,7 +163,8 @@ class LibraryPolicy : public OutsidePolicy {
   }
 
   const LibrarySetup setup_;
-  Targets wanted_ = Targets(joints(), 0);
+  static constexpr double kGuard = -8.25e307;  // nobody asks for it
+  Targets wanted_ = Targets(joints() + 1, 0);  // with a row behind the last joint, which nobody may write
   std::unique_ptr<SharedObject> object_;
   void* self_ = nullptr;
 };

@@ -52,7 +52,7 @@ void OutsidePolicy::preset(double* q, double* v, double* tau) const {
 std::string OutsidePolicy::take(const Targets& wanted, LaneMask active, Targets& targets) const {
   std::array<double, kLanes> poison{};  // becomes NaN, and stays 0 where all is finite
   const auto move = [&](const BlockArray& from, BlockArray& to) {
-    for (int k = 0; k < from.rows(); ++k) {
+    for (int k = 0; k < joints(); ++k) {
       const double* const row = from.row(k);
       for (int lane = 0; lane < kLanes; ++lane) poison[static_cast<std::size_t>(lane)] += row[lane] - row[lane];
       copy_lanes(to.row(k), row, active);
@@ -71,7 +71,7 @@ std::string OutsidePolicy::not_finite(const Targets& wanted, int lane) const {
   const std::array<std::pair<const BlockArray*, const char*>, 3> arrays = {
       {{&wanted.q, "position"}, {&wanted.v, "velocity"}, {&wanted.tau, "torque"}}};
   for (const auto& [array, what] : arrays) {
-    for (int k = 0; k < array->rows(); ++k) {
+    for (int k = 0; k < joints(); ++k) {
       if (std::isfinite((*array)(k, lane))) continue;
       return fmt::format("asks joint {} for a {} of {}, which is no finite number", names_[static_cast<std::size_t>(k)],
                          what, (*array)(k, lane));

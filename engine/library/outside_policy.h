@@ -26,8 +26,8 @@ class OutsidePolicy : public Policy {
   static double time_of(const Observation& observation, LaneMask active);
   /// Targets before a call, [joint][lane]: positions of the nominal initial state, velocities and torques 0.
   void preset(double* q, double* v, double* tau) const;
-  /// Hands over what is wanted. Returns "asks joint hinge for a torque of nan, …" if some of it is no number, else
-  /// nothing.
+  /// Hands over what is wanted, of which there are a row per joint or more. Returns "asks joint hinge for a torque of
+  /// nan, …" if some of it is no number, else nothing.
   std::string take(const Targets& wanted, LaneMask active, Targets& targets) const;
 
  private:

@@ -130,19 +130,26 @@ def load(path, name):
         raise wrong_class(unknown(name, classes, f"{os.path.basename(path)} has no class"))
     if not callable(getattr(found, "act", None)):
         raise wrong_class(f"class {name} has no method act(self, observation, targets)")
-    check_act(name, inspect.getattr_static(found, "act"))
+    for method, arguments in METHODS.items():
+        check_method(name, method, arguments, inspect.getattr_static(found, method, None))
+    if found.__init__ is object.__init__ and found.__new__ is object.__new__:
+        raise wrong_class(f"class {name} has no method __init__(self, robot, settings)")
     return found
 
 
-def check_act(name, act):
-    """Refuses a method that cannot be called as act(observation, targets). What is no plain function is left alone."""
-    if not isinstance(act, types.FunctionType):
+METHODS = {"act": ("observation", "targets"), "__init__": ("robot", "settings"), "reset": ("lanes", "seeds")}
+
+
+def check_method(name, method, arguments, function):
+    """Refuses a method that cannot be called with its arguments. What is no plain function is left alone."""
+    if not isinstance(function, types.FunctionType):
         return
-    signature = inspect.signature(act, follow_wrapped=False)
+    signature = inspect.signature(function, follow_wrapped=False)
     try:
-        signature.bind("self", "observation", "targets")
+        signature.bind("self", *arguments)
     except TypeError:
-        raise wrong_class(f"class {name} has act{signature}, and act(self, observation, targets) is wanted") from None
+        raise wrong_class(f"class {name} has {method}{signature}, and {method}(self, {', '.join(arguments)}) is wanted") \
+            from None
 
 
 class Session:
@@ -264,11 +271,14 @@ def shape_hint(error, lanes):
     if not isinstance(error, ValueError) or "broadcast" not in str(error):
         return ""
     shapes = [tuple(map(int, re.findall(r"\d+", one))) for one in re.findall(r"\([\d,]+\)", str(error))]
-    ours = next((one for one in shapes if one[-1:] == (lanes,)), None)
+    fitting = [one for one in shapes if one[-1:] == (lanes,)]
+    ours = shapes[-1] if "into shape" in str(error) and shapes[-1:] == fitting[-1:] else next(iter(fitting), None)
     theirs = next((one for one in shapes if one != ours), None)
     if ours is None or theirs is None:
         return ""
     begin = f"; arrays of Graze are [quantity, lane] with {lanes} lanes"
+    if len(fitting) > 1 and "into shape" not in str(error):  # either may be the user's
+        return begin
     if len(ours) == 1:
         return f"{begin}, so that one quantity takes {lanes} values, or one number for all"
     if theirs == ours[::-1]:

@@ -28,6 +28,15 @@ std::string missing_functions(const GrazePolicy& table) {
   return out;
 }
 
+/// What somebody meant who gives the source.
+std::string source_hint(const std::string& file) {
+  const std::string ending = std::filesystem::path(file).extension().string();
+  if (ending == ".py") return "; a controller in Python is python: {file: …} instead of library";
+  if (ending != ".c" && ending != ".cpp" && ending != ".cc") return "";
+  return "; it is the source: compile it into a shared object, " + std::string(ending == ".c" ? "cc" : "c++") +
+         " -O2 -ffp-contract=off -fPIC -shared -o controller.so, and name that";
+}
+
 }  // namespace
 
 #if defined(__x86_64__)
@@ -81,7 +90,9 @@ SharedObject::SharedObject(const LibraryUse& use) : file_(std::filesystem::path(
   }
   before.restore();  // libraries that were built with -ffast-math flush small numbers from their loading on
   if (problem.empty()) add_loaded_library(file_);
-  if (!problem.empty()) place.fail(fmt::format("{}: cannot be loaded: {}", use.file, one_line(problem)));
+  if (!problem.empty()) {
+    place.fail(fmt::format("{}: cannot be loaded: {}{}", use.file, one_line(problem), source_hint(use.file)));
+  }
   if (!symbol) {
     place.fail(
         fmt::format("{}: has no function graze_policy(); graze/policy.h tells what it returns (in C++ it is "

@@ -45,7 +45,8 @@ std::string nearest_stem(const std::string& stem, const std::vector<fs::path>& c
 std::string nearest_name(const fs::path& name, const std::vector<std::string>& names,
                          const std::vector<std::string>& kinds) {
   const std::string ending = name.extension().string();
-  std::vector<fs::path> same, meant, alike;
+  std::vector<fs::path> same, meant;
+  std::vector<std::string> alike;
   for (const std::string& one : names) {
     const fs::path candidate(one);
     const std::string its = candidate.extension().string();
@@ -54,15 +55,15 @@ std::string nearest_name(const fs::path& name, const std::vector<std::string>& n
     } else if (std::find(kinds.begin(), kinds.end(), its) != kinds.end()) {
       meant.push_back(candidate);
     } else if (!its.empty() && !nearest(ending, {its}).empty()) {
-      alike.push_back(candidate);
+      alike.push_back(one);
     }
   }
-  std::vector<std::vector<fs::path>*> order = {&same, &meant, &alike};
+  std::vector<std::vector<fs::path>*> order = {&same, &meant};
   if (ending.empty()) std::swap(order[0], order[1]);
   for (const auto* candidates : order) {
     if (const std::string near = nearest_stem(name.stem().string(), *candidates); !near.empty()) return near;
   }
-  return "";
+  return nearest(name.string(), alike);
 }
 
 /// What may be meant by a path that is not there.

@@ -307,10 +307,10 @@ int check_determinism(const Scenario& scenario) {
   return !kept ? kGateMissed : known ? kDone : kMachineFailed;
 }
 
-/// Whether a controller from outside gets through one trace.
+/// Whether a controller of the user's own gets through one trace.
 ExitCode try_first_traces(const Scenario& scenario) {
   ExitCode out = kDone;
-  for (const FirstTrace& trace : first_traces(scenario)) {
+  for (const FirstTrace& trace : first_traces(scenario, controllers_trusted())) {
     const std::string problem = problem_of(trace);
     if (problem.empty()) continue;
     spdlog::warn("{}", problem);
@@ -333,11 +333,8 @@ int check(const CheckArguments& arguments) {
   if (!scenario.redesign_problem.empty()) throw InputError(scenario.redesign_problem);
   arguments.draw.apply_to(scenario);
   if (arguments.determinism) return check_determinism(scenario);
-  ExitCode tried = kDone;
-  if (controllers_trusted()) {
-    try_controllers(scenario);
-    tried = try_first_traces(scenario);
-  }
+  if (controllers_trusted()) try_controllers(scenario);
+  const ExitCode tried = try_first_traces(scenario);
   if (!arguments.urdf.empty()) write_urdf(arguments, source, scenario);
   const SizeEstimate size = arguments.probe ? probe_size(scenario) : estimate_size(scenario);
   const std::optional<double> free = free_bytes(arguments.output.empty() ? "." : arguments.output);

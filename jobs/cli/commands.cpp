@@ -12,6 +12,7 @@
 #include "archive/archive.h"
 #include "archive/files/utf8.h"
 #include "jobs/cli/option_values.h"
+#include "jobs/cli/override_doubts.h"
 #include "jobs/cli/shared_options.h"
 #include "jobs/cli/shipped.h"
 #include "jobs/workers/controllers.h"
@@ -55,6 +56,7 @@ Scenario ScenarioArguments::load() const {
   refuse_robot_file(file);
   Scenario scenario = load_scenario(scenario_file(file), options);
   warn(scenario.warnings);
+  doubt_overrides(options.overrides, scenario);
   prepare_controllers_here(scenario);
   return scenario;
 }

@@ -15,6 +15,7 @@
 #include "archive/directory/campaign_directory.h"
 #include "archive/directory/finished.h"
 #include "archive/files/shell_word.h"
+#include "archive/files/utf8.h"
 #include "jobs/campaign/signals.h"
 #include "jobs/cli/commands.h"
 #include "jobs/cli/option_values.h"
@@ -137,6 +138,19 @@ void print_table(const Score& result, const Printing& printing) {
   if (error == EPIPE) std::cout.clear();  // a reader that has left does not miss it
 }
 
+/// A policy without a valid trace has no rate: whatever fails all robots is told in full, where the table has no room.
+void tell_of_invalid(const Score& result) {
+  for (const PolicyScore& policy : result.policies) {
+    if (policy.n > 0 || policy.invalid == 0) continue;
+    const auto first = std::ranges::find_if(result.failures, [&](const Failure& one) {
+      return one.policy == policy.policy && one.outcome == Outcome::invalid;
+    });
+    const std::string why = first == result.failures.end() ? "" : "; the first: " + printable(first->what);
+    spdlog::warn("policy {}: no trace of {} is valid, so there is no rate{}", printable(policy.policy), policy.invalid,
+                 why);
+  }
+}
+
 /// Marks the campaign, prints its table, and returns its exit code.
 ExitCode close(CampaignWriter& writer, bool complete, std::uint64_t answered_at, const Printing& printing) {
   writer.check_in_place();
@@ -149,6 +163,7 @@ ExitCode close(CampaignWriter& writer, bool complete, std::uint64_t answered_at,
   if (!complete && !stop_signal().empty()) return kMachineFailed;
   const Score result = score(Archive(writer.directory()), printing.archive);
   if (printing.table) print_table(result, printing);
+  tell_of_invalid(result);
   if (!complete) return kMachineFailed;
   if (printing.completed) printing.completed();
   return verdict_of(result);

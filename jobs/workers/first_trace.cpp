@@ -57,37 +57,50 @@ FirstTrace trace_of(const Scenario& scenario, const Particle& particle, int poli
 
 }  // namespace
 
-std::vector<FirstTrace> first_traces(const Scenario& scenario) {
+std::vector<FirstTrace> first_traces(const Scenario& scenario, bool trusted) {
   Scenario watched = scenario;
   watched.recording.telemetry = Telemetry::all;
+  std::vector<int> policies;
+  for (std::size_t i = 0; i < watched.policies.size(); ++i) {
+    const Settings& policy = watched.policies[i].settings;
+    if ((trusted && is_from_outside(policy)) || policy.has("network")) policies.push_back(static_cast<int>(i));
+  }
+  if (policies.empty()) return {};
   const ParticleSource source(watched, watched.seed, watched.particles);
-  std::vector<FirstTrace> out;
   std::optional<Particle> particle;
   try {
     particle = source.fabricate(0, source.draw(0));
   } catch (const InputError&) {  // it is invalid under any controller
-    return out;
+    return {};
   }
-  const RunElsewhere elsewhere = controllers_elsewhere(watched, watched.seed, watched.particles, 0);
-  for (std::size_t i = 0; i < watched.policies.size(); ++i) {
-    if (is_from_outside(watched.policies[i].settings))
-      out.push_back(trace_of(watched, *particle, static_cast<int>(i), elsewhere));
-  }
+  const RunElsewhere elsewhere =
+      trusted ? controllers_elsewhere(watched, watched.seed, watched.particles, 0) : RunElsewhere();
+  std::vector<FirstTrace> out;
+  for (const int policy : policies) out.push_back(trace_of(watched, *particle, policy, elsewhere));
   return out;
 }
+
+namespace {
+
+std::string limit_text(const std::vector<std::string>& joints) {
+  const std::string which = joints.size() == 1 ? "a joint (" + printable(joints[0]) + ")"
+                                               : fmt::format("{} joints ({}, …)", joints.size(), printable(joints[0]));
+  return fmt::format(
+      "the torque of {} is at its limit nearly all the time; are the targets in rad, m and N m, of the right sign, and "
+      "in the order of the robot's joints?",
+      which);
+}
+
+}  // namespace
 
 std::string problem_of(const FirstTrace& trace) {
   const std::string begin = fmt::format("policy {}, particle 0: ", printable(trace.policy));
   if (!trace.unfinished.empty()) return begin + printable(trace.unfinished) + "; its trace would be left unfinished";
-  if (!trace.invalid.empty()) return begin + printable(trace.invalid) + "; its trace would be invalid";
-  if (!trace.at_limit.empty()) {
-    const std::size_t joints = trace.at_limit.size();
-    return begin + fmt::format(
-                       "the torque of {} ({}{}) is at its limit nearly all the time; are the targets in rad, "
-                       "m and N m, of the right sign, and in the order of the robot's joints?",
-                       joints == 1 ? "a joint" : fmt::format("{} joints", joints), printable(trace.at_limit[0]),
-                       joints == 1 ? "" : ", …");
+  const std::string limit = trace.at_limit.empty() ? "" : limit_text(trace.at_limit);
+  if (!trace.invalid.empty()) {
+    return begin + printable(trace.invalid) + "; its trace would be invalid" + (limit.empty() ? "" : "; ") + limit;
   }
+  if (!limit.empty()) return begin + limit;
   if (!trace.limp) return "";
   return begin +
          "all torques are 0 from beginning to end: the robot is limp; the tracker 'torque' uses targets.torque, "

@@ -1,5 +1,5 @@
 #pragma once
-// One trace under each controller from outside, before anybody simulates thousands.
+// One trace under each controller of the user's own, before anybody simulates thousands.
 
 #include <string>
 #include <vector>
@@ -16,9 +16,9 @@ struct FirstTrace {
   std::vector<std::string> at_limit = {};     // joints whose torque was at its limit nearly all the time
 };
 
-/// Simulates particle 0 under each policy from outside, where and as a campaign does. Throws as try_controllers(),
-/// whose checks are to be made before.
-std::vector<FirstTrace> first_traces(const Scenario& scenario);
+/// Simulates particle 0 under each policy that the user has brought, a network or, if these are `trusted`, code, where
+/// and as a campaign does. Throws as try_controllers(), whose checks are to be made before.
+std::vector<FirstTrace> first_traces(const Scenario& scenario, bool trusted);
 
 /// "policy walk, particle 0: …", with what may be done about it; empty: there is nothing to tell.
 std::string problem_of(const FirstTrace& trace);

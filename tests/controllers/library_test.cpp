@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <tuple>
+
 #include "tests/controllers/swing.h"
 #include "tests/jobs/ball_campaign.h"
 #include "tests/sanitized.h"
@@ -73,6 +75,10 @@ TEST(Library, RefusesWhatCannotBeLoaded) {
   refused("file: other_version.so", "is made for version 99 of graze/policy.h, and this program has version 1");
   refused("file: lacks_act.so", "its table lacks: act");
   refused("file: text.so", "cannot be loaded");
+  testing::write_file(swing.folder / "walk.py", "class Controller: pass\n");
+  testing::write_file(swing.folder / "walk.c", "int main(void) { return 0; }\n");
+  refused("file: walk.py", "a controller in Python is python: {file: …} instead of library");
+  refused("file: walk.c", "it is the source: compile it into a shared object, cc -O2");
   refused("file: odd.so, settings: {does: refuse}", "create() gave no controller: refused, as it was told");
   refused("file: odd.so, tmeout: 3 s", "timeout");
   swing.odd("crash_create");
@@ -180,6 +186,27 @@ TEST(Library, CheckFindsControllersThatBreakTheirPromise) {
   }
   swing.odd("nothing");
   EXPECT_THAT(swing.graze("check swing.yaml --determinism --trust").out, HasSubstr("the same bits in any company"));
+}
+
+// Wrong indices, and what is not sensed, are told by the wrapper for C++.
+TEST(Library, WrongIndicesInCppAreTold) {
+  const testing::TemporaryFolder folder;
+  ASSERT_EQ(testing::graze(folder.path(), "new policy-cpp walk").code, 0);
+  const fs::path source = folder / "walk" / "my_controller.cpp";
+  const std::string right = testing::read_file(source);
+  for (const auto& [now, instead, told] :
+       {std::tuple{"want_position(k, ", "want_position(k + 1, ", "want_position(12): there are 12 driven joints"},
+        std::tuple{"robot.time()", "robot.base_rpy(3)", "base_rpy(3): there are 3 axes, counted from 0"},
+        std::tuple{"robot.time()", "robot.velocity(0)", "not sensed; add GRAZE_READS_JOINT_VELOCITY to `reads`"}}) {
+    std::string text = right;
+    ASSERT_NE(text.find(now), std::string::npos) << now;
+    text.replace(text.find(now), std::string(now).size(), instead);
+    testing::write_file(source, text);
+    ASSERT_EQ(testing::shell(folder / "walk", "make").code, 0);
+    const Result check = testing::graze(folder / "walk", "check scenario.yaml --trust");
+    EXPECT_EQ(check.code, 1) << instead;
+    EXPECT_THAT(check.err, HasSubstr(told));
+  }
 }
 
 // The template's law is `hold` with a joint_pd that is computed at the control steps: bit for bit.

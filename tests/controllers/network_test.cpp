@@ -117,5 +117,22 @@ TEST(NetworkCampaigns, ThatBreakDownCostTheirParticle) {
   }
 }
 
+// What fails in every trace is told by check, and by run where the table has no room for it.
+TEST(NetworkCampaigns, ThatBreakDownInEveryTraceAreTold) {
+  OnnxWriter net;  // the root of an angle that is negative
+  net.input("obs", {1, 1}).output("y").node("Sqrt", {"obs"}, {"y"});
+  const SwingingNetwork swing(net.bytes());
+  swing.write(
+      "{network: {file: net.onnx, inputs: [joint_position], stance: 3, action: torque}, control: {torque: {}}}");
+  const Result check = swing.graze("check swing.yaml");
+  EXPECT_EQ(check.code, 1);
+  EXPECT_THAT(check.err, HasSubstr("policy still, particle 0: net.onnx: the network's output for joint hinge at 0 s"));
+  EXPECT_THAT(check.err, HasSubstr("its trace would be invalid"));
+  const Result run = swing.graze("run swing.yaml --quiet -o out.graze");
+  EXPECT_EQ(run.code, 0);
+  EXPECT_THAT(run.err, HasSubstr("policy still: no trace of 24 is valid, so there is no rate; the first: net.onnx: the "
+                                 "network's output for joint hinge at 0 s"));
+}
+
 }  // namespace
 }  // namespace graze

@@ -170,6 +170,7 @@ static int err(Odd* self, const GrazeRobot* robot) {
   }
   if (does(self, "rounding")) fesetround(FE_UPWARD);
   if (does(self, "nan")) graze_want(robot, robot->wants->torque, 0, NAN);
+  if (does(self, "behind")) graze_want(robot, robot->wants->torque, robot->joints, 0.5);
   return does(self, "error") || does(self, "replace") ? 7 : 0;
 }
 

@@ -110,3 +110,18 @@ class Misreads(Odd):
 class Forgetful(Odd):
     def act(self, observation):
         pass
+
+
+class Unmade:
+    def act(self, observation, targets):
+        """Is made of nothing."""
+
+
+class Lonely(Odd):
+    def __init__(self, robot):
+        """Has no settings."""
+
+
+class Seedless(Odd):
+    def reset(self, lanes):
+        """Has no seeds."""

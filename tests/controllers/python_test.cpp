@@ -65,10 +65,16 @@ TEST(Python, RefusesWhatCannotBeMade) {
   refused("file: od.py", "there is no such file that can be read; did you mean '");
   refused("file: .", "not a file, but a folder");
   refused("file: odd.py, class: Od",
-          "odd.py has no class 'Od'; did you mean Odd? there are: Odd, Idle, Misreads, Forgetful");
+          "odd.py has no class 'Od'; did you mean Odd? there are: Odd, Idle, Misreads, Forgetful, Unmade, Lonely, "
+          "Seedless");
   refused("file: odd.py, class: Idle", "class Idle has no method act(self, observation, targets)");
   refused("file: odd.py, class: Forgetful",
           "class Forgetful has act(self, observation), and act(self, observation, targets) is wanted");
+  refused("file: odd.py, class: Unmade", "class Unmade has no method __init__(self, robot, settings)");
+  refused("file: odd.py, class: Lonely",
+          "class Lonely has __init__(self, robot), and __init__(self, robot, settings) is wanted");
+  refused("file: odd.py, class: Seedless",
+          "class Seedless has reset(self, lanes), and reset(self, lanes, seeds) is wanted");
   refused("file: odd.py, class: Misreads", "reads: there is no 'joint_positions'; did you mean joint_position?");
   refused("file: odd.py, class: Odd, settings: {does: refuse}",
           "odd.py: __init__() raised ValueError: refused, as it was told (odd.py:");
@@ -179,6 +185,15 @@ TEST(Python, CheckSimulatesOneTrace) {
   weak.replace(weak.find("</joint>"), 0, "<limit effort=\"0.001\" velocity=\"100\"/>");
   testing::write_file(swing.folder / "swing.urdf", weak);
   expect("nothing", 0, "policy still, particle 0: the torque of a joint (hinge) is at its limit nearly all the time");
+}
+
+TEST(Python, SettingsThatStandNowhereInTheFileAreDoubted) {
+  const PythonSwing swing;
+  swing.odd("nothing");
+  const std::string check = "check swing.yaml --set policies.still.python.settings.";
+  EXPECT_THAT(swing.graze(check + "dos=limp").err,
+              HasSubstr("dos is none of the settings that stand there (does); did you mean does?"));
+  EXPECT_EQ(swing.graze(check + "does=limp").err, "");
 }
 
 TEST(Python, ChangedRoundingCostsItsParticleAlone) {

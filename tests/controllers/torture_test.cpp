@@ -58,6 +58,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Torture{"fork", "exit code 5", "exit code 5"},
                       Torture{"rounding", "changed the floating-point environment", "floating-point"},
                       Torture{"nan", "asks joint hinge for a torque of nan", "hinge"},
+                      Torture{"behind", "writes targets.torque of joint 1, behind its end", "1 driven joint"},
                       Torture{"error", "returned error 7: the gripper has no fingers", "no fingers"}),
     [](const auto& info) { return std::string(info.param.does); });
 

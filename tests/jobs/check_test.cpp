@@ -62,6 +62,20 @@ TEST_F(Check, TellsWhatIsWelded) {
   EXPECT_EQ(json["robot"]["moving_mass"], 2);
 }
 
+// Claim: what --set says of a value that every particle draws for itself is doubted, unless what is drawn follows it.
+TEST_F(Check, DoubtsNominalValuesOfWhatIsDrawn) {
+  const std::string uniform = "check ball.yaml --set 'uncertain.contact.friction={uniform: [0.5, 1.2]}'";
+  EXPECT_THAT(campaign.graze(uniform + " --set contact.friction=0.3").err,
+              AllOf(HasSubstr("--set contact.friction: is uncertain, so that each particle draws its own value"),
+                    HasSubstr("did you mean --set uncertain.contact.friction=0.3, which gives all particles")));
+  EXPECT_EQ(campaign.graze(uniform).err, "");
+  EXPECT_EQ(campaign
+                .graze("check ball.yaml --set 'uncertain.contact.friction={normal: {std: 5 %}}' --set "
+                       "contact.friction=0.3")
+                .err,
+            "");
+}
+
 // Claim: the overview tells how particles are drawn: how many, by which design and seed, as the command line has it,
 // and what is correlated with what.
 TEST_F(Check, TellsHowParticlesAreDrawn) {

@@ -52,6 +52,8 @@ TEST(PathSuggestion, IsTheNearestEntry) {
   EXPECT_EQ(path_suggestion(root + "elephant/x"), "; there is no folder '" + root + "elephant'");
   EXPECT_EQ(path_suggestion(root + "elephant"), "");
   EXPECT_EQ(path_suggestion(root + "pendulm.yml"), "; did you mean '" + root + "pendulum.yaml'?");
+  testing::write_file(folder / "pendulum.html", "");
+  EXPECT_EQ(path_suggestion(root + "pendulum.yml"), "; did you mean '" + root + "pendulum.yaml'?");
   EXPECT_EQ(path_suggestion(root + "pendulum.yaml/x/y"), "; there is no folder '" + root + "pendulum.yaml/x'");
 }
 

@@ -188,7 +188,8 @@ class TestRunner(unittest.TestCase):
         runner = {"__name__": "runner"}
         exec(text[:-len("main()\n")], runner)
         for given, told in [(np.zeros(12), "[:, None]"), (np.zeros((8, 12)), ".T"), (np.zeros((5, 1)), r"shape \(5, 1\)"),
-                            (np.zeros((12, 3)), r"here of shape \(12, 8\)")]:
+                            (np.zeros((12, 3)), r"here of shape \(12, 8\)"),
+                            (np.zeros((6, 8)), r"here of shape \(12, 8\), and this one is of shape \(6, 8\)")]:
             with self.assertRaises(ValueError) as raised:
                 np.zeros((12, 8))[:] = given
             self.assertRegex(runner["shape_hint"](raised.exception, 8), told)

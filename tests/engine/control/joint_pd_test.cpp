@@ -81,7 +81,7 @@ TEST(TorqueTracker, DoesNotFollowPlaces) {
   EXPECT_EQ(warned("hold: {}").size(), 0u);
   const std::vector<std::string> texts = warned("joint_trajectory: {sinusoid: {amplitude: 0.1, frequency: 1}}");
   ASSERT_EQ(texts.size(), 1u);
-  EXPECT_NE(texts[0].find("'joint_trajectory' wants places, which the tracker 'torque' passes over"),
+  EXPECT_NE(texts[0].find("'joint_trajectory' wants positions, which the tracker 'torque' passes over"),
             std::string::npos);
 }
 
