@@ -1,6 +1,8 @@
 #include "jobs/campaign/page_traces.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
@@ -8,6 +10,7 @@
 #include <set>
 
 #include "analysis/failures.h"
+#include "archive/files/utf8.h"
 #include "archive/schema/culprit.h"
 #include "engine/library/library_use.h"
 #include "jobs/campaign/archived_scenario.h"
@@ -222,9 +225,16 @@ std::vector<std::string> add_traces(Json& page, const Scenario& scenario, const 
   }
   page["trajectories"] = played;
   page["scene"] = scene_json(simulation.nominal(), form);
-  for (const std::string& one : player.kept()) {
-    page["notes"].push_back("Policy " + one + " is a controller from outside, which runs for this page with " +
-                            "--trust alone; its traces are shown as far as the archive knows them.");
+  if (const std::vector<std::string>& kept = player.kept(); !kept.empty()) {
+    const bool one = kept.size() == 1;
+    const std::string note = fmt::format(
+        "{} {} {} from outside, which {} for this page with --trust alone; {} traces are shown as far as the archive "
+        "knows "
+        "them.",
+        one ? "Policy" : "Policies", fmt::join(kept, ", "), one ? "is a controller" : "are controllers",
+        one ? "runs" : "run", one ? "its" : "their");
+    page["notes"].push_back(note);
+    spdlog::warn("{}", printable(note));
   }
   for (const std::string& one : player.different()) {
     page["notes"].push_back(one + " went another way than the archive says; it is shown as it came out now.");

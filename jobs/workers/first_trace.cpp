@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <optional>
 
 #include "archive/files/utf8.h"
@@ -35,6 +36,13 @@ std::vector<std::string> joints_at_limit(const Model& model, const std::vector<d
   return out;
 }
 
+/// Faults of a controller in a process of its own are told when they occur, by the name of its file.
+bool is_told(const PolicySpec& policy, const std::string& reason) {
+  if (!is_from_outside(policy.settings) || !is_isolated(policy.settings)) return false;
+  const Settings own = policy.settings.at(policy.settings.has("library") ? "library" : "python");
+  return reason.starts_with(std::filesystem::path(own.at("file").text()).filename().string() + ": ");
+}
+
 FirstTrace trace_of(const Scenario& scenario, const Particle& particle, int policy, const RunElsewhere& elsewhere) {
   const PolicySpec& spec = scenario.policies[static_cast<std::size_t>(policy)];
   FirstTrace out{.policy = spec.name};
@@ -52,6 +60,7 @@ FirstTrace trace_of(const Scenario& scenario, const Particle& particle, int poli
         !torques.empty() && moves_by_torque(spec) && std::ranges::all_of(torques, [](double t) { return t == 0; });
     out.at_limit = joints_at_limit(scenario.model, torques);
   }
+  out.told = is_told(spec, out.invalid + out.unfinished);
   return out;
 }
 
@@ -95,10 +104,11 @@ std::string limit_text(const std::vector<std::string>& joints) {
 
 std::string problem_of(const FirstTrace& trace) {
   const std::string begin = fmt::format("policy {}, particle 0: ", printable(trace.policy));
-  if (!trace.unfinished.empty()) return begin + printable(trace.unfinished) + "; its trace would be left unfinished";
+  const auto because = [&](const std::string& why) { return trace.told ? "" : printable(why) + "; "; };
+  if (!trace.unfinished.empty()) return begin + because(trace.unfinished) + "its trace would be left unfinished";
   const std::string limit = trace.at_limit.empty() ? "" : limit_text(trace.at_limit);
   if (!trace.invalid.empty()) {
-    return begin + printable(trace.invalid) + "; its trace would be invalid" + (limit.empty() ? "" : "; ") + limit;
+    return begin + because(trace.invalid) + "its trace would be invalid" + (limit.empty() ? "" : "; ") + limit;
   }
   if (!limit.empty()) return begin + limit;
   if (!trace.limp) return "";

@@ -12,6 +12,7 @@ namespace graze {
 struct FirstTrace {
   std::string policy;
   std::string invalid = {}, unfinished = {};  // why; both empty: it has an outcome
+  bool told = false;                          // that was told with what the controller has printed
   bool limp = false;                          // all torques were 0 from beginning to end
   std::vector<std::string> at_limit = {};     // joints whose torque was at its limit nearly all the time
 };
