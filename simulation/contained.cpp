@@ -75,7 +75,8 @@ void ContainedRun::run(WorkUnit& unit, const RunOptions& options) {
       return;
     }
     unit.alone = true;
-    if (together.fault->of == Fault::Of::robot) unit.failed_together = together.fault->reason;
+    if (together.fault->of != Fault::Of::machine) unit.failed_together = together.fault->reason;
+    unit.came_late = together.fault->of == Fault::Of::controller;
   }
   for (; !unit.done(); ++unit.next) {
     close(unit, attempt(unit, unit.next, 1, options));

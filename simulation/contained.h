@@ -36,6 +36,7 @@ struct WorkUnit {
   std::vector<UnfinishedParticle> unfinished;
   RunCost cost;
   std::string failed_together;   // what the robots' controller or physics threw beside each other; empty: nothing
+  bool came_late = false;        // that was a controller that did not come back, as the clock has decided
   std::size_t failed_alone = 0;  // particles that failed when they were alone afterwards
 
   bool done() const { return next == particles.size(); }

@@ -319,8 +319,15 @@ def leave_copies(own):
         os._exit(0)
 
 
+def pass_over(number, frame):
+    """Signals that are meant for the campaign end no controller. Other than if they were ignored, they do end a program
+    that the controller starts."""
+
+
 def main():
     own = os.getpid()
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGXCPU):
+        signal.signal(number, pass_over)
     faulthandler.enable()
     faulthandler.register(signal.SIGUSR1)  # what Graze sends before it ends a controller that does not come back
     setup = read_setup()

@@ -1,12 +1,15 @@
 #include "engine/library/shared_object.h"
 
 #include <dlfcn.h>
+#include <elf.h>
 #include <fmt/format.h>
 
 #include <cfenv>
 #include <cmath>
 #include <cstddef>
+#include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <stdexcept>
 #include <vector>
 
@@ -26,6 +29,36 @@ std::string missing_functions(const GrazePolicy& table) {
     if (!there) out += (out.empty() ? "" : ", ") + std::string(name);
   }
   return out;
+}
+
+/// What the loader does not tell: a library of another processor is to it as one that is not there.
+std::string processor_hint(const std::string& file) {
+  Elf64_Ehdr theirs{}, ours{};
+  const auto read = [](const std::string& name, Elf64_Ehdr& header) {
+    std::ifstream in(name, std::ios::binary);
+    return in.read(reinterpret_cast<char*>(&header), sizeof header) &&
+           std::memcmp(header.e_ident, ELFMAG, SELFMAG) == 0;
+  };
+  if (!read(file, theirs) || !read("/proc/self/exe", ours)) return "";
+  if (theirs.e_machine == ours.e_machine && theirs.e_ident[EI_CLASS] == ours.e_ident[EI_CLASS]) return "";
+  const auto name = [](unsigned machine) -> std::string {
+    switch (machine) {
+      case EM_X86_64:
+        return "x86-64";
+      case EM_386:
+        return "32-bit x86";
+      case EM_AARCH64:
+        return "64-bit ARM";
+      case EM_ARM:
+        return "32-bit ARM";
+      case EM_RISCV:
+        return "RISC-V";
+      default:
+        return fmt::format("another processor (ELF machine {})", machine);
+    }
+  };
+  return fmt::format("; it is made for {}, and this program for {}: compile it for this machine",
+                     name(theirs.e_machine), name(ours.e_machine));
 }
 
 /// What somebody meant who gives the source.
@@ -91,7 +124,8 @@ SharedObject::SharedObject(const LibraryUse& use) : file_(std::filesystem::path(
   before.restore();  // libraries that were built with -ffast-math flush small numbers from their loading on
   if (problem.empty()) add_loaded_library(file_);
   if (!problem.empty()) {
-    place.fail(fmt::format("{}: cannot be loaded: {}{}", use.file, one_line(problem), source_hint(use.file)));
+    place.fail(fmt::format("{}: cannot be loaded: {}{}", use.file, one_line(problem),
+                           source_hint(use.file) + processor_hint(use.file)));
   }
   if (!symbol) {
     place.fail(

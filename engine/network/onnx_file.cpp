@@ -242,7 +242,8 @@ void read_graph(std::string_view bytes, OnnxFile& out) {
       case 5: {
         auto constant = read_tensor(in.bytes());
         numbers += constant.second.size();
-        out.constants.insert(std::move(constant));
+        const auto [place, fresh] = out.constants.insert(std::move(constant));
+        if (!fresh) throw NetworkError("has two constants '" + clipped(place->first, kLongestName) + "'");
         break;
       }
       case 11:

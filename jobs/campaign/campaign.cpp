@@ -240,9 +240,11 @@ class Campaign {
     for (const auto& [policy, found] : mixed_up_) {
       spdlog::warn(
           "policy {}: {} of robots beside each other failed ({}), and not when each was simulated alone, which is what "
-          "is kept: its controller seems to mix up robots or lanes; 'graze check SCENARIO --determinism' looks at that",
+          "is kept: its controller seems to mix up robots or lanes{}; 'graze check SCENARIO --determinism' looks at "
+          "that",
           printable(scenario_.policies[policy].name),
-          found.blocks == 1 ? "a block" : fmt::format("{} blocks", found.blocks), printable(found.reason));
+          found.blocks == 1 ? "a block" : fmt::format("{} blocks", found.blocks), printable(found.reason),
+          found.late ? ", or is now and then too slow for its timeout" : "");
     }
   }
 
@@ -252,6 +254,7 @@ class Campaign {
       const std::lock_guard lock(mixed_up_mutex_);
       MixedUp& found = mixed_up_[unit.policy];
       if (found.blocks++ == 0) found.reason = unit.failed_together;
+      found.late = found.late || unit.came_late;
     }
     for (const UnfinishedParticle& particle : unit.unfinished) {
       ++unfinished_;
@@ -280,6 +283,7 @@ class Campaign {
   struct MixedUp {
     std::uint64_t blocks = 0;
     std::string reason;  // of the first
+    bool late = false;   // some of them did not come back in time
   };
   std::mutex mixed_up_mutex_;
   std::map<int, MixedUp> mixed_up_;  // by policy

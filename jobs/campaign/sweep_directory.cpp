@@ -8,6 +8,7 @@
 #include <span>
 
 #include "archive/archive.h"
+#include "archive/directory/unfinished.h"
 #include "jobs/campaign/sealed_json.h"
 
 namespace graze {
@@ -128,6 +129,17 @@ SweepPlan read_plan(const fs::path& folder) {
 bool has_particles(const fs::path& campaign, std::uint64_t particles) {
   const Archive archive(campaign);
   return archive.complete() && archive.info().particles >= particles;
+}
+
+bool lacks_unfinished_only(const fs::path& campaign) {
+  const std::uint64_t unfinished = read_unfinished(campaign).size();
+  if (unfinished == 0) return false;
+  const Archive archive(campaign);
+  std::uint64_t finished = 0;
+  for (const std::string& policy : archive.info().policies) {
+    archive.scan(policy, 0, [&](const TraceRows& rows) { finished += rows.size(); });
+  }
+  return finished + unfinished == archive.info().particles * archive.info().policies.size();
 }
 
 std::uint64_t described_particles(const fs::path& campaign) {

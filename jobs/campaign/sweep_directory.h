@@ -35,6 +35,8 @@ bool is_sweep(const std::filesystem::path& folder);
 
 /// Whether the campaign of a point has the outcomes of so many particles. Throws InputError.
 bool has_particles(const std::filesystem::path& campaign, std::uint64_t particles);
+/// Whether all traces of a campaign that are not there are noted as unfinished, and there are such. Throws InputError.
+bool lacks_unfinished_only(const std::filesystem::path& campaign);
 /// How many particles a campaign shall have, whether or not they are there; 0: it does not read.
 std::uint64_t described_particles(const std::filesystem::path& campaign);
 /// Reads the outcomes of a point from its campaign. Throws InputError, also if its scenario is not that of the value.

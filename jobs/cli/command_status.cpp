@@ -177,7 +177,7 @@ std::string text_of(const std::string& name, const Status& status) {
   }
   out += "\n" + text_table(table, 1) + convergence_table(convergence, flag_rule(status.unconverged));
   if (status.unfinished.empty()) return out;
-  return out + "\nUnfinished, by the fault of the machine; '" + resume_command(name, status.trust) +
+  return out + "\nUnfinished, " + why_unfinished(status.unfinished) + "; '" + resume_command(name, status.trust) +
          "' tries them again" + unfinished_text(status.unfinished, name, status.trust) + "\n";
 }
 

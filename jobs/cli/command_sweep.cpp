@@ -291,7 +291,9 @@ class SweepRun {
       : arguments_(arguments), folder_(std::move(folder)), plan_(read_plan(folder_)) {}
 
   bool adaptive() const { return plan_.sweep.adaptive; }
-  /// Simulates what is missing; all outcomes are there then.
+  /// Values some of whose traces were left unfinished.
+  std::size_t incomplete() const { return incomplete_; }
+  /// Simulates what is missing; all outcomes are there then, but of traces that were left unfinished.
   const Sweep& run() {
     std::vector<std::uint64_t> particles(plan_.sweep.points.size(), first_particles(plan_));
     do {
@@ -333,14 +335,19 @@ class SweepRun {
     try {
       resume_campaign(resume, start);
     } catch (const MachineError& error) {
-      throw MachineError(
-          fmt::format("{}; 'graze sweep {}' goes on with the whole sweep", error.what(), shell_path(folder_.string())));
+      const std::string text =
+          fmt::format("{}; 'graze sweep {}' goes on with the whole sweep", error.what(), shell_path(folder_.string()));
+      // What is simulated next in an adaptive sweep depends on all outcomes.
+      if (plan_.sweep.adaptive || !lacks_unfinished_only(campaign)) throw MachineError(text);
+      spdlog::error("{}", text);
+      ++incomplete_;
     }
   }
 
   const SweepArguments& arguments_;
   const fs::path folder_;
   SweepPlan plan_;
+  std::size_t incomplete_ = 0;
 };
 
 /// Options that say what is swept; a folder says it itself.
@@ -411,7 +418,11 @@ int sweep(const SweepArguments& arguments, const std::string& command_line) {
     write_picture(picture.file, arguments.force, drawn_figure(picture.figure(result), style, picture.file), false);
   }
   if (!arguments.quiet) spdlog::info("sweep: {}", folder.string());
-  return kDone;
+  if (run.incomplete() == 0) return kDone;
+  spdlog::error(
+      "sweep: {} of {} values lack traces that were left unfinished (above); 'graze sweep {}' tries them again",
+      run.incomplete(), result.points.size(), shell_path(folder.string()));
+  return kMachineFailed;
 }
 
 }  // namespace

@@ -43,7 +43,8 @@ std::string mending_of(const std::string& archive, const Verification& found) {
   std::string out = fmt::format("  '{}' mends it", resume_command(archive, runs_outside_code(archive)));
   if (found.left() > 0) out += fmt::format(" and simulates {} trace{}", found.left(), found.left() == 1 ? "" : "s");
   if (found.lost > 0) out += fmt::format(", of which damaged or missing shards held {}", found.lost);
-  if (found.unfinished > 0) out += fmt::format("; {} were unfinished by the fault of the machine", found.unfinished);
+  if (found.unfinished > 0)
+    out += fmt::format("; {} were left unfinished ('graze status' tells why)", found.unfinished);
   return out + "\n";
 }
 

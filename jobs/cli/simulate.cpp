@@ -70,7 +70,9 @@ bool holds_all(const Archive& archive, std::uint64_t answered_at) {
 }
 
 /// What was left undone without anything having failed.
-std::string incomplete(const std::string& directory, const CampaignEnd& end, std::uint64_t failed_ranks, bool trust) {
+std::string incomplete(const std::string& directory, const CampaignEnd& end, std::uint64_t failed_ranks,
+                       const CampaignInfo& info) {
+  const bool trust = needs_trust(info);
   const std::vector<UnfinishedTrace> unfinished = read_unfinished(std::filesystem::path(directory));
   std::string text;
   const std::string by = stop_signal().empty() ? "" : " by " + stop_signal();
@@ -84,12 +86,13 @@ std::string incomplete(const std::string& directory, const CampaignEnd& end, std
     text = fmt::format("stopped{} before the campaign was complete; what was finished is kept", by);
   }
   if (!unfinished.empty()) {
-    const bool controllers =
-        std::all_of(unfinished.begin(), unfinished.end(), [](const UnfinishedTrace& one) { return one.by_controller; });
-    text += fmt::format("{}traces unfinished {}: {}", text.empty() ? "" : "; ",
-                        controllers ? "because their controller did not come back, so that nobody knows how they end"
-                                    : "by the fault of this machine, not of the robot",
+    text += fmt::format("{}traces unfinished {}: {}", text.empty() ? "" : "; ", why_unfinished(unfinished),
                         unfinished.size());
+    if (!info.until.questions.empty()) {
+      text +=
+          "; --until ends with the first of them, since its next look at the answers would wait for it in vain, "
+          "where a run without --until goes on";
+    }
   }
   return fmt::format("{}: {}; '{}' does the rest{}", directory, text, resume_command(directory, trust),
                      unfinished_text(unfinished, directory, trust));
@@ -99,8 +102,7 @@ std::string incomplete(const std::string& directory, const CampaignEnd& end, std
 std::exception_ptr why_incomplete(CampaignWriter& writer, const CampaignInfo& info, const CampaignEnd& end,
                                   std::uint64_t failed_ranks, const Communicator& comm) {
   if (!end.error) {
-    return std::make_exception_ptr(
-        MachineError(incomplete(writer.directory().string(), end, failed_ranks, needs_trust(info))));
+    return std::make_exception_ptr(MachineError(incomplete(writer.directory().string(), end, failed_ranks, info)));
   }
   const auto told = [&](const MachineError& error) {
     const std::string who = comm.size() > 1 ? rank_name(comm) + ": " : "";
@@ -178,6 +180,14 @@ void choose_policies(Scenario& scenario, const std::vector<std::string>& pattern
   std::erase_if(scenario.policies, [&](const PolicySpec& policy) {
     return std::find(chosen.begin(), chosen.end(), policy.name) == chosen.end();
   });
+}
+
+std::string why_unfinished(const std::vector<UnfinishedTrace>& traces) {
+  const auto by_controllers =
+      std::count_if(traces.begin(), traces.end(), [](const UnfinishedTrace& one) { return one.by_controller; });
+  if (by_controllers == 0) return "by the fault of this machine, not of the robot";
+  const std::string text = "because their controller did not come back, so that nobody knows how they end";
+  return by_controllers == std::ssize(traces) ? text : text + ", or by the fault of this machine";
 }
 
 std::string unfinished_text(const std::vector<UnfinishedTrace>& traces, const std::string& directory, bool trust) {

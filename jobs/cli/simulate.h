@@ -24,6 +24,9 @@ struct Printing {
   bool table = true;                     // print it
 };
 
+/// Whose fault it is: "by the fault of this machine, …", "because their controller …".
+std::string why_unfinished(const std::vector<UnfinishedTrace>& traces);
+
 /// Some lines, each begun by a line break: unfinished traces, why, and how to replay them.
 std::string unfinished_text(const std::vector<UnfinishedTrace>& traces, const std::string& directory, bool trust);
 

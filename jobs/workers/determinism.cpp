@@ -78,6 +78,7 @@ class PromiseCheck {
     run.run(unit);
     report.unfinished += unit.unfinished.size();
     if (unit.mixes_up() && report.mixed_up++ == 0) report.failed = unit.failed_together;
+    report.late += unit.mixes_up() && unit.came_late;
     Records out;
     for (TraceRecord& record : unit.records) out[record.particle] = std::move(record);
     return out;
@@ -106,8 +107,10 @@ namespace {
 std::string verdict_of(const PromiseReport& report) {
   if (!report.broken.empty()) return fmt::format("{} came out ANOTHER WAY", report.broken.size());
   if (report.mixed_up > 0) {
-    return fmt::format("{} FAILED although its robots do not: robots or lanes are mixed up",
-                       report.mixed_up == 1 ? "a block" : fmt::format("{} blocks", report.mixed_up));
+    return fmt::format("{} {} although its robots do not: robots or lanes are mixed up{}",
+                       report.mixed_up == 1 ? "a block" : fmt::format("{} blocks", report.mixed_up),
+                       report.late == report.mixed_up ? "did NOT COME BACK" : "FAILED",
+                       report.late == report.mixed_up ? ", or the controller is too slow for its timeout" : "");
   }
   if (report.unfinished > 0) return fmt::format("{} traces were left unfinished, so nobody knows", report.unfinished);
   if (!report.compared()) return "NOTHING was compared: no trace is valid ('graze run' tells why)";

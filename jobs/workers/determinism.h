@@ -26,6 +26,7 @@ struct PromiseReport {
   std::size_t unfinished = 0;  // of all traces: these compare with nothing
   std::size_t mixed_up = 0;    // blocks that failed, and none of their particles did when it was alone
   std::string failed = {};     // what the first of these threw
+  std::size_t late = 0;        // of these: blocks that did not come back in time
 
   /// Whether there were valid traces at all: invalid ones say nothing of what the controller does.
   bool compared() const { return invalid < particles && comparisons > 0; }

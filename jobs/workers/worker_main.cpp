@@ -181,11 +181,22 @@ bool started_as_worker(int argc, char** argv) {
   return getsockopt(kWorkerSocket, SOL_SOCKET, SO_TYPE, &type, &size) == 0;
 }
 
+namespace {
+
+/// A signal that is meant for the campaign, whose parent ends this process when it is time. It is not ignored, as then
+/// it would be in all programs that a controller starts.
+void pass_over(int number) {
+  struct sigaction action {};
+  action.sa_handler = [](int) {};
+  action.sa_flags = SA_RESTART;
+  sigaction(number, &action, nullptr);
+}
+
+}  // namespace
+
 int work_for_parent() {
   std::setvbuf(stdout, nullptr, _IOLBF, 0);  // what is printed before a crash shall be seen
-  for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGUSR1, SIGXCPU}) {
-    std::signal(number, SIG_IGN);  // meant for the campaign, whose parent ends this process when it is time
-  }
+  for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGUSR1, SIGXCPU}) pass_over(number);
   const pid_t self = getpid();
   const auto say = [self](WorkerMessage word, std::uint64_t mark) {
     if (getpid() != self) _exit(EXIT_SUCCESS);  // a copy by fork() that has come as far as this has nothing to say

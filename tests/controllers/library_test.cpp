@@ -1,6 +1,7 @@
 // Claim: a controller in a shared object runs only if the user says so and is the one that was meant; it gives the bits
 // of the same law of ours, for any number of threads, in a replay and after a resume; what cannot be loaded is refused
 // with its name before anything is simulated.
+#include <elf.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
@@ -77,6 +78,12 @@ TEST(Library, RefusesWhatCannotBeLoaded) {
   refused("file: text.so", "cannot be loaded");
   testing::write_file(swing.folder / "walk.py", "class Controller: pass\n");
   testing::write_file(swing.folder / "walk.c", "int main(void) { return 0; }\n");
+#if defined(__x86_64__)
+  std::string foreign = testing::read_file(swing.folder / "odd.so");
+  foreign.at(18) = static_cast<char>(EM_AARCH64);
+  testing::write_file(swing.folder / "foreign.so", foreign);
+  refused("file: foreign.so", "it is made for 64-bit ARM, and this program for x86-64");
+#endif
   refused("file: walk.py", "a controller in Python is python: {file: …} instead of library");
   refused("file: walk.c", "it is the source: compile it into a shared object, cc -O2");
   refused("file: odd.so, settings: {does: refuse}", "create() gave no controller: refused, as it was told");

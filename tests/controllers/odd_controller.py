@@ -81,6 +81,11 @@ class Odd:
             ended = subprocess.run(["/bin/sh", "-c", "exit 7"]).returncode
             if ended != 7:
                 raise RuntimeError(f"a child of mine ended with {ended}")
+        if does == "terminate":  # what it starts can be ended as anywhere
+            helper = subprocess.Popen(["sleep", "100"])
+            helper.terminate()
+            if helper.wait(5) != -15:
+                raise RuntimeError("a helper of mine did not end by SIGTERM")
         if does == "answer":
             os.write(3, b"k")
         if does == "umlaut":

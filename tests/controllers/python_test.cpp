@@ -367,6 +367,13 @@ TEST(Python, IgnoredSignalsOfChildrenHideNothing) {
   }
 }
 
+// A helper that a controller starts is ended by SIGTERM, as anywhere.
+TEST(Python, HelpersOfControllersCanBeEnded) {
+  const PythonSwing swing;
+  swing.odd("terminate");
+  EXPECT_TRUE(swing.run("terminate", "-n 1").invalid.empty());
+}
+
 // The same in a program that calls the simulator itself: what a controller starts is its own matter.
 TEST(Python, ChildrenOfControllersEndAsTheyEnd) {
   const PythonSwing swing;

@@ -103,6 +103,44 @@ TEST(Worker, PromiseOfWhatIsUnfinishedIsNotKnown) {
   EXPECT_THAT(check.out, HasSubstr("4 traces were left unfinished, so nobody knows"));  // once in each company
 }
 
+// A controller that hangs when it has had other robots before loses nothing, and is told of.
+TEST(Worker, BlocksThatDoNotComeBackAreToldThoughTheirRobotsDo) {
+  const Swing swing;
+  swing.write("file: odd.so, settings: {does: tire}, timeout: 0.3 s");
+  const Result run = swing.graze("run swing.yaml --trust --quiet --threads 1 -n 16 -o tired.graze");
+  EXPECT_EQ(run.code, 0) << run.err;
+  EXPECT_THAT(run.err, AllOf(HasSubstr("policy still: a block of robots beside each other failed"),
+                             HasSubstr("did not come back within 0.3 s"), HasSubstr("too slow for its timeout")));
+  EXPECT_EQ(outcomes(swing.folder / "tired.graze").digest.size(), 16u);
+  const Result check = swing.graze("check swing.yaml --determinism --trust -n 16");
+  EXPECT_EQ(check.code, 1);
+  EXPECT_THAT(check.out, HasSubstr("did NOT COME BACK although its robots do"));
+}
+
+// The other values are simulated, and the table is printed.
+TEST(Worker, SweepsGoOnBesideUnfinishedTraces) {
+  Swing swing;
+  swing.odd("loop", ", timeout: 0.3 s");
+  const Result sweep = swing.graze("sweep swing.yaml --over contact.friction=0.5,0.7 -n 4 --trust --quiet -o a.sweep");
+  EXPECT_EQ(sweep.code, 3);
+  EXPECT_THAT(sweep.out, AllOf(HasSubstr("0.5"), HasSubstr("0.7")));
+  EXPECT_THAT(sweep.err, HasSubstr("sweep: 2 of 2 values lack traces that were left unfinished"));
+  setenv("ODD_TAME", "1", 1);
+  const Result again = swing.graze("sweep a.sweep --trust --quiet");
+  unsetenv("ODD_TAME");
+  EXPECT_EQ(again.code, 0) << again.err;
+}
+
+// An adaptive end has to wait for every trace, and says so.
+TEST(Worker, UntilTellsWhyItEndsAtAnUnfinishedTrace) {
+  Swing swing;
+  swing.odd("loop", ", timeout: 0.3 s");
+  const Result run = swing.graze("run swing.yaml --trust --quiet -n 16 --until 'p >= 0.1' -o ill.graze");
+  EXPECT_EQ(run.code, 3);
+  EXPECT_THAT(run.err, HasSubstr("--until ends with the first of them"));
+  EXPECT_THAT(swing.graze("status ill.graze").out, HasSubstr("Unfinished, because their controller did not come back"));
+}
+
 TEST(Worker, LibraryThatVanishesEndsTheCampaign) {
   const Campaign swing;
   swing.odd("vanish");

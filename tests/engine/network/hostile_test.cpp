@@ -154,6 +154,9 @@ TEST(HostileNetworks, ListsSayAThingOnce) {
   }
   // A port costs a line of the file, and its rows are as many as the tensor's.
   EXPECT_EQ(refusal(OnnxWriter().input("x", {1, 3}).output("x").output("x").bytes()), "has two outputs 'x'");
+  EXPECT_EQ(
+      refusal(OnnxWriter().input("x", {1, 1}).constant("w", {1}, {1}).constant("w", {1}, {2}).output("x").bytes()),
+      "has two constants 'w'");
   EXPECT_THAT(refusal(OnnxWriter().input("x", Dims(9, 1)).output("x").bytes()),
               HasSubstr("has 9 dimensions; at most 8"));
   OnnxWriter wide;
