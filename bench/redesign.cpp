@@ -59,6 +59,10 @@ double largest_difference(const std::vector<DesignMargins>& a, const std::vector
 
 int main(int argc, char** argv) {
   const int rounds = argc > 1 ? std::atoi(argv[1]) : 5;
+  if (rounds < 1 || argc > 2) {
+    fmt::print(stderr, "usage: bench_redesign [ROUNDS], one or more\n");
+    return 2;
+  }
   const Scenario scenario =
       load_scenario(std::string(GRAZE_SOURCE_DIR) + "/data/scenarios/quadruped_design.yaml",
                     {.overrides = {{"design.variables.base_height", "{of: robot.link.BASE.size.z, factor: [0.5, 2]}"},

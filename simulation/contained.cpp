@@ -75,8 +75,10 @@ void ContainedRun::run(WorkUnit& unit, const RunOptions& options) {
       return;
     }
     unit.alone = true;
-    if (together.fault->of != Fault::Of::machine) unit.failed_together = together.fault->reason;
-    unit.came_late = together.fault->of == Fault::Of::controller;
+    // A controller's process that somebody has killed says nothing of the controller.
+    unit.came_late =
+        together.fault->of == Fault::Of::controller && together.fault->reason.find(kKilled) == std::string::npos;
+    if (unit.came_late || together.fault->of == Fault::Of::robot) unit.failed_together = together.fault->reason;
   }
   for (; !unit.done(); ++unit.next) {
     close(unit, attempt(unit, unit.next, 1, options));

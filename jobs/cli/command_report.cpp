@@ -142,7 +142,10 @@ int report(const ReportArguments& arguments) {
     std::cout << fmt::format("{}: {:.1f} kB\n", printable(output.string()),
                              static_cast<double>(std::filesystem::file_size(output)) / 1e3);
   }
-  return complete ? kDone : kMachineFailed;
+  if (complete) return kDone;
+  spdlog::warn("{}: is not complete; 'graze status' tells what is missing, and the page is about what is there",
+               arguments.archive);
+  return kMachineFailed;
 }
 
 }  // namespace
