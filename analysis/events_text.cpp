@@ -129,7 +129,10 @@ std::string tree_text(const PolicyEvents& policy, const CampaignEvents& events, 
   const Teller tell(events, std::max(events.request.rules.detail, Detail::features));
   const EventTree& tree = policy.tree;
   const double error_rate = events.request.tree.error_rate;
-  if (tree.tested == 0) return "No contact could be tested: too few traces, or all have had the same contacts.\n";
+  if (tree.tested == 0) {
+    return fmt::format("No contact could be tested: none parts the traces into groups of {} or more.\n",
+                       events.request.tree.fewest);
+  }
   const std::string nodes = counted(tree.tested, "node", "nodes");
   if (tree.nodes.empty()) {
     return fmt::format("No contact decides how a trace ends ({} tested, error rate {:g}).\n", nodes, error_rate);

@@ -120,8 +120,11 @@ Figure tree_figure(const CampaignEvents& events) {
   for (const PolicyEvents& policy : events.policies) {
     const TreeBox root = root_box(policy, words);
     std::string said = policy.policy;
-    if (policy.tree.nodes.empty())
+    if (policy.tree.tested == 0) {
+      said += ": no contact could be tested";
+    } else if (policy.tree.nodes.empty()) {
       said += fmt::format(": no contact decides how a trace ends ({} were tested)", policy.tree.tested);
+    }
     out.drawing.texts.push_back({kLeftEdge, top + 10, said, 13, PlotColor::ink, true});
     add_box(root, 0, top + kHeadline, std::max(1.0, static_cast<double>(policy.tree.all.n)), out.drawing);
     top += kHeadline + kRowHeight * static_cast<double>(leaves_of(root)) + kTreeGap;

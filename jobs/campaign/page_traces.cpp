@@ -211,12 +211,13 @@ std::vector<std::string> add_traces(Json& page, const Scenario& scenario, const 
   double steps = 0;
   for (const PageTrace& one : traces) steps += end_of(one, info) / info.step;
   check_effort(steps, fmt::format("{} traces have", traces.size()));
+  std::set<std::string> policies;
+  for (const PageTrace& one : traces) policies.insert(one.chosen.policy);
+  std::erase_if(own.policies, [&](const PolicySpec& one) { return !policies.contains(one.name); });
   if (controllers_trusted()) load_controllers_here(own);
   const Simulation simulation(std::move(own), info.particles);
   const std::vector<Channel> channels = channels_of(simulation.scenario());
   PolicyPlayer player(simulation, info, name, steps_between(simulation.scenario(), channels.size(), traces), form);
-  std::set<std::string> policies;
-  for (const PageTrace& one : traces) policies.insert(one.chosen.policy);
   std::vector<Json> played(traces.size());
   for (const std::string& policy : policies) player.play(policy, traces, played);
   page["channels"] = Json::array();

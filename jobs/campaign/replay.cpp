@@ -56,10 +56,6 @@ const PolicySpec& find_policy(const ReplayRequest& request, const CampaignInfo& 
                                near.empty() ? "" : "; nearest: " + near, fmt::join(names, ", ")));
 }
 
-int index_of(const PolicySpec& policy, const Scenario& scenario) {
-  return static_cast<int>(&policy - scenario.policies.data());
-}
-
 /// Refuses a particle that the campaign cannot have, or has not yet.
 void check_there(const ReplayRequest& request, const CampaignInfo& info, const std::string& policy) {
   const bool hypercube = info.design == "latin_hypercube";
@@ -75,9 +71,16 @@ void check_there(const ReplayRequest& request, const CampaignInfo& info, const s
                   request.particle, request.archive, policy));
 }
 
+/// With one policy alone: whatever becomes of the controllers of the others.
+Scenario with_policy(const Scenario& scenario, const PolicySpec& policy) {
+  Scenario out = scenario;
+  out.policies = {policy};
+  return out;
+}
+
 /// What one trace comes out as when nothing else is simulated, with the faults of a campaign contained as there.
-TraceRecord simulate(const Scenario& scenario, std::uint64_t particles, int policy, Particle particle,
-                     TraceObserver* observer) {
+/// `scenario`: of one policy.
+TraceRecord simulate(const Scenario& scenario, std::uint64_t particles, Particle particle, TraceObserver* observer) {
   TraceWatch watch;
   RunElsewhere elsewhere;
   if (observer) {
@@ -87,18 +90,10 @@ TraceRecord simulate(const Scenario& scenario, std::uint64_t particles, int poli
   }
   ContainedRun run(scenario, scenario.seed, watch, std::move(elsewhere));
   WorkUnit unit;
-  unit.policy = policy;
   unit.particles.push_back(std::move(particle));
   run.run(unit, {.observer = observer});
   if (unit.records.empty()) throw MachineError(fmt::format("the trace has no end: {}", unit.unfinished.at(0).reason));
   return std::move(unit.records.front());
-}
-
-/// Of the policy alone: whatever becomes of the others.
-void try_controller(const Scenario& scenario, const PolicySpec& policy) {
-  Scenario one = scenario;
-  one.policies = {policy};
-  try_controllers(one);
 }
 
 /// How many frames the trace will have: as in the archive, or, if that holds none, to the end.
@@ -136,7 +131,7 @@ TraceRecord simulate_recorded(const ReplayRequest& request, const Scenario& scen
                               StepLog& log) {
   StepRecorder recorder(scenario, info, request.every, request.most_bytes);
   if (request.record) recorder.expect(check_size(request, scenario, policy, info, archived));
-  TraceRecord trace = simulate(scenario, info.particles, index_of(policy, scenario), std::move(particle),
+  TraceRecord trace = simulate(with_policy(scenario, policy), info.particles, std::move(particle),
                                request.record ? &recorder : nullptr);
   if (recorder.full())
     too_large(request, "the frames and their contacts take more memory than may be", 2.0 * request.every);
@@ -318,7 +313,7 @@ Replay replay(const ReplayRequest& request) {
   if (!out.archived) check_there(request, info, policy.name);
   const std::vector<double> archived_values = archive.particle_values(request.particle);
   end_of_reading();
-  try_controller(scenario, policy);
+  try_controllers(with_policy(scenario, policy));
   const Recording kept = scenario.recording;
   scenario.recording.telemetry = Telemetry::none;
   scenario.recording.events = scenario.recording.phases = true;

@@ -13,6 +13,7 @@
 #include "archive/files/utf8.h"
 #include "jobs/campaign/exit_code.h"
 #include "jobs/campaign/say.h"
+#include "jobs/workers/worker_process.h"
 
 namespace graze {
 namespace {
@@ -62,6 +63,7 @@ void on_signal(int number) {
       _exit(kMachineFailed);
     }
   }
+  wait_for_stopped_workers_no_more();
   stop = true;
   errno = error;
 }

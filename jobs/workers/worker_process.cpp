@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cerrno>
 #include <chrono>
 #include <cmath>
@@ -39,6 +40,8 @@ constexpr double kStall = 10;      // s for the next byte of an answer that has 
 constexpr double kHeadless = 0.5;  // s: far longer than a process takes to end all its threads
 constexpr double kLeastWait = 2;   // s: shorter limits than that say nothing about a process as a whole
 constexpr int kNotPlaced = 126, kNotStarted = 127;  // exit codes, of its descriptors and of execv()
+constexpr double kLastWait = 5;                     // s, the same once the campaign has been asked to stop
+std::atomic<bool> asked_to_stop{false};
 constexpr const char* kNoProcess = "no process can be started for the controller";
 
 [[noreturn]] void no_process(const char* what) {
@@ -150,6 +153,8 @@ class WorkerClock {
   double inside_ = 0, still_ = 0, stalled_ = 0, headless_ = 0;
 };
 
+void wait_for_stopped_workers_no_more() { asked_to_stop = true; }
+
 WorkerProcess::WorkerProcess(const std::string& briefing, const WorkerPatience& patience)
     : patience_(patience), mark_(random_mark()) {
   try {
@@ -256,8 +261,10 @@ void WorkerProcess::look_at_clock(const WorkerClock& clock) {
     lost(fmt::format("{}{} did not come back within {:g} s", name_of(call),
                      std::isnan(time) ? "" : fmt::format(" at {:.6g} s", time), limit));
   }
-  const double still = std::max(patience_.frozen, kLeastWait);
-  if (patience_.frozen > 0 && clock.still() > still) {
+  const bool limited = patience_.frozen > 0;
+  double still = std::max(patience_.frozen, kLeastWait);
+  if (asked_to_stop) still = limited ? std::min(still, kLastWait) : kLastWait;
+  if ((limited || asked_to_stop) && clock.still() > still) {
     lost(fmt::format("process did not run for {:g} s, as if it had been stopped", still));
   }
   if (clock.stalled() > kStall) lost(fmt::format("process began an answer and did not end it within {:g} s", kStall));

@@ -25,6 +25,10 @@ class WorkerLost : public WorkerDied {
   using WorkerDied::WorkerDied;
 };
 
+/// From now on a process that does not run at all is waited for some seconds only: the campaign has been asked to stop.
+/// May be called by a signal's handler.
+void wait_for_stopped_workers_no_more();
+
 /// How long the process is waited for, s.
 struct WorkerPatience {
   double call;    // longest time of one call of the controller, but for loading and create()

@@ -154,6 +154,21 @@ TEST(Library, ReplaysAndResumesTheSameLibraryAlone) {
 }
 
 // A misspelt key would make policies that do not differ, under names that say they do.
+// Whatever has become of another policy's library, and without trust in it.
+TEST(Library, OtherPoliciesAreReplayedWithoutIt) {
+  const Swing swing;
+  swing.odd("nothing");
+  std::string text = testing::read_file(swing.folder / "swing.yaml");
+  text.replace(text.find("policies:\n"), 10, "policies:\n  native: {hold: {}, control: {torque: {}}}\n");
+  testing::write_file(swing.folder / "swing.yaml", text);
+  ASSERT_EQ(swing.graze("run swing.yaml --trust --quiet -n 2 -o both.graze").code, 0);
+  EXPECT_EQ(swing.graze("replay both.graze --particle 0 --policy native").code, 0);
+  EXPECT_EQ(swing.graze("replay both.graze --particle 0 --policy still").code, 2);
+  testing::write_file(swing.folder / "odd.so", testing::read_file(swing.folder / "odd.so") + "another");
+  EXPECT_EQ(swing.graze("replay both.graze --particle 0 --policy native").code, 0);
+  EXPECT_EQ(swing.graze("replay both.graze --particle 0 --policy still --trust").code, 2);
+}
+
 TEST(Library, WarnsOfValuesOverASettingThatIsNotThere) {
   const Swing swing;
   swing.write("file: odd.so, settings: {does: nothing, above: 0.22}",

@@ -1,6 +1,7 @@
 // Claim: what happens to the processes of controllers is told as what it is. Only what a controller does in a particle
 // costs this particle; what the clock has decided, or who runs the campaign has done, leaves particles unfinished, and
 // `resume` finishes them with the bits that they have in a campaign where all goes well.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -93,6 +94,18 @@ TEST(Worker, TimeoutAndStoppedOrKilledProcessLeaveUnfinished) {
     swing.expect_rest_well(ill);
     swing.expect_resumes_well();
   }
+}
+
+// Whoever asks the program to end does not wait for ever, as a scheduler does not.
+TEST(Worker, StoppedProcessDoesNotKeepTheProgramFromEnding) {
+  const Swing swing;
+  swing.write("file: odd.so, settings: {does: freeze, above: 0}, timeout: 600 s");
+  const Result run =
+      testing::shell(swing.folder.path(), fmt::format("timeout --preserve-status -s TERM -k 60 2 '{}' run swing.yaml "
+                                                      "--trust --quiet -n 1 -o ill.graze",
+                                                      GRAZE_PROGRAM));
+  EXPECT_EQ(run.code, 3) << run.err;
+  EXPECT_THAT(run.err, HasSubstr("process did not run for 5 s, as if it had been stopped"));
 }
 
 TEST(Worker, PromiseOfWhatIsUnfinishedIsNotKnown) {
