@@ -361,9 +361,15 @@ std::string WorkerProcess::finish() {
   take_output();
   const char* const where = call == LibraryCall::destroy ? "destroy()" : "process";
   if (!itself) return fmt::format("the controller's {} did not end within {:g} s and was killed", where, limit);
-  if (!status_ || WIFEXITED(*status_)) return "";
-  return fmt::format("the controller crashed ({}) {}", signal_name(WTERMSIG(*status_)),
-                     call == LibraryCall::destroy ? "in destroy()" : "at its end");
+  const bool destroying = call == LibraryCall::destroy;
+  if (!status_ || (WIFEXITED(*status_) && !destroying)) return "";
+  const char* const when = destroying ? "in destroy()" : "at its end";
+  if (WIFEXITED(*status_)) {
+    return fmt::format("the controller ended its process with exit code {} {}", WEXITSTATUS(*status_), when);
+  }
+  const int signal = WTERMSIG(*status_);
+  if (signal == SIGKILL) return fmt::format("the controller {} {}", kKilled, when);
+  return fmt::format("the controller crashed ({}) {}", signal_name(signal), when);
 }
 
 void WorkerProcess::end() {

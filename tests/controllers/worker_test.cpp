@@ -360,6 +360,9 @@ TEST(Worker, EndsInOrder) {
     EXPECT_EQ(run.err.find("destroy() did not end within 2 s and was killed") != std::string::npos, hangs) << run.err;
   }
   unsetenv("ODD_DESTROYED");
+  swing.odd("exit_destroy");
+  EXPECT_THAT(swing.graze("run swing.yaml --trust --quiet -n 8 --threads 1 -o exits.graze").err,
+              HasSubstr("ended its process with exit code 0 in destroy()"));
 }
 
 TEST(Worker, CommandsWithoutProcessesSayWhere) {
