@@ -80,7 +80,7 @@ TEST_F(Plot, WritesEachPicture) {
                                                                   {"channel", "Time [s]"},
                                                                   {"parameters", "initial.base.z"},
                                                                   {"survival", "of 20 failed"},
-                                                                  {"tree", "no contact decides how"},
+                                                                  {"tree", "no contact could be tested"},
                                                                   {"causes", "significant"}};
   for (const auto& [picture, word] : words) {
     const testing::Result run = graze("plot a.graze " + picture);
