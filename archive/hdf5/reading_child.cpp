@@ -38,6 +38,7 @@ namespace fs = std::filesystem;
 /// What a child reports to its parent, in memory that both share.
 struct Report {
   int depth;  // of ReadingNote
+  bool over, done;
   std::size_t index;
   std::array<char, PATH_MAX> file;
   std::array<char, 8192> message;
@@ -194,11 +195,18 @@ std::optional<ReaderEnd> go_on_in_child(const ReadingLimits& limits) {
   }
   end.file = shared.file.data();
   end.inside = shared.depth > 0;
+  end.over = shared.over;
+  end.done = shared.done;
   return end;
+}
+
+void end_of_child() noexcept {
+  if (child) report->done = true;
 }
 
 void end_of_reading() {
   if (!child) return;
+  report->over = true;
   setrlimit(RLIMIT_AS, &before.memory);
   setrlimit(RLIMIT_CPU, &before.processor);
   setrlimit(RLIMIT_CORE, &before.core);

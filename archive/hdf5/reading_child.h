@@ -37,6 +37,8 @@ struct ReaderEnd {
   int status = 0;       // as waitpid() gives it
   std::string file;     // that it was reading last
   bool inside = false;  // the library, when it ended
+  bool over = false;    // the reading: end_of_reading() has been called
+  bool done = false;    // what it was for: end_of_child() has been called
 };
 
 /// Forks: returns nothing in the child, which goes on with the limits in force and dies with its parent; in the parent,
@@ -46,6 +48,9 @@ std::optional<ReaderEnd> go_on_in_child(const ReadingLimits& limits);
 bool may_not_fork();
 /// In a child: there is nothing more to be read from the file, the limits go. Elsewhere nothing.
 void end_of_reading();
+
+/// In a child: whatever it is for has come to its end, an exception included. Elsewhere nothing.
+void end_of_child() noexcept;
 
 /// Whether a child that a signal ended died of what it read, and not of something else: then throws MachineError (it
 /// was killed, or crashed without reading) or ends this process by the same signal (Ctrl-C, a closed pipe).

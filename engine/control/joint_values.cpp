@@ -131,8 +131,13 @@ void doubt_position(const Settings& typed, const JointRoom& room, double q) {
   const double far = beyond(room, q, q);
   if (far == 0) return;
   const auto fits = [&](double x) { return beyond(room, x, x) == 0; };
-  warn(typed, fmt::format("{}: the limits of joint {} are {}{}", typed.text(), room.name, limits_text(typed, room),
-                          far > kFar ? unit_meant(typed, quantity_of(room), fits) : ""));
+  std::string meant;
+  if (far > kFar) {
+    meant = is_bare(typed) && fits(-q) ? fmt::format("; did you mean {:g}?", -q)  // limits to one side of 0
+                                       : unit_meant(typed, quantity_of(room), fits);
+  }
+  warn(typed,
+       fmt::format("{}: the limits of joint {} are {}{}", typed.text(), room.name, limits_text(typed, room), meant));
 }
 
 void doubt_targets(const Model& model, int k, double low, double high, const Settings& typed) {

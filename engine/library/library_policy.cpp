@@ -97,6 +97,10 @@ class LibraryPolicy : public OutsidePolicy {
                   [&] { return object_->table().act(self_, &seen, active.bits(), &out); });
     std::string wrong = written_behind();
     if (wrong.empty()) wrong = take(wanted_, active, targets);
+    if (wrong.find("of nan") != std::string::npos &&
+        (object_->table().reads & GRAZE_READS_EVERYTHING) != GRAZE_READS_EVERYTHING) {
+      wrong += "; what `reads` of its table does not name is NaN";
+    }
     if (!wrong.empty()) object_->fail(LibraryCall::act, time, wrong);
   }
 

@@ -22,10 +22,12 @@ void OutsidePolicy::refuse() const {
   const bool untrusted = libraries_allowed() == LibraryLoading::refused;
   throw LibraryRefused(fmt::format(
       "{}: {} {}", use_.place.key_place(), use_.file,
-      untrusted ? "is code that would run with your rights, and runs only if you say --trust, to graze run, resume, "
-                  "replay, sweep, submit, steps, sources, improve, predict, check --probe or check --determinism"
-                : "runs in a process of its own, which this command has none of; with isolation: none it runs in "
-                  "the program"));
+      untrusted
+          ? "is code that would run with your rights, and runs only if you say --trust, to graze run, resume, "
+            "replay, sweep, submit, steps, sources, improve, predict, check --probe or check --determinism (in Python: "
+            "trust=True)"
+          : "runs in a process of its own, which this command has none of; with isolation: none it runs in "
+            "the program"));
 }
 
 std::uint64_t OutsidePolicy::seed(int lane) const {

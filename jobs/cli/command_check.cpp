@@ -311,6 +311,7 @@ int check_determinism(const Scenario& scenario) {
 ExitCode try_first_traces(const Scenario& scenario) {
   ExitCode out = kDone;
   for (const FirstTrace& trace : first_traces(scenario, controllers_trusted())) {
+    if (const std::string outcome = outcome_of(trace); !outcome.empty()) spdlog::info("{}", outcome);
     const std::string problem = problem_of(trace);
     if (problem.empty()) continue;
     spdlog::warn("{}", problem);

@@ -25,7 +25,7 @@ CompareRequest request_of(const CompareArguments& arguments, const Archive& a, c
   CompareRequest out{arguments.a, arguments.b, {}, "", ""};
   if (!arguments.with.empty()) {
     const std::vector<std::string> of_a = chosen_names(a.info().policies, arguments.policies, arguments.a);
-    const std::vector<std::string> of_b = chosen_names(b.info().policies, {arguments.with}, arguments.b);
+    const std::vector<std::string> of_b = chosen_names(b.info().policies, {arguments.with}, arguments.b, "--with");
     if (of_a.size() != 1 || of_b.size() != 1) {
       throw InputError(fmt::format("--with {}: compares one policy of each; --policy chooses {} of {}, --with {} of {}",
                                    arguments.with, of_a.size(), arguments.a, of_b.size(), arguments.b));

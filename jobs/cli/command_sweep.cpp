@@ -18,6 +18,7 @@
 #include "jobs/campaign/sweep_axis.h"
 #include "jobs/campaign/sweep_directory.h"
 #include "jobs/cli/option_values.h"
+#include "jobs/cli/override_doubts.h"
 #include "jobs/cli/picture_file.h"
 #include "jobs/cli/resume_campaign.h"
 #include "jobs/cli/shared_options.h"
@@ -279,6 +280,9 @@ fs::path begin(const SweepArguments& arguments, const std::string& command_line)
   warnings.end();
   try_controllers(*first);
   doubt_uncertain(plan.sweep, *first);
+  std::vector<std::string> paths;
+  for (const SweepAxis& axis : plan.sweep.axes) paths.push_back(axis.path);
+  doubt_settings("--over", paths, *first);
   check_fits(arguments, plan, *first, folder);
   write_sweep(folder, plan, campaigns, command_line);
   return folder;

@@ -34,12 +34,12 @@ void doubt_nominal(const Override& given, const Scenario& scenario) {
 
 /// A setting of a controller from outside that stands nowhere in the file: the controller may know it, and may as well
 /// never ask for it. `file`: the scenario without what --set says.
-void doubt_new_setting(const Override& given, const Settings& file) {
+void doubt_new_setting(const std::string& option, const std::string& path, const Settings& file) {
   constexpr std::string_view kIn = ".settings.";
-  const std::size_t dot = given.path.find(kIn);
-  if (dot == std::string::npos || !given.path.starts_with("policies.")) return;
+  const std::size_t dot = path.find(kIn);
+  if (dot == std::string::npos || !path.starts_with("policies.")) return;
   std::optional<Settings> at = file;
-  std::string way = given.path.substr(0, dot + kIn.size() - 1);
+  std::string way = path.substr(0, dot + kIn.size() - 1);
   for (std::size_t begin = 0; at && begin < way.size();) {
     const std::size_t end = std::min(way.find('.', begin), way.size());
     at = at->is_map() ? at->find(way.substr(begin, end - begin)) : std::nullopt;
@@ -48,24 +48,32 @@ void doubt_new_setting(const Override& given, const Settings& file) {
   if (!at || !at->is_map()) return;
   std::vector<std::string> names;
   for (const auto& [name, value] : at->entries()) names.push_back(name);
-  std::string wanted = given.path.substr(dot + kIn.size());
+  std::string wanted = path.substr(dot + kIn.size());
   wanted = wanted.substr(0, wanted.find('.'));
   if (names.empty() || at->has(wanted)) return;
   const std::string near = nearest(wanted, names);
-  spdlog::warn("--set {}: {} is none of the settings that stand there ({}){}; the controller gets it beside them",
-               clipped(given.path, kShown), clipped(wanted, kShown), fmt::join(names, ", "),
+  spdlog::warn("{} {}: {} is none of the settings that stand there ({}){}; the controller gets it beside them", option,
+               clipped(path, kShown), clipped(wanted, kShown), fmt::join(names, ", "),
                near.empty() ? "" : fmt::format("; did you mean {}?", near));
 }
 
 }  // namespace
 
-void doubt_overrides(const std::vector<Override>& overrides, const Scenario& scenario) {
-  for (const Override& given : overrides) doubt_nominal(given, scenario);
-  const bool of_settings = std::ranges::any_of(
-      overrides, [](const Override& given) { return given.path.find(".settings.") != std::string::npos; });
-  if (!of_settings || scenario.source.file == kStandardInput) return;  // standard input is there once
+void doubt_settings(const std::string& option, const std::vector<std::string>& paths, const Scenario& scenario) {
+  const auto of_settings = [](const std::string& path) { return path.find(".settings.") != std::string::npos; };
+  if (std::ranges::none_of(paths, of_settings)) return;
+  if (scenario.source.file == kStandardInput) return;  // it is there once
   const Settings as_written = Settings::load(scenario.source.file);
-  for (const Override& given : overrides) doubt_new_setting(given, as_written);
+  for (const std::string& path : paths) doubt_new_setting(option, path, as_written);
+}
+
+void doubt_overrides(const std::vector<Override>& overrides, const Scenario& scenario) {
+  std::vector<std::string> paths;
+  for (const Override& given : overrides) {
+    doubt_nominal(given, scenario);
+    paths.push_back(given.path);
+  }
+  doubt_settings("--set", paths, scenario);
 }
 
 }  // namespace graze

@@ -1,21 +1,62 @@
 #include "jobs/cli/reading_verb.h"
 
+#include <fmt/format.h>
 #include <sys/wait.h>
 
+#include <csignal>
+#include <cstring>
 #include <new>
+#include <string>
 
 #include "archive/archive.h"
 #include "archive/hdf5/reading_child.h"
+#include "jobs/workers/controllers.h"
 
 namespace graze {
+namespace {
+
+/// What a controller does that is in the program (pages and pictures simulate traces anew) ends the whole child, when
+/// nothing is read any more. Signals that are meant for the program are nobody's fault.
+void blame_controllers(const ReaderEnd& end) {
+  if (!end.over || end.done || !controllers_trusted()) return;
+  std::string how;
+  if (WIFEXITED(end.status)) {
+    how = fmt::format("ended with exit code {}", WEXITSTATUS(end.status));
+  } else {
+    const int signal = WTERMSIG(end.status);
+    for (const int meant : {SIGINT, SIGHUP, SIGTERM}) {
+      if (signal == meant) return;
+    }
+    how = fmt::format("was ended by {}", sigabbrev_np(signal) != nullptr ? "SIG" + std::string(sigabbrev_np(signal))
+                                                                         : std::to_string(signal));
+  }
+  throw MachineError(fmt::format(
+      "{}: the process that simulates traces anew for this {}, and not by itself: by a controller of the "
+      "campaign's, which --trust lets run in it; without --trust there are no such traces, and 'graze replay' "
+      "runs a controller in a process of its own",
+      end.file, how));
+}
+
+/// Whether its end was reached, by an exception or not.
+struct EndOfChild {
+  EndOfChild() = default;
+  ~EndOfChild() { end_of_child(); }
+  EndOfChild(const EndOfChild&) = delete;
+  EndOfChild& operator=(const EndOfChild&) = delete;
+};
+
+}  // namespace
+
 int in_reading_child(const std::vector<std::string>& archives, const std::function<int()>& act,
                      double seconds_per_megabyte) {
   if (may_not_fork()) return act();
   const ReadingLimits limits = reading_limits({archives.begin(), archives.end()}, seconds_per_megabyte);
   if (const std::optional<ReaderEnd> end = go_on_in_child(limits)) {
+    blame_controllers(*end);
     if (!WIFEXITED(end->status) && died_of_reading(*end)) throw InputError(death_text(*end, limits));
     return WEXITSTATUS(end->status);
   }
+  const EndOfChild ends;
   try {
     return act();
   } catch (const std::bad_alloc&) {

@@ -36,6 +36,14 @@ std::vector<std::string> joints_at_limit(const Model& model, const std::vector<d
   return out;
 }
 
+/// "known failure (upright) at 0.31 s"
+std::string first_outcome(const TraceRecord& record, const Task& task) {
+  std::string out(outcome_name(record.outcome));
+  if (record.violated < 0) return out;
+  const std::string& name = task.requirements.at(static_cast<std::size_t>(record.violated)).name;
+  return out + fmt::format(" ({}) at {:.4g} s", printable(name), record.end_time);
+}
+
 /// Faults of a controller in a process of its own are told when they occur, by the name of its file.
 bool is_told(const PolicySpec& policy, const std::string& reason) {
   if (!is_from_outside(policy.settings) || !is_isolated(policy.settings)) return false;
@@ -58,6 +66,7 @@ FirstTrace trace_of(const Scenario& scenario, const Particle& particle, int poli
     if (record.outcome == Outcome::invalid) out.invalid = record.invalid_reason;
     out.limp =
         !torques.empty() && moves_by_torque(spec) && std::ranges::all_of(torques, [](double t) { return t == 0; });
+    if (record.outcome != Outcome::invalid) out.outcome = first_outcome(record, scenario.task);
     out.at_limit = joints_at_limit(scenario.model, torques);
   }
   out.told = is_told(spec, out.invalid + out.unfinished);
@@ -101,6 +110,11 @@ std::string limit_text(const std::vector<std::string>& joints) {
 }
 
 }  // namespace
+
+std::string outcome_of(const FirstTrace& trace) {
+  if (trace.outcome.empty()) return "";
+  return fmt::format("policy {}, particle 0: {}", printable(trace.policy), trace.outcome);
+}
 
 std::string problem_of(const FirstTrace& trace) {
   const std::string begin = fmt::format("policy {}, particle 0: ", printable(trace.policy));

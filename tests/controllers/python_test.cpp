@@ -178,6 +178,7 @@ TEST(Python, CheckSimulatesOneTrace) {
     EXPECT_THAT(check.out, HasSubstr("archive")) << does;
   };
   expect("nothing", 0, "");
+  expect("nothing", 0, "policy still, particle 0: unknown failure");
   expect("limp", 0, "policy still, particle 0: all torques are 0 from beginning to end: the robot is limp");
   expect("raise", 1, "policy still, particle 0: odd.py: act() at 0.01 s raised RuntimeError");
   expect("killed", 3, "its trace would be left unfinished");
@@ -194,6 +195,10 @@ TEST(Python, SettingsThatStandNowhereInTheFileAreDoubted) {
   EXPECT_THAT(swing.graze(check + "dos=limp").err,
               HasSubstr("dos is none of the settings that stand there (does); did you mean does?"));
   EXPECT_EQ(swing.graze(check + "does=limp").err, "");
+  EXPECT_THAT(swing.graze("sweep swing.yaml --trust --quiet -n 1 -o a.sweep --over "
+                          "policies.still.python.settings.dos=limp,nothing")
+                  .err,
+              HasSubstr("--over policies.still.python.settings.dos: dos is none of the settings that stand there"));
 }
 
 TEST(Python, ChangedRoundingCostsItsParticleAlone) {

@@ -365,6 +365,23 @@ TEST(Worker, EndsInOrder) {
               HasSubstr("ended its process with exit code 0 in destroy()"));
 }
 
+// Pages have trusted controllers in the process that makes them: one that ends it is no success, and no damaged
+// archive.
+TEST(Worker, ControllersThatEndAPageAreToldFromArchives) {
+  if (GRAZE_SANITIZED) GTEST_SKIP() << "the sanitizer is there first";
+  const Swing swing;
+  for (const char* does : {"exit_destroy", "crash_destroy"}) {
+    swing.odd(does);
+    setenv("ODD_TAME", "1", 1);
+    ASSERT_EQ(swing.graze("run swing.yaml --trust --quiet -n 2 --force -o a.graze").code, 0);
+    unsetenv("ODD_TAME");
+    const Result view = swing.graze("view a.graze --trust --particle 0 --force -o page.html");
+    EXPECT_EQ(view.code, 3) << does << view.err;
+    EXPECT_THAT(view.err, AllOf(HasSubstr("by a controller of the campaign's"), Not(HasSubstr("damaged"))));
+    EXPECT_EQ(swing.graze("view a.graze --particle 0 --force -o page.html").code, 0);
+  }
+}
+
 TEST(Worker, CommandsWithoutProcessesSayWhere) {
   const Swing swing;
   swing.odd("nothing");

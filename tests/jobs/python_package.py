@@ -190,6 +190,8 @@ class PackageTest(unittest.TestCase):
         self.assertIn("quadruped_curb", str(refused.exception))
         with self.assertRaisesRegex(graze.GrazeError, "run: n is a whole number, not 'eight'"):
             graze.run("quadruped_curb", n="eight", output=self.folder / "no.graze")
+        with self.assertRaisesRegex(graze.GrazeError, "a class is meant.*policies='step'"):
+            graze.run("quadruped_curb", policy="step", output=self.folder / "no.graze")
         with self.assertRaisesRegex(FileNotFoundError, "no such program"):
             graze.run("quadruped_curb", program="grase")
 

@@ -78,6 +78,9 @@ class WrittenPolicies:
 
     def _python(self, given: object, rest: Mapping[str, object]) -> Dict[str, object]:
         """The map under `python` of a class or an object, whose source is written."""
+        if isinstance(given, (str, list, tuple)):
+            raise GrazeError(2, f"policy: a class is meant, or an object of one, not {given!r}; of the scenario's own policies "
+                                f"run() takes those that are named by policies={given!r}")
         made = _class_of(given)
         if not callable(getattr(made, "act", None)):
             raise GrazeError(2, f"policy: class {made.__name__} has no method act(self, observation, targets)")
