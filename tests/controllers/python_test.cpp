@@ -195,8 +195,9 @@ TEST(Python, SettingsThatStandNowhereInTheFileAreDoubted) {
   EXPECT_THAT(swing.graze(check + "dos=limp").err,
               HasSubstr("dos is none of the settings that stand there (does); did you mean does?"));
   EXPECT_EQ(swing.graze(check + "does=limp").err, "");
-  EXPECT_THAT(swing.graze("sweep swing.yaml --trust --quiet -n 1 -o a.sweep --over "
-                          "policies.still.python.settings.dos=limp,nothing")
+  EXPECT_THAT(swing
+                  .graze("sweep swing.yaml --trust --quiet -n 1 -o a.sweep --over "
+                         "policies.still.python.settings.dos=limp,nothing")
                   .err,
               HasSubstr("--over policies.still.python.settings.dos: dos is none of the settings that stand there"));
 }
