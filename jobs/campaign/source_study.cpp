@@ -1,11 +1,13 @@
 #include "jobs/campaign/source_study.h"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <mutex>
 #include <set>
 
+#include "archive/files/utf8.h"
 #include "jobs/campaign/campaign.h"
 #include "jobs/campaign/exit_code.h"
 #include "jobs/campaign/ranks.h"
@@ -43,10 +45,22 @@ std::vector<std::vector<SourceTrace>> simulate(const Scenario& scenario, const S
   options.threads = question.threads;
   options.watchdog = question.watchdog;
   std::mutex mutex;
+  std::string unfinished, invalid;  // the first of each, by the clock
+  options.unfinished = [&](const std::string& policy, const UnfinishedParticle& one) {
+    const std::lock_guard lock(mutex);
+    if (!unfinished.empty()) return;
+    unfinished = fmt::format("policy {}, particle {}: {}{}", printable(policy), one.particle, printable(one.reason),
+                             one.by_controller ? "" : "; --watchdog 0 waits");
+  };
   const double end = scenario.timing.end, step = scenario.timing.step;
   const TraceSink sink = [&](int policy, std::vector<TraceRecord> traces, const std::vector<double>&) {
     const std::lock_guard lock(mutex);
     for (TraceRecord& one : traces) {
+      if (one.outcome == Outcome::invalid && invalid.empty()) {
+        const std::string& name = scenario.policies[static_cast<std::size_t>(policy)].name;
+        invalid =
+            fmt::format("policy {}, particle {}: {}", printable(name), one.particle, printable(one.invalid_reason));
+      }
       const bool lasted = one.end_time > end - 0.5 * step;
       out[static_cast<std::size_t>(policy)][one.particle] = {one.outcome, one.end_time, lasted, std::move(one.q)};
     }
@@ -56,10 +70,11 @@ std::vector<std::vector<SourceTrace>> simulate(const Scenario& scenario, const S
   std::exception_ptr error = run.error;
   if (!error && !run.complete()) {
     error = std::make_exception_ptr(MachineError(
-        fmt::format("sources: {} traces took longer than the watchdog lets them; --watchdog 0 waits", run.unfinished)));
+        fmt::format("sources: {} traces were left unfinished; the first: {}", run.unfinished, unfinished)));
   }
   if (!run.hanging.empty()) leave_hanging(*comm, report_error(error));
   if (error) std::rethrow_exception(error);
+  if (!invalid.empty()) spdlog::warn("sources: some traces are invalid; one of them: {}", invalid);
   return out;
 }
 

@@ -15,6 +15,7 @@
 #include "analysis/text_table.h"
 #include "archive/files/files.h"
 #include "archive/files/parent_folders.h"
+#include "archive/files/shell_word.h"
 #include "jobs/campaign/describe_campaign.h"
 #include "jobs/campaign/improvement_file.h"
 #include "jobs/campaign/improvement_history.h"
@@ -249,12 +250,21 @@ void simulate_verdict(const fs::path& folder, const std::string& name, const Imp
   resume_campaign(resume, start);
 }
 
-std::string verdict_text(const PolicyComparison& pair) {
+std::string verdict_text(const PolicyComparison& pair, std::uint64_t asked, const fs::path& folder) {
+  std::string missing;
+  if (pair.pairs.n() < asked) {
+    missing = fmt::format(
+        "{} of {} particles are not among them: they have no valid trace before or after, as 'graze score {}' and "
+        "'graze "
+        "score {}' tell\n",
+        asked - pair.pairs.n(), asked, shell_path((folder / "before.graze").string()),
+        shell_path((folder / "improved.graze").string()));
+  }
   return fmt::format(
       "\nVerdict on {} particles that it was not improved on: {} succeed before, {} after; {} were fixed, {} broke\n"
-      "Difference {:+.3f}, 95 % interval {:+.3f} .. {:+.3f}, p = {:.2g}: {}\n",
+      "Difference {:+.3f}, 95 % interval {:+.3f} .. {:+.3f}, p = {:.2g}: {}\n{}",
       pair.pairs.n(), pair.success_a, pair.success_b, pair.pairs.only_b, pair.pairs.only_a, pair.difference,
-      pair.interval.low, pair.interval.high, pair.p_value, verdict_words(pair));
+      pair.interval.low, pair.interval.high, pair.p_value, verdict_words(pair), missing);
 }
 
 void simulate_verdict(const fs::path& folder, const ImproveArguments& arguments, const ImproveQuestion& question) {
@@ -369,7 +379,7 @@ int improve(ImproveArguments arguments) {
                     best_design(state).second,
                     std::move(traces),
                     arguments.verdict > 0 ? session_verdict(folder) : kept_verdict(folder)};
-  if (arguments.verdict > 0) out << verdict_text(*redesign.verdict);
+  if (arguments.verdict > 0) out << verdict_text(*redesign.verdict, arguments.verdict, folder);
   out << fmt::format("{0}/{1}: the improved robot, ready to run; {0}/{2}: the first one in the same task\n",
                      folder.string(), kImprovedScenario, kBeforeScenario);
   if (arguments.json) std::cout << improvement_json(scenario, question, state);

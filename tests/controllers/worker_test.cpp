@@ -365,6 +365,14 @@ TEST(Worker, EndsInOrder) {
               HasSubstr("ended its process with exit code 0 in destroy()"));
 }
 
+TEST(Worker, SourcesTellWhyTracesAreInvalid) {
+  const Swing swing;
+  swing.odd("error", ", isolation: none");
+  EXPECT_THAT(swing.graze("sources swing.yaml --trust -n 16").err,
+              AllOf(HasSubstr("sources: some traces are invalid; one of them: policy still, particle "),
+                    HasSubstr("returned error 7")));
+}
+
 // Pages have trusted controllers in the process that makes them: one that ends it is no success, and no damaged
 // archive.
 TEST(Worker, ControllersThatEndAPageAreToldFromArchives) {
