@@ -11,6 +11,7 @@
 #include "jobs/campaign/campaign.h"
 #include "jobs/campaign/exit_code.h"
 #include "jobs/campaign/ranks.h"
+#include "simulation/contained.h"
 
 namespace graze {
 namespace {
