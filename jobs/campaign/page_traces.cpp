@@ -230,8 +230,7 @@ std::vector<std::string> add_traces(Json& page, const Scenario& scenario, const 
     const bool one = kept.size() == 1;
     const std::string note = fmt::format(
         "{} {} {} from outside, which {} for this page with --trust alone; {} traces are shown as far as the archive "
-        "knows "
-        "them.",
+        "knows them.",
         one ? "Policy" : "Policies", fmt::join(kept, ", "), one ? "is a controller" : "are controllers",
         one ? "runs" : "run", one ? "its" : "their");
     page["notes"].push_back(note);
