@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 #include <set>
+#include <string>
 
 #include "engine/control/policy.h"
 #include "engine/library/library_use.h"
@@ -61,24 +63,11 @@ void check_way(const Settings& policy, const std::string& path, const Settings& 
       fmt::format("does not lead to what stands there, {} (at {}){}", stands, there[0].second.key_place(), hint));
 }
 
-/// A path of `over` into the settings of a controller from outside that names none of those that stand there: the
-/// controller may know it and have a value of its own for it, and may as well never ask for it.
+/// A path of `over` into the settings of a controller from outside that names none of those that stand there.
 void doubt_setting(const Settings& policy, const std::string& path, const Settings& values) {
-  const std::size_t dot = path.find(".settings.");
-  if (dot == std::string::npos || !is_from_outside(policy)) return;
-  const auto kind = policy.find(path.substr(0, dot));
-  const auto settings = kind && kind->is_map() ? kind->find("settings") : std::nullopt;
-  if (!settings || !settings->is_map()) return;
-  std::string wanted = path.substr(dot + std::string_view(".settings.").size());
-  wanted = wanted.substr(0, wanted.find('.'));
-  std::vector<std::string> names;
-  for (const auto& [name, value] : settings->entries()) names.push_back(name);
-  if (names.empty() || settings->has(wanted)) return;
-  const std::string near = nearest(wanted, names);
-  const std::string hint = near.empty() ? "" : fmt::format("; did you mean {}?", near);
-  warn(values,
-       fmt::format("{} is none of the settings that stand there ({}, at {}){}; the controller gets it beside them",
-                   wanted, fmt::join(names, ", "), settings->key_place(), hint));
+  if (!is_from_outside(policy)) return;
+  const std::string doubt = doubted_setting(policy, path);
+  if (!doubt.empty()) warn(values, doubt);
 }
 
 std::vector<PolicySpec> expanded(const std::vector<PolicySpec>& policies, const std::string& path,
@@ -101,6 +90,29 @@ std::vector<PolicySpec> expanded(const std::vector<PolicySpec>& policies, const 
 }
 
 }  // namespace
+
+std::string doubted_setting(const Settings& root, const std::string& path) {
+  constexpr std::string_view kIn = ".settings.";
+  const std::size_t in = path.find(kIn);
+  if (in == std::string::npos) return "";
+  std::optional<Settings> at = root;
+  const std::string way = path.substr(0, in + kIn.size() - 1);
+  for (std::size_t begin = 0; at && begin < way.size();) {
+    const std::size_t end = std::min(way.find('.', begin), way.size());
+    at = at->is_map() ? at->find(way.substr(begin, end - begin)) : std::nullopt;
+    begin = end + 1;
+  }
+  if (!at || !at->is_map()) return "";
+  std::string wanted = path.substr(in + kIn.size());
+  wanted = wanted.substr(0, wanted.find('.'));
+  std::vector<std::string> names;
+  for (const auto& [name, value] : at->entries()) names.push_back(name);
+  if (names.empty() || at->has(wanted)) return "";
+  const std::string near = nearest(wanted, names);
+  return fmt::format("{} is none of the settings that stand there ({}, at {}){}; the controller gets it beside them",
+                     clipped(wanted, 80), fmt::join(names, ", "), at->key_place(),
+                     near.empty() ? "" : fmt::format("; did you mean {}?", near));
+}
 
 std::vector<PolicySpec> read_policies(const Settings& policies) {
   std::vector<PolicySpec> out;

@@ -230,7 +230,6 @@ bool died_of_reading(const ReaderEnd& end) {
 
 std::string death_text(const ReaderEnd& end, const ReadingLimits& limits) {
   const int signal = WTERMSIG(end.status);
-  const std::string name = fmt::format("SIG{}", sigabbrev_np(signal) != nullptr ? sigabbrev_np(signal) : "?");
   constexpr const char* kForged = "it is damaged or forged in a way that its checksum does not show";
   if (signal == SIGXCPU) {
     rlimit own{};
@@ -238,8 +237,8 @@ std::string death_text(const ReaderEnd& end, const ReadingLimits& limits) {
     return fmt::format("{}: reading it took more than {} s of processor time, which no archive of its size takes; {}",
                        end.file, std::min<rlim_t>(limits.seconds, own.rlim_cur), kForged);
   }
-  return fmt::format("{}: the HDF5 library crashed on it ({}); {}, or this machine has no memory left", end.file, name,
-                     kForged);
+  return fmt::format("{}: the HDF5 library crashed on it ({}); {}, or this machine has no memory left", end.file,
+                     signal_name(signal), kForged);
 }
 
 std::string too_large_text() {

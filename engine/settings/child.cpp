@@ -124,7 +124,7 @@ std::string end_text(int status, const ChildLimits& limits) {
   if (WIFSIGNALED(status)) {
     const int signal = WTERMSIG(status);
     if (signal == SIGXCPU) return time_problem(limits);
-    return fmt::format("crashed (SIG{})", sigabbrev_np(signal) != nullptr ? sigabbrev_np(signal) : "?");
+    return "crashed (" + signal_name(signal) + ")";
   }
   return fmt::format("ended its process with code {}", WEXITSTATUS(status));
 }

@@ -7,9 +7,17 @@
 
 #include <cerrno>
 #include <csignal>
+#include <cstring>
 #include <optional>
+#include <string>
 
 namespace graze {
+
+/// "SIGSEGV"
+inline std::string signal_name(int signal) {
+  const char* const name = sigabbrev_np(signal);
+  return std::string("SIG") + (name != nullptr ? name : "?");
+}
 
 /// If SIGCHLD is ignored, from now on it is not. Other handlers stay. For the whole process.
 inline void hear_of_children() {

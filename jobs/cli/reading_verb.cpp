@@ -4,12 +4,12 @@
 #include <sys/wait.h>
 
 #include <csignal>
-#include <cstring>
 #include <new>
 #include <string>
 
 #include "archive/archive.h"
 #include "archive/hdf5/reading_child.h"
+#include "engine/settings/child_end.h"
 #include "jobs/workers/controllers.h"
 
 namespace graze {
@@ -27,8 +27,7 @@ void blame_controllers(const ReaderEnd& end) {
     for (const int meant : {SIGINT, SIGHUP, SIGTERM}) {
       if (signal == meant) return;
     }
-    how = fmt::format("was ended by {}", sigabbrev_np(signal) != nullptr ? "SIG" + std::string(sigabbrev_np(signal))
-                                                                         : std::to_string(signal));
+    how = "was ended by " + signal_name(signal);
   }
   throw MachineError(fmt::format(
       "{}: the process that simulates traces anew for this {}, and not by itself: by a controller of the "

@@ -118,11 +118,6 @@ bool main_thread_has_ended(pid_t id) {
   return bracket != std::string::npos && bracket + 2 < text.size() && text[bracket + 2] == 'Z';
 }
 
-std::string signal_name(int signal) {
-  const char* const name = sigabbrev_np(signal);
-  return fmt::format("SIG{}", name ? name : "?");
-}
-
 }  // namespace
 
 /// Time that has passed in one and the same state of a worker, s.

@@ -193,7 +193,8 @@ TEST(Python, SettingsThatStandNowhereInTheFileAreDoubted) {
   swing.odd("nothing");
   const std::string check = "check swing.yaml --set policies.still.python.settings.";
   EXPECT_THAT(swing.graze(check + "dos=limp").err,
-              HasSubstr("dos is none of the settings that stand there (does); did you mean does?"));
+              AllOf(HasSubstr("dos is none of the settings that stand there (does, at swing.yaml:13:"),
+                    HasSubstr("did you mean does?")));
   EXPECT_EQ(swing.graze(check + "does=limp").err, "");
   EXPECT_THAT(swing
                   .graze("sweep swing.yaml --trust --quiet -n 1 -o a.sweep --over "
