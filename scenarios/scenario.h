@@ -58,6 +58,7 @@ struct Scenario {
   std::shared_ptr<const World> world;  // p0
   Model model;                         // compiled p0
   std::string physics = "lanes";
+  std::string controller_urdf;  // that controllers from outside are given; empty: that of the files
   Timing timing;
   ParameterSpace space;  // all uncertain parameters
   Design design = Design::random;

@@ -89,7 +89,7 @@ struct BlockRun::Impl final : TraceSaver {
         initial(initial_state(*s.world, s.model)),
         physics(make_physics(s.physics, s.model)),
         controllers(ControlContext{s.model, initial, s.timing.control, physics->solves_drives(), s.timing.end,
-                                   root_seed, policy.name},
+                                   root_seed, policy.name, nullptr, s.controller_urdf},
                     policy.settings),
         sensors(s.model, channel_names(s.world->robot), sensor_noise(s, root_seed), controllers.reads()),
         actuators(s.model, s.torque_speed, physics->solves_drives()),

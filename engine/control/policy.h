@@ -41,6 +41,7 @@ struct ControlContext {
   std::uint64_t seed = 0;                                // root seed, which PolicyDraws are keyed by
   std::string name = {};                                 // of the policy in its scenario, "step/2cm"; keys them too
   PolicyDraws* draws = nullptr;                          // set by the Controller; outlives the policy
+  std::string urdf = {};                                 // of `nominal`; empty: what brief_libraries() was told
 };
 
 /// Name and unit of an internal quantity.

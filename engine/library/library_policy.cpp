@@ -40,7 +40,8 @@ unsigned sensed_groups(std::uint32_t reads) {
 /// What a library is told of the robot, with the memory that it points into.
 class LibrarySetup {
  public:
-  LibrarySetup(const ControlContext& context, const Described& own) : urdf_(library_urdf()) {
+  LibrarySetup(const ControlContext& context, const Described& own)
+      : urdf_(context.urdf.empty() ? library_urdf() : context.urdf) {
     const auto settings = own.find("settings");
     settings_ = settings && !settings->is_null() ? settings_json(*settings) : "{}";
     if (!settings_.starts_with("{")) settings->fail("must be a map, {kp: 20, …}");

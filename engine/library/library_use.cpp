@@ -51,11 +51,6 @@ void show_library_calls(LibraryCalls* page) { page_of_calls = page; }
 LibraryCalls* shown_library_calls() { return page_of_calls.load(std::memory_order_relaxed); }
 bool is_forked_copy() { return forked_copy.load(std::memory_order_relaxed); }
 
-LibraryCallHere& library_call_here() {
-  thread_local LibraryCallHere here;
-  return here;
-}
-
 namespace {
 std::atomic<const char*> loaded_names{nullptr};
 }

@@ -94,7 +94,8 @@ inline constexpr const char* kOwnProcess = "process";
 
 /// Where a library is called, for whoever watches this process from outside: a page that both share.
 enum class LibraryCall : std::uint32_t { none, load, create, start, act, destroy };
-const char* name_of(LibraryCall call);  // "act()"
+const char* name_of(LibraryCall call);    // "act()"
+inline constexpr double kSlowStart = 60;  // s more than its timeout, for loading and create()
 /// Whether it is one of them: a page that a library has overwritten may hold anything.
 bool is_call(LibraryCall call);
 struct LibraryCalls {
@@ -112,8 +113,12 @@ struct LibraryCallHere {
   LibraryCall call = LibraryCall::none;
   double time = 0;             // s in the trace; NaN: there is none
   const char* file = nullptr;  // name of the library
+  double limit = 0;            // s on the clock, longest time of the call
 };
-LibraryCallHere& library_call_here();
+/// May be asked in a handler of signals.
+LibraryCallHere library_call_here();
+/// The thread enters a call, or, with {}, has left it.
+void show_call_here(const LibraryCallHere& call);
 /// The libraries that this process has loaded ("walk.so, lift.so"), whose own threads are in no call; null: none. May
 /// be asked in a handler of signals.
 const char* libraries_loaded();

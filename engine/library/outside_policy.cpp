@@ -23,9 +23,7 @@ void OutsidePolicy::refuse() const {
   throw LibraryRefused(fmt::format(
       "{}: {} {}", use_.place.key_place(), use_.file,
       untrusted
-          ? "is code that would run with your rights, and runs only if you say --trust, to graze run, resume, "
-            "replay, sweep, submit, steps, sources, improve, predict, check --probe or check --determinism (in Python: "
-            "trust=True)"
+          ? "is code that would run with your rights, and runs only if you say so: --trust (in Python: trust=True)"
           : "runs in a process of its own, which this command has none of; with isolation: none it runs in "
             "the program"));
 }

@@ -73,7 +73,7 @@ class PythonSetup {
     add("file", json_text(use.file));
     add("class", json_text(use.class_name));
     add("settings", settings && !settings->is_null() ? settings_json(*settings) : "{}");
-    add("urdf", json_text(library_urdf()));
+    add("urdf", json_text(context.urdf.empty() ? library_urdf() : context.urdf));
     add("period", number(context.period));
     add("lanes", std::to_string(kLanes));
     add("size", std::to_string(arrays.size));

@@ -32,7 +32,6 @@ namespace graze {
 
 namespace {
 
-constexpr double kSlowStart = 60;            // s more, for imports and __init__()
 constexpr int kPythonTickMilliseconds = 50;  // between looks at a silent interpreter
 constexpr double kPythonTick = kPythonTickMilliseconds / 1000.0;
 

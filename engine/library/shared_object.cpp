@@ -108,14 +108,15 @@ void SharedObject::FloatingPoint::restore() const {
 
 #endif
 
-SharedObject::SharedObject(const LibraryUse& use) : file_(std::filesystem::path(use.file).filename().string()) {
+SharedObject::SharedObject(const LibraryUse& use)
+    : file_(std::filesystem::path(use.file).filename().string()), timeout_(use.timeout) {
   check_library_file(use);
   const Settings place = use.place.at("file");
   const FloatingPoint before;
   void* symbol = nullptr;
   std::string problem;
   {
-    const Shown shown(LibraryCall::load, std::nan(""), file_.c_str());
+    const Shown shown(LibraryCall::load, std::nan(""), file_.c_str(), limit_of(LibraryCall::load));
     void* const handle = dlopen(use.file.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
     if (!handle) problem = dlerror();
     if (handle) symbol = dlsym(handle, "graze_policy");
@@ -146,6 +147,10 @@ SharedObject::SharedObject(const LibraryUse& use) : file_(std::filesystem::path(
   }
   const std::string missing = missing_functions(*table_);
   if (!missing.empty()) place.fail(fmt::format("{}: its table lacks: {}", use.file, missing));
+}
+
+double SharedObject::limit_of(LibraryCall which) const {
+  return which == LibraryCall::load || which == LibraryCall::create ? timeout_ + kSlowStart : timeout_;
 }
 
 void SharedObject::fail(LibraryCall which, double time, const std::string& what) const {

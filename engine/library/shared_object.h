@@ -27,7 +27,7 @@ class SharedObject {
   template <class Call>
   void call(LibraryCall which, double time, void* policy, const Call& function) const {
     const FloatingPoint before;
-    const Shown shown(which, time, file_.c_str());
+    const Shown shown(which, time, file_.c_str(), limit_of(which));
     int code = 0;
     try {
       code = function();
@@ -66,15 +66,15 @@ class SharedObject {
   /// from the call, ends: it shall not go on with a campaign that the process itself goes on with.
   class Shown {
    public:
-    Shown(LibraryCall which, double time, const char* file) : page_(shown_library_calls()) {
-      library_call_here() = {which, time, file};
+    Shown(LibraryCall which, double time, const char* file, double limit) : page_(shown_library_calls()) {
+      show_call_here({which, time, file, limit});
       if (!page_) return;
       page_->time.store(time, std::memory_order_relaxed);
       page_->inside.store(which, std::memory_order_release);
     }
     ~Shown() {
       if (is_forked_copy()) _exit(0);
-      library_call_here() = {};
+      show_call_here({});
       if (!page_) return;
       page_->inside.store(LibraryCall::none, std::memory_order_relaxed);
       page_->count.fetch_add(1, std::memory_order_release);
@@ -86,7 +86,10 @@ class SharedObject {
     LibraryCalls* page_;
   };
 
+  double limit_of(LibraryCall which) const;
+
   std::string file_;
+  double timeout_ = 0;  // s
   const GrazePolicy* table_ = nullptr;
 };
 

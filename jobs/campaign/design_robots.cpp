@@ -110,12 +110,13 @@ MadeDesigns DesignRobots::make(std::size_t level, const std::vector<DesignValues
   out.scenarios.resize(designs.size());
   out.problems.resize(designs.size());
   InputFiles files = files_;
+  std::vector<std::string> texts(designs.size());  // of the robots
   const auto name = [&](std::size_t i) {
     return (fs::path(scenario_.source.folder) / fmt::format("design-{}.urdf", i)).lexically_normal().string();
   };
   for (std::size_t i = 0; i < designs.size(); ++i) {
     try {
-      if (has_robot_variables()) files[name(i)] = urdf(level, designs[i]);
+      if (has_robot_variables()) files[name(i)] = texts[i] = urdf(level, designs[i]);
     } catch (const InputError& error) {
       out.problems[i] = error.what();
     }
@@ -131,6 +132,7 @@ MadeDesigns DesignRobots::make(std::size_t level, const std::vector<DesignValues
       out.scenarios[i] = reload_scenario(source);
       out.scenarios[i]->seed = scenario_.seed;
       out.scenarios[i]->particles = scenario_.particles;
+      if (has_robot_variables()) out.scenarios[i]->controller_urdf = std::move(texts[i]);
     } catch (const InputError& error) {
       out.problems[i] = error.what();
     }

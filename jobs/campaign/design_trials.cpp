@@ -1,5 +1,7 @@
 #include "jobs/campaign/design_trials.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -9,6 +11,7 @@
 #include <optional>
 #include <thread>
 
+#include "engine/library/library_use.h"
 #include "engine/settings/signal_stack.h"
 #include "jobs/campaign/nominal_traces.h"
 #include "sampling/stream.h"
@@ -87,7 +90,7 @@ class Gathered {
   Gathered(const DesignBlock& block, double end) : block_(block), end_(end) {}
 
   void add(const TraceRecord& trace, LimitWatch::Seen seen) {
-    if (trace.outcome == Outcome::invalid && out_.problem.empty()) out_.problem = trace.invalid_reason;
+    note_lost(trace);
     double violation = seen.first_violation;
     if (block_.objective) {
       const bool judged = !trace.stopped && trace.outcome != Outcome::invalid;
@@ -118,6 +121,15 @@ class Gathered {
   }
 
  private:
+  void note_lost(const TraceRecord& trace) {
+    LostTraces& lost = out_.lost;
+    ++lost.of;
+    if (trace.outcome != Outcome::invalid) return;
+    if (lost.count++ > 0) return;
+    out_.problem = trace.invalid_reason;
+    const std::string who = trace.particle == kNominalParticle ? "" : fmt::format("particle {}: ", trace.particle);
+    lost.why = who + trace.invalid_reason;
+  }
   static std::vector<double> column(const std::vector<std::vector<double>>& rows, std::size_t k) {
     std::vector<double> out;
     for (const auto& row : rows) out.push_back(row[k]);
@@ -271,6 +283,8 @@ std::vector<std::optional<DesignMargins>> try_in_blocks(const DesignRobots& robo
   MadeDesigns made = robots.make(question.level, {centre});
   if (!made.scenarios.front()) return out;
   Scenario& scenario = *made.scenarios.front();
+  // The robot that such a controller is told of is a file's.
+  if (is_from_outside(policy_of(scenario, question.policy).settings)) return out;
   prepare(scenario, true);
   std::vector<std::optional<Particle>> particles = robots.beside(scenario, centre, designs);
   std::vector<std::size_t> which;

@@ -24,10 +24,17 @@ struct TrialQuestion {
   std::shared_ptr<const Beginning> begin = {};
 };
 
+/// Traces of a design that are invalid: their margins are known up to their ends at most.
+struct LostTraces {
+  std::size_t count = 0, of = 0;
+  std::string why;  // of the first: "particle 3: …", of the nominal robot without its name
+};
+
 /// What came of one design. Limits: DesignBlock::limits and, if it is one, the objective (last). Over particles:
 /// quantiles of margins.
 struct DesignMargins {
-  std::string problem;          // it cannot be made, or its trace is invalid: why; then margins may lack
+  std::string problem;  // it cannot be made, or its trace is invalid: why; then margins may lack
+  LostTraces lost;
   bool made = false;            // there are traces
   std::vector<double> margins;  // per limit: least value within the window; NaN: not looked at
   std::vector<double> so_far;   // per limit: least value up to the window's end

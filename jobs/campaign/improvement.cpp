@@ -31,6 +31,11 @@ bool any_below_zero(const std::vector<double>& margins) {
   return std::any_of(margins.begin(), margins.end(), [](double x) { return x < 0; });
 }
 
+/// Margins of traces that are invalid are not known to their ends: no design is better for having more of them.
+bool loses_no_more(const DesignMargins& after, const DesignMargins& before) {
+  return after.made && after.lost.count <= before.lost.count;
+}
+
 /// Earlier steps whose change of a variable this one takes back.
 std::vector<Revert> reverts_of(const std::vector<ImproveStep>& steps, const ImproveStep& now,
                                const std::vector<DesignVariable>& variables) {
@@ -124,6 +129,7 @@ std::optional<Suggestion> Improvement::suggest() {
   Suggestion out;
   out.to = std::numeric_limits<double>::infinity();
   out.now = here(out.from, out.to);
+  state_.lost = out.now.lost;
   if (state_.scales.empty()) begin(out.now);
   const bool fails = any_below_zero(out.now.so_far);
   if (!out.now.made) {
@@ -286,9 +292,9 @@ bool Improvement::try_steps(const Suggestion& from_here) {
     if (change.cwiseAbs().maxCoeff() < 1e-9) break;
     const DesignValues next = values(at.x + change);
     const DesignMargins after = std::move(try_designs(robots_, {next}, question(from_here.from, from_here.to)).front());
-    const bool whole = after.made && (after.problem.empty() || !now.problem.empty());
+    const bool whole = loses_no_more(after, now);
     const double left = whole ? lack(vector_of(after.so_far), at.scales) : lacking;
-    if (!after.problem.empty()) problem = after.problem;
+    if (!whole && !after.problem.empty()) problem = after.problem;
     if (left < lacking * (1 - kBetter)) {
       const double share = (lacking - left) / std::max(lacking - predicted, 1e-300);
       if (options_.damped)
@@ -328,8 +334,7 @@ bool Improvement::try_choices(const Suggestion& from_here, std::vector<RefusedSt
   double least = lack(vector_of(from_here.now.so_far), scales) * (1 - kBetter);
   std::size_t best = designs.size();
   for (std::size_t k = 0; k < designs.size(); ++k) {
-    const bool whole = tried[k].made && (tried[k].problem.empty() || !from_here.now.problem.empty());
-    const double left = whole ? lack(vector_of(tried[k].so_far), scales) : kUnknown;
+    const double left = loses_no_more(tried[k], from_here.now) ? lack(vector_of(tried[k].so_far), scales) : kUnknown;
     if (left < least) least = left, best = k;
   }
   if (best == designs.size()) return false;
@@ -377,7 +382,7 @@ std::string Improvement::broken_total(const DesignValues& next) const {
 void Improvement::roll_back(std::size_t count) {
   const std::size_t first = state_.steps.size() - count;
   const ImproveStep& undone = state_.steps.at(first);
-  state_.design = undone.before;
+  state_.design = undone.before, state_.lost = undone.lost_before;
   state_.level = undone.level;
   state_.end = ImproveEnd::none;
   state_.why.clear();
@@ -422,9 +427,10 @@ void Improvement::note(const Suggestion& at, const DesignMargins& after, const D
   step.margins_before = at.now.margins, step.margins_after = after.margins;
   step.progress_before = at.now.progress, step.progress_after = after.progress;
   step.success_before = at.now.success, step.success_after = after.success;
+  step.lost_before = at.now.lost, step.lost_after = after.lost;
   for (const Kink& one : at.slopes.kinks) step.kinks.push_back({one.limit, one.variable, one.contacts});
   step.reverts = reverts_of(state_.steps, step, robots_.block().variables);
-  state_.design = step.after;
+  state_.design = step.after, state_.lost = step.lost_after;
   state_.steps.push_back(std::move(step));
 }
 

@@ -53,7 +53,8 @@ struct ImproveStep {
   std::vector<double> margins_before, predicted, margins_after;  // per limit, within the window
   double lack_before = 0, lack_after = 0;                        // up to the window's end (lack())
   double progress_before = 0, progress_after = 0, success_before = 0, success_after = 0;
-  double size = 0;                   // alpha or radius of the step that was taken
+  double size = 0;  // alpha or radius of the step that was taken
+  LostTraces lost_before, lost_after;
   int rolled_back = 0;               // larger steps that had made it worse
   std::vector<RefusedStep> refused;  // these; histories of older programs lack them
   std::vector<StepKink> kinks;
@@ -78,6 +79,7 @@ struct ImproveState {
   double radius = 0.1;         // of the damped step, share of the way from bound to bound
   std::vector<ImproveStep> steps;
   std::vector<ReachedLevel> reached;
+  LostTraces lost;        // of the present design
   std::vector<int> idle;  // variables that no limit heeded when the first Jacobian was made
   ImproveEnd end = ImproveEnd::none;
   std::string why;                   // of stuck

@@ -52,6 +52,14 @@ std::vector<RefusedStep> refused_of(const Json& json) {
   return out;
 }
 
+/// Histories of older programs do not have them either.
+Json lost_json(const LostTraces& lost) { return {{"count", lost.count}, {"of", lost.of}, {"why", lost.why}}; }
+LostTraces lost_of(const Json& json, const char* key) {
+  if (!json.contains(key)) return {};
+  const Json& one = json.at(key);
+  return {one.at("count"), one.at("of"), one.at("why")};
+}
+
 Json step_json(const ImproveStep& step) {
   Json out = {{"level", step.level},
               {"from", step.from},
@@ -67,6 +75,8 @@ Json step_json(const ImproveStep& step) {
               {"progress_after", step.progress_after},
               {"success_before", step.success_before},
               {"success_after", step.success_after},
+              {"lost_before", lost_json(step.lost_before)},
+              {"lost_after", lost_json(step.lost_after)},
               {"size", step.size},
               {"rolled_back", step.rolled_back},
               {"refused", refused_json(step.refused)},
@@ -93,6 +103,7 @@ ImproveStep step_of(const Json& json) {
   json.at("progress_before").get_to(out.progress_before), json.at("progress_after").get_to(out.progress_after);
   json.at("success_before").get_to(out.success_before), json.at("success_after").get_to(out.success_after);
   json.at("size").get_to(out.size), json.at("rolled_back").get_to(out.rolled_back);
+  out.lost_before = lost_of(json, "lost_before"), out.lost_after = lost_of(json, "lost_after");
   out.refused = refused_of(json);
   for (const Json& one : json.at("kinks")) {
     out.kinks.push_back({one.at("limit"), one.at("variable"), one.at("contacts")});
@@ -156,6 +167,7 @@ Json state_json(const ImproveState& state) {
                       : state.end == ImproveEnd::stuck ? "stuck"
                                                        : "reached all"},
               {"why", state.why},
+              {"lost", lost_json(state.lost)},
               {"idle", state.idle},
               {"refused", refused_json(state.refused)},
               {"reached", Json::array()},
@@ -180,6 +192,7 @@ ImproveState state_of(const Json& json) {
   const std::string end = json.at("end");
   out.end = end.empty() ? ImproveEnd::none : end == "stuck" ? ImproveEnd::stuck : ImproveEnd::reached_all;
   json.at("why").get_to(out.why);
+  out.lost = lost_of(json, "lost");
   json.at("idle").get_to(out.idle);
   out.refused = refused_of(json);
   for (const Json& one : json.at("reached")) {

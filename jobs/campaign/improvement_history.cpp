@@ -67,6 +67,8 @@ void write_steps(hid_t file, const ImproveState& state, std::size_t variables, s
   steps.numbers("progress_after", "", [](const Step& s) { return s.progress_after; });
   steps.numbers("success_before", "", [](const Step& s) { return s.success_before; });
   steps.numbers("success_after", "", [](const Step& s) { return s.success_after; });
+  steps.counts("lost_before", [](const Step& s) { return s.lost_before.count; });
+  steps.counts("lost_after", [](const Step& s) { return s.lost_after.count; });
   steps.lists(
       "design_before", variables, [](const Step& s) -> const auto& { return s.before; });
   steps.lists(

@@ -10,6 +10,7 @@
 
 #include "analysis/number_words.h"
 #include "analysis/proportions.h"
+#include "archive/files/utf8.h"
 
 namespace graze {
 namespace {
@@ -131,6 +132,9 @@ std::string now_words(const Redesign& redesign) {
     out += fmt::format(". {} more design step{} made for a task that was not done, and {} not in it", more,
                        more == 1 ? " was" : "s were", more == 1 ? "is" : "are");
   }
+  if (const std::string lost = lost_words(state.lost); !lost.empty()) {
+    out += fmt::format(". Of the last design {}: it is judged without what they lack", lost);
+  }
   if (state.end == ImproveEnd::stuck) {
     out += fmt::format(". The session is stuck in {}: {}", task_words(block, state.level), state.why);
   } else if (state.end == ImproveEnd::none) {
@@ -165,6 +169,13 @@ std::string task_words(const DesignBlock& block, std::size_t level) {
   if (block.task_path.empty()) return "the task";
   return fmt::format("task {} of {} ({} = {})", level + 1, block.task_values.size(), block.task_path,
                      block.task_values[level]);
+}
+
+std::string lost_words(const LostTraces& lost) {
+  if (lost.count == 0) return "";
+  const std::string why = printable(lost.why);
+  if (lost.of == 1) return fmt::format("the trace of the robot is invalid ({})", why);
+  return fmt::format("{} of {} particles have no valid trace ({})", lost.count, lost.of, why);
 }
 
 std::string unit_behind(const std::string& unit) { return unit.empty() || unit == "1" ? "" : " " + unit; }

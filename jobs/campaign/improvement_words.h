@@ -24,6 +24,10 @@ struct Redesign {
 
 /// "task 2 of 5 (gait.velocity = 0.2 m/s)"; of one task alone "the task".
 std::string task_words(const DesignBlock& block, std::size_t level);
+/// "2 of 16 particles have no valid trace (particle 3: …)", "the trace of the nominal robot is invalid (…)"; empty:
+/// none is lost. What a limit does behind their ends is not known, and where one ends before a limit is looked at it
+/// does not count in that one's quantile.
+std::string lost_words(const LostTraces& lost);
 /// " rad/s"; of a number without a unit nothing.
 std::string unit_behind(const std::string& unit);
 

@@ -14,6 +14,7 @@
 #include "archive/schema/culprit.h"
 #include "engine/library/library_use.h"
 #include "jobs/campaign/archived_scenario.h"
+#include "jobs/campaign/hanging_controllers.h"
 #include "jobs/campaign/page_scene.h"
 #include "jobs/campaign/trace_frames.h"
 #include "jobs/workers/controllers.h"
@@ -214,7 +215,11 @@ std::vector<std::string> add_traces(Json& page, const Scenario& scenario, const 
   std::set<std::string> policies;
   for (const PageTrace& one : traces) policies.insert(one.chosen.policy);
   std::erase_if(own.policies, [&](const PolicySpec& one) { return !policies.contains(one.name); });
-  if (controllers_trusted()) load_controllers_here(own);
+  std::optional<EndHangingControllers> watch;
+  if (controllers_trusted()) {
+    load_controllers_here(own);
+    watch.emplace();
+  }
   const Simulation simulation(std::move(own), info.particles);
   const std::vector<Channel> channels = channels_of(simulation.scenario());
   PolicyPlayer player(simulation, info, name, steps_between(simulation.scenario(), channels.size(), traces), form);
@@ -229,10 +234,12 @@ std::vector<std::string> add_traces(Json& page, const Scenario& scenario, const 
   if (const std::vector<std::string>& kept = player.kept(); !kept.empty()) {
     const bool one = kept.size() == 1;
     const std::string note = fmt::format(
-        "{} {} {} from outside, which {} for this page with --trust alone; {} traces are shown as far as the archive "
-        "knows them.",
+        "{} {} {} from outside, which {}; {} traces are shown as far as the archive knows them.",
         one ? "Policy" : "Policies", fmt::join(kept, ", "), one ? "is a controller" : "are controllers",
-        one ? "runs" : "run", one ? "its" : "their");
+        controllers_distrusted() ? "did not run for this page, because a controller had ended the process that makes it"
+        : one                    ? "runs for this page with --trust alone"
+                                 : "run for this page with --trust alone",
+        one ? "its" : "their");
     page["notes"].push_back(note);
     spdlog::warn("{}", printable(note));
   }

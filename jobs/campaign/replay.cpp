@@ -13,6 +13,7 @@
 #include "engine/control/policy.h"
 #include "engine/physics.h"
 #include "jobs/campaign/describe_campaign.h"
+#include "jobs/campaign/hanging_controllers.h"
 #include "jobs/workers/controllers.h"
 #include "simulation/contained.h"
 #include "simulation/particles.h"
@@ -83,7 +84,9 @@ Scenario with_policy(const Scenario& scenario, const PolicySpec& policy) {
 TraceRecord simulate(const Scenario& scenario, std::uint64_t particles, Particle particle, TraceObserver* observer) {
   TraceWatch watch;
   RunElsewhere elsewhere;
+  std::optional<EndHangingControllers> end_hanging;
   if (observer) {
+    end_hanging.emplace();
     load_controllers_here(scenario);
   } else {
     elsewhere = controllers_elsewhere(scenario, scenario.seed, particles, 0);

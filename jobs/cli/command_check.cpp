@@ -18,6 +18,7 @@
 #include "archive/files/utf8.h"
 #include "engine/model/measures.h"
 #include "engine/settings/units.h"
+#include "jobs/campaign/hanging_controllers.h"
 #include "jobs/cli/commands.h"
 #include "jobs/cli/hull_table.h"
 #include "jobs/cli/robot_facts.h"
@@ -335,6 +336,7 @@ int check(const CheckArguments& arguments) {
   arguments.draw.apply_to(scenario);
   if (arguments.determinism) return check_determinism(scenario);
   if (controllers_trusted()) try_controllers(scenario);
+  const EndHangingControllers watch;
   const ExitCode tried = try_first_traces(scenario);
   if (!arguments.urdf.empty()) write_urdf(arguments, source, scenario);
   const SizeEstimate size = arguments.probe ? probe_size(scenario) : estimate_size(scenario);

@@ -17,6 +17,7 @@
 #include "archive/files/parent_folders.h"
 #include "archive/files/shell_word.h"
 #include "jobs/campaign/describe_campaign.h"
+#include "jobs/campaign/hanging_controllers.h"
 #include "jobs/campaign/improvement_file.h"
 #include "jobs/campaign/improvement_history.h"
 #include "jobs/campaign/improvement_page.h"
@@ -365,12 +366,14 @@ int improve(ImproveArguments arguments) {
   const DesignRobots robots(scenario);
   tell_warnings(robots);
   const ParentFolders parents(folder / kImproveFile);
+  std::optional<EndHangingControllers> watch(std::in_place);
   const ImproveState state = improve_robot(arguments, robots, question, folder);
   write_robot(folder, robots, state);
   DesignPair traces = trace_pair(folder, question);
   write_history(folder, scenario, state, traces);
   std::ostream& out = arguments.json ? std::cerr : std::cout;
   out << summary_text(scenario, state, best_design(state).second);
+  watch.reset();  // campaigns give up the thread
   if (arguments.verdict > 0) simulate_verdict(folder, arguments, question);
   Redesign redesign{scenario,
                     question,

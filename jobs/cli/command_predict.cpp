@@ -8,6 +8,7 @@
 #include <memory>
 #include <thread>
 
+#include "jobs/campaign/hanging_controllers.h"
 #include "jobs/campaign/nominal_estimate.h"
 #include "jobs/cli/commands.h"
 #include "jobs/cli/option_values.h"
@@ -151,6 +152,7 @@ int predict(const PredictArguments& arguments) {
   for (const PolicySpec& policy : scenario.policies) names.push_back(policy.name);
   const std::vector<std::string> candidates =
       chosen_names(names, split_globs(arguments.candidates), scenario.file, "--candidates");
+  const EndHangingControllers watch;
   const Simulation simulation(std::move(scenario), arguments.particles);
   const std::string under = arguments.under.empty() ? candidates.front() : arguments.under;
   simulation.policy(under);  // there is one

@@ -14,6 +14,7 @@
 #include "archive/files/utf8.h"
 #include "archive/hdf5/reading_child.h"
 #include "jobs/campaign/archived_scenario.h"
+#include "jobs/campaign/hanging_controllers.h"
 #include "jobs/campaign/improvement_page.h"
 #include "jobs/campaign/page_traces.h"
 #include "jobs/cli/commands.h"
@@ -94,6 +95,7 @@ int report_redesign(const ReportArguments& arguments) {
     if (output.empty()) output = default_page(arguments.archive, "");
     check_page_output(output, arguments.force, arguments.archive);
   }
+  const EndHangingControllers watch;
   const Redesign redesign = read_redesign(arguments.archive);
   if (arguments.json) {
     std::cout << redesign_page(redesign, NumberForm::plain).dump(-1, ' ', false, Json::error_handler_t::replace)
@@ -175,7 +177,7 @@ void add_report(CLI::App& app, Action& action) {
     // Beside reading, some tests of many policies take seconds for few megabytes, as those of explain.
     action = [arguments] {
       if (is_session(arguments->archive)) return report_redesign(*arguments);
-      return in_reading_child(
+      return in_page_child(
           {arguments->archive}, [&] { return report(*arguments); }, 2);
     };
   });

@@ -10,6 +10,7 @@
 #include "analysis/text_table.h"
 #include "archive/files/csv.h"
 #include "engine/settings/units.h"
+#include "jobs/campaign/hanging_controllers.h"
 #include "jobs/campaign/step_study.h"
 #include "jobs/cli/commands.h"
 #include "jobs/cli/option_values.h"
@@ -279,6 +280,7 @@ int steps(const StepsArguments& arguments) {
   question.reference = read_reference(arguments.reference, question.steps.front());
   check_effort(arguments, scenario, question.steps, question.reference, policies.size());
   const InputReplay replay(scenario.source.inputs, scenario.source.folder);
+  const EndHangingControllers watch;
   const LoadAt load = [&](const Timing& timing) { return load_at(scenario.source, timing, arguments); };
   std::vector<PolicyStudy> all;
   for (const std::string& policy : policies) {

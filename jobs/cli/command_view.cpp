@@ -103,7 +103,7 @@ void add_view(CLI::App& app, Action& action) {
   add_trust(*verb);
   verb->add_flag("--force", arguments->force, "Replace the page if it exists");
   verb->callback([arguments, &action] {
-    action = [arguments] { return in_reading_child({arguments->archive}, [&] { return view(*arguments); }); };
+    action = [arguments] { return in_page_child({arguments->archive}, [&] { return view(*arguments); }); };
   });
 }
 

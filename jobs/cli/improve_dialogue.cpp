@@ -16,6 +16,7 @@
 #include "archive/files/files.h"
 #include "engine/settings/inputs.h"
 #include "engine/settings/unit_quantity.h"
+#include "jobs/campaign/improvement_words.h"
 
 namespace graze {
 namespace {
@@ -85,8 +86,10 @@ class StepQuestion {
                                  ? ""
                                  : fmt::format(" of task {} of {} ({} = {})", state.level + 1, block.task_values.size(),
                                                block.task_path, block.task_values[state.level]);
-    return fmt::format("\nStep {}{}: without violation for {:.0f} % of the trace\n{}{}", state.steps.size() + 1, task,
-                       100 * at_.now.progress, text_table(variables, 2), text_table(limits, 2));
+    const std::string lost = lost_words(at_.now.lost);
+    return fmt::format("\nStep {}{}: without violation for {:.0f} % of the trace{}\n{}{}", state.steps.size() + 1, task,
+                       100 * at_.now.progress, lost.empty() ? "" : "; " + lost, text_table(variables, 2),
+                       text_table(limits, 2));
   }
 
   /// An answer that changes the change. Throws InputError.

@@ -9,6 +9,7 @@
 #include "archive/archive.h"
 #include "engine/settings/inputs.h"
 #include "jobs/campaign/archived_scenario.h"
+#include "jobs/workers/controllers.h"
 
 namespace graze {
 namespace {
@@ -37,6 +38,7 @@ bool is_whole_campaign(const fs::path& archive, const fs::path& scenario) {
 Scenario session_scenario(const fs::path& file, const ImproveQuestion& question) {
   Scenario out = load_scenario(file.string());
   out.seed = question.seed;
+  prepare_controllers_here(out);
   return out;
 }
 

@@ -64,6 +64,14 @@ std::string kinks_text(const Scenario& scenario, const ImproveStep& step) {
   return out;
 }
 
+/// "      before the step 2 of 16 particles have no valid trace (…), …"
+std::string lost_text(const ImproveStep& step) {
+  std::string out;
+  if (step.lost_before.count > 0) out += fmt::format("      before this step {}\n", lost_words(step.lost_before));
+  if (step.lost_after.count > 0) out += fmt::format("      after this step {}\n", lost_words(step.lost_after));
+  return out;
+}
+
 }  // namespace
 
 std::string step_text(const Scenario& scenario, const ImproveState& state, std::size_t number) {
@@ -74,7 +82,7 @@ std::string step_text(const Scenario& scenario, const ImproveState& state, std::
       margins_text(scenario, step), share_text(step.progress_before), share_text(step.progress_after), step.size,
       step.rolled_back == 0 ? "" : fmt::format(", {} larger rolled back", step.rolled_back), changes_text(block, step));
   if (std::isfinite(step.to)) out += fmt::format("      window {:.3g} .. {:.3g} s\n", step.from, step.to);
-  out += kinks_text(scenario, step);
+  out += lost_text(step) + kinks_text(scenario, step);
   for (const Revert& one : step.reverts) {
     out += fmt::format("      {} takes back {:.0f} % of what step {} did\n",
                        block.variables[static_cast<std::size_t>(one.variable)].name, 100 * one.share, one.step + 1);
@@ -108,6 +116,9 @@ std::string summary_text(const Scenario& scenario, const ImproveState& state, co
   }
   std::string out = "\n" + text_table(table, 2) + "\n";
   const std::string task = task_words(*scenario.redesign, state.level);
+  if (const std::string lost = lost_words(state.lost); !lost.empty()) {
+    out += fmt::format("In {}, {}: the last design is judged without what they lack.\n", task, lost);
+  }
   switch (state.end) {
     case ImproveEnd::reached_all:
       return out + "Every limit holds in every task.\n";

@@ -13,4 +13,9 @@ namespace graze {
 int in_reading_child(const std::vector<std::string>& archives, const std::function<int()>& act,
                      double seconds_per_megabyte = 0.1);
 
+/// The same for what simulates traces anew with controllers that the user trusts. Where one of them ends the child that
+/// is told, and `act` is done once more without them; the exit code is then that of a machine that failed.
+int in_page_child(const std::vector<std::string>& archives, const std::function<int()>& act,
+                  double seconds_per_megabyte = 0.1);
+
 }  // namespace graze

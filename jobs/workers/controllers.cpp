@@ -25,7 +25,7 @@
 namespace graze {
 namespace {
 
-std::atomic<bool> trusted{false};
+std::atomic<bool> trusted{false}, distrusted{false};
 std::atomic<int> faults_told{0};
 constexpr int kMostFaultsTold = 20;
 
@@ -277,6 +277,11 @@ void trust_controllers() {
   allow_interpreters();
 }
 bool controllers_trusted() { return trusted; }
+void distrust_controllers() {
+  trusted = false;
+  distrusted = true;
+}
+bool controllers_distrusted() { return distrusted; }
 
 void try_controllers(const Scenario& scenario) {
   const auto libraries = libraries_of(scenario);

@@ -32,7 +32,7 @@ namespace {
 
 using SteadyClock = std::chrono::steady_clock;
 
-constexpr double kSlowStart = 60;          // s more, for loading and create(); for taking a message
+constexpr double kSlowTaking = 60;         // s, for taking a message
 constexpr std::size_t kMostOutput = 4096;  // bytes of what a controller prints that are kept
 constexpr int kTickMilliseconds = 50;      // between looks at a worker
 constexpr double kTick = kTickMilliseconds / 1000.0;
@@ -180,7 +180,7 @@ void WorkerProcess::start() {
   if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) no_process("a socket");
   socket_ = Descriptor(ends[0]);
   const Descriptor theirs(ends[1]);
-  const timeval most{static_cast<time_t>(kSlowStart), 0};
+  const timeval most{static_cast<time_t>(kSlowTaking), 0};
   setsockopt(ends[0], SOL_SOCKET, SO_SNDTIMEO, &most, sizeof most);  // one that is stopped takes nothing
   const Descriptor page(memfd_create("graze-controller", MFD_CLOEXEC | MFD_ALLOW_SEALING));
   if (!page || ftruncate(page.number(), sizeof(LibraryCalls)) != 0) no_process("shared memory");
@@ -205,7 +205,7 @@ void WorkerProcess::start() {
 /// A message with the next mark. If nobody takes it, listen() says why.
 void WorkerProcess::say(char kind, const std::string& bytes) {
   if (send_word(socket_.number(), {kind, bytes, ++mark_})) return;
-  if (errno == EAGAIN || errno == EWOULDBLOCK) lost(fmt::format("process took no message for {:g} s", kSlowStart));
+  if (errno == EAGAIN || errno == EWOULDBLOCK) lost(fmt::format("process took no message for {:g} s", kSlowTaking));
 }
 
 WorkerMessage WorkerProcess::ask(const WorkerRequest& request) {

@@ -57,6 +57,10 @@ static double uniform(uint64_t seed) {
 
 static int start(void* policy, int32_t lane, uint64_t seed) {
   Odd* const self = policy;
+  if (does(self, "weigh")) { /* the robot that it is told of */
+    const char* const mass = strstr(self->setup->urdf, "<mass");
+    fprintf(stderr, "weighs %.20s\n", mass ? mass : "");
+  }
   self->draw[lane] = does(self, "dice") ? uniform(seed) : 0;
   ++self->starts;
   return 0;

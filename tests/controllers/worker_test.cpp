@@ -329,7 +329,7 @@ TEST(Worker, FewDescriptorsAreTheMachinesMatter) {
   const Swing swing;
   swing.odd("nothing");
   int failed = 0;
-  for (const char* limit : {"12", "14", "16", "18", "20"}) {
+  for (const char* limit : {"8", "10", "12", "14", "16", "18", "20"}) {
     const std::string program = std::string("ulimit -n ") + limit + "; '" + GRAZE_PROGRAM + "' ";
     const Result run = testing::shell(swing.folder.path(),
                                       program + "run swing.yaml --trust --quiet --threads 4 --force -o few.graze");
@@ -373,21 +373,66 @@ TEST(Worker, SourcesTellWhyTracesAreInvalid) {
                     HasSubstr("returned error 7")));
 }
 
-// Pages have trusted controllers in the process that makes them: one that ends it is no success, and no damaged
-// archive.
+// Pages have trusted controllers in the process that makes them: one that ends it, or never comes back, is no success
+// and no damaged archive, and what else there is to tell is told.
 TEST(Worker, ControllersThatEndAPageAreToldFromArchives) {
   if (GRAZE_SANITIZED) GTEST_SKIP() << "the sanitizer is there first";
   const Swing swing;
-  for (const char* does : {"exit_destroy", "crash_destroy"}) {
-    swing.odd(does);
+  for (const char* does : {"exit_destroy", "crash_destroy", "loop"}) {
+    swing.write(fmt::format("file: odd.so, settings: {{does: {}, above: -1}}, timeout: 0.3 s", does));
     setenv("ODD_TAME", "1", 1);
     ASSERT_EQ(swing.graze("run swing.yaml --trust --quiet -n 2 --force -o a.graze").code, 0);
     unsetenv("ODD_TAME");
     const Result view = swing.graze("view a.graze --trust --particle 0 --force -o page.html");
     EXPECT_EQ(view.code, 3) << does << view.err;
-    EXPECT_THAT(view.err, AllOf(HasSubstr("by a controller of the campaign's"), Not(HasSubstr("damaged"))));
+    EXPECT_THAT(view.err, AllOf(HasSubstr("by a controller of the campaign's"), HasSubstr("made without such traces"),
+                                HasSubstr("did not run for this page"), Not(HasSubstr("damaged"))));
+    EXPECT_TRUE(std::filesystem::exists(swing.folder / "page.html"));
+    const Result plot = swing.graze("plot a.graze lapse --trust --force -o page.svg");
+    EXPECT_EQ(plot.code, 3) << does << plot.err;
+    EXPECT_THAT(plot.err, HasSubstr("without it no such trace is simulated"));
     EXPECT_EQ(swing.graze("view a.graze --particle 0 --force -o page.html").code, 0);
   }
+}
+
+TEST(Worker, ControllersThatHangInTheProgramEndIt) {
+  const Swing swing;
+  swing.write("file: odd.so, settings: {does: loop, above: -1}, isolation: none, timeout: 0.3 s");
+  for (const char* verb : {"steps swing.yaml -n 4", "predict swing.yaml --at 0.02s -n 4", "check swing.yaml --probe"}) {
+    const Result run = swing.graze(std::string(verb) + " --trust");
+    EXPECT_NE(run.code, 0) << verb;
+    EXPECT_THAT(run.err, AllOf(HasSubstr("act() at 0.01 s"), HasSubstr("did not come back"))) << verb;
+  }
+}
+
+/// What may be changed of the ball, which is to stay in the air.
+constexpr const char* kLighterBall =
+    "task: !replace {requirements: {high: {height: {link: ball, above: 0.19}}}}\n"
+    "design: {variables: {mass: {of: robot.link.ball.mass, within: [0.5 kg, 2 kg]},\n"
+    "  radius: {of: robot.link.ball.radius, within: [2 cm, 19 cm]}}}\n";
+
+TEST(Worker, ImproveTellsOfTracesThatAreLost) {
+  const Swing swing;
+  swing.odd("error", ", isolation: none");
+  testing::write_file(swing.folder / "better.yaml", std::string("include: swing.yaml\n") + kLighterBall);
+  const Result run = swing.graze("improve better.yaml --trust -n 16 --verdict 16 --max-steps 1 -o better");
+  EXPECT_THAT(run.out, AllOf(HasSubstr("before this step "), HasSubstr("after this step "),
+                             HasSubstr("of 16 particles have no valid trace (particle "), HasSubstr("returned error 7"),
+                             HasSubstr("is judged without what they lack")));
+  EXPECT_EQ(swing.graze("report better --trust -o page.html").code, 0);
+  const Result refused = swing.graze("report better --force -o page.html");
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_THAT(refused.err, HasSubstr("--trust"));
+}
+
+// A controller of a design is told of the robot of that design.
+TEST(Worker, ImproveTellsControllersOfTheirRobots) {
+  const Swing swing;
+  swing.write("file: odd.so, settings: {does: weigh}, isolation: none");
+  testing::write_file(swing.folder / "better.yaml", std::string("include: swing.yaml\n") + kLighterBall);
+  const Result run = swing.graze("improve better.yaml --trust --max-steps 1 -o better");
+  EXPECT_THAT(run.err, AllOf(HasSubstr("weighs <mass value=\"1\""), HasSubstr("weighs <mass value=\"1.0015\""),
+                             HasSubstr("weighs <mass value=\"0.9985\"")));
 }
 
 TEST(Worker, CommandsWithoutProcessesSayWhere) {
