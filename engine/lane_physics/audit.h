@@ -1,6 +1,7 @@
 #pragma once
 // Whether a step was physical. The balance of a step's kinetic energy is known to rounding: torques, gravity and
-// impulses do work with the mean of v and v*, and free motion does none. What it shows beyond that came out of nothing.
+// impulses do work with the mean of v and v*, and free motion does none. Of dampers what they give counts, not what
+// they take. What it shows beyond that came out of nothing.
 
 #include "engine/lane_physics/block_view.h"
 

@@ -276,6 +276,22 @@ inline void restore(const LaneBlock& block, const TreeT<T>& tree, const mask_of<
   }
 }
 
+/// What implicit dampers give over the step where the speed changes its sign in it, with the mean speed as for all
+/// work: their torque is that of the end, which points the other way for a part of the way. Each takes energy at the
+/// speed of the end; the work of what turned the joint is too large by as much. `change`: of v.
+template <class T>
+inline T given_by_dampers(const LaneBlock& block, const TreeT<T>& tree, const T* change, double h) {
+  const T* v = rows<T>(block.v);
+  T sum(0.0);
+  for (int i = 0; i < tree.topology.bodies; ++i) {
+    if (tree.topology.kind[i] == kFloating) continue;
+    const int k = tree.topology.v[i];
+    const T end = v[k] + change[k], mean = fma(T(0.5), change[k], v[k]);
+    sum += max(-(tree.body[i].damping * end * mean), T(0.0));
+  }
+  return T(h) * sum;
+}
+
 /// Work of the joint torques over the step, with the mean speed.
 template <class T>
 inline T work(const LaneBlock& block, const T* change, double h, const DriveView& drive) {

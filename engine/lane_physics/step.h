@@ -129,6 +129,7 @@ inline void advance(LaneBlock& block, const TreeT<T>& tree, double h, unsigned a
   const auto live = mask_from_bits<T>(active);
   T *v = rows<T>(block.v), *a = rows<T>(block.a), *dz = rows<T>(block.dz), *z = rows<T>(block.z);
   rows<T>(block.effort)[2] = work<T>(block, dz, h, drive);
+  const T damper_work = given_by_dampers<T>(block, tree, dz, h);
   for (int k = 0; k < t.nv; ++k) {
     a[k] = v[k];
     v[k] = select(live, v[k] + dz[k], v[k]);
@@ -148,7 +149,7 @@ inline void advance(LaneBlock& block, const TreeT<T>& tree, double h, unsigned a
     a[k] = (now - a[k]) * rate;
   }
   settle_velocity<T>(block, tree);
-  audit<T>(block, tree, h, active, before, impulse_work, gravity_work, rows<T>(block.effort)[2]);
+  audit<T>(block, tree, h, active, before, impulse_work, gravity_work, rows<T>(block.effort)[2] + damper_work);
 }
 
 /// Impulses of the step's constraints; dz becomes the change of v. Returns their work, J.
