@@ -169,36 +169,74 @@ static inline int graze_each_robot(void* policy, const GrazeObservation* observa
   return 0;
 }
 
-/* The number that stands under `key` in the outermost map of the settings, 1 for true and 0 for false, or `otherwise`.
- * For texts, lists and maps take a JSON library. */
-static inline double graze_setting(const GrazeSetup* setup, const char* key, double otherwise) {
-  const size_t length = strlen(key);
-  int depth = 0;
-  const char* at = setup->settings;
+/* A key of the settings' outermost map, and where its value begins. For the two functions below. */
+typedef struct GrazeKey {
+  const char* at;    /* where to look for the next one; at first the settings */
+  int depth;         /* at first 0 */
+  const char* begin; /* of the key, without quotes */
+  size_t size;       /* bytes */
+  const char* value;
+} GrazeKey;
+
+/* The next key; 0: there is none. */
+static inline int graze_next_key(GrazeKey* key) {
+  const char* at = key->at;
   while (*at != '\0') {
-    if (*at == '{' || *at == '[') ++depth;
-    if (*at == '}' || *at == ']') --depth;
+    if (*at == '{' || *at == '[') ++key->depth;
+    if (*at == '}' || *at == ']') --key->depth;
     if (*at != '"') {
       ++at;
       continue;
     }
-    const char* const begin = ++at;
+    key->begin = ++at;
     while (*at != '\0' && *at != '"') at += at[0] == '\\' && at[1] != '\0' ? 2 : 1;
-    const size_t size = (size_t)(at - begin);
+    key->size = (size_t)(at - key->begin);
     if (*at != '\0') ++at;
-    const char* value = at;
-    while (*value == ' ') ++value;
-    if (depth != 1 || *value != ':') continue; /* a text that is no key of the outermost map */
-    if (size != length || strncmp(begin, key, length) != 0) continue;
-    ++value;
-    while (*value == ' ') ++value;
-    if (strncmp(value, "true", 4) == 0) return 1;
-    if (strncmp(value, "false", 5) == 0) return 0;
+    key->value = at;
+    while (*key->value == ' ') ++key->value;
+    if (key->depth != 1 || *key->value != ':') continue; /* a text that is no key of the outermost map */
+    ++key->value;
+    while (*key->value == ' ') ++key->value;
+    key->at = at;
+    return 1;
+  }
+  return 0;
+}
+
+/* The number that stands under `key` in the outermost map of the settings, 1 for true and 0 for false, or `otherwise`.
+ * For texts, lists and maps take a JSON library. */
+static inline double graze_setting(const GrazeSetup* setup, const char* key, double otherwise) {
+  GrazeKey one = {setup->settings, 0, NULL, 0, NULL};
+  while (graze_next_key(&one)) {
+    if (one.size != strlen(key) || strncmp(one.begin, key, one.size) != 0) continue;
+    if (strncmp(one.value, "true", 4) == 0) return 1;
+    if (strncmp(one.value, "false", 5) == 0) return 0;
     char* end = NULL;
-    const double number = strtod(value, &end);
-    return end == value ? otherwise : number;
+    const double number = strtod(one.value, &end);
+    return end == one.value ? otherwise : number;
   }
   return otherwise;
+}
+
+/* Whether a key of the settings' outermost map is none of `known`, names with spaces between ("kp kd"): then it stands
+ * in `found`, cut to `size` - 1 bytes. For create(), so that a misspelt setting is told and not left out. */
+static inline int graze_unknown_setting(const GrazeSetup* setup, const char* known, char* found, size_t size) {
+  GrazeKey one = {setup->settings, 0, NULL, 0, NULL};
+  while (graze_next_key(&one)) {
+    int is_known = 0;
+    for (const char* name = known; *name != '\0' && !is_known;) {
+      const size_t length = strcspn(name, " ");
+      is_known = length == one.size && strncmp(name, one.begin, length) == 0;
+      name += length;
+      while (*name == ' ') ++name;
+    }
+    if (is_known) continue;
+    const size_t length = one.size < size ? one.size : size - 1;
+    memcpy(found, one.begin, length);
+    found[length] = '\0';
+    return 1;
+  }
+  return 0;
 }
 
 #ifdef __cplusplus

@@ -41,6 +41,12 @@ class Setup {
   std::string settings() const { return given_.settings; }  // JSON
   /// A number, true (1) or false (0) of the settings' outermost map.
   double setting(const char* key, double otherwise) const { return graze_setting(&given_, key, otherwise); }
+  /// Throws std::invalid_argument if there is a setting that is none of `known`, names with spaces between ("kp kd").
+  void take_settings(const char* known) const {
+    char found[64];
+    if (!graze_unknown_setting(&given_, known, found, sizeof found)) return;
+    throw std::invalid_argument(std::string("unknown setting '") + found + "'; there are: " + known);
+  }
 
  private:
   const GrazeSetup& given_;

@@ -1,6 +1,7 @@
 #include "scenarios/task.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -11,6 +12,7 @@
 #include "scenarios/doubts.h"
 #include "scenarios/keys.h"
 #include "scenarios/limits.h"
+#include "scenarios/predicate_form.h"
 #include "scenarios/task_range.h"
 #include "scenarios/witnesses.h"
 
@@ -19,12 +21,6 @@ namespace {
 
 Key window_key(const char* help) {
   return {"window", {Form::numbers(2, Quantity::time)}, Default::words("all along"), help};
-}
-
-/// The predicates that are made of others.
-const std::vector<std::string>& inner_keys() {
-  static const std::vector<std::string> keys = {"all", "any", "not"};
-  return keys;
 }
 
 /// What may stand beside a witness that is a predicate.
@@ -92,6 +88,7 @@ class TaskReader {
     const bool named =
         entries.size() == 1 && !is_predicate_key(entries[0].first) && names_a_predicate(entries[0].second);
     if (entries.size() == 1 && !named) refuse_empty_name(entries[0].first, entries[0].second);
+    refuse_several(entries);
     const Settings& meant = named ? entries[0].second : settings;
     if (named) check_objective_name(entries[0].first, meant);
     Objective out = predicate(meant);
@@ -104,71 +101,6 @@ class TaskReader {
   }
 
  private:
-  static std::vector<std::string> with_names(std::vector<std::string> keys) {
-    const std::vector<std::string> names = witness_names();
-    keys.insert(keys.begin(), names.begin(), names.end());
-    return keys;
-  }
-
-  static bool is_witness(const std::string& key) {
-    const std::vector<std::string> names = witness_names();
-    return std::find(names.begin(), names.end(), key) != names.end();
-  }
-
-  /// `objective: {over: {}}`, which may be a name without a predicate; what is near a witness is left to allow().
-  static void refuse_empty_name(const std::string& key, const Settings& value) {
-    const std::vector<std::string> known = with_names(predicate_description().names());
-    if (!nearest(key, known).empty() || !(value.is_map() || value.is_null())) return;
-    value.allow(known);  // a name, and what stands under it is misspelt
-    value.fail_key(
-        fmt::format("is no witness, and as the objective's name it needs a predicate: {}: {{WITNESS: …}}; "
-                    "witnesses: {}",
-                    key, joined(witness_names())));
-  }
-
-  /// What puts predicates together, or asks for them at some time, in a requirement or a measure.
-  static void refuse_predicate(const Settings& settings) {
-    const std::vector<std::string> own = requirement_description().names();
-    for (const std::string& key : predicate_description().names()) {
-      if (!settings.is_map() || !settings.has(key) || std::find(own.begin(), own.end(), key) != own.end()) continue;
-      settings.at(key).fail_key(
-          fmt::format("belongs to objectives; a requirement or a measure is one witness, which holds at every step: "
-                      "write several of them, or task: {{objective: {{{}: …}}}}",
-                      key));
-    }
-  }
-
-  /// `{nto: {height: …}}`: what is taken as a name, and is hardly meant as one, would turn the verdict around.
-  static void check_objective_name(const std::string& name, const Settings& meant) {
-    if (name.empty()) meant.fail_key("an objective needs a name, or none and no map around it");
-    // One predicate under 'all' or 'any' is judged as it is alone, and a list under their like is refused.
-    const std::string near = nearest(name, {"not", "once", "always"});
-    if (near.empty()) return;
-    const bool inner = near == "not";
-    warn(meant, fmt::format("'{}' is taken as the objective's name, so the predicate is judged without it; did you "
-                            "mean '{}'{}?",
-                            name, near, inner ? "" : ", which stands beside the witness"));
-  }
-
-  static std::string joined(const std::vector<std::string>& words) {
-    std::string out;
-    for (const std::string& word : words) out += (out.empty() ? "" : ", ") + word;
-    return out;
-  }
-
-  static bool is_predicate_key(const std::string& key) {
-    const std::vector<std::string> keys = with_names(inner_keys());
-    return std::find(keys.begin(), keys.end(), key) != keys.end();
-  }
-
-  static bool names_a_predicate(const Settings& settings) {
-    if (!settings.is_map()) return false;
-    for (const auto& [key, value] : settings.entries()) {
-      if (is_predicate_key(key)) return true;
-    }
-    return false;
-  }
-
   /// The one witness among the keys of a map that may hold `others` too.
   ReadWitness the_witness(const Settings& settings, const std::vector<std::string>& others) const {
     const WitnessKind* kind = nullptr;
@@ -185,7 +117,7 @@ class TaskReader {
       first.emplace(entry);
     }
     if (!kind) {
-      settings.fail("names no witness; one of " + joined(witness_names()));
+      settings.fail("names no witness; one of " + fmt::format("{}", fmt::join(witness_names(), ", ")));
     }
     const Settings written = settings.at(kind->name);
     for (const std::string& other : others) {

@@ -35,6 +35,24 @@ TEST(PolicyHeader, FindsSettingsOfTheOutermostMap) {
   }
 }
 
+// Claim: a setting of the outermost map that a controller does not know is found, and no other.
+TEST(PolicyHeader, FindsSettingsThatNobodyKnows) {
+  GrazeSetup setup{};
+  const auto unknown = [&](const char* settings, const char* known) {
+    setup.settings = settings;
+    char found[6] = "none";
+    return graze_unknown_setting(&setup, known, found, sizeof found) ? std::string(found) : "-";
+  };
+  constexpr const char* kBoth = "{\"kp\": 1, \"gains\": {\"ki\": 2}, \"list\": [\"kd\"]}";
+  EXPECT_EQ(unknown(kBoth, "list kp gains"), "-");
+  EXPECT_EQ(unknown(kBoth, "kp gain list"), "gains");
+  EXPECT_EQ(unknown(kBoth, "  kp  gains "), "list");
+  EXPECT_EQ(unknown(kBoth, ""), "kp");
+  EXPECT_EQ(unknown("{\"k\": 1}", "kp"), "k") << "a part of a name is none";
+  EXPECT_EQ(unknown("{\"stiffness\": 1}", "kp"), "stiff") << "cut";
+  for (const char* none : {"{}", "", "{", "{\"kp", "{\"kp\""}) EXPECT_EQ(unknown(none, ""), "-") << none;
+}
+
 // Claim: a number with a unit, which a controller would take for a text, is refused with what to write.
 TEST(PolicyHeader, SettingsAreNumbersInSi) {
   const auto told = [](const std::string& settings) {

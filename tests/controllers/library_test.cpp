@@ -248,6 +248,10 @@ TEST(Library, TemplatesWorkAndEqualTheNativeLaw) {
     EXPECT_EQ(run.code, 0) << run.err;
     EXPECT_EQ(testing::digests(folder / name / "scenario.graze").at("mine").size(), 8u);
     EXPECT_EQ(testing::graze(folder / name, "check scenario.yaml --trust --determinism").code, 0);
+    const Result misspelt =
+        testing::graze(folder / name, "check scenario.yaml --trust --set policies.mine.library.settings.kpp=3");
+    EXPECT_EQ(misspelt.code, 2) << misspelt.out;
+    EXPECT_THAT(misspelt.err, HasSubstr("unknown setting 'kpp'; there are: "));
   }
   EXPECT_THAT(testing::graze(folder.path(), "new policy-c").err, HasSubstr("graze new policy-c my_controller"));
   EXPECT_THAT(testing::graze(folder.path(), "new my.yaml").err, HasSubstr("robot is required"));

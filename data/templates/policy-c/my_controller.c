@@ -12,6 +12,11 @@ typedef struct Controller {
 static char problem[200]; /* of the last call that failed */
 
 static void* create(const GrazeSetup* setup) {
+  char unknown[64];
+  if (graze_unknown_setting(setup, "kp kd", unknown, sizeof unknown)) {
+    snprintf(problem, sizeof problem, "unknown setting '%s'; there are: kp kd", unknown);
+    return NULL;
+  }
   Controller* const self = calloc(1, sizeof *self);
   if (self == NULL) return NULL;
   self->setup = setup;

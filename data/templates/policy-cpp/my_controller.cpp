@@ -1,9 +1,9 @@
 // A controller in C++: a trot in place by sines. Diagonal pairs of legs swing in turn about the posture in which the
 // nominal robot begins. Replace it by what your robot does; graze/policy.hpp says what it is given.
-#include "graze/policy.hpp"
-
 #include <cmath>
 #include <stdexcept>
+
+#include "graze/policy.hpp"
 
 namespace {
 
@@ -15,6 +15,7 @@ class SineTrot {
 
   explicit SineTrot(const graze::policy::Setup& setup)
       : amplitude_(setup.setting("amplitude", 0.1)), period_(setup.setting("period", 0.5)) {
+    setup.take_settings("amplitude period");
     if (!(period_ > 0)) throw std::invalid_argument("the setting 'period' must be positive");
     for (int k = 0; k < setup.joints(); ++k) {
       const std::string name = setup.joint(k).name;

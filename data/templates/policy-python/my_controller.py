@@ -10,6 +10,8 @@ class Controller:
 
     def __init__(self, robot, settings):
         """robot: joint_names, link_names, lower, upper, effort, speed, initial [joints], period (s), lanes, urdf."""
+        for name in sorted(settings.keys() - {"kp", "kd"}):
+            raise ValueError(f"unknown setting '{name}'; there are: kp, kd")
         self.q0 = robot.initial[:, None]  # [joint, 1]: the same for all lanes
         self.kp = settings.get("kp", 20)  # N m/rad
         self.kd = settings.get("kd", 1)   # N m s/rad
