@@ -105,6 +105,9 @@ class DesignReader {
     DesignVariable variable;
     variable.name = name;
     std::vector<std::size_t> ends;  // of the paths of each glob
+    if (own.at("of").is_null() || own.at("of").items().empty()) {
+      own.at("of").fail_key("names nothing; write a parameter, such as robot.link.*_SHIN.length");
+    }
     for (const Settings& glob : own.at("of").items()) {
       add_paths(variable, glob, own.at("of"));
       ends.push_back(variable.paths.size());
@@ -212,21 +215,36 @@ class DesignReader {
           "must be a list of two choices or more, each with a value for each of 'of'; e.g. [[1.1 N m, 60 g], "
           "[2.6 N m, 72 g]]");
     }
-    for (const Settings& row : rows) variable.choices.push_back(choice_values(variable, row, ends));
+    for (const Settings& row : rows) {
+      variable.choices.push_back(choice_values(variable, row, ends));
+      variable.choice_words.push_back(choice_text(variable, variable.choices.back(), ends));
+    }
+    for (std::size_t c = 1; c < rows.size(); ++c) {
+      const auto same = std::find(variable.choices.begin(), variable.choices.end(), variable.choices[c]);
+      const auto first = static_cast<std::size_t>(same - variable.choices.begin());
+      if (first < c) warn(rows[c], fmt::format("is choice {} once more, and each is simulated", first + 1));
+    }
     variable.share.assign(variable.paths.size(), 1);
     variable.lower = 1, variable.upper = static_cast<double>(rows.size()), variable.step = 1;
     for (std::size_t c = 0; c < rows.size() && variable.nominal == 0; ++c) {
       if (is_own(variable, variable.choices[c])) variable.nominal = static_cast<double>(c + 1);
     }
     if (variable.nominal == 0) {
-      std::vector<std::string> parts;
-      for (std::size_t begin = 0, k = 0; k < ends.size(); begin = ends[k++]) {
-        const Parameter& one = *table_.find(variable.paths[begin]);
-        parts.push_back(fmt::format("{:g} {}", one.nominal, unit_of(one.quantity)));
-      }
+      std::vector<double> own;
+      for (const std::string& path : variable.paths) own.push_back(table_.find(path)->nominal);
       place.fail(fmt::format("none of the choices is the robot's own, [{}], with which it begins; name it, too",
-                             fmt::join(parts, ", ")));
+                             choice_text(variable, own, ends)));
     }
+  }
+
+  /// "2.6 N m, 13.1 rad/s": the first value of each glob.
+  std::string choice_text(const DesignVariable& variable, const std::vector<double>& values,
+                          const std::vector<std::size_t>& ends) const {
+    std::vector<std::string> parts;
+    for (std::size_t begin = 0, k = 0; k < ends.size(); begin = ends[k++]) {
+      parts.push_back(fmt::format("{:g} {}", values[begin], unit_of(table_.find(variable.paths[begin])->quantity)));
+    }
+    return fmt::format("{}", fmt::join(parts, ", "));
   }
 
   std::vector<double> choice_values(const DesignVariable& variable, const Settings& row,
@@ -427,6 +445,15 @@ class DesignReader {
   void read_levels(const Settings& task) {
     const Described own(task, section_of("design_task"));
     out_.task_path = own.at("path").text();
+    if (out_.task_path.empty()) own.at("path").fail("names no setting; e.g. policies.trot.gait.velocity");
+    const std::string top = out_.task_path.substr(0, out_.task_path.find('.'));
+    for (const char* none : {"graze", "include", "name", "description", "design", "sampling", "record"}) {
+      if (top != none) continue;
+      own.at("path").fail(
+          fmt::format("{}: '{}' makes no task harder; name a setting of the robot, the world, the policy "
+                      "or the task, e.g. policies.trot.gait.velocity",
+                      out_.task_path, top));
+    }
     if (!at_path(root_, out_.task_path)) {
       own.at("path").fail(fmt::format("{}: the scenario has no such setting, whose value could make the task harder{}",
                                       out_.task_path, nearest_part(out_.task_path)));
@@ -442,7 +469,10 @@ class DesignReader {
     const Settings values = own.at("values");
     if (!values.is_list() || values.items().empty()) values.fail("must be a list of values, the easiest first");
     check_count(values, values.items().size(), kMaxLevels, "values");
-    for (const Settings& value : values.items()) out_.task_values.push_back(in_one_line(value));
+    for (const Settings& value : values.items()) {
+      out_.task_values.push_back(in_one_line(value));
+      out_.task_places.push_back(value.place());
+    }
   }
 
   const Settings& root_;

@@ -22,6 +22,7 @@ struct DesignVariable {
   /// Of a choice from a list, [choice][path], SI: the variable's value is the number of the choice, from 1, and has no
   /// slope. Empty: a number that may have any value within its bounds.
   std::vector<std::vector<double>> choices;
+  std::vector<std::string> choice_words;  // of each, a value for each glob: "2.6 N m, 13.1 rad/s"
   bool of_policy = false;
   std::string unit;                          // SI; of a policy's setting: in which it is written back
   double scale = 1;                          // of a policy's setting: SI value of one such unit
@@ -40,6 +41,7 @@ struct DesignBlock {
   bool objective = false;                                   // its margin is a limit, too
   std::string task_path;                                    // of a setting of the scenario; empty: one task
   std::vector<std::string> task_values;                     // YAML, the easiest first
+  std::vector<std::string> task_places;                     // where each stands, "trot.yaml:31:7"
   double window = std::numeric_limits<double>::infinity();  // s, from the first violation on; infinite: whole traces
   /// Traces of differences begin with the window, in the state and with the controller's memory that were recorded
   /// there; else as all others.

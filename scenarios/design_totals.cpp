@@ -25,6 +25,7 @@ class TotalsReader {
     const Described own(settings, section_of("design_total"));
     const Settings sum = own.at("sum");
     ++totals_;
+    if (sum.is_null() || sum.items().empty()) sum.fail_key("names no variable");
     for (const Settings& glob : sum.items()) add(glob);
     FixedTotal out;
     for (std::size_t i = 0; i < variables_.size(); ++i) {

@@ -271,9 +271,9 @@ struct BlockRun::Impl final : TraceSaver {
     for (int lane = 0; lane < kLanes; ++lane) {
       if (!some[lane]) continue;
       const bool more = observer->see({lane, lanes[lane].particle->id, index_of(lane), lanes[lane].step,
-                                       lanes[lane].first, time(lane), *physics, tau, command, requirement_values,
-                                       objective_values, lanes[lane].particle->model, controllers.of(lane),
-                                       watched.sensed(), watched.truth(), ended[lane], *this});
+                                       lanes[lane].first, time(lane), *physics, tau, actuators.headroom(), command,
+                                       requirement_values, objective_values, lanes[lane].particle->model,
+                                       controllers.of(lane), watched.sensed(), watched.truth(), ended[lane], *this});
       enough.set(lane, !more);
       lanes[lane].record->stopped = !more && !ended[lane];
     }

@@ -42,6 +42,7 @@ struct StepView {
   double time;                     // s
   const BlockPhysics& physics;     // state and contacts
   const BlockArray& tau;           // [na], of the step; 0 at the start
+  const BlockArray& headroom;      // [na], of the step: the limit less the torque that was asked for; < 0: it was cut
   const ActuatorCommand& command;  // that the step ran under; means nothing at the start
   const BlockArray& requirements;  // [requirement], witness values
   const BlockArray& objective;     // [leaf of the objective], witness values

@@ -107,7 +107,8 @@ class Includer {
 
   NodePtr file(const SettingsNode& name, int depth) {
     const std::string where = name.place.text() + ": include: ";
-    const std::string path = beside(name, name.text);
+    std::string path = beside(name, name.text);
+    if (!input_exists(path)) path = meant_include(name.text, path).value_or(path);
     const std::string identity = input_identity(path);
     if (std::find(open_.begin(), open_.end(), identity) != open_.end()) {
       throw InputError(fmt::format("{}{}: includes itself", where, path));

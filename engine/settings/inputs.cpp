@@ -184,6 +184,28 @@ std::optional<std::string> derived_input(const std::string& name,
   return made;
 }
 
+namespace {
+
+constexpr const char* kMeant = ".meant";  // behind the name of an include that is no file
+
+IncludeMeaning& meaning_of_includes() {
+  static IncludeMeaning meaning;
+  return meaning;
+}
+
+}  // namespace
+
+void mean_includes(IncludeMeaning meaning) { meaning_of_includes() = std::move(meaning); }
+
+std::optional<std::string> meant_include(const std::string& name, const std::string& path) {
+  return derived_input(path + kMeant, [&]() -> std::optional<std::string> {
+    const IncludeMeaning& meaning = meaning_of_includes();
+    return meaning ? meaning(name) : std::nullopt;
+  });
+}
+
+bool is_meant_include(const std::string& input) { return input.ends_with(kMeant); }
+
 std::vector<std::string> input_files_in(const std::string& folder,
                                         const std::function<bool(const std::string&)>& wanted, std::size_t most) {
   std::vector<std::string> out;

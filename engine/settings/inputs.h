@@ -37,6 +37,15 @@ std::string input_variable(const std::string& name);
 std::optional<std::string> derived_input(const std::string& name,
                                          const std::function<std::optional<std::string>()>& make);
 
+/// What a name in `include` means where no file of that name is: the path of one, or nothing. For the whole process; at
+/// first no name means anything.
+using IncludeMeaning = std::function<std::optional<std::string>(const std::string& name)>;
+void mean_includes(IncludeMeaning meaning);
+/// The same, kept and replayed as derived_input() does beside `path`, which is not there.
+std::optional<std::string> meant_include(const std::string& name, const std::string& path);
+/// Whether an input is a note of meant_include().
+bool is_meant_include(const std::string& input);
+
 /// The names in a folder, but those of folders, that are `wanted`, in order; none if there is no such folder. Hidden
 /// ones are left out. Of more than `most` the rest may be missing. A replay knows of those that were read. Throws
 /// InputError if the folder cannot be looked into.

@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <set>
 
 #include "engine/model/urdf_writer.h"
+#include "engine/settings/sha256.h"
 
 namespace graze {
 namespace {
@@ -54,8 +56,26 @@ void DesignRobots::read_level(std::size_t level) try {
   warnings_.push_back(there.warnings);
   files_.insert(there.source.inputs.begin(), there.source.inputs.end());
 } catch (const InputError& error) {
-  throw InputError(fmt::format("{}: design.task.values, {} of {} ({}): {}", scenario_.file, level + 1,
-                               block().task_values.size(), block().task_values[level], error.what()));
+  std::string why = error.what();  // as of an override: nobody has said --set
+  const std::string as_set = fmt::format("--set {}={}: ", block().task_path, block().task_values[level]);
+  if (why.starts_with(as_set)) why.erase(0, as_set.size());
+  throw InputError(fmt::format("{}: design.task.values, {} of {} ({}): {}", block().task_places[level], level + 1,
+                               block().task_values.size(), block().task_values[level], why));
+}
+
+bool is_part_of_robot(const std::string& name) {
+  const fs::path ending = fs::path(name).extension();
+  return !name.starts_with('$') && !is_meant_include(name) && ending != ".yaml" && ending != ".yml";
+}
+
+std::string DesignRobots::files_sha256() const {
+  std::multiset<std::string> sums;  // names may be of another folder
+  for (const auto& [name, content] : files_) {
+    if (is_part_of_robot(name)) sums.insert(sha256_of(content));
+  }
+  std::string all;
+  for (const std::string& one : sums) all += one;
+  return sha256_of(all);
 }
 
 DesignValues DesignRobots::initial() const {
@@ -127,7 +147,7 @@ MadeDesigns DesignRobots::make(std::size_t level, const std::vector<DesignValues
     ScenarioSource source = source_at(level);
     try {
       for (const Override& one : overrides(level, designs[i])) source.options.overrides.push_back(one);
-      if (has_robot_variables()) source.options.overrides.push_back({"robot.urdf", name(i)});
+      if (has_robot_variables()) source.options.overrides.push_back({"robot.urdf", quoted(name(i))});
       source.options.overrides.push_back({"design", "~"});  // its bounds were those of the first robot
       out.scenarios[i] = reload_scenario(source);
       out.scenarios[i]->seed = scenario_.seed;
@@ -136,6 +156,29 @@ MadeDesigns DesignRobots::make(std::size_t level, const std::vector<DesignValues
     } catch (const InputError& error) {
       out.problems[i] = error.what();
     }
+  }
+  return out;
+}
+
+std::vector<std::string> DesignRobots::overdrawn() const {
+  const auto drawn = [](const Scenario& scenario, const std::string& path) -> const UncertainParameter* {
+    for (const UncertainParameter& one : scenario.space.parameters) {
+      if (one.name == path && one.labels.empty()) return &one;
+    }
+    return nullptr;
+  };
+  std::vector<std::string> out;
+  for (std::size_t i = 0; i < block().variables.size(); ++i) {
+    const DesignVariable& variable = block().variables[i];
+    if (variable.of_policy || !drawn(scenario_, variable.paths.front())) continue;
+    DesignValues moved = initial();
+    moved[i] = moved[i] > 0.5 * (variable.lower + variable.upper) ? variable.lower : variable.upper;
+    const MadeDesigns made = make(0, {moved});
+    const UncertainParameter* const before = drawn(scenario_, variable.paths.front());
+    const UncertainParameter* const after =
+        made.scenarios.front() ? drawn(*made.scenarios.front(), variable.paths.front()) : nullptr;
+    if (!after || after->persistent.mean() != before->persistent.mean()) continue;
+    out.push_back(fmt::format("{}: {} is {}", variable.name, before->name, before->persistent.describe()));
   }
   return out;
 }

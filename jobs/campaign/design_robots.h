@@ -24,6 +24,10 @@ struct MadeDesigns {
   std::vector<std::string> problems;               // per design: why not
 };
 
+/// Whether an input is neither a scenario, whose text tells it apart, nor a variable of the environment: a robot, a
+/// mesh, a controller, a table.
+bool is_part_of_robot(const std::string& name);
+
 class DesignRobots {
  public:
   /// `scenario` has a DesignBlock and outlives this; its seed and its number of particles are those of all designs.
@@ -39,7 +43,13 @@ class DesignRobots {
   /// Of the scenario at a level's task, besides those that the scenario itself has.
   const std::vector<std::string>& warnings(std::size_t level) const { return warnings_[level]; }
 
+  /// SHA-256 over what is_part_of_robot(), at any level.
+  std::string files_sha256() const;
+
   MadeDesigns make(std::size_t level, const std::vector<DesignValues>& designs) const;
+  /// Variables of the robot whose number every particle draws for itself, whatever the design's is: "damping:
+  /// robot.joint.hinge.damping is uniform(0.002, 0.02)".
+  std::vector<std::string> overdrawn() const;
   /// The nominal robots of designs beside one (`centre`), whose scenario make() has made: what fabrication makes of the
   /// centre's robot. No file is written or read, which is nine tenths of what a design costs otherwise; the numbers are
   /// those of make() up to rounding. None: the design differs in what is no matter of fabrication, or cannot be made.

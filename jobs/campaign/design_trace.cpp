@@ -44,7 +44,7 @@ class DriveWatch : public TraceObserver {
     out_ = {};
     for (const int index : model.actuated) {
       const Body& body = model.bodies[static_cast<std::size_t>(index)];
-      out_.drives.push_back({body.joint, body.type == JointType::prismatic, body.effort, body.velocity, {}, {}});
+      out_.drives.push_back({body.joint, body.type == JointType::prismatic, body.effort, body.velocity, {}, {}, {}});
     }
   }
   void add(const StepView& step) {
@@ -52,7 +52,10 @@ class DriveWatch : public TraceObserver {
     for (std::size_t k = 0; k < out_.drives.size(); ++k) {
       const Body& body = step.model.bodies[static_cast<std::size_t>(step.model.actuated[k])];
       out_.drives[k].speed.push_back(step.physics.state().v(body.v, step.lane));
-      out_.drives[k].torque.push_back(step.tau(static_cast<int>(k), step.lane));
+      const double torque = step.tau(static_cast<int>(k), step.lane);
+      const double cut = std::max(0.0, -step.headroom(static_cast<int>(k), step.lane));
+      out_.drives[k].torque.push_back(torque);
+      out_.drives[k].asked.push_back(torque + std::copysign(cut, torque));
     }
   }
 

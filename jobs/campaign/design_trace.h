@@ -17,6 +17,7 @@ struct DriveTrace {
   bool slides = false;                // m/s and N; else rad/s and N m
   double effort = 0, velocity = 0;    // the joint's limits; infinite: none
   std::vector<double> speed, torque;  // [sample]
+  std::vector<double> asked;          // [sample], the torque before it was cut at the drive's limit
 };
 
 struct DesignTrace {

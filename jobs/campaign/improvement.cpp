@@ -371,12 +371,33 @@ std::string Improvement::broken_total(const DesignValues& next) const {
     if (std::abs(then - now) <= kTotalStays * size) continue;
     const DesignVariable& first = robots_.block().variables[static_cast<std::size_t>(total.variables.front())];
     return fmt::format(
-        "design.fixed: the sum of {} would change from {:.6g} to {:.6g}{}; 'set' another of them so that "
-        "it stays, or 'reset'",
+        "design.fixed: the sum of {} over all that they stand for would change from {:.6g} to {:.6g}{}; 'set' another "
+        "of them so that it stays, or 'reset'",
         total_name(total, robots_.block().variables), now / first.scale, then / first.scale,
         first.unit.empty() ? "" : " " + first.unit);
   }
   return "";
+}
+
+void Improvement::note_answers(const std::vector<std::string>& lines) {
+  for (const std::string& line : lines) state_.answers.push_back({line, state_.steps.size()});
+}
+
+void Improvement::go_alone() {
+  if (state_.answers.empty() || state_.answers.back().text == kAuto || state_.end != ImproveEnd::none) return;
+  state_.answers.push_back({kAuto, state_.steps.size()});
+}
+
+void Improvement::stop_going_alone() {
+  std::vector<SessionAnswer>& all = state_.answers;
+  if (all.empty() && !state_.steps.empty()) all.push_back({kAuto, 0});
+  if (all.empty() || all.back().text != kAuto) return;
+  const std::size_t made = state_.steps.size() - all.back().steps;
+  if (made == 0) {
+    all.pop_back();
+  } else {
+    all.back().text = fmt::format("{} {}", kAuto, made);
+  }
 }
 
 void Improvement::roll_back(std::size_t count) {

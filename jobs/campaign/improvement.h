@@ -70,6 +70,14 @@ struct ReachedLevel {
   double success = 0;
 };
 
+/// What a supervised session was told, and how many steps there were then. "auto": went on by itself from there on,
+/// as far as the steps that have been made since; "auto 3": three steps.
+struct SessionAnswer {
+  std::string text;
+  std::size_t steps = 0;
+};
+inline constexpr const char* kAuto = "auto";
+
 enum class ImproveEnd { none, reached_all, stuck };
 
 struct ImproveState {
@@ -84,6 +92,7 @@ struct ImproveState {
   ImproveEnd end = ImproveEnd::none;
   std::string why;                   // of stuck
   std::vector<RefusedStep> refused;  // by which it got stuck
+  std::vector<SessionAnswer> answers;
 };
 
 /// The best design that a session knows: of the hardest task that was done, else the one that it has come to.
@@ -117,6 +126,12 @@ class Improvement {
   /// Makes a change, within the bounds, whether it helps or not. False: that design cannot be simulated, or it changes
   /// a fixed total, for which `why` has the reason, and nothing is changed.
   bool take(const Suggestion& at, const Eigen::VectorXd& change, std::string& why);
+  // What it is told is part of the state, so that steps and answers are on the disk together.
+  void note_answers(const std::vector<std::string>& lines);
+  /// Steps that follow are made without questions; nothing in a session that was never told anything.
+  void go_alone();
+  /// Questions begin (again): steps that were made without become "auto COUNT".
+  void stop_going_alone();
   /// Undoes the last `count` steps, and the levels that were reached with them. Throws std::out_of_range.
   void roll_back(std::size_t count);
   /// Values of a change from the present design, within the bounds; and the change to a variable's value.

@@ -117,6 +117,7 @@ ImproveStep step_of(const Json& json) {
 Json question_json(const ImproveQuestion& question) {
   const ImproveOptions& options = question.options;
   return {{"scenario_sha256", question.scenario},
+          {"files_sha256", question.files},
           {"policy", options.policy},
           {"step", options.damped ? "damped" : "plain"},
           {"alpha", options.alpha},
@@ -128,6 +129,7 @@ Json question_json(const ImproveQuestion& question) {
 ImproveQuestion question_of_json(const Json& json) {
   ImproveQuestion out;
   json.at("scenario_sha256").get_to(out.scenario);
+  out.files = json.value("files_sha256", "");
   json.at("policy").get_to(out.options.policy);
   out.options.damped = json.at("step") == "damped";
   json.at("alpha").get_to(out.options.alpha);
@@ -170,8 +172,10 @@ Json state_json(const ImproveState& state) {
               {"lost", lost_json(state.lost)},
               {"idle", state.idle},
               {"refused", refused_json(state.refused)},
+              {"answers", Json::array()},
               {"reached", Json::array()},
               {"steps", Json::array()}};
+  for (const SessionAnswer& one : state.answers) out["answers"].push_back({{"text", one.text}, {"steps", one.steps}});
   for (const ReachedLevel& one : state.reached) {
     out["reached"].push_back({{"level", one.level},
                               {"steps", one.steps},
@@ -195,6 +199,7 @@ ImproveState state_of(const Json& json) {
   out.lost = lost_of(json, "lost");
   json.at("idle").get_to(out.idle);
   out.refused = refused_of(json);
+  for (const Json& one : json.value("answers", Json::array())) out.answers.push_back({one.at("text"), one.at("steps")});
   for (const Json& one : json.at("reached")) {
     out.reached.push_back(
         {one.at("level"), one.at("steps"), list_of(one.at("design")), list_of(one.at("margins")), one.at("success")});
@@ -203,6 +208,8 @@ ImproveState state_of(const Json& json) {
   return out;
 }
 
+constexpr std::size_t kMostBack = 1'000'000;  // steps that answers have taken back
+
 /// What fits the scenario alone may be gone on with.
 void check_state(const ImproveState& state, const Scenario& scenario) {
   const std::size_t limits = limit_names(scenario).size();
@@ -210,6 +217,7 @@ void check_state(const ImproveState& state, const Scenario& scenario) {
   bool fits = state.design.size() == scenario.redesign->variables.size() && state.level < levels &&
               (state.scales.empty() || state.scales.size() == limits);
   for (const ReachedLevel& one : state.reached) fits = fits && one.level < levels;
+  for (const SessionAnswer& one : state.answers) fits = fits && one.steps <= state.steps.size() + kMostBack;
   for (const ImproveStep& one : state.steps) {
     fits = fits && one.before.size() == state.design.size() && one.after.size() == state.design.size() &&
            one.level < levels && one.margins_before.size() == limits && one.margins_after.size() == limits &&
@@ -232,6 +240,13 @@ Json content_json(const Scenario& scenario, const ImproveQuestion& question, con
 
 void check_question(const Json& asked, const Json& had) {
   for (const auto& [key, value] : asked.items()) {
+    if (key == "files_sha256") {
+      if (!had.contains(key) || had.at(key) == value) continue;  // older programs did not keep it
+      throw InputError(
+          "is of another robot: a file that the scenario names (robot, mesh, controller, table) is not what it was "
+          "when "
+          "the session began; put the old one in its place, or choose another --output, or --force to begin anew");
+    }
     if (had.at(key) == value) continue;
     throw InputError(
         fmt::format("is of another question: its {} is {}, and {} is asked for; choose another "

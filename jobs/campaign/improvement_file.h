@@ -15,6 +15,7 @@ inline constexpr const char* kImproveFile = "improve.json";
 /// What a session was asked: a folder is gone on with for the same question alone.
 struct ImproveQuestion {
   std::string scenario;  // SHA-256 of its text
+  std::string files;     // the same of the robot, meshes, controllers and tables; empty: of an older program
   ImproveOptions options;
   std::uint64_t seed = 1;   // of the particles
   std::uint64_t drawn = 0;  // particles of the design that they are of

@@ -102,13 +102,15 @@ void write_drives(hid_t file, const std::string& group, const DesignTrace& trace
   hdf5::make_group(file, group);
   const std::size_t drives = trace.drives.size();
   std::vector<std::string> names;
-  std::vector<double> effort, velocity, speed, torque;
+  std::vector<double> effort, velocity, speed, torque, asked;
   for (const DriveTrace& one : trace.drives) {
     names.push_back(one.joint);
     effort.push_back(one.effort), velocity.push_back(one.velocity);
   }
   for (std::size_t i = 0; i < trace.time.size(); ++i) {
-    for (const DriveTrace& one : trace.drives) speed.push_back(one.speed[i]), torque.push_back(one.torque[i]);
+    for (const DriveTrace& one : trace.drives) {
+      speed.push_back(one.speed[i]), torque.push_back(one.torque[i]), asked.push_back(one.asked[i]);
+    }
   }
   hdf5::write_strings(file, group + "/joint", names);
   const auto column = [&](const hdf5::Spec& spec, const std::vector<double>& data) {
@@ -120,6 +122,7 @@ void write_drives(hid_t file, const std::string& group, const DesignTrace& trace
   if (drives == 0) return;
   column({.name = "speed", .matrix = true, .width = drives}, speed);
   column({.name = "torque", .matrix = true, .width = drives}, torque);
+  column({.name = "asked", .matrix = true, .width = drives}, asked);
 }
 
 }  // namespace

@@ -10,6 +10,8 @@
 namespace graze {
 namespace {
 
+constexpr const char* kOfLine = "torque-speed line";
+
 /// What bounds a drive in the plane.
 enum class LimitShape {
   line,       // effort (1 - |v| / velocity), in all four quadrants: a requirement says so
@@ -21,7 +23,7 @@ LimitShape limit_shape(const Scenario& scenario, const DriveTrace& drive) {
   if (!std::isfinite(drive.effort) || !std::isfinite(drive.velocity)) return LimitShape::rectangle;
   for (const int k : scenario.redesign->limits) {
     // The witness does not tell what it is; its description begins so (scenarios/witness_joints.cpp).
-    if (scenario.task.requirements[static_cast<std::size_t>(k)].description.starts_with("torque-speed line")) {
+    if (scenario.task.requirements[static_cast<std::size_t>(k)].description.starts_with(kOfLine)) {
       return LimitShape::line;
     }
   }
@@ -60,12 +62,14 @@ PlaneLine limit_line(const DriveTrace& drive, LimitShape shape, double far, doub
   return out;
 }
 
-PlaneLine judged_part(const DesignTrace& trace, std::size_t drive, const Window& judged) {
+/// The line judges what the joint got, limits judge what was asked for.
+PlaneLine judged_part(const DesignTrace& trace, std::size_t drive, const Window& judged, LimitShape shape) {
+  const DriveTrace& one = trace.drives[drive];
   PlaneLine out;
   for (std::size_t i = 0; i < trace.time.size(); ++i) {
     if (!judged.contains(trace.time[i])) continue;
-    out.speed.push_back(trace.drives[drive].speed[i]);
-    out.torque.push_back(trace.drives[drive].torque[i]);
+    out.speed.push_back(one.speed[i]);
+    out.torque.push_back(shape == LimitShape::line ? one.torque[i] : one.asked[i]);
   }
   return out;
 }
@@ -99,12 +103,24 @@ Json plane_line(const char* name, const char* color, const PlaneLine& line, Numb
 
 }  // namespace
 
+Window window_of_motors(const Scenario& scenario) {
+  Window out{std::numeric_limits<double>::infinity(), 0};
+  for (const int k : scenario.redesign->limits) {
+    const Requirement& one = scenario.task.requirements[static_cast<std::size_t>(k)];
+    // As above: the beginnings of descriptions (scenarios/witness_joints.cpp).
+    const auto begins = [&](const char* how) { return one.description.starts_with(how); };
+    if (!begins(kOfLine) && !begins("torque limits")) continue;
+    out.from = std::min(out.from, one.window.from), out.to = std::max(out.to, one.window.to);
+  }
+  return out.from <= out.to ? out : Window{};
+}
+
 Json torque_speed_plot(const Redesign& redesign, std::size_t drive, const Window& judged, NumberForm form) {
   const DriveTrace& before = redesign.traces.before.drives[drive];
   const DriveTrace& after = redesign.traces.improved.drives[drive];
   const LimitShape shape = limit_shape(redesign.scenario, before);
-  const PlaneLine first = judged_part(redesign.traces.before, drive, judged);
-  const PlaneLine last = judged_part(redesign.traces.improved, drive, judged);
+  const PlaneLine first = judged_part(redesign.traces.before, drive, judged, shape);
+  const PlaneLine last = judged_part(redesign.traces.improved, drive, judged, shape);
   const auto reach = [](double path, double a, double b) {  // of an axis: all of the path, and the limits
     for (const double limit : {a, b}) path = std::isfinite(limit) ? std::max(path, limit) : path;
     return path > 0 ? 1.08 * path : 1;

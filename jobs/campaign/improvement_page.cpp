@@ -165,7 +165,7 @@ Json progress_section(const Redesign& redesign) {
     refuse(k, step.level, step.refused);
   }
   refuse(state.steps.size(), state.level, state.refused);
-  if (!state.reached.empty()) {
+  if (!state.reached.empty() && state.reached.back().steps == state.steps.size()) {  // what the last step has done
     x.push_back(static_cast<double>(state.reached.back().steps));
     y.push_back(static_cast<double>(state.reached.back().level) + 1);
   }
@@ -214,8 +214,14 @@ std::string percent_text(double share) { return fmt::format("{:.0f} %", 100 * sh
 
 /// "at its lower bound"
 std::string bound_words(const DesignVariable& one, double value) {
+  if (!one.choices.empty()) return "";  // a choice has none
   const double near = 1e-6 * (one.upper - one.lower);
   return value - one.lower < near ? "at its lower bound" : one.upper - value < near ? "at its upper bound" : "";
+}
+
+Json value_cell(const DesignVariable& one, double value) {
+  if (one.choices.empty()) return number_cell(value / one.scale, one.unit);
+  return {{"value", value}, {"text", value_words(one, value)}};
 }
 
 Json variables_table(const Redesign& redesign) {
@@ -226,18 +232,19 @@ Json variables_table(const Redesign& redesign) {
   Json rows = Json::array();
   for (std::size_t i = 0; i < block.variables.size(); ++i) {
     const DesignVariable& one = block.variables[i];
-    const double relative = redesign.improved[i] / one.nominal - 1;
+    const double relative =
+        one.choices.empty() ? redesign.improved[i] / one.nominal - 1 : std::numeric_limits<double>::quiet_NaN();
     const auto& idle = redesign.state.idle;
     const bool unmoved = std::find(idle.begin(), idle.end(), static_cast<int>(i)) != idle.end();
     const Json change = std::isfinite(relative) ? Json{{"value", short_number(relative)},
                                                        {"text", fmt::format("{:+.0f} %", 100 * relative)}}
                                                 : Json();
     rows.push_back({one.name,
-                    number_cell(one.nominal / one.scale, one.unit),
-                    number_cell(redesign.improved[i] / one.scale, one.unit),
+                    value_cell(one, one.nominal),
+                    value_cell(one, redesign.improved[i]),
                     change,
-                    number_cell(one.lower / one.scale, one.unit),
-                    number_cell(one.upper / one.scale, one.unit),
+                    value_cell(one, one.lower),
+                    value_cell(one, one.upper),
                     {{"value", short_number(parts[i])}, {"text", percent_text(parts[i])}},
                     unmoved ? "moved no limit at first" : bound_words(one, redesign.improved[i])});
   }
@@ -305,19 +312,9 @@ Json design_section(const Redesign& redesign) {
 
 // ---- motors
 
-/// From the first time at which a limit counts to the last.
-Window judged_window(const Scenario& scenario) {
-  Window out{std::numeric_limits<double>::infinity(), 0};
-  for (const int k : scenario.redesign->limits) {
-    const Window& one = scenario.task.requirements[static_cast<std::size_t>(k)].window;
-    out.from = std::min(out.from, one.from), out.to = std::max(out.to, one.to);
-  }
-  return scenario.redesign->limits.empty() ? Window{} : out;
-}
-
 Json motors_section(const Redesign& redesign, NumberForm form) {
   const auto& drives = redesign.traces.before.drives;
-  const Window judged = judged_window(redesign.scenario);
+  const Window judged = window_of_motors(redesign.scenario);
   Json planes = Json::array();
   std::size_t left_out = 0;
   for (std::size_t k = 0; k < drives.size() && k < redesign.traces.improved.drives.size(); ++k) {
@@ -329,22 +326,28 @@ Json motors_section(const Redesign& redesign, NumberForm form) {
     }
   }
   if (planes.empty()) return nullptr;
-  const std::string when = judged.from > 0 || judged.to < redesign.scenario.timing.end
-                               ? fmt::format(" What is drawn are the times at which limits count, {:.3g} to {:.3g} s.",
-                                             judged.from, std::min(judged.to, redesign.scenario.timing.end))
-                               : "";
+  const std::string when =
+      judged.from > 0 || judged.to < redesign.scenario.timing.end
+          ? fmt::format(" What is drawn are the times at which these limits count, {:.3g} to {:.3g} s.", judged.from,
+                        std::min(judged.to, redesign.scenario.timing.end))
+          : "";
   Json widgets = {{{"type", "legend"},
                    {"entries",
-                    {{{"name", "Limit"}, {"color", "ink"}},
+                    {{{"name", "Limit of the first robot"}, {"color", "ink"}, {"dash", true}},
+                     {{"name", "Limit of the improved one, where it is another"}, {"color", "ink"}},
                      {{"name", "First robot"}, {"color", "known"}},
                      {{"name", "Improved"}, {"color", "success"}}}}},
                   {{"type", "row"}, {"three", true}, {"widgets", planes}}};
   if (left_out > 0) widgets.push_back(text_widget(fmt::format("{} more joints are left out.", left_out)));
-  return {{"id", "motors"},
-          {"title", "Torque and speed"},
-          {"text", fmt::format("Joints with limits of torque or speed, in {} (as Figure 45 of the dissertation).{}",
-                               task_words(*redesign.scenario.redesign, redesign.level), when)},
-          {"widgets", widgets}};
+  return {
+      {"id", "motors"},
+      {"title", "Torque and speed"},
+      {"text",
+       fmt::format(
+           "Joints with limits of torque or speed, in {} (as Figure 45 of the dissertation). Torques are those that "
+           "are asked for, but against a torque-speed line, which judges what the joint got.{}",
+           task_words(*redesign.scenario.redesign, redesign.level), when)},
+      {"widgets", widgets}};
 }
 
 // ---- the session
@@ -428,7 +431,7 @@ Json redesign_page(const Redesign& redesign, NumberForm form) {
       {"title", redesign.scenario.name.empty() ? "A robot" : redesign.scenario.name},
       {"lead",
        fmt::format("From failures to a better robot: {}, {} of {} done.",
-                   counted(redesign.state.steps.size(), "design step", "design steps"), redesign.state.reached.size(),
+                   counted(steps_made(redesign.state), "design step", "design steps"), redesign.state.reached.size(),
                    counted(std::max<std::size_t>(1, block.task_values.size()), "task", "tasks"))},
       {"notes", Json::array()},
       {"sections",

@@ -16,6 +16,7 @@ namespace graze {
 namespace {
 
 constexpr std::size_t kMostNamed = 5;   // limits or variables in a sentence
+constexpr double kLevel = 0.05;         // of the test of a difference, as of its 95 % interval
 constexpr double kWorthNaming = 0.005;  // of the way from bound to bound: a change that a sentence counts
 
 bool is_objective(const DesignBlock& block, std::size_t limit) { return limit == block.limits.size(); }
@@ -51,6 +52,11 @@ std::string tasks_words(std::size_t done, std::size_t all) {
   return fmt::format("{} of {} task{}", done == 0 ? "none" : fmt::format("{}", done), all, all == 1 ? "" : "s");
 }
 
+/// A task is done where the quantile over the particles holds, if there are some.
+std::string on_particles(const Redesign& redesign) {
+  return redesign.question.options.particles.empty() ? "" : " on the particles that it was improved on";
+}
+
 std::string failed_words(const Redesign& redesign) {
   const DesignBlock& block = *redesign.scenario.redesign;
   const auto& reached = redesign.state.reached;
@@ -58,7 +64,8 @@ std::string failed_words(const Redesign& redesign) {
       std::count_if(reached.begin(), reached.end(), [](const ReachedLevel& one) { return one.steps == 0; }));
   const std::string before = block.task_path.empty()
                                  ? ""
-                                 : fmt::format("As it was, the robot did {}. ", tasks_words(at_once, tasks_of(block)));
+                                 : fmt::format("As it was, the robot did {}{}. ", tasks_words(at_once, tasks_of(block)),
+                                               on_particles(redesign));
   const std::vector<std::string> violated = violated_limits(redesign, redesign.traces.before.record);
   const std::string task = task_words(block, redesign.level);
   if (redesign.traces.before.record.outcome == Outcome::invalid) {
@@ -69,15 +76,11 @@ std::string failed_words(const Redesign& redesign) {
                      limit_names(redesign.scenario).size(), first_few(violated));
 }
 
-/// Design steps that the improved robot has: those for a task that was not done are not in it, unless none was done.
-std::size_t steps_made(const ImproveState& state) {
-  return state.reached.empty() ? state.steps.size() : state.reached.back().steps;
-}
-
 std::string changed_words(const Redesign& redesign) {
   const DesignBlock& block = *redesign.scenario.redesign;
-  std::size_t refused = redesign.state.refused.size();
-  for (const ImproveStep& one : redesign.state.steps) refused += static_cast<std::size_t>(one.rolled_back);
+  const std::size_t made = steps_made(redesign.state);
+  std::size_t refused = made == redesign.state.steps.size() ? redesign.state.refused.size() : 0;
+  for (std::size_t k = 0; k < made; ++k) refused += static_cast<std::size_t>(redesign.state.steps[k].rolled_back);
   std::vector<std::size_t> order;
   const auto way = [&](std::size_t i) {
     const DesignVariable& one = block.variables[i];
@@ -90,10 +93,8 @@ std::string changed_words(const Redesign& redesign) {
   std::vector<std::string> parts;
   for (const std::size_t i : order) {
     const DesignVariable& one = block.variables[i];
-    parts.push_back(fmt::format("{} from {:.4g} to {:.4g}{}", one.name, one.nominal / one.scale,
-                                redesign.improved[i] / one.scale, unit_behind(one.unit)));
+    parts.push_back(one.name + " from " + change_words(one, one.nominal, redesign.improved[i], " to "));
   }
-  const std::size_t made = steps_made(redesign.state);
   const std::string steps = fmt::format("{} design step{} ({} proposal{} rolled back)", made, made == 1 ? "" : "s",
                                         refused, refused == 1 ? " was" : "s were");
   if (parts.empty()) return fmt::format("{} changed no variable by half a percent of its way.", steps);
@@ -104,11 +105,14 @@ std::string changed_words(const Redesign& redesign) {
 /// "; the tightest is knees with 0.02 N m", of limits of one unit the least margin, else the least in its scale.
 std::string tightest_words(const Redesign& redesign) {
   const std::vector<std::string> names = limit_names(redesign.scenario), units = limit_units(redesign.scenario);
+  const bool one_unit =
+      std::all_of(units.begin(), units.end(), [&](const std::string& one) { return one == units[0]; });
   std::size_t least = names.size();
   double size = std::numeric_limits<double>::infinity();
   for (std::size_t k = 0; k < names.size() && k < redesign.state.scales.size(); ++k) {
     const double margin = limit_margin(*redesign.scenario.redesign, k, redesign.traces.improved.record);
-    if (margin / redesign.state.scales[k] < size) least = k, size = margin / redesign.state.scales[k];
+    const double scale = one_unit ? 1 : redesign.state.scales[k];
+    if (margin / scale < size) least = k, size = margin / scale;
   }
   if (least == names.size()) return "";
   const double margin = limit_margin(*redesign.scenario.redesign, least, redesign.traces.improved.record);
@@ -119,14 +123,17 @@ std::string now_words(const Redesign& redesign) {
   const DesignBlock& block = *redesign.scenario.redesign;
   const ImproveState& state = redesign.state;
   const std::vector<std::string> violated = violated_limits(redesign, redesign.traces.improved.record);
-  std::string out = fmt::format("The improved robot does {}", tasks_words(state.reached.size(), tasks_of(block)));
+  std::string out = fmt::format("The improved robot does {}{}", tasks_words(state.reached.size(), tasks_of(block)),
+                                on_particles(redesign));
   const std::string task = task_words(block, redesign.level);
   if (redesign.traces.improved.record.outcome == Outcome::invalid) {
     out += fmt::format(". In {} its trace is invalid: {}", task, redesign.traces.improved.record.invalid_reason);
   } else if (violated.empty()) {
     out += fmt::format(". In {} every limit holds{}", task, tightest_words(redesign));
   } else {
-    out += fmt::format(". In {} the nominal robot violates {}", task, first_few(violated));
+    out += fmt::format(". In {} the nominal robot{} violates {}", task,
+                       on_particles(redesign).empty() || state.reached.empty() ? "" : ", which is none of them,",
+                       first_few(violated));
   }
   if (const std::size_t more = state.steps.size() - steps_made(state); more > 0) {
     out += fmt::format(". {} more design step{} made for a task that was not done, and {} not in it", more,
@@ -156,6 +163,11 @@ std::string particles_words(const Redesign& redesign) {
                : "No other particles were run: whether robots that it was not improved on do as well is not known.";
   }
   const PolicyComparison& pair = *redesign.verdict;
+  if (pair.n_a == 0 || pair.n_b == 0) {
+    return "Of other particles none has a valid trace both before and after: whether robots that it was not improved "
+           "on "
+           "do as well is not known.";
+  }
   return fmt::format(
       "Of other particles, which it was not improved on, {} succeed before and {} after (95 % intervals); {} were "
       "fixed, {} broke. The difference is {:+.3f} (95 % interval {:+.3f} to {:+.3f}, {}): {}.",
@@ -169,6 +181,22 @@ std::string task_words(const DesignBlock& block, std::size_t level) {
   if (block.task_path.empty()) return "the task";
   return fmt::format("task {} of {} ({} = {})", level + 1, block.task_values.size(), block.task_path,
                      block.task_values[level]);
+}
+
+std::size_t steps_made(const ImproveState& state) {
+  return state.reached.empty() ? state.steps.size() : state.reached.back().steps;
+}
+
+std::string value_words(const DesignVariable& variable, double value) {
+  if (variable.choices.empty()) return fmt::format("{:.4g}{}", value / variable.scale, unit_behind(variable.unit));
+  const auto row = static_cast<std::size_t>(std::clamp(std::round(value), variable.lower, variable.upper)) - 1;
+  return fmt::format("choice {} ({})", row + 1, variable.choice_words[row]);
+}
+
+std::string change_words(const DesignVariable& variable, double from, double to, const char* between) {
+  const std::string first =
+      variable.choices.empty() ? fmt::format("{:.4g}", from / variable.scale) : value_words(variable, from);
+  return first + between + value_words(variable, to);
 }
 
 std::string lost_words(const LostTraces& lost) {
@@ -194,8 +222,11 @@ double limit_violation(const DesignBlock& block, std::size_t limit, const TraceR
 }
 
 std::string verdict_words(const PolicyComparison& pair) {
-  if (pair.interval.low > 0) return "the new design is better";
-  if (pair.interval.high < 0) return "the new design is worse, though the robot that it was improved on is not";
+  // With few pairs the interval excludes 0 where the exact test does not: both must say so.
+  const bool shown = pair.p_value < kLevel;
+  if (shown && pair.interval.low > 0) return "the new design is better";
+  if (shown && pair.interval.high < 0)
+    return "the new design is worse, though the robot that it was improved on is not";
   return "not shown to be better";
 }
 

@@ -28,6 +28,12 @@ std::string task_words(const DesignBlock& block, std::size_t level);
 /// none is lost. What a limit does behind their ends is not known, and where one ends before a limit is looked at it
 /// does not count in that one's quantile.
 std::string lost_words(const LostTraces& lost);
+/// Design steps that the improved robot has: those for a task that was not done are not in it, unless none was done.
+std::size_t steps_made(const ImproveState& state);
+/// "hind_motors" at 3: "choice 3 (7.3 N m, 15 rad/s)"; of a number "0.2 m".
+std::string value_words(const DesignVariable& variable, double value);
+/// "0.2 to 0.3 m", "choice 2 (…) to choice 3 (…)", with what stands `between`.
+std::string change_words(const DesignVariable& variable, double from, double to, const char* between);
 /// " rad/s"; of a number without a unit nothing.
 std::string unit_behind(const std::string& unit);
 

@@ -5,33 +5,30 @@
 #include <algorithm>
 #include <filesystem>
 #include <iostream>
-#include <map>
 #include <memory>
 #include <span>
 #include <thread>
 
 #include "analysis/report_data.h"
-#include "analysis/scenario_changes.h"
 #include "analysis/text_table.h"
 #include "archive/files/files.h"
+#include "archive/files/lock.h"
 #include "archive/files/parent_folders.h"
-#include "archive/files/shell_word.h"
-#include "jobs/campaign/describe_campaign.h"
 #include "jobs/campaign/hanging_controllers.h"
 #include "jobs/campaign/improvement_file.h"
 #include "jobs/campaign/improvement_history.h"
 #include "jobs/campaign/improvement_page.h"
 #include "jobs/cli/commands.h"
 #include "jobs/cli/improve_dialogue.h"
+#include "jobs/cli/improve_failures.h"
 #include "jobs/cli/improve_page.h"
 #include "jobs/cli/improve_picture.h"
 #include "jobs/cli/improve_text.h"
+#include "jobs/cli/improve_verdict.h"
 #include "jobs/cli/option_values.h"
 #include "jobs/cli/page.h"
 #include "jobs/cli/picture_file.h"
-#include "jobs/cli/resume_campaign.h"
 #include "jobs/cli/value_warnings.h"
-#include "sampling/design_name.h"
 
 namespace graze {
 namespace {
@@ -48,7 +45,6 @@ struct ImproveArguments {
   bool automatic = false, ask = false, json = false, force = false;
 };
 
-constexpr std::uint64_t kUsualFailures = 32;         // particles that --from improves on
 constexpr const char* kAnswersFile = "answers.txt";  // of a supervised session, for --answers
 
 std::string policy_to_improve(const Scenario& scenario, const std::string& asked) {
@@ -70,81 +66,13 @@ double alpha_of(const std::string& text) {
                                out > 0 ? "1" : "0.1"));
 }
 
-/// What failed most in an archive, and whom.
-struct FrequentFailure {
-  std::string requirement;
-  std::vector<std::uint32_t> particles;  // ascending
-  std::uint64_t failures = 0, traces = 0;
-  std::uint64_t seed = 1, drawn = 0;
-};
-
-/// Its particles are those of the scenario, but for `design`, or failures of others would be improved on.
-void check_same_scenario(const std::string& file, const CampaignInfo& info, const Scenario& scenario) {
-  std::vector<ScenarioChange> changes = scenario_changes(info.scenario_text, scenario.text);
-  std::erase_if(changes, [](const ScenarioChange& one) {
-    return (one.path + ".").starts_with("design.") || one.path == "sampling.design";
-  });
-  // --design changes it where no file says so.
-  if (info.design != design_name(scenario.design)) {
-    const ScenarioChange drawn{"sampling.design", info.design, std::string(design_name(scenario.design))};
-    changes.insert(changes.begin(), drawn);
+/// But for the lock of a session that was killed as it began.
+bool holds_nothing(const fs::path& folder) {
+  std::error_code error;
+  for (const auto& one : fs::directory_iterator(folder, error)) {
+    if (one.path().filename() != kLockFile) return false;
   }
-  if (changes.empty()) return;
-  const auto shown = [](const std::string& text) {
-    return text.empty() ? std::string("not there") : clipped(text, 60);
-  };
-  throw InputError(
-      fmt::format("--from {}: is a campaign of another scenario: {} is {} there and {} here{}; improve the one that "
-                  "was run, or run "
-                  "this one",
-                  file, changes.front().path, shown(changes.front().in_a), shown(changes.front().in_b),
-                  changes.size() > 1 ? fmt::format(", and {} more", changes.size() - 1) : ""));
-}
-
-FrequentFailure most_frequent(const std::string& file, const std::string& policy, const Scenario& scenario) {
-  const Archive archive(file);
-  const CampaignInfo& info = archive.info();
-  check_same_scenario(file, info, scenario);
-  if (std::find(info.policies.begin(), info.policies.end(), policy) == info.policies.end()) {
-    throw InputError(
-        fmt::format("--from {}: has no policy '{}'; {}", file, policy, nearest_or_all(policy, info.policies)));
-  }
-  std::map<int, std::vector<std::uint32_t>> by_requirement;  // -1: the objective
-  FrequentFailure out;
-  archive.scan(policy, 0, [&](const TraceRows& rows) {
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-      ++out.traces;
-      const Outcome outcome = rows.outcome(i);
-      if (outcome == Outcome::known_failure) by_requirement[rows.violated(i)].push_back(rows.particle(i));
-      if (outcome == Outcome::unknown_failure) by_requirement[-1].push_back(rows.particle(i));
-    }
-  });
-  int most = -2;
-  for (const auto& [requirement, particles] : by_requirement) {
-    if (most == -2 || particles.size() > by_requirement[most].size()) most = requirement;
-  }
-  if (most == -2)
-    throw InputError(fmt::format("--from {}: no trace of '{}' failed, so there is nothing to improve", file, policy));
-  out.particles = by_requirement[most];
-  std::sort(out.particles.begin(), out.particles.end());
-  out.failures = out.particles.size();
-  out.requirement = most < 0 ? "objective" : info.requirements.at(static_cast<std::size_t>(most)).name;
-  out.seed = info.seed;
-  out.drawn = info.particles;
-  return out;
-}
-
-/// Says what the session begins at, and on which particles.
-void begin_at_failures(const ImproveArguments& arguments, const Scenario& scenario, ImproveQuestion& question) {
-  FrequentFailure found = most_frequent(arguments.from, question.options.policy, scenario);
-  const std::uint64_t most = arguments.particles > 0 ? arguments.particles : kUsualFailures;
-  if (found.particles.size() > most) found.particles.resize(most);
-  std::cerr << fmt::format(
-      "{} of {} traces failed by '{}' first, more than by anything else: improving on {} of these\n", found.failures,
-      found.traces, found.requirement, found.particles.size());
-  question.options.particles = found.particles;
-  question.seed = found.seed;
-  question.drawn = found.drawn;
+  return true;
 }
 
 fs::path folder_of_session(const ImproveArguments& arguments, const Scenario& scenario) {
@@ -157,7 +85,7 @@ fs::path folder_of_session(const ImproveArguments& arguments, const Scenario& sc
     throw InputError(fmt::format("{}: is there already, and no folder; choose another --output", bare.string()));
   }
   if (there) remove_abandoned(Directory(bare), kImproveFile);  // of a session that was killed as it began
-  if (there && !fs::is_empty(bare, error) && !fs::exists(bare / kImproveFile, error)) {
+  if (there && !holds_nothing(bare) && !fs::exists(bare / kImproveFile, error)) {
     throw InputError(
         fmt::format("{}: is there already, and no session of graze improve; choose another --output", bare.string()));
   }
@@ -179,24 +107,43 @@ void write_robot(const fs::path& folder, const DesignRobots& robots, const Impro
   write_text(folder / kBeforeScenario, robots.before(level));
 }
 
+/// The answers as a file that repeats the session; what they are is in its history.
+void write_answers(const fs::path& folder, const ImproveState& state) {
+  std::string text;
+  for (const SessionAnswer& one : state.answers) text += one.text + "\n";
+  std::error_code error;
+  if (!text.empty()) write_text(folder / kAnswersFile, text);
+  if (text.empty()) fs::remove(folder / kAnswersFile, error);
+}
+
 /// Asks about each step until the rest may go by itself. False: it may not.
 bool ask_about_steps(const ImproveArguments& arguments, Improvement& session, const Scenario& scenario,
-                     const fs::path& folder, bool fresh, std::ostream& out, const std::function<void()>& keep) {
+                     const fs::path& folder, std::ostream& out, const std::function<void()>& keep) {
   AnswerSource answers(arguments.answers, arguments.ask);
-  if (fresh) {
-    std::error_code error;
-    fs::remove(folder / kAnswersFile, error);
-  } else if (!arguments.answers.empty()) {
-    throw InputError(fmt::format(
-        "--answers: {} is a session already; choose another --output, or --force to begin anew", folder.string()));
-  }
   DialogueRequest request;
   request.answers = &answers;
   request.out = &out;
-  request.record = folder / kAnswersFile;
   request.keep = keep;
   request.most_steps = arguments.most_steps;
-  return supervise(session, scenario, request) == DialogueEnd::go_on;
+  const ImproveState& state = session.state();
+  if (!arguments.answers.empty() && !state.steps.empty() && state.answers.empty()) {
+    throw InputError(fmt::format(
+        "--answers: {} is a session that was not told anything; the command without --answers goes on with it; choose "
+        "another --output, or --force to begin anew",
+        folder.string()));
+  }
+  const std::optional<std::size_t> rest = answers.skip(state.answers, state.steps.size());
+  const bool alone = !state.answers.empty() && state.answers.back().text == kAuto && !rest;
+  DialogueEnd end = DialogueEnd::go_on;
+  if (!alone || arguments.ask) {
+    if (rest.value_or(0) > 0) go_on_alone(session, *rest, request);
+    session.stop_going_alone();
+    end = supervise(session, scenario, request);
+  }
+  if (answers.left() > 0 && end != DialogueEnd::quit && state.steps.size() < arguments.most_steps) {
+    spdlog::warn("--answers {}: {} of its lines were not asked for any more", arguments.answers, answers.left());
+  }
+  return end == DialogueEnd::go_on;
 }
 
 /// Steps until there is none left, or enough; each is on disk before the next begins.
@@ -207,70 +154,25 @@ ImproveState improve_robot(const ImproveArguments& arguments, const DesignRobots
   if (!arguments.force) begun = read_improvement(folder, scenario, question);
   std::ostream& out = arguments.json ? std::cerr : std::cout;
   if (begun) out << fmt::format("{}: goes on after {} steps\n", folder.string(), begun->steps.size());
-  const bool fresh = !begun;
   Improvement session(robots, question.options, std::move(begun));
   std::size_t steps = session.state().steps.size(), reached = session.state().reached.size();
   const auto keep = [&] {
     const ImproveState& state = session.state();
     write_improvement(folder, scenario, question, state);
+    write_answers(folder, state);
     if (state.steps.size() > steps) out << step_text(scenario, state, steps) << std::flush;
     if (state.reached.size() > reached) out << reached_text(scenario, state.reached.back()) << std::flush;
     steps = state.steps.size(), reached = state.reached.size();
   };
   const bool asks = arguments.ask || !arguments.answers.empty();
-  bool more = !asks || ask_about_steps(arguments, session, scenario, folder, fresh, out, keep);
+  bool more = !asks || ask_about_steps(arguments, session, scenario, folder, out, keep);
+  if (more) session.go_alone();
   while (more && session.state().steps.size() < arguments.most_steps) {
     more = session.advance();
     keep();
   }
   keep();  // a session without steps is one, too
   return session.state();
-}
-
-// ---- the verdict
-
-/// A campaign of a scenario file in the folder, simulated unless it is there.
-void simulate_verdict(const fs::path& folder, const std::string& name, const ImproveArguments& arguments,
-                      const ImproveQuestion& question) {
-  const fs::path campaign = folder / (fs::path(name).stem().string() + ".graze");
-  Scenario scenario = load_scenario((folder / name).string());
-  scenario.seed = question.seed + 1;  // others than those that were improved on
-  scenario.particles = arguments.verdict;
-  std::erase_if(scenario.policies, [&](const PolicySpec& one) { return one.name != question.options.policy; });
-  const CampaignInfo info =
-      describe_campaign(scenario, arguments.verdict, fmt::format("graze improve (verdict of {})", name));
-  CampaignWriter(campaign, info, true).keep();
-  ResumeArguments resume;
-  resume.directory = campaign.string();
-  resume.threads = arguments.threads;
-  resume.quiet = true;
-  resume.table = false;
-  resume.all = true;
-  const auto comm = make_local_communicator();
-  Start start(*comm);
-  resume_campaign(resume, start);
-}
-
-std::string verdict_text(const PolicyComparison& pair, std::uint64_t asked, const fs::path& folder) {
-  std::string missing;
-  if (pair.pairs.n() < asked) {
-    missing = fmt::format(
-        "{} of {} particles are not among them: they have no valid trace before or after, as 'graze score {}' and "
-        "'graze "
-        "score {}' tell\n",
-        asked - pair.pairs.n(), asked, shell_path((folder / "before.graze").string()),
-        shell_path((folder / "improved.graze").string()));
-  }
-  return fmt::format(
-      "\nVerdict on {} particles that it was not improved on: {} succeed before, {} after; {} were fixed, {} broke\n"
-      "Difference {:+.3f}, 95 % interval {:+.3f} .. {:+.3f}, p = {:.2g}: {}\n{}",
-      pair.pairs.n(), pair.success_a, pair.success_b, pair.pairs.only_b, pair.pairs.only_a, pair.difference,
-      pair.interval.low, pair.interval.high, pair.p_value, verdict_words(pair), missing);
-}
-
-void simulate_verdict(const fs::path& folder, const ImproveArguments& arguments, const ImproveQuestion& question) {
-  simulate_verdict(folder, kBeforeScenario, arguments, question);
-  simulate_verdict(folder, kImprovedScenario, arguments, question);
 }
 
 /// The picture and the page, if they are asked for.
@@ -294,13 +196,26 @@ void doubt_task(const Scenario& scenario, bool particles) {
   const auto& all = scenario.space.parameters;
   if (std::none_of(all.begin(), all.end(), [&](const auto& one) { return one.name == path; })) return;
   if (!particles) {
-    spdlog::warn("design.task.path: {}: is uncertain, so that the nominal robot alone heeds the task", path);
+    spdlog::warn("{}: design.task.path: {}: is uncertain, so that the nominal robot alone heeds the task",
+                 scenario.file, path);
     return;
   }
   throw InputError(fmt::format(
       "{}: design.task.path: {}: is uncertain, so that each particle draws its own value, whatever the task is; make "
       "the task of uncertain.{} instead, or take it out of 'uncertain'",
       scenario.file, path, path));
+}
+
+/// The same of a variable.
+void doubt_variables(const DesignRobots& robots, bool particles) {
+  for (const std::string& one : robots.overdrawn()) {
+    const std::string text = fmt::format(
+        "{}: design.variables.{} in 'uncertain' whatever the design's number is, so that particles do not heed "
+        "it; let it be uncertain about the nominal one, as by {{normal: {{std: 10 %}}}}",
+        robots.scenario().file, one);
+    if (particles) throw InputError(text);
+    spdlog::warn("{}", text);
+  }
 }
 
 /// What is doubtful at single tasks.
@@ -339,7 +254,7 @@ ImproveQuestion question_of(const ImproveArguments& arguments, const Scenario& s
   out.options.threads = arguments.threads > 0 ? arguments.threads : std::max(1u, std::thread::hardware_concurrency());
   for (std::uint32_t i = 0; i < arguments.particles; ++i) out.options.particles.push_back(i);
   out.drawn = std::max(scenario.particles, arguments.particles);
-  if (!arguments.from.empty()) begin_at_failures(arguments, scenario, out);
+  if (!arguments.from.empty()) begin_at_failures(arguments.from, arguments.particles, scenario, out);
   return out;
 }
 
@@ -350,22 +265,25 @@ int exit_code_of(const ImproveState& state) {
 int improve(ImproveArguments arguments) {
   Scenario scenario = arguments.scenario.load();
   check_asked(arguments, scenario);
-  const ImproveQuestion question = question_of(arguments, scenario);
+  ImproveQuestion question = question_of(arguments, scenario);
   scenario.seed = question.seed;
   scenario.particles = question.drawn;
   const fs::path folder = folder_of_session(arguments, scenario);
   if (!arguments.plot.empty()) picture_style(arguments.plot, arguments.force);  // refuses what cannot be
   if (!arguments.report.empty()) {
     check_page_built("improve --report");
-    check_page_output(arguments.report, arguments.force, arguments.scenario.file);
+    check_page_output(arguments.report, arguments.force, arguments.scenario.file, NamedBy::word);
   }
   if (arguments.verdict == 0 && !question.options.particles.empty()) {
     arguments.verdict = std::max<std::uint64_t>(200, question.options.particles.size());
   }
   doubt_task(scenario, !question.options.particles.empty() || arguments.verdict > 0);
   const DesignRobots robots(scenario);
+  question.files = robots.files_sha256();
   tell_warnings(robots);
+  doubt_variables(robots, !question.options.particles.empty());
   const ParentFolders parents(folder / kImproveFile);
+  const DirectoryLock lock{Directory(folder)};  // to the end: the verdict's campaigns and the page are of one session
   std::optional<EndHangingControllers> watch(std::in_place);
   const ImproveState state = improve_robot(arguments, robots, question, folder);
   write_robot(folder, robots, state);
@@ -374,7 +292,8 @@ int improve(ImproveArguments arguments) {
   std::ostream& out = arguments.json ? std::cerr : std::cout;
   out << summary_text(scenario, state, best_design(state).second);
   watch.reset();  // campaigns give up the thread
-  if (arguments.verdict > 0) simulate_verdict(folder, arguments, question);
+  if (arguments.verdict > 0)
+    simulate_verdict(folder, {question, arguments.verdict, arguments.threads, arguments.force});
   Redesign redesign{scenario,
                     question,
                     state,

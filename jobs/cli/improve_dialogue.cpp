@@ -22,6 +22,7 @@ namespace graze {
 namespace {
 
 constexpr std::size_t kMostAnswers = std::size_t{1} << 20;  // bytes
+constexpr std::size_t kMostAlone = 1'000'000;               // steps of one answer
 
 struct AnswerForm {
   const char* word;
@@ -37,7 +38,7 @@ constexpr AnswerForm kForms[] = {
     {"set", "VARIABLE VALUE", "bring a variable to a value"},
     {"reset", "", "begin with the suggestion again"},
     {"back", "[STEPS]", "take back the last step, or so many"},
-    {"auto", "", "go on without questions"},
+    {"auto", "[STEPS]", "go on without questions, to the end or for so many steps"},
     {"quit", "", "end here; the same command goes on"},
 };
 
@@ -125,8 +126,8 @@ class StepQuestion {
     if (well_formed) return;
     const auto* form = std::find_if(std::begin(kForms), std::end(kForms),
                                     [&](const AnswerForm& one) { return one.word == words.front(); });
-    throw InputError(fmt::format("'{}': is written '{} {}'", fmt::join(words, " "), form->word,
-                                 *form->arguments ? form->arguments : "alone"));
+    throw InputError(fmt::format("'{}': is written '{}{}{}'", fmt::join(words, " "), form->word,
+                                 *form->arguments ? " " : "", form->arguments));
   }
 
  private:
@@ -158,9 +159,10 @@ class StepQuestion {
     const Quantity quantity = quantity_of_unit(one.unit).value_or(Quantity::dimensionless);
     const double to = bare ? number_of("value", value) * one.scale : number_of("value", value, quantity);
     if (!(to >= one.lower && to <= one.upper)) {
-      throw InputError(fmt::format("set {} {}: must lie from {:.6g} to {:.6g} {}; nearest right answer: {:.6g}", name,
-                                   value, one.lower / one.scale, one.upper / one.scale, one.unit,
-                                   (to < one.lower ? one.lower : one.upper) / one.scale));
+      const std::string unit = unit_behind(one.unit);
+      throw InputError(fmt::format("set {} {}: must lie from {:.6g} to {:.6g}{}; nearest right answer: {:.6g}{}", name,
+                                   value, one.lower / one.scale, one.upper / one.scale, unit,
+                                   (to < one.lower ? one.lower : one.upper) / one.scale, unit));
     }
     if (!one.choices.empty() && to != std::floor(to)) {
       throw InputError(fmt::format("set {} {}: is a choice by its number, a whole one from 1 to {}", name, value,
@@ -186,22 +188,19 @@ class StepQuestion {
   Eigen::VectorXd change;  // [variable], shares of the way from bound to bound
 };
 
-/// Adds answers to the record, whole lines or none.
-void record_answers(const std::filesystem::path& file, const std::vector<std::string>& lines) {
-  std::ofstream out(file, std::ios::app);
-  std::string text;
-  for (const std::string& line : lines) text += line + "\n";
-  if (!(out << text << std::flush)) fail_writing(file, errno);
+/// Of "back 3" and "auto 3".
+std::size_t count_of(const std::vector<std::string>& words, std::size_t most) {
+  const double count = number_of(words[0], words[1]);
+  if (count >= 1 && count <= static_cast<double>(most) && count == std::floor(count)) {
+    return static_cast<std::size_t>(count);
+  }
+  throw InputError(fmt::format("{} {:g}: must be a whole number from 1 to {}", words[0], count, most));
 }
 
 std::size_t steps_back(const std::vector<std::string>& words, std::size_t made) {
   StepQuestion::need(words, words.size() <= 2);
   if (made == 0) throw InputError("back: no step was made yet");
-  const double count = words.size() == 1 ? 1 : number_of("back", words[1]);
-  if (count >= 1 && count <= static_cast<double>(made) && count == std::floor(count)) {
-    return static_cast<std::size_t>(count);
-  }
-  throw InputError(fmt::format("back {:g}: must be a whole number from 1 to {}", count, made));
+  return words.size() == 1 ? 1 : count_of(words, made);
 }
 
 /// One answer to a question. True: it decided something (the state has changed, or `end` is set).
@@ -220,9 +219,13 @@ bool answer(Improvement& session, const Suggestion& at, StepQuestion& question, 
     out << fmt::format("back after {} steps\n", session.state().steps.size());
     return true;
   }
-  if (word == "auto" || word == "quit") {
-    StepQuestion::need(words, words.size() == 1);
-    end = word == "auto" ? DialogueEnd::go_on : DialogueEnd::quit;
+  if (word == kAuto || word == "quit") {
+    StepQuestion::need(words, words.size() == 1 || (word == kAuto && words.size() == 2));
+    if (words.size() == 1) {
+      end = word == kAuto ? DialogueEnd::go_on : DialogueEnd::quit;
+    } else {
+      count_of(words, kMostAlone);
+    }
     return true;
   }
   if (word == "help") {
@@ -262,7 +265,16 @@ std::optional<DialogueEnd> decide(Improvement& session, const Scenario& scenario
         said.push_back(fmt::format("{}", fmt::join(*words, " ")));
       }
       if (!decided) continue;
-      if (end != DialogueEnd::quit) record_answers(request.record, said);
+      if (end == DialogueEnd::quit) return end;
+      if (words->front() != kAuto) {
+        session.note_answers(said);
+        return end;
+      }
+      said.back() = kAuto;
+      session.note_answers(said);
+      request.keep();
+      if (!end && !go_on_alone(session, count_of(*words, kMostAlone), request)) end = DialogueEnd::done;
+      if (end != DialogueEnd::go_on) session.stop_going_alone();
       return end;
     } catch (const InputError& error) {
       if (!request.answers->place().empty()) {
@@ -299,6 +311,40 @@ std::optional<std::vector<std::string>> AnswerSource::next() {
     if (!words.empty()) return words;
   }
   return std::nullopt;
+}
+
+std::optional<std::size_t> AnswerSource::skip(const std::vector<SessionAnswer>& told, std::size_t steps) {
+  const auto counted = [](const std::vector<std::string>& words) {
+    return words.size() == 2 && words.front() == kAuto;
+  };
+  for (std::size_t k = 0; k < told.size(); ++k) {
+    while (!lines_.empty() && lines_.front().words.front() == "help") lines_.pop_front();
+    if (lines_.empty()) return std::nullopt;  // the rest was typed
+    const Line line = std::move(lines_.front());
+    lines_.pop_front();
+    const std::string text = fmt::format("{}", fmt::join(line.words, " "));
+    const std::vector<std::string> before = words_of(told[k].text);
+    if (k + 1 == told.size() && counted(line.words) && (counted(before) || told[k].text == kAuto)) {
+      const std::size_t asked = count_of(line.words, kMostAlone);
+      const std::size_t made = counted(before) ? count_of(before, kMostAlone) : steps - told[k].steps;
+      if (made <= asked) return asked - made;
+    }
+    if (text == told[k].text) continue;
+    throw InputError(fmt::format(
+        "{}: '{}' is not what the session was told there, '{}'; choose another --output, or --force to begin anew",
+        line.place, text, told[k].text));
+  }
+  return std::nullopt;
+}
+
+bool go_on_alone(Improvement& session, std::size_t count, const DialogueRequest& request) {
+  const std::size_t target = session.state().steps.size() + count;
+  bool more = true;
+  while (more && session.state().steps.size() < std::min(target, request.most_steps)) {
+    more = session.advance();
+    request.keep();
+  }
+  return more;
 }
 
 DialogueEnd supervise(Improvement& session, const Scenario& scenario, const DialogueRequest& request) {

@@ -3,7 +3,6 @@
 // from the terminal or a file change it, make it, or take earlier ones back.
 
 #include <deque>
-#include <filesystem>
 #include <functional>
 #include <iosfwd>
 #include <optional>
@@ -22,6 +21,11 @@ class AnswerSource {
   AnswerSource(const std::string& file, bool also_terminal);
   /// The words of the next answer; none: there are no more.
   std::optional<std::vector<std::string>> next();
+  /// Leaves out the lines that a session was told already; returns how many steps of a last "auto COUNT" are still to
+  /// be made, if that is the last of them. Throws InputError if they are others.
+  std::optional<std::size_t> skip(const std::vector<SessionAnswer>& told, std::size_t steps);
+  /// Lines of the file that nobody has asked for.
+  std::size_t left() const { return lines_.size(); }
   /// "answers.txt:3" of the last answer of a file; empty: it was typed.
   const std::string& place() const { return place_; }
 
@@ -39,9 +43,8 @@ class AnswerSource {
 struct DialogueRequest {
   AnswerSource* answers = nullptr;
   std::ostream* out = nullptr;
-  std::filesystem::path record;  // answers that decided something are added to this file
-  std::function<void()> keep;    // called when the session's state has changed
-  std::size_t most_steps = 0;    // asks no more then
+  std::function<void()> keep;  // called when the session's state has changed
+  std::size_t most_steps = 0;  // asks no more then
 };
 
 enum class DialogueEnd { done, quit, go_on };
@@ -49,6 +52,9 @@ enum class DialogueEnd { done, quit, go_on };
 /// Asks about each step until there is none left, or too many (done), or the answers end (quit) or hand over (go_on).
 /// What a typed answer has wrong is told and asked again; in a file it throws InputError "FILE:LINE: …".
 DialogueEnd supervise(Improvement& session, const Scenario& scenario, const DialogueRequest& request);
+
+/// Makes up to `count` steps without questions; false: there is nothing left to do.
+bool go_on_alone(Improvement& session, std::size_t count, const DialogueRequest& request);
 
 /// The answers that supervise() understands, a line each.
 std::string answers_help();

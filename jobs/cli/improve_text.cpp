@@ -40,8 +40,7 @@ std::string changes_text(const DesignBlock& block, const ImproveStep& step) {
   for (std::size_t i = 0; i < block.variables.size(); ++i) {
     const DesignVariable& one = block.variables[i];
     if (std::abs(step.after[i] - step.before[i]) < kToldChange * (one.upper - one.lower)) continue;
-    parts.push_back(fmt::format("{} {:.4g} -> {:.4g}{}", one.name, step.before[i] / one.scale,
-                                step.after[i] / one.scale, unit_behind(one.unit)));
+    parts.push_back(one.name + " " + change_words(one, step.before[i], step.after[i], " -> "));
   }
   return parts.empty() ? "no variable by a ten thousandth of its way" : fmt::format("{}", fmt::join(parts, ", "));
 }
@@ -106,18 +105,28 @@ std::string summary_text(const Scenario& scenario, const ImproveState& state, co
     const DesignVariable& one = scenario.redesign->variables[i];
     const double way = one.upper - one.lower;
     const bool idle = std::find(state.idle.begin(), state.idle.end(), static_cast<int>(i)) != state.idle.end();
-    const bool bound = improved[i] - one.lower < 1e-6 * way || one.upper - improved[i] < 1e-6 * way;
+    const bool bound =
+        one.choices.empty() && (improved[i] - one.lower < 1e-6 * way || one.upper - improved[i] < 1e-6 * way);
     table.push_back({one.name, one.unit, fmt::format("{:.4g}", one.nominal / one.scale),
                      fmt::format("{:.4g}", improved[i] / one.scale), fmt::format("{:.4g}", one.lower / one.scale),
                      fmt::format("{:.4g}", one.upper / one.scale),
-                     idle    ? "moved no limit at first"
-                     : bound ? "at its bound"
-                             : ""});
+                     idle                  ? "moved no limit at first"
+                     : bound               ? "at its bound"
+                     : one.choices.empty() ? ""
+                                           : value_words(one, improved[i])});
   }
   std::string out = "\n" + text_table(table, 2) + "\n";
   const std::string task = task_words(*scenario.redesign, state.level);
   if (const std::string lost = lost_words(state.lost); !lost.empty()) {
     out += fmt::format("In {}, {}: the last design is judged without what they lack.\n", task, lost);
+  }
+  const std::size_t made = steps_made(state), more = state.steps.size() - made;
+  if (more > 0) {
+    out += fmt::format(
+        "The improved robot is that of {}, after {} step{}: {} later one{}, for a task that was not done, "
+        "{} not in it.\n",
+        task_words(*scenario.redesign, state.reached.back().level), made, made == 1 ? "" : "s", more,
+        more == 1 ? "" : "s", more == 1 ? "is" : "are");
   }
   switch (state.end) {
     case ImproveEnd::reached_all:
@@ -125,7 +134,9 @@ std::string summary_text(const Scenario& scenario, const ImproveState& state, co
     case ImproveEnd::stuck:
       return out + fmt::format("Stuck in {}: {}\n", task, state.why);
     default:
-      return out + fmt::format("Not finished: in {} limits are violated. The same command goes on.\n", task);
+      return out +
+             fmt::format("Not finished: in {} limits are violated. The same command (without --answers) goes on.\n",
+                         task);
   }
 }
 

@@ -14,6 +14,7 @@
 #include "engine/lanes/isa.h"
 #include "engine/physics.h"
 #include "engine/settings/child_end.h"
+#include "engine/settings/inputs.h"
 #include "graze_version.h"
 #include "jobs/campaign/crash.h"
 #include "jobs/cli/commands.h"
@@ -141,6 +142,7 @@ int main(int argc, char** argv) {
   if (started_as_worker(argc, argv)) return work_for_parent();
   open_standard_streams();
   contain_crashes();
+  mean_includes(shipped_scenario);
   hear_of_children();
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error to tell, not the end
   const MainAtWork until_the_end;

@@ -27,9 +27,10 @@ std::filesystem::path default_page(const std::filesystem::path& archive, const s
   return out += behind + ".html";
 }
 
-void check_page_output(const std::filesystem::path& output, bool force, const std::filesystem::path& archive) {
-  check_ending(output, "a page is one HTML file", {".html", ".htm"}, Endings::only);
-  check_new_file(output, force, {archive});
+void check_page_output(const std::filesystem::path& output, bool force, const std::filesystem::path& archive,
+                       NamedBy named) {
+  check_ending(output, "a page is one HTML file", {".html", ".htm"}, Endings::only, named);
+  check_new_file(output, force, {archive}, named);
 }
 
 void write_page(const std::filesystem::path& output, bool force, const std::string& data) {

@@ -6,6 +6,8 @@
 #include <string_view>
 #include <vector>
 
+#include "archive/files/files.h"
+
 namespace graze {
 
 /// What the build made of analysis/web, in pieces: the page before its data, and behind it. Empty: built without it.
@@ -20,7 +22,8 @@ void check_page_built(const std::string& verb);
 std::filesystem::path default_page(const std::filesystem::path& archive, const std::string& behind);
 /// Throws InputError unless a page of the archive may be written: it ends in .html, is not there (unless `force`), and
 /// is or lies in no archive.
-void check_page_output(const std::filesystem::path& output, bool force, const std::filesystem::path& archive);
+void check_page_output(const std::filesystem::path& output, bool force, const std::filesystem::path& archive,
+                       NamedBy named = NamedBy::output);
 /// Writes the page with these data (script_json()). It appears whole or not at all. Throws InputError, MachineError.
 void write_page(const std::filesystem::path& output, bool force, const std::string& data);
 

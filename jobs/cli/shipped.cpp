@@ -57,14 +57,19 @@ std::vector<std::string> shipped_scenarios() {
   return out;
 }
 
+std::optional<std::string> shipped_scenario(const std::string& name) {
+  const fs::path folder = data_folder();
+  if (folder.empty() || name.find('/') != std::string::npos) return std::nullopt;
+  const fs::path file = folder / "scenarios" / (name.ends_with(".yaml") ? name : name + ".yaml");
+  std::error_code error;
+  return fs::is_regular_file(file, error) ? std::optional(file.string()) : std::nullopt;
+}
+
 std::string scenario_file(const std::string& given) {
   std::error_code error;
   if (given == "-" || given.find('/') != std::string::npos) return given;
   if (fs::symlink_status(given, error).type() != fs::file_type::not_found) return given;
-  const fs::path folder = data_folder();
-  const std::string name = given.ends_with(".yaml") ? given : given + ".yaml";
-  const fs::path shipped = folder / "scenarios" / name;
-  if (!folder.empty() && fs::is_regular_file(shipped, error)) return shipped.string();
+  if (const auto shipped = shipped_scenario(given)) return *shipped;
   const std::vector<std::string> names = shipped_scenarios();
   if (names.empty() && given.find('.') == std::string::npos) {
     throw InputError(fmt::format(
@@ -72,7 +77,7 @@ std::string scenario_file(const std::string& given) {
         "names their folder",
         given));
   }
-  const std::string near = nearest(fs::path(name).stem().string(), names);
+  const std::string near = nearest(fs::path(given).stem().string(), names);
   const bool like_a_name = given.find('.') == std::string::npos || given.ends_with(".yaml");
   if (!near.empty() && like_a_name && path_suggestion(given, {".yaml", ".yml"}).empty()) {
     throw InputError(fmt::format("{}: there is no such file; did you mean the shipped scenario '{}'?", given, near));

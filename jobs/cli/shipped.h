@@ -2,6 +2,7 @@
 // Scenarios that come with the program can be called by their names alone, wherever it is installed.
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,9 @@ std::filesystem::path docs_folder();
 
 /// Names of its scenarios, without ".yaml", sorted.
 std::vector<std::string> shipped_scenarios();
+
+/// The shipped scenario of a name ("pendulum", "pendulum.yaml"); nothing: there is none, or it is no name but a path.
+std::optional<std::string> shipped_scenario(const std::string& name);
 
 /// What is meant by a scenario's file as given: the file itself if it is there, is "-" or names a folder; else the
 /// shipped scenario of that name ("pendulum", "pendulum.yaml"), if there is one; else the file, which is missing.

@@ -53,6 +53,28 @@ TEST_F(SupervisedImprove, IsRepeatedFromItsAnswers) {
   EXPECT_EQ(testing::read_file(folder / "parts/answers.txt"), answers);
 }
 
+// Steps that were made without questions are told as such, whoever made them and whenever it was ended.
+TEST_F(SupervisedImprove, StepsWithoutQuestionsAreAnswersToo) {
+  EXPECT_EQ(graze("improve swing.yaml --max-steps 1 -o mixed").code, 4);
+  EXPECT_EQ(ask("scale 0.5\naccept\nauto 1\nquit\n", "-o mixed").code, 4);
+  EXPECT_EQ(ask("auto\n", "-o mixed --max-steps 4").code, 4);
+  EXPECT_EQ(testing::read_file(folder / "mixed/answers.txt"), "auto 1\nscale 0.5\naccept\nauto 1\nauto\n");
+  EXPECT_EQ(ask("zero thick\naccept\nquit\n", "-o mixed").code, 4);
+  EXPECT_EQ(graze("improve swing.yaml -o mixed").code, 0);
+  EXPECT_EQ(testing::read_file(folder / "mixed/answers.txt"),
+            "auto 1\nscale 0.5\naccept\nauto 1\nauto 1\nzero thick\naccept\nauto\n");
+  EXPECT_EQ(graze("improve swing.yaml --answers mixed/answers.txt -o again").code, 0);
+  EXPECT_EQ(testing::read_file(folder / "again/improve.json"), testing::read_file(folder / "mixed/improve.json"));
+  // The same command goes on, wherever it was ended.
+  const std::string command = "improve swing.yaml --answers mixed/answers.txt -o parts --max-steps ";
+  for (const char* most : {"1", "2", "3", "4", "5"}) EXPECT_EQ(graze(command + most).code, 4) << most;
+  EXPECT_EQ(graze(command + "100").code, 0);
+  EXPECT_EQ(testing::read_file(folder / "parts/improve.json"), testing::read_file(folder / "mixed/improve.json"));
+  EXPECT_THAT(
+      ask("auto 0\nauto 1.5\nauto 1 2\n", "-o wrong").out,
+      AllOf(HasSubstr("auto 0: must be a whole number from 1"), HasSubstr("'auto 1 2': is written 'auto [STEPS]'")));
+}
+
 TEST_F(SupervisedImprove, AsksAgainWhatItDoesNotUnderstand) {
   const testing::Result run = ask(
       "acept\nset rod 20 cm\nset rods 3 m\nset rods 2 kg\nset *o* 1\nzero\nback\nscale much\nscale 0\naccept\nhelp\n",
@@ -74,9 +96,14 @@ TEST_F(SupervisedImprove, FileOfAnswersSaysWhereItIsWrong) {
   EXPECT_EQ(run.code, 2);
   EXPECT_THAT(run.err, HasSubstr("a.txt:4: 'acept': no answer"));
   EXPECT_EQ(steps("s").size(), 1u) << "what was made is kept";
+  testing::write_file(folder / "a.txt", "accept\nset rods 25 cm\naccept\nquit\n");
+  EXPECT_EQ(graze("improve swing.yaml --answers a.txt -o s").code, 4) << "it goes on where it was";
+  EXPECT_EQ(steps("s").size(), 2u);
+  testing::write_file(folder / "a.txt", "scale 0.5\naccept\n");
   const testing::Result more = graze("improve swing.yaml --answers a.txt -o s");
   EXPECT_EQ(more.code, 2);
-  EXPECT_THAT(more.err, AllOf(HasSubstr("is a session already"), HasSubstr("--force")));
+  EXPECT_THAT(more.err, AllOf(HasSubstr("a.txt:1: 'scale 0.5' is not what the session was told there, 'accept'"),
+                              HasSubstr("--force")));
   EXPECT_THAT(graze("improve swing.yaml --answers b.txt -o t").err, HasSubstr("--answers b.txt: there is no such"));
   EXPECT_THAT(graze("improve swing.yaml --answers a.txt --auto -o t").err, Not(HasSubstr("internal")));
 }

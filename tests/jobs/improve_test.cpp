@@ -362,7 +362,7 @@ TEST_F(Improve, KeepsFixedTotals) {
   }
   testing::write_file(folder / "answers.txt", "set front_shin 12 cm\naccept\n");
   EXPECT_THAT(graze("improve swing.yaml --answers answers.txt -o asked").err,
-              HasSubstr("the sum of front_thigh + front_shin would change from 0.424"));
+              HasSubstr("the sum of front_thigh + front_shin over all that they stand for would change from 0.424"));
 }
 
 // Beside a design, all designs share blocks: they have the margins that each has alone, read as a scenario of its own,

@@ -7,10 +7,14 @@ export function ticks([low, high], count = 5) {
   const span = high - low;
   if (!(span > 0)) return [low];
   const raw = span / Math.max(1, count), power = 10 ** Math.floor(Math.log10(raw));
-  const step = power * ([1, 2, 5, 10].find((m) => m * power >= raw * 0.999) ?? 10);
-  const out = [];
-  for (let i = Math.ceil(low / step - 1e-9); i * step <= high + 1e-9 * span; ++i) out.push(Number((i * step).toPrecision(12)));
-  return out;
+  const at = (step) => {
+    const out = [];
+    for (let i = Math.ceil(low / step - 1e-9); i * step <= high + 1e-9 * span; ++i) out.push(Number((i * step).toPrecision(12)));
+    return out;
+  };
+  // The coarsest steps that are as many; one number alone, as a 0 in the middle, gives no scale.
+  const all = [10, 5, 2, 1, 0.5, 0.2].map((m) => m * power), step = [...all].reverse().find((s) => s >= raw * 0.999) ?? all[0];
+  return all.slice(all.indexOf(step)).map(at).find((out) => out.length > 1) ?? at(step);
 }
 
 /** The range of all finite values, a little wider. */

@@ -10,8 +10,8 @@ const NAMED = {ink: 'var(--ink)', success: OUTCOMES[0].color, known: OUTCOMES[1]
 export const colorOf = (one, index) => /^policy-\d+$/.test(one?.color) ? policyColor(Number(one.color.slice(7))) : NAMED[one?.color] ?? OUTCOMES.find((o) => o.name === one?.color)?.color ?? policyColor(index);
 
 export function legend(entries) {
-  return el('div', {class: 'legend'}, entries.map(([text, color]) =>
-    el('span', {}, el('i', {style: {background: color}}), text)));
+  return el('div', {class: 'legend'}, entries.map(([text, color, dash]) => el('span', {},
+    el('i', {style: {background: dash ? `repeating-linear-gradient(90deg, ${color} 0 4px, transparent 4px 7px)` : color}}), text)));
 }
 
 const sortKey = (cell) => (cell && typeof cell === 'object' && !(cell instanceof Node) ? cell.value : cell);
@@ -128,7 +128,7 @@ export function lines({lines, x, y, height = 300, label, steps = false, legend: 
     box.replaceChildren(plot.root);
   });
   const names = named ? lines.filter((one) => one.name) : [];
-  return el('div', {}, names.length > 1 && legend(names.map((one) => [one.name, colorOf(one, lines.indexOf(one))])), box);
+  return el('div', {}, names.length > 1 && legend(names.map((one) => [one.name, colorOf(one, lines.indexOf(one)), one.dash])), box);
 }
 
 /** groups: [{name, x: [], y: [], color?, labels?: []}]; x, y as of lines. */
@@ -189,7 +189,7 @@ export function tree({root, legend: names}) {
 /** Widgets beside each other, where there is room. */
 const row = ({widgets, three}) => el('div', {class: three ? 'columns three' : 'columns'}, widgets.map(widget));
 
-const TYPES = {table, bars, lines, scatter, tree, row, legend: ({entries}) => legend(entries.map((one, k) => [one.name, colorOf(one, k)])), text: ({text}) => el('p', {}, text)};
+const TYPES = {table, bars, lines, scatter, tree, row, legend: ({entries}) => legend(entries.map((one, k) => [one.name, colorOf(one, k), one.dash])), text: ({text}) => el('p', {}, text)};
 
 export function widget(spec) {
   const make = TYPES[spec.type];
