@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <fstream>
 #include <iostream>
 #include <memory>
+#include <set>
 #include <span>
 #include <thread>
 
@@ -146,12 +148,23 @@ bool ask_about_steps(const ImproveArguments& arguments, Improvement& session, co
   return end == DialogueEnd::go_on;
 }
 
+/// A history that is damaged is of no use any more.
+std::optional<ImproveState> read_or_advise(const fs::path& folder, const Scenario& scenario,
+                                           const ImproveQuestion& question) {
+  try {
+    return read_improvement(folder, scenario, question);
+  } catch (const InputError& error) {
+    const std::string why = error.what();
+    throw InputError(why.find("--force") == std::string::npos ? why + "; --force begins anew" : why);
+  }
+}
+
 /// Steps until there is none left, or enough; each is on disk before the next begins.
 ImproveState improve_robot(const ImproveArguments& arguments, const DesignRobots& robots,
                            const ImproveQuestion& question, const fs::path& folder) {
   const Scenario& scenario = robots.scenario();
   std::optional<ImproveState> begun;
-  if (!arguments.force) begun = read_improvement(folder, scenario, question);
+  if (!arguments.force) begun = read_or_advise(folder, scenario, question);
   std::ostream& out = arguments.json ? std::cerr : std::cout;
   if (begun) out << fmt::format("{}: goes on after {} steps\n", folder.string(), begun->steps.size());
   Improvement session(robots, question.options, std::move(begun));
@@ -175,17 +188,42 @@ ImproveState improve_robot(const ImproveArguments& arguments, const DesignRobots
   return session.state();
 }
 
+/// Pictures and pages of a session, by the names that its folder keeps: the same command makes them anew.
+class SessionOutputs {
+ public:
+  explicit SessionOutputs(fs::path folder) : list_(std::move(folder) / ".outputs") {
+    std::ifstream in(list_);
+    for (std::string line; std::getline(in, line);) own_.insert(line);
+  }
+  /// Whether a file may be replaced.
+  bool owns(const std::string& file) const { return own_.contains(fs::absolute(file).string()); }
+  void add(const std::string& file) {
+    if (!own_.insert(fs::absolute(file).string()).second) return;
+    std::string text;
+    for (const std::string& one : own_) text += one + "\n";
+    write_text(list_, text);
+  }
+
+ private:
+  fs::path list_;
+  std::set<std::string> own_;
+};
+
 /// The picture and the page, if they are asked for.
-void show_session(const ImproveArguments& arguments, const Redesign& redesign) {
+void show_session(const ImproveArguments& arguments, const Redesign& redesign, SessionOutputs& outputs) {
   if (!arguments.plot.empty()) {
-    const PlotStyle style = picture_style(arguments.plot, arguments.force);
+    const bool force = arguments.force || outputs.owns(arguments.plot);
+    const PlotStyle style = picture_style(arguments.plot, force);
     const ParentFolders picture_folders(arguments.plot);
     const Figure figure = improve_figure(redesign.scenario, redesign.state);
-    write_picture(arguments.plot, arguments.force, drawn_figure(figure, style, arguments.plot), false);
+    write_picture(arguments.plot, force, drawn_figure(figure, style, arguments.plot), false);
+    outputs.add(arguments.plot);
   }
   if (arguments.report.empty()) return;
   const ParentFolders page_folders(arguments.report);
-  write_page(arguments.report, arguments.force, script_json(redesign_page(redesign, NumberForm::packed)));
+  write_page(arguments.report, arguments.force || outputs.owns(arguments.report),
+             script_json(redesign_page(redesign, NumberForm::packed)));
+  outputs.add(arguments.report);
 }
 
 // ---- the verb
@@ -269,10 +307,14 @@ int improve(ImproveArguments arguments) {
   scenario.seed = question.seed;
   scenario.particles = question.drawn;
   const fs::path folder = folder_of_session(arguments, scenario);
-  if (!arguments.plot.empty()) picture_style(arguments.plot, arguments.force);  // refuses what cannot be
+  SessionOutputs outputs(folder);
+  if (!arguments.plot.empty()) {
+    picture_style(arguments.plot, arguments.force || outputs.owns(arguments.plot));  // refuses what cannot be
+  }
   if (!arguments.report.empty()) {
     check_page_built("improve --report");
-    check_page_output(arguments.report, arguments.force, arguments.scenario.file, NamedBy::word);
+    check_page_output(arguments.report, arguments.force || outputs.owns(arguments.report), arguments.scenario.file,
+                      NamedBy::word);
   }
   if (arguments.verdict == 0 && !question.options.particles.empty()) {
     arguments.verdict = std::max<std::uint64_t>(200, question.options.particles.size());
@@ -305,7 +347,7 @@ int improve(ImproveArguments arguments) {
   out << fmt::format("{0}/{1}: the improved robot, ready to run; {0}/{2}: the first one in the same task\n",
                      folder.string(), kImprovedScenario, kBeforeScenario);
   if (arguments.json) std::cout << improvement_json(scenario, question, state);
-  show_session(arguments, redesign);
+  show_session(arguments, redesign, outputs);
   return exit_code_of(state);
 }
 

@@ -76,20 +76,24 @@ FrequentFailure most_frequent(const std::string& file, const std::string& policy
   }
   std::map<int, std::vector<std::uint32_t>> by_requirement;  // -1: the objective
   FrequentFailure out;
+  std::uint64_t invalid = 0;
   archive.scan(policy, 0, [&](const TraceRows& rows) {
     for (std::size_t i = 0; i < rows.size(); ++i) {
       ++out.traces;
       const Outcome outcome = rows.outcome(i);
       if (outcome == Outcome::known_failure) by_requirement[rows.violated(i)].push_back(rows.particle(i));
       if (outcome == Outcome::unknown_failure) by_requirement[-1].push_back(rows.particle(i));
+      invalid += outcome == Outcome::invalid;
     }
   });
   int most = -2;
   for (const auto& [requirement, particles] : by_requirement) {
     if (most == -2 || particles.size() > by_requirement[most].size()) most = requirement;
   }
-  if (most == -2)
-    throw InputError(fmt::format("--from {}: no trace of '{}' failed, so there is nothing to improve", file, policy));
+  if (most == -2) {
+    throw InputError(fmt::format("--from {}: no trace of '{}' failed, so there is nothing to improve{}", file, policy,
+                                 invalid == 0 ? "" : fmt::format("; {} are invalid, which is no failure", invalid)));
+  }
   out.particles = by_requirement[most];
   std::sort(out.particles.begin(), out.particles.end());
   out.failures = out.particles.size();

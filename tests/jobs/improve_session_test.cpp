@@ -96,6 +96,16 @@ TEST_F(ImproveSession, WorksInFoldersOfOddNames) {
   }
 }
 
+TEST_F(ImproveSession, MakesItsPictureAnewAndNoOther) {
+  const std::string command = "improve swing.yaml --plot p.svg -o s --max-steps ";
+  ASSERT_EQ(graze(command + "1").code, 4);
+  EXPECT_EQ(graze(command + "2").code, 4) << "it is its own";
+  testing::write_file(folder / "q.svg", "mine");
+  EXPECT_THAT(refusal("-o s --plot q.svg"), HasSubstr("q.svg: exists already"));
+  std::filesystem::resize_file(folder / "s" / "improve.json", 100);
+  EXPECT_THAT(refusal("-o s"), AllOf(HasSubstr("improve.json: is damaged"), HasSubstr("--force begins anew")));
+}
+
 TEST_F(ImproveSession, ReplacesNoCampaignsButItsOwn) {
   ASSERT_EQ(graze("improve swing.yaml -o s").code, 0);
   ASSERT_EQ(graze("run swing.yaml --quiet -n 2 -o s/before.graze").code, 0);
