@@ -81,13 +81,23 @@ PlotPanel effects_panel(const PolicyExplanation& policy, const std::string& targ
                      effect.p_holm < kLeastP ? "< 0.0001"
                                              : "= " + plot_number(std::round(effect.p_holm / kLeastP) * kLeastP))});
   }
-  for (PlotWords& one : out.words) one.x += 0.03 * most;  // not on the line at 0
-  out.x.low = -1.15 * most;
-  out.x.high = 1.6 * most;
+  out.x.high = most;  // until all panels are there
   out.y.low = -0.7;
   out.y.high = static_cast<double>(n) - 0.3;
   out.height = 22 * static_cast<double>(n);
   return out;
+}
+
+/// One range for all panels, so that bars of policies compare.
+void share_range(std::vector<PlotPanel>& panels) {
+  double most = 0;
+  for (const PlotPanel& panel : panels) most = panel.series.empty() ? most : std::max(most, panel.x.high);
+  for (PlotPanel& panel : panels) {
+    if (panel.series.empty()) continue;
+    for (PlotWords& one : panel.words) one.x += 0.03 * most;  // not on the line at 0
+    panel.x.low = -1.15 * most;
+    panel.x.high = 1.6 * most;
+  }
 }
 
 }  // namespace
@@ -132,6 +142,7 @@ Figure causes_figure(const Explanation& explanation, const std::string& requirem
   for (const PolicyExplanation& policy : explanation.policies) {
     out.panels.push_back(effects_panel(policy, target, explanation.parameters));
   }
+  share_range(out.panels);
   out.notes = {
       fmt::format("The {} parameters with the smallest p. Effect: 2 AUC − 1, the rank-biserial correlation; above 0: "
                   "higher values go with it. Of a choice: the root of the share of the ranks' variance, and the "

@@ -23,6 +23,7 @@
 #include "jobs/cli/resume_campaign.h"
 #include "jobs/cli/shared_options.h"
 #include "jobs/cli/size_estimate.h"
+#include "jobs/cli/terminal.h"
 #include "jobs/cli/value_warnings.h"
 #include "jobs/workers/controllers.h"
 
@@ -45,6 +46,11 @@ struct SweepArguments {
 };
 
 /// "contact.friction=0.4"; with a second axis ", time.end=2 s" behind it.
+/// A folder behind `graze sweep`, with the trust that this command has.
+std::string folder_words(const fs::path& folder) {
+  return shell_path(folder.string()) + (controllers_trusted() ? " --trust" : "");
+}
+
 std::string values_text(const Sweep& sweep, const SweepPoint& point) {
   std::string out;
   for (std::size_t axis = 0; axis < sweep.axes.size(); ++axis) {
@@ -205,7 +211,7 @@ fs::path folder_to_make(const SweepArguments& arguments, const Scenario& scenari
   std::error_code error;
   if (is_sweep(out)) {
     throw InputError(fmt::format("{}: is there already; go on with it by 'graze sweep {}', or choose another --output",
-                                 out.string(), shell_path(out.string())));
+                                 out.string(), folder_words(out)));
   }
   if (fs::exists(fs::symlink_status(out, error)) && !fs::is_empty(out, error)) {
     throw InputError(
@@ -232,7 +238,7 @@ void write_sweep(const fs::path& folder, const SweepPlan& plan, const std::vecto
     fs::rename(beside, folder, error);
     if (error == std::errc::directory_not_empty || error == std::errc::file_exists) {
       throw InputError(fmt::format("{}: somebody else has just begun it; go on with it by 'graze sweep {}'",
-                                   folder.string(), shell_path(folder.string())));
+                                   folder.string(), folder_words(folder)));
     }
     if (error) fail_writing(folder, error.value());
   } catch (...) {
@@ -323,7 +329,9 @@ class SweepRun {
   }
 
   void simulate(const fs::path& campaign, const SweepPoint& point, std::uint64_t particles) {
-    if (!arguments_.quiet) spdlog::info("{}: {} particles", values_text(plan_.sweep, point), particles);
+    const std::string title = fmt::format("{}: {} particles", values_text(plan_.sweep, point), particles);
+    log_beneath(arguments_.quiet ? title : "");  // faults are told beside their value
+    if (!arguments_.quiet) spdlog::info("{}", title);
     ResumeArguments resume;
     resume.directory = campaign.string();
     const std::uint64_t described = described_particles(campaign);
@@ -340,12 +348,13 @@ class SweepRun {
       resume_campaign(resume, start);
     } catch (const MachineError& error) {
       const std::string text =
-          fmt::format("{}; 'graze sweep {}' goes on with the whole sweep", error.what(), shell_path(folder_.string()));
+          fmt::format("{}; 'graze sweep {}' goes on with the whole sweep", error.what(), folder_words(folder_));
       // What is simulated next in an adaptive sweep depends on all outcomes.
       if (plan_.sweep.adaptive || !lacks_unfinished_only(campaign)) throw MachineError(text);
       spdlog::error("{}", text);
       ++incomplete_;
     }
+    log_beneath("");
   }
 
   const SweepArguments& arguments_;
@@ -425,7 +434,7 @@ int sweep(const SweepArguments& arguments, const std::string& command_line) {
   if (run.incomplete() == 0) return kDone;
   spdlog::error(
       "sweep: {} of {} values lack traces that were left unfinished (above); 'graze sweep {}' tries them again",
-      run.incomplete(), result.points.size(), shell_path(folder.string()));
+      run.incomplete(), result.points.size(), folder_words(folder));
   return kMachineFailed;
 }
 

@@ -5,6 +5,8 @@
 #include <spdlog/spdlog.h>
 
 #include <memory>
+#include <mutex>
+#include <utility>
 
 #include "archive/files/utf8.h"
 
@@ -23,10 +25,23 @@ std::size_t unfinished_bytes(std::string_view text) {
   return 0;
 }
 
+/// What log_beneath() was told, once.
+struct Title {
+  std::mutex mutex;
+  std::string text;
+};
+Title& title_of_log() {
+  static Title title;
+  return title;
+}
+
 class EscapedMessage : public spdlog::custom_flag_formatter {
  public:
   void format(const spdlog::details::log_msg& message, const std::tm&, spdlog::memory_buf_t& out) override {
-    const std::string text = printable_message({message.payload.data(), message.payload.size()});
+    std::string text = printable_message({message.payload.data(), message.payload.size()});
+    Title& title = title_of_log();
+    const std::lock_guard lock(title.mutex);
+    if (!title.text.empty()) text = printable_message(std::exchange(title.text, {})) + "\ngraze: " + text;
     out.append(text.data(), text.data() + text.size());
   }
   std::unique_ptr<spdlog::custom_flag_formatter> clone() const override { return std::make_unique<EscapedMessage>(); }
@@ -59,6 +74,11 @@ std::streamsize EscapedOutput::xsputn(const char* text, std::streamsize size) {
 }
 
 int EscapedOutput::sync() { return give(true) ? to_->pubsync() : -1; }
+
+void log_beneath(std::string title) {
+  const std::lock_guard lock(title_of_log().mutex);
+  title_of_log().text = std::move(title);
+}
 
 void log_to_stderr() {
   spdlog::set_default_logger(spdlog::stderr_color_mt("graze"));

@@ -29,5 +29,7 @@ class EscapedOutput : private std::streambuf {
 
 /// The program's log on stderr: "graze: message", messages escaped.
 void log_to_stderr();
+/// What the messages that follow are about: a line of its own before the first of them, and nothing if none follows.
+void log_beneath(std::string title);
 
 }  // namespace graze

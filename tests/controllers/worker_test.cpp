@@ -137,7 +137,9 @@ TEST(Worker, SweepsGoOnBesideUnfinishedTraces) {
   const Result sweep = swing.graze("sweep swing.yaml --over contact.friction=0.5,0.7 -n 4 --trust --quiet -o a.sweep");
   EXPECT_EQ(sweep.code, 3);
   EXPECT_THAT(sweep.out, AllOf(HasSubstr("0.5"), HasSubstr("0.7")));
-  EXPECT_THAT(sweep.err, HasSubstr("sweep: 2 of 2 values lack traces that were left unfinished"));
+  EXPECT_THAT(sweep.err,
+              AllOf(HasSubstr("sweep: 2 of 2 values lack traces that were left unfinished"),
+                    HasSubstr("contact.friction=0.5: 4 particles"), HasSubstr("contact.friction=0.7: 4 particles")));
   setenv("ODD_TAME", "1", 1);
   const Result again = swing.graze("sweep a.sweep --trust --quiet");
   unsetenv("ODD_TAME");
