@@ -23,6 +23,7 @@
 #ifndef GRAZE_POLICY_H
 #define GRAZE_POLICY_H
 
+#include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -203,14 +204,15 @@ static inline int graze_next_key(GrazeKey* key) {
   return 0;
 }
 
-/* The number that stands under `key` in the outermost map of the settings, 1 for true and 0 for false, or `otherwise`.
- * For texts, lists and maps take a JSON library. */
+/* The number that stands under `key` in the outermost map of the settings, 1 for true and 0 for false, or `otherwise`
+ * if nothing stands there. NaN for a text, a list or a map, for which take a JSON library. */
 static inline double graze_setting(const GrazeSetup* setup, const char* key, double otherwise) {
   GrazeKey one = {setup->settings, 0, NULL, 0, NULL};
   while (graze_next_key(&one)) {
     if (one.size != strlen(key) || strncmp(one.begin, key, one.size) != 0) continue;
     if (strncmp(one.value, "true", 4) == 0) return 1;
     if (strncmp(one.value, "false", 5) == 0) return 0;
+    if (*one.value == '"' || *one.value == '[' || *one.value == '{') return NAN;
     char* end = NULL;
     const double number = strtod(one.value, &end);
     return end == one.value ? otherwise : number;

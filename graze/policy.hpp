@@ -14,6 +14,7 @@
 #ifndef GRAZE_POLICY_HPP
 #define GRAZE_POLICY_HPP
 
+#include <cmath>
 #include <cstdint>
 #include <exception>
 #include <memory>
@@ -40,7 +41,14 @@ class Setup {
   std::string urdf() const { return given_.urdf; }
   std::string settings() const { return given_.settings; }  // JSON
   /// A number, true (1) or false (0) of the settings' outermost map.
-  double setting(const char* key, double otherwise) const { return graze_setting(&given_, key, otherwise); }
+  /// Throws std::invalid_argument if a text, a list or a map stands there.
+  double setting(const char* key, double otherwise) const {
+    const double out = graze_setting(&given_, key, otherwise);
+    if (std::isnan(out) && !std::isnan(otherwise)) {
+      throw std::invalid_argument("the setting '" + std::string(key) + "' is no number");
+    }
+    return out;
+  }
   /// Throws std::invalid_argument if there is a setting that is none of `known`, names with spaces between ("kp kd").
   void take_settings(const char* known) const {
     char found[64];

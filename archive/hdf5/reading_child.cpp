@@ -190,8 +190,14 @@ std::optional<ReaderEnd> go_on_in_child(const ReadingLimits& limits) {
     return std::nullopt;
   }
   ReaderEnd end;
-  while (waitpid(id, &end.status, 0) < 0) {
-    if (errno != EINTR) throw MachineError(fmt::format("a child process is lost: {}", std::strerror(errno)));
+  // Ctrl-Z stops both, and fg wakes both: whoever is stopped alone, by a controller in it, is not waited for.
+  while (waitpid(id, &end.status, WUNTRACED) < 0 || WIFSTOPPED(end.status)) {
+    if (WIFSTOPPED(end.status) && WSTOPSIG(end.status) == SIGSTOP) {
+      kill(id, SIGKILL);
+    } else if (!WIFSTOPPED(end.status) && errno != EINTR) {
+      throw MachineError(fmt::format("a child process is lost: {}", std::strerror(errno)));
+    }
+    end.status = 0;
   }
   end.file = shared.file.data();
   end.inside = shared.depth > 0;

@@ -96,7 +96,8 @@ class LibraryPolicy : public OutsidePolicy {
     GrazeTargets out = {wanted_.q.row(0), wanted_.v.row(0), wanted_.tau.row(0)};
     object_->call(LibraryCall::act, time, self_,
                   [&] { return object_->table().act(self_, &seen, active.bits(), &out); });
-    std::string wrong = written_behind();
+    std::string wrong = replaced(out);
+    if (wrong.empty()) wrong = written_behind();
     if (wrong.empty()) wrong = take(wanted_, active, targets);
     if (wrong.find("of nan") != std::string::npos &&
         (object_->table().reads & GRAZE_READS_EVERYTHING) != GRAZE_READS_EVERYTHING) {
@@ -132,6 +133,17 @@ class LibraryPolicy : public OutsidePolicy {
       return 0;
     });
   } catch (const std::exception&) {  // nobody depends on it any more
+  }
+
+  /// "replaces targets.torque, …" if a pointer is not as it was; else nothing.
+  std::string replaced(const GrazeTargets& out) const {
+    const std::array<std::pair<bool, const char*>, 3> arrays = {{{out.position == wanted_.q.row(0), "position"},
+                                                                 {out.velocity == wanted_.v.row(0), "velocity"},
+                                                                 {out.torque == wanted_.tau.row(0), "torque"}}};
+    for (const auto& [same, name] : arrays) {
+      if (!same) return fmt::format("replaces targets.{} by another array; write into the one that is there", name);
+    }
+    return "";
   }
 
   /// "writes targets.torque of joint 12, and …" if a guard is not as it was; else nothing.

@@ -72,6 +72,10 @@ class Observation:
     """What is sensed, as arrays [quantity, lane]; lanes that do not act hold old values. What the controller does not
     name under `reads` is not sensed, and is an error to look at rather than NaN."""
 
+    def __setattr__(self, name, value):
+        raise AttributeError(f"observation.{name} cannot be replaced: the observation is shared by all robots and steps; "
+                             "compute with a variable of your own")
+
     def __getattr__(self, name):
         unread = self.__dict__.get("_unread", {})
         if name in unread:
@@ -193,9 +197,9 @@ class Session:
     def view(self, setup, at):
         out = Observation()
         for name, place, rows, _ in setup["observation"]:
-            setattr(out, name, self.block(place, rows, setup["lanes"]))
-        out.time = self.array(self.np.float64, at["time"], setup["lanes"])
-        out.active = self.array(self.np.bool_, at["active"], setup["lanes"])
+            vars(out)[name] = self.block(place, rows, setup["lanes"])
+        vars(out)["time"] = self.array(self.np.float64, at["time"], setup["lanes"])
+        vars(out)["active"] = self.array(self.np.bool_, at["active"], setup["lanes"])
         for array in vars(out).values():
             array.flags.writeable = False
         return out

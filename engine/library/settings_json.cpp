@@ -51,14 +51,26 @@ void refuse_infinite(const Settings& value, std::string text, std::errc read) {
                          value.text(), too_large ? "write another one" : "leave the setting out, or write a text"));
 }
 
+/// "1.0" and "1e3" are no whole numbers, which in Python are another type, and "10000000000000001" is one whatever a
+/// double makes of it.
+std::string json_number(const std::string& text, double number) {
+  const bool whole = text.find_first_not_of("+-0123456789") == std::string::npos;
+  std::string out = fmt::format("{}", number);
+  if (!whole) return out.find_first_of(".e") == std::string::npos ? out + ".0" : out;
+  if (out.find_first_of(".e") == std::string::npos) return out;
+  const std::size_t first = text.find_first_not_of("+-0");
+  return (text.starts_with('-') ? "-" : "") + text.substr(first);  // too long for a double
+}
+
 std::string json_scalar(const Settings& value) {
   const std::string text = value.text();
+  if (value.is_quoted()) return json_text(text);
   if (text == "true" || text == "false") return text;
   double number = 0;
   const char* const begin = text.data() + (text.starts_with('+') ? 1 : 0);
   const auto [end, error] = std::from_chars(begin, text.data() + text.size(), number);
   const bool whole = error == std::errc() && end == text.data() + text.size();
-  if (whole && number - number == 0) return fmt::format("{}", number);
+  if (whole && number - number == 0) return json_number(text, number);
   refuse_infinite(value, text, whole ? std::errc() : error);
   refuse_unit(value, text);
   return json_text(text);

@@ -4,8 +4,10 @@
 #include <unistd.h>
 
 #include <functional>
+#include <optional>
 #include <string>
 
+#include "engine/library/kept_place.h"
 #include "engine/library/library_use.h"
 #include "graze/policy.h"
 
@@ -26,6 +28,8 @@ class SharedObject {
   /// otherwise than they were; these are put right again.
   template <class Call>
   void call(LibraryCall which, double time, void* policy, const Call& function) const {
+    std::optional<KeptPlace> place;
+    if (which != LibraryCall::act) place.emplace();  // of a step it would cost too much: EndHangingControllers
     const FloatingPoint before;
     const Shown shown(which, time, file_.c_str(), limit_of(which));
     int code = 0;

@@ -61,6 +61,7 @@ std::string Settings::resolved_text() const { return to_yaml(*node_); }
 bool Settings::is_map() const { return node_->kind == Kind::map; }
 bool Settings::is_list() const { return node_->kind == Kind::list; }
 bool Settings::is_scalar() const { return node_->kind == Kind::scalar; }
+bool Settings::is_quoted() const { return is_scalar() && node_->quoted; }
 bool Settings::is_null() const { return node_->kind == Kind::null; }
 
 Settings Settings::child(const std::string& key, std::shared_ptr<const SettingsNode> node) const {

@@ -92,6 +92,8 @@ class Settings {
   bool is_map() const;
   bool is_list() const;
   bool is_scalar() const;
+  /// A scalar that was written in quotes or as a block: a text, whatever it looks like.
+  bool is_quoted() const;
   bool is_null() const;
 
   // ---- maps

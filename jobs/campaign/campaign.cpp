@@ -13,6 +13,7 @@
 
 #include "archive/files/utf8.h"
 #include "jobs/campaign/hand_out.h"
+#include "jobs/campaign/hanging_controllers.h"
 #include "jobs/campaign/workers.h"
 #include "jobs/workers/controllers.h"
 #include "simulation/contained.h"
@@ -305,6 +306,10 @@ void stop_all(Communicator& comm) { comm.fetch_add(kTickets, kNoMoreTickets); }
 
 CampaignEnd run_campaign(const Scenario& scenario, const CampaignOptions& options, Communicator& comm,
                          const TraceSink& sink) {
+  // Whoever destroys a controller waits for it; to the end of the process, since nobody knows where the last one ends.
+  if (libraries_allowed() != LibraryLoading::refused) {
+    [[maybe_unused]] static const auto* const ends = new EndHangingControllers(WatchedCalls::ends);
+  }
   return Campaign(scenario, options, comm, sink).run();
 }
 

@@ -16,14 +16,18 @@ namespace {
   const std::string when = std::isnan(call.time) ? "" : fmt::format(" at {:.6g} s", call.time);
   const std::string text = fmt::format(
       "graze: the controller {} did not come back from {}{} within {:g} s (its timeout), in the program itself, which "
-      "cannot go on without it; 'graze run' loses the particle alone\n",
-      printable(call.file), name_of(call.call), when, call.limit);
+      "cannot go on without it; {}\n",
+      printable(call.file), name_of(call.call), when, call.limit,
+      call.call == LibraryCall::destroy ? "what is on the disk is kept" : "'graze run' loses the particle alone");
   say_safely(text.c_str());
   _exit(kMachineFailed);
 }
 
 }  // namespace
 
-EndHangingControllers::EndHangingControllers() : watch_(leave_hung) {}
+EndHangingControllers::EndHangingControllers(WatchedCalls which)
+    : watch_([which](const LibraryCallHere& call) {
+        if (which == WatchedCalls::all || call.call == LibraryCall::destroy) leave_hung(call);
+      }) {}
 
 }  // namespace graze

@@ -322,6 +322,21 @@ ExitCode try_first_traces(const Scenario& scenario) {
   return out;
 }
 
+/// What particles do wrong is no fault of the program: it is told, and nothing is probed.
+SizeEstimate probed_size(const Scenario& scenario, ExitCode& code) {
+  try {
+    return probe_size(scenario);
+  } catch (const InputError&) {
+    throw;
+  } catch (const MachineError&) {
+    throw;
+  } catch (const std::runtime_error& error) {
+    spdlog::error("--probe: {}; sizes are guessed", printable(error.what()));
+    code = kGateMissed;
+    return estimate_size(scenario);
+  }
+}
+
 int check(const CheckArguments& arguments) {
   if (!arguments.output.empty()) check_campaign_output(arguments.output);
   if (!arguments.urdf.empty()) {
@@ -334,12 +349,13 @@ int check(const CheckArguments& arguments) {
   Scenario scenario = source.load();
   if (!scenario.redesign_problem.empty()) throw InputError(scenario.redesign_problem);
   arguments.draw.apply_to(scenario);
+  const EndHangingControllers watch;
   if (arguments.determinism) return check_determinism(scenario);
   if (controllers_trusted()) try_controllers(scenario);
-  const EndHangingControllers watch;
-  const ExitCode tried = try_first_traces(scenario);
+  show_prints();  // of particle 0, of campaigns it would be too much
+  ExitCode tried = try_first_traces(scenario);
   if (!arguments.urdf.empty()) write_urdf(arguments, source, scenario);
-  const SizeEstimate size = arguments.probe ? probe_size(scenario) : estimate_size(scenario);
+  const SizeEstimate size = arguments.probe ? probed_size(scenario, tried) : estimate_size(scenario);
   const std::optional<double> free = free_bytes(arguments.output.empty() ? "." : arguments.output);
   const ChannelReaders readers(scenario);
   if (arguments.json) {

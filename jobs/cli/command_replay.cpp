@@ -17,6 +17,7 @@
 #include "jobs/cli/reading_verb.h"
 #include "jobs/cli/shared_options.h"
 #include "jobs/cli/view_page.h"
+#include "jobs/workers/controllers.h"
 #include "simulation/results_epoch.h"
 
 namespace graze {
@@ -83,7 +84,10 @@ int replay(const ReplayArguments& arguments) {
                 arguments.request.archive, result.file.trace.particle, result.file.policy, result.differences.front());
   if (result.archived_info.results_version == results_version()) {
     const std::vector<std::string> built = build_differences(result.archived_info.build, build_facts());
-    spdlog::error("the same results version must give the same bits: {}a faulty machine, or a changed archive",
+    spdlog::error("the same results version must give the same bits: {}{}a faulty machine, or a changed archive",
+                  controllers_trusted() ? "a controller that does not keep its promise ('graze check --determinism' "
+                                          "tells), "
+                                        : "",
                   built.empty()
                       ? ""
                       : fmt::format("another program ({}), ", printable(fmt::format("{}", fmt::join(built, "; ")))));

@@ -10,6 +10,7 @@
 #include <cstring>
 #include <map>
 #include <mutex>
+#include <regex>
 #include <string_view>
 #include <thread>
 #include <utility>
@@ -25,7 +26,7 @@
 namespace graze {
 namespace {
 
-std::atomic<bool> trusted{false}, distrusted{false};
+std::atomic<bool> trusted{false}, distrusted{false}, prints_shown{false};
 std::atomic<int> faults_told{0};
 constexpr int kMostFaultsTold = 20;
 
@@ -52,6 +53,12 @@ std::string printed_text(const std::string& printed, const std::string& reason) 
                      printable_message((several ? "\n" : " ") + std::string(from > 0 ? "…" : "") + shown));
 }
 
+/// Of faults at many times the first is told: " at 0.31 s" is no part of what a fault is.
+std::string without_time(const std::string& reason) {
+  static const std::regex time(" at [-+.0-9e]+ s");
+  return std::regex_replace(reason, time, "");
+}
+
 /// Counts equal faults of a policy, which are told once. When the campaign is over it says how many there were.
 class EqualFaults {
  public:
@@ -75,8 +82,9 @@ class EqualFaults {
 
   /// Whether a fault is the first of its kind; of many kinds (as many as are told, and more) the later ones pass for
   /// new: a campaign may have a million particles with a fault at a time of its own each.
-  bool is_new(const std::string& policy, const std::string& reason, std::uint32_t particle) {
+  bool is_new(const std::string& policy, const std::string& told, std::uint32_t particle) {
     constexpr std::size_t kMostKinds = 100;
+    const std::string reason = without_time(told);
     const std::lock_guard lock(mutex_);
     if (again_.size() >= kMostKinds && again_.count({policy, reason}) == 0) return true;
     const auto [place, fresh] = again_.try_emplace({policy, reason});
@@ -108,7 +116,12 @@ class ControllerRun : public RemoteRun {
   ~ControllerRun() override {
     try {
       const std::string problem = process_ ? process_->finish() : "";
-      if (!problem.empty()) tell("at its end", problem);
+      if (!problem.empty()) {
+        tell("at its end", problem);
+      } else if (prints_shown && process_) {
+        const std::string printed = printed_text(process_->output(), "");
+        if (!printed.empty()) spdlog::info("policy {}{}", processes_->names[policy_], printed);
+      }
     } catch (const std::exception&) {  // no memory to tell it
     }
   }
@@ -277,6 +290,7 @@ void trust_controllers() {
   allow_interpreters();
 }
 bool controllers_trusted() { return trusted; }
+void show_prints() { prints_shown = true; }
 void distrust_controllers() {
   trusted = false;
   distrusted = true;

@@ -10,6 +10,8 @@ namespace graze {
 /// The user has said that code that a scenario names may run (--trust). For the whole process.
 void trust_controllers();
 bool controllers_trusted();
+/// What controllers have printed in processes of their own is told though nothing went wrong. For the whole process.
+void show_prints();
 /// They may not any more: one of them has ended a process that it ran in.
 void distrust_controllers();
 bool controllers_distrusted();

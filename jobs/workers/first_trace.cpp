@@ -36,6 +36,20 @@ std::vector<std::string> joints_at_limit(const Model& model, const std::vector<d
   return out;
 }
 
+/// Joints among `which` whose torque changed its sign from frame to frame nearly always, as an explicit law does whose
+/// gains are too high for the inertia and the control period.
+bool any_flips(const Model& model, const std::vector<double>& torques, const std::vector<std::string>& which) {
+  const std::size_t na = model.actuated.size(), frames = na == 0 ? 0 : torques.size() / na;
+  for (std::size_t k = 0; k < na; ++k) {
+    const std::string& joint = model.bodies[static_cast<std::size_t>(model.actuated[k])].joint;
+    if (std::find(which.begin(), which.end(), joint) == which.end()) continue;
+    std::size_t flips = 0;
+    for (std::size_t i = 2; i < frames; ++i) flips += torques[i * na + k] * torques[(i - 1) * na + k] < 0;
+    if (frames > 20 && flips * 10 > (frames - 2) * 6) return true;
+  }
+  return false;
+}
+
 /// "known failure (upright) at 0.31 s"
 std::string first_outcome(const TraceRecord& record, const Task& task) {
   std::string out(outcome_name(record.outcome));
@@ -68,6 +82,7 @@ FirstTrace trace_of(const Scenario& scenario, const Particle& particle, int poli
         !torques.empty() && moves_by_torque(spec) && std::ranges::all_of(torques, [](double t) { return t == 0; });
     if (record.outcome != Outcome::invalid) out.outcome = first_outcome(record, scenario.task);
     out.at_limit = joints_at_limit(scenario.model, torques);
+    out.flips = any_flips(scenario.model, torques, out.at_limit);
   }
   out.told = is_told(spec, out.invalid + out.unfinished);
   return out;
@@ -78,6 +93,7 @@ FirstTrace trace_of(const Scenario& scenario, const Particle& particle, int poli
 std::vector<FirstTrace> first_traces(const Scenario& scenario, bool trusted) {
   Scenario watched = scenario;
   watched.recording.telemetry = Telemetry::all;
+  watched.recording.every = watched.timing.steps_per_control();
   std::vector<int> policies;
   for (std::size_t i = 0; i < watched.policies.size(); ++i) {
     const Settings& policy = watched.policies[i].settings;
@@ -100,9 +116,17 @@ std::vector<FirstTrace> first_traces(const Scenario& scenario, bool trusted) {
 
 namespace {
 
-std::string limit_text(const std::vector<std::string>& joints) {
+std::string limit_text(const std::vector<std::string>& joints, bool flips) {
   const std::string which = joints.size() == 1 ? "a joint (" + printable(joints[0]) + ")"
                                                : fmt::format("{} joints ({}, …)", joints.size(), printable(joints[0]));
+  if (flips) {
+    return fmt::format(
+        "the torque of {} is at its limit nearly all the time, and changes its sign from one control step to the next: "
+        "the "
+        "gains (a damping, above all) are too high for so light a link at this control period; lower them, let "
+        "control: {{joint_pd: …}} damp, which is implicit, or shorten time.control",
+        which);
+  }
   return fmt::format(
       "the torque of {} is at its limit nearly all the time; are the targets in rad, m and N m, of the right sign, and "
       "in the order of the robot's joints?",
@@ -120,7 +144,7 @@ std::string problem_of(const FirstTrace& trace) {
   const std::string begin = fmt::format("policy {}, particle 0: ", printable(trace.policy));
   const auto because = [&](const std::string& why) { return trace.told ? "" : printable(why) + "; "; };
   if (!trace.unfinished.empty()) return begin + because(trace.unfinished) + "its trace would be left unfinished";
-  const std::string limit = trace.at_limit.empty() ? "" : limit_text(trace.at_limit);
+  const std::string limit = trace.at_limit.empty() ? "" : limit_text(trace.at_limit, trace.flips);
   if (!trace.invalid.empty()) {
     return begin + because(trace.invalid) + "its trace would be invalid" + (limit.empty() ? "" : "; ") + limit;
   }

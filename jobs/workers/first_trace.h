@@ -16,6 +16,7 @@ struct FirstTrace {
   bool told = false;                          // that was told with what the controller has printed
   bool limp = false;                          // all torques were 0 from beginning to end
   std::vector<std::string> at_limit = {};     // joints whose torque was at its limit nearly all the time
+  bool flips = false;                         // of one of these from control step to control step
 };
 
 /// Simulates particle 0 under each policy that the user has brought, a network or, if these are `trusted`, code, where

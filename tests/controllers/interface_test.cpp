@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "engine/library/settings_json.h"
 #include "engine/settings/settings.h"
 #include "graze/policy.h"
@@ -17,17 +19,19 @@ TEST(PolicyHeader, FindsSettingsOfTheOutermostMap) {
       Settings::parse("{gains: {kp: 1, 'kd\"': 2}, note: 'kp: \"kp\"', list: [3, kp], kp: 2.5e1, name: kd, "
                       "kd: -0.5, on: true, off: false, none: ~, text: 1 more}",
                       "test.yaml"));
-  EXPECT_EQ(json,
-            "{\"gains\": {\"kp\": 1, \"kd\\\"\": 2}, \"note\": \"kp: \\\"kp\\\"\", \"list\": [3, \"kp\"], \"kp\": 25, "
-            "\"name\": \"kd\", \"kd\": -0.5, \"on\": true, \"off\": false, \"none\": null, \"text\": \"1 more\"}");
+  EXPECT_EQ(
+      json,
+      "{\"gains\": {\"kp\": 1, \"kd\\\"\": 2}, \"note\": \"kp: \\\"kp\\\"\", \"list\": [3, \"kp\"], \"kp\": 25.0, "
+      "\"name\": \"kd\", \"kd\": -0.5, \"on\": true, \"off\": false, \"none\": null, \"text\": \"1 more\"}");
   GrazeSetup setup{};
   setup.settings = json.c_str();
   EXPECT_EQ(graze_setting(&setup, "kp", 7), 25);
   EXPECT_EQ(graze_setting(&setup, "kd", 7), -0.5);
   EXPECT_EQ(graze_setting(&setup, "on", 7), 1);
   EXPECT_EQ(graze_setting(&setup, "off", 7), 0);
-  for (const char* other : {"k", "kpp", "gains", "list", "name", "none", "text", "note", ""}) {
-    EXPECT_EQ(graze_setting(&setup, other, 7), 7) << other;
+  for (const char* other : {"k", "kpp", "none", ""}) EXPECT_EQ(graze_setting(&setup, other, 7), 7) << other;
+  for (const char* other : {"gains", "list", "name", "text", "note"}) {
+    EXPECT_TRUE(std::isnan(graze_setting(&setup, other, 7))) << other;
   }
   for (const char* broken : {"", "{", "{\"kp", "{\"kp\"", "{\"kp\":", "{\"kp\": tru", "{\"kp\\"}) {
     setup.settings = broken;
@@ -69,6 +73,19 @@ TEST(PolicyHeader, SettingsAreNumbersInSi) {
   }
   EXPECT_EQ(settings_json(Settings::parse("{info: infinite, nan: 1e300}", "test.yaml")),
             "{\"info\": \"infinite\", \"nan\": 1e+300}");
+  EXPECT_EQ(settings_json(Settings::parse("{a: '20 deg', b: '1.0', c: \"true\", d: '.inf'}", "test.yaml")),
+            "{\"a\": \"20 deg\", \"b\": \"1.0\", \"c\": \"true\", \"d\": \".inf\"}")
+      << "what is quoted is a text";
+}
+
+// Claim: whole numbers and others stay what they are, which in Python are different types.
+TEST(PolicyHeader, NumbersKeepTheirKind) {
+  EXPECT_EQ(
+      settings_json(Settings::parse("[1, 1.0, 1e3, -2., +3, 007, 0, -0.0, 2.5, 10000000000000001, -10000000000000001, "
+                                    "123456789012345678901234567890, 1e16]",
+                                    "test.yaml")),
+      "[1, 1.0, 1000.0, -2.0, 3, 7, 0, -0.0, 2.5, 10000000000000001, -10000000000000001, "
+      "123456789012345678901234567890, 1e+16]");
 }
 
 TraceRecord record() {

@@ -45,6 +45,7 @@ static void* create(const GrazeSetup* setup) {
   }
   if (does(self, "crash_create")) *(volatile int*)8 = 1;
   if (does(self, "sleep_create")) sleep(1);
+  if (does(self, "wander") && chdir("aside") != 0) abort();
   return self;
 }
 
@@ -195,6 +196,9 @@ static int act_one(void* policy, const GrazeRobot* robot) {
 }
 
 static int act(void* policy, const GrazeObservation* observation, uint32_t active, GrazeTargets* targets) {
+  static double own[4096];
+  if (does(policy, "swap_array")) targets->torque = own;
+  if (does(policy, "chatter")) puts("step");
   return graze_each_robot(policy, observation, active, targets, act_one);
 }
 

@@ -34,6 +34,8 @@ class Odd:
         active = observation.active
         if self.does == "look":
             observation.base_rpy
+        if self.does == "replace_seen":
+            observation.joint_position = observation.joint_position - 1
         if self.does == "shape":
             targets.position[:] = np.zeros(3)
         if self.does == "complex":

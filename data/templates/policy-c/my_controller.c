@@ -22,8 +22,8 @@ static void* create(const GrazeSetup* setup) {
   self->setup = setup;
   self->kp = graze_setting(setup, "kp", 20.0);
   self->kd = graze_setting(setup, "kd", 1.0);
-  if (self->kp < 0 || self->kd < 0) {
-    snprintf(problem, sizeof problem, "kp (%g) and kd (%g) must not be negative", self->kp, self->kd);
+  if (!(self->kp >= 0 && self->kd >= 0)) {
+    snprintf(problem, sizeof problem, "kp (%g) and kd (%g) must be numbers that are not negative", self->kp, self->kd);
     free(self);
     return NULL;
   }
