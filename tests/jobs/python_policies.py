@@ -71,6 +71,13 @@ class Servo(Given):
         """Targets stay as they are: the initial positions."""
 
 
+class Tired(Given):
+    """Fails in every robot."""
+
+    def act(self, observation, targets):
+        raise ValueError("is tired")
+
+
 class PoliciesTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -113,6 +120,11 @@ class PoliciesTest(unittest.TestCase):
         self.assertEqual(replayed.returncode, 0, replayed.stderr)
         files = sorted(one.name.split("-")[0] for one in (self.folder / "kinds.policies").iterdir())
         self.assertEqual(files, ["Controller", "Given", "Scripted", "Servo"])
+
+    def test_what_fails_is_warned_of(self):
+        with self.assertWarnsRegex(RuntimeWarning, r"policy Tired, particle \d+: .*is tired"):
+            campaign = self.run_policy("tired", Tired(**SETTINGS))
+        self.assertEqual(len(campaign.traces("Tired")), 3)
 
     def test_another_version_leaves_earlier_campaigns_alone(self):
         first = self.run_policy("first", Given(kp=20.0, kd=0.1))

@@ -8,6 +8,7 @@ import pathlib
 import shutil
 import subprocess
 import sys
+import warnings
 from typing import Iterable, Iterator, List, Mapping, Optional, Sequence, Tuple, Union
 
 from .campaign import Campaign
@@ -51,6 +52,9 @@ def run(scenario: PathLike, n: Optional[int] = None, *, output: Optional[PathLik
     force      an existing archive is replaced
     quiet      False: progress goes to standard error, in a notebook into the cell's output
     options    further arguments of `graze run`
+
+    What the program warned of, such as a controller that fails, is a RuntimeWarning (all of it: Campaign.messages), unless
+    it was shown (quiet=False).
 
     Raises GrazeError with the program's message, FileNotFoundError if there is no program.
     """
@@ -101,7 +105,17 @@ def _run(words: Sequence[str], archive: pathlib.Path, quiet: bool, asked: bool) 
     campaign = Campaign(archive)
     campaign.answer = ANSWERS[code] if asked else None
     campaign.messages = said
+    if quiet:
+        _warn(said)
     return campaign
+
+
+def _warn(said: str) -> None:
+    """What the program warned of would be seen by nobody: controllers that fail, settings that look wrong."""
+    lines = [line.partition("graze: ")[2] for line in said.splitlines() if line.startswith("graze: ")]
+    if lines:
+        more = f" (and {len(lines) - 1} more, in Campaign.messages)" if len(lines) > 1 else ""
+        warnings.warn(lines[0] + more, RuntimeWarning, stacklevel=4)
 
 
 def _call(words: Sequence[str], quiet: bool) -> Tuple[int, str]:
