@@ -10,11 +10,13 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <climits>
 #include <csignal>
 #include <cstring>
 #include <fstream>
 #include <new>
+#include <thread>
 
 #include "archive/files/layout.h"
 #include "engine/settings/child_end.h"
@@ -179,6 +181,35 @@ ReadingNote::~ReadingNote() {
 
 bool may_not_fork() { return child || traced(); }
 
+namespace {
+
+/// Whether a child that was stopped goes on within some seconds, as with its parent, which a scheduler or Ctrl-Z may
+/// have stopped, too, and which then looks again and again, since both are woken at nearly the same time.
+bool goes_on_again(pid_t id) {
+  for (int k = 0; k < 3; ++k) {
+    std::this_thread::sleep_for(std::chrono::seconds(1));
+    int status = 0;
+    if (waitpid(id, &status, WCONTINUED | WNOHANG) == id && WIFCONTINUED(status)) return true;
+  }
+  return false;
+}
+
+/// Waits for a child. One that is stopped alone, by a controller in it, is not waited for.
+int status_at_end(pid_t id) {
+  while (true) {
+    int status = 0;
+    if (waitpid(id, &status, WUNTRACED) < 0) {
+      if (errno != EINTR) throw MachineError(fmt::format("a child process is lost: {}", std::strerror(errno)));
+    } else if (!WIFSTOPPED(status)) {
+      return status;
+    } else if (WSTOPSIG(status) == SIGSTOP && !goes_on_again(id)) {
+      kill(id, SIGKILL);
+    }
+  }
+}
+
+}  // namespace
+
 std::optional<ReaderEnd> go_on_in_child(const ReadingLimits& limits) {
   Report& shared = shared_report();
   const pid_t parent = getpid();
@@ -190,15 +221,7 @@ std::optional<ReaderEnd> go_on_in_child(const ReadingLimits& limits) {
     return std::nullopt;
   }
   ReaderEnd end;
-  // Ctrl-Z stops both, and fg wakes both: whoever is stopped alone, by a controller in it, is not waited for.
-  while (waitpid(id, &end.status, WUNTRACED) < 0 || WIFSTOPPED(end.status)) {
-    if (WIFSTOPPED(end.status) && WSTOPSIG(end.status) == SIGSTOP) {
-      kill(id, SIGKILL);
-    } else if (!WIFSTOPPED(end.status) && errno != EINTR) {
-      throw MachineError(fmt::format("a child process is lost: {}", std::strerror(errno)));
-    }
-    end.status = 0;
-  }
+  end.status = status_at_end(id);
   end.file = shared.file.data();
   end.inside = shared.depth > 0;
   end.over = shared.over;

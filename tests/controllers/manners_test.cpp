@@ -37,6 +37,19 @@ TEST(Manners, WanderersTakeNoOutputAlong) {
   }
 }
 
+// Nobody waits for a process that a controller has stopped: the page is made without it.
+TEST(Manners, StoppedPagesAreNotWaitedFor) {
+  const Swing swing;
+  swing.write("file: odd.so, settings: {does: stop}");
+  setenv("ODD_TAME", "1", 1);
+  ASSERT_EQ(swing.graze("run swing.yaml --trust --quiet -n 2 -o a.graze").code, 0);
+  unsetenv("ODD_TAME");
+  const Result view = swing.graze("view a.graze --particle 0 --trust -o v.html");
+  EXPECT_EQ(view.code, 3) << view.err;
+  EXPECT_THAT(view.err, AllOf(HasSubstr("was ended by SIGKILL"), HasSubstr("made without such traces")));
+  EXPECT_TRUE(std::filesystem::exists(swing.folder / "v.html"));
+}
+
 TEST(Manners, ArraysThatAreReplacedAreTold) {
   const Swing swing;
   swing.odd("swap_array");
