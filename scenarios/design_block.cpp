@@ -10,6 +10,7 @@
 
 #include "engine/model/parameters.h"
 #include "engine/settings/unit_quantity.h"
+#include "engine/settings/warnings.h"
 #include "scenarios/keys.h"
 #include "scenarios/limits.h"
 #include "scenarios/names.h"
@@ -220,9 +221,8 @@ class DesignReader {
       variable.choice_words.push_back(choice_text(variable, variable.choices.back(), ends));
     }
     for (std::size_t c = 1; c < rows.size(); ++c) {
-      const auto same = std::find(variable.choices.begin(), variable.choices.end(), variable.choices[c]);
-      const auto first = static_cast<std::size_t>(same - variable.choices.begin());
-      if (first < c) warn(rows[c], fmt::format("is choice {} once more, and each is simulated", first + 1));
+      const auto begin = variable.choices.begin(), own = begin + static_cast<std::ptrdiff_t>(c);
+      if (std::find(begin, own, *own) != own) warn(rows[c], "is another choice once more, and is simulated, too");
     }
     variable.share.assign(variable.paths.size(), 1);
     variable.lower = 1, variable.upper = static_cast<double>(rows.size()), variable.step = 1;

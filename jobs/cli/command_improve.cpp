@@ -191,7 +191,7 @@ ImproveState improve_robot(const ImproveArguments& arguments, const DesignRobots
 /// Pictures and pages of a session, by the names that its folder keeps: the same command makes them anew.
 class SessionOutputs {
  public:
-  explicit SessionOutputs(fs::path folder) : list_(std::move(folder) / ".outputs") {
+  explicit SessionOutputs(const fs::path& folder) : list_(folder / ".outputs") {
     std::ifstream in(list_);
     for (std::string line; std::getline(in, line);) own_.insert(line);
   }
