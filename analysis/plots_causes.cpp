@@ -59,7 +59,6 @@ PlotPanel effects_panel(const PolicyExplanation& policy, const std::string& targ
   }
   out.title += fmt::format(": {} of {} parameters significant", causes->significant, causes->effects.size());
   const std::size_t n = std::min(kMostEffects, causes->effects.size());
-  double most = 0.1;
   for (std::size_t i = 0; i < n; ++i) {
     const ParameterEffect& effect = causes->effects[i];
     const double y = static_cast<double>(n - 1 - i);
@@ -73,7 +72,6 @@ PlotPanel effects_panel(const PolicyExplanation& policy, const std::string& targ
     bar.high = {std::max(0.0, effect.effect)};
     bar.y = {y - 0.3};
     bar.low = {y + 0.3};
-    most = std::max(most, std::abs(effect.effect));
     out.series.push_back(std::move(bar));
     out.words.push_back(
         {std::max(0.0, effect.effect), y,
@@ -81,7 +79,6 @@ PlotPanel effects_panel(const PolicyExplanation& policy, const std::string& targ
                      effect.p_holm < kLeastP ? "< 0.0001"
                                              : "= " + plot_number(std::round(effect.p_holm / kLeastP) * kLeastP))});
   }
-  out.x.high = most;  // until all panels are there
   out.y.low = -0.7;
   out.y.high = static_cast<double>(n) - 0.3;
   out.height = 22 * static_cast<double>(n);
@@ -90,10 +87,12 @@ PlotPanel effects_panel(const PolicyExplanation& policy, const std::string& targ
 
 /// One range for all panels, so that bars of policies compare.
 void share_range(std::vector<PlotPanel>& panels) {
-  double most = 0;
-  for (const PlotPanel& panel : panels) most = panel.series.empty() ? most : std::max(most, panel.x.high);
+  double most = 0.1;
+  for (const PlotPanel& panel : panels) {
+    for (const PlotSeries& bar : panel.series) most = std::max({most, -bar.x.front(), bar.high.front()});
+  }
   for (PlotPanel& panel : panels) {
-    if (panel.series.empty()) continue;
+    if (!panel.instead.empty()) continue;
     for (PlotWords& one : panel.words) one.x += 0.03 * most;  // not on the line at 0
     panel.x.low = -1.15 * most;
     panel.x.high = 1.6 * most;

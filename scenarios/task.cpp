@@ -60,6 +60,7 @@ class TaskReader {
     out.measure = measure;
     out.name = name;
     const ReadWitness witness = the_witness(settings, beside);
+    out.kind = witness.kind;
     out.witness = witness.witness;
     out.description = witness.description;
     out.unit = witness.unit;
@@ -117,7 +118,7 @@ class TaskReader {
       first.emplace(entry);
     }
     if (!kind) {
-      settings.fail("names no witness; one of " + fmt::format("{}", fmt::join(witness_names(), ", ")));
+      settings.fail(fmt::format("names no witness; one of {}", fmt::join(witness_names(), ", ")));
     }
     const Settings written = settings.at(kind->name);
     for (const std::string& other : others) {
@@ -126,6 +127,7 @@ class TaskReader {
           fmt::format("stands beside the witness, not in it: {{{}: {{…}}, {}: …}}", kind->name, other));
     }
     ReadWitness out = kind->read(Described(written, kind->text), nominal_);
+    out.kind = kind->name;
     if (kind->name == "contact_impulse") doubt_impulse(written, nominal_, times_.end);
     return out;
   }

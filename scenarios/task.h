@@ -72,6 +72,7 @@ class Witness {
 struct Requirement {
   bool measure = false;
   std::string name;
+  std::string kind;         // of witness, by its key: "torque_limits"
   std::string description;  // one line for tables
   std::string unit;         // of the margin
   Window window;

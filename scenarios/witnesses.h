@@ -23,6 +23,7 @@ struct ReadWitness {
   std::optional<double> at_start = std::nullopt;  // its value before the first step, if every trace begins with it
   /// The witness that counts from a window's begin on, s, for those that sum up what has been; by default they do not.
   std::function<std::shared_ptr<const Witness>(double from)> of_window = {};
+  std::string kind = {};  // its key, "torque_limits"; the task's reader sets it
 
   std::shared_ptr<const Witness> within(const Window& window) const {
     return of_window ? of_window(window.from) : witness;

@@ -183,27 +183,29 @@ bool may_not_fork() { return child || traced(); }
 
 namespace {
 
-/// Whether a child that was stopped goes on within some seconds, as with its parent, which a scheduler or Ctrl-Z may
-/// have stopped, too, and which then looks again and again, since both are woken at nearly the same time.
-bool goes_on_again(pid_t id) {
-  for (int k = 0; k < 3; ++k) {
-    std::this_thread::sleep_for(std::chrono::seconds(1));
-    int status = 0;
-    if (waitpid(id, &status, WCONTINUED | WNOHANG) == id && WIFCONTINUED(status)) return true;
-  }
-  return false;
-}
-
-/// Waits for a child. One that is stopped alone, by a controller in it, is not waited for.
+/// Waits for a child, and returns how it ended. One that stays stopped alone, by a controller in it, is not waited for:
+/// a scheduler, or Ctrl-Z, stops this process, too, which looks more than once when it goes on, since both are woken at
+/// nearly the same time.
 int status_at_end(pid_t id) {
+  constexpr int kLooks = 3;
+  int stopped = 0;  // looks that have found it so
   while (true) {
     int status = 0;
-    if (waitpid(id, &status, WUNTRACED) < 0) {
+    const pid_t found = waitpid(id, &status, WUNTRACED | WCONTINUED | (stopped > 0 ? WNOHANG : 0));
+    if (found < 0) {
       if (errno != EINTR) throw MachineError(fmt::format("a child process is lost: {}", std::strerror(errno)));
-    } else if (!WIFSTOPPED(status)) {
-      return status;
-    } else if (WSTOPSIG(status) == SIGSTOP && !goes_on_again(id)) {
+    } else if (found == 0 && stopped > kLooks) {
       kill(id, SIGKILL);
+      stopped = 0;
+    } else if (found == 0) {
+      std::this_thread::sleep_for(std::chrono::seconds(1));
+      ++stopped;
+    } else if (WIFSTOPPED(status)) {
+      stopped = WSTOPSIG(status) == SIGSTOP ? 1 : 0;
+    } else if (WIFCONTINUED(status)) {
+      stopped = 0;
+    } else {
+      return status;
     }
   }
 }

@@ -1,29 +1,14 @@
 #pragma once
-// The working directory of this process, which a library may change as it likes: what is written afterwards by a
-// relative name must not land where it leads.
-
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
+// The working directory of this process and the mask of new files' rights, which a library may change as it likes: what
+// is written afterwards by a relative name must not land where it leads.
 
 namespace graze {
 
-/// Puts the working directory, and the mask of new files' rights, back when it ends.
-class KeptPlace {
- public:
-  KeptPlace() : folder_(::open(".", O_PATH | O_DIRECTORY | O_CLOEXEC)), mask_(::umask(022)) { ::umask(mask_); }
-  ~KeptPlace() {
-    ::umask(mask_);
-    if (folder_ < 0) return;
-    [[maybe_unused]] const int back = ::fchdir(folder_);
-    ::close(folder_);
-  }
-  KeptPlace(const KeptPlace&) = delete;
-  KeptPlace& operator=(const KeptPlace&) = delete;
-
- private:
-  int folder_;
-  mode_t mask_;
-};
+/// Remembers both as they are now, if it is the first call; before libraries are loaded. Programs whose caller may
+/// change them on purpose, such as an interpreter, leave it out.
+void keep_place();
+/// Puts both back as they were then; nothing if they were not kept. From any thread: what it puts back is the same for
+/// all of them, wherever a library that runs in another one has gone meanwhile.
+void put_place_back() noexcept;
 
 }  // namespace graze

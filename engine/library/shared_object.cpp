@@ -116,7 +116,6 @@ SharedObject::SharedObject(const LibraryUse& use)
   void* symbol = nullptr;
   std::string problem;
   {
-    const KeptPlace place;
     const Shown shown(LibraryCall::load, std::nan(""), file_.c_str(), limit_of(LibraryCall::load));
     void* const handle = dlopen(use.file.c_str(), RTLD_NOW | RTLD_LOCAL | RTLD_NODELETE);
     if (!handle) problem = dlerror();

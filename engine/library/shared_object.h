@@ -4,7 +4,6 @@
 #include <unistd.h>
 
 #include <functional>
-#include <optional>
 #include <string>
 
 #include "engine/library/kept_place.h"
@@ -28,8 +27,6 @@ class SharedObject {
   /// otherwise than they were; these are put right again.
   template <class Call>
   void call(LibraryCall which, double time, void* policy, const Call& function) const {
-    std::optional<KeptPlace> place;
-    if (which != LibraryCall::act) place.emplace();  // of a step it would cost too much: EndHangingControllers
     const FloatingPoint before;
     const Shown shown(which, time, file_.c_str(), limit_of(which));
     int code = 0;
@@ -70,7 +67,8 @@ class SharedObject {
   /// from the call, ends: it shall not go on with a campaign that the process itself goes on with.
   class Shown {
    public:
-    Shown(LibraryCall which, double time, const char* file, double limit) : page_(shown_library_calls()) {
+    Shown(LibraryCall which, double time, const char* file, double limit)
+        : which_(which), page_(shown_library_calls()) {
       show_call_here({which, time, file, limit});
       if (!page_) return;
       page_->time.store(time, std::memory_order_relaxed);
@@ -78,6 +76,8 @@ class SharedObject {
     }
     ~Shown() {
       if (is_forked_copy()) _exit(0);
+      // Once for each step it would cost too much, and after each trace there is destroy() or the next start().
+      if (which_ != LibraryCall::act) put_place_back();
       show_call_here({});
       if (!page_) return;
       page_->inside.store(LibraryCall::none, std::memory_order_relaxed);
@@ -87,6 +87,7 @@ class SharedObject {
     Shown& operator=(const Shown&) = delete;
 
    private:
+    LibraryCall which_;
     LibraryCalls* page_;
   };
 

@@ -280,11 +280,11 @@ std::vector<std::optional<DesignMargins>> try_in_blocks(const DesignRobots& robo
                                                         const TrialQuestion& question) {
   std::vector<std::optional<DesignMargins>> out(designs.size());
   if (!question.particles.empty()) return out;  // whose lanes are full as it is
+  // The robot that a controller from outside is told of is a file's.
+  if (is_from_outside(policy_of(robots.scenario(), question.policy).settings)) return out;
   MadeDesigns made = robots.make(question.level, {centre});
   if (!made.scenarios.front()) return out;
   Scenario& scenario = *made.scenarios.front();
-  // The robot that such a controller is told of is a file's.
-  if (is_from_outside(policy_of(scenario, question.policy).settings)) return out;
   prepare(scenario, true);
   std::vector<std::optional<Particle>> particles = robots.beside(scenario, centre, designs);
   std::vector<std::size_t> which;

@@ -2,7 +2,6 @@
 // Controllers that `isolation: none` has put into the program, where nothing but the program itself can end them.
 
 #include "engine/library/call_watch.h"
-#include "engine/library/kept_place.h"
 
 namespace graze {
 
@@ -11,13 +10,12 @@ enum class WatchedCalls { all, ends };
 
 /// While it lives a controller in this process that does not come back from a call within its `timeout` ends the
 /// process, by a message that names it and the exit code of a machine that failed. For verbs that simulate outside of
-/// campaigns, which give up the thread instead. Only where there are such controllers at all.
+/// campaigns, which give up the thread instead. It costs a thread that looks twenty times a second.
 class EndHangingControllers {
  public:
   explicit EndHangingControllers(WatchedCalls which = WatchedCalls::all);
 
  private:
-  KeptPlace place_;  // what comes afterwards is written where the user is
   CallWatch watch_;
 };
 

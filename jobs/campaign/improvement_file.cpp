@@ -208,8 +208,6 @@ ImproveState state_of(const Json& json) {
   return out;
 }
 
-constexpr std::size_t kMostBack = 1'000'000;  // steps that answers have taken back
-
 /// What fits the scenario alone may be gone on with.
 void check_state(const ImproveState& state, const Scenario& scenario) {
   const std::size_t limits = limit_names(scenario).size();
@@ -217,7 +215,8 @@ void check_state(const ImproveState& state, const Scenario& scenario) {
   bool fits = state.design.size() == scenario.redesign->variables.size() && state.level < levels &&
               (state.scales.empty() || state.scales.size() == limits);
   for (const ReachedLevel& one : state.reached) fits = fits && one.level < levels;
-  for (const SessionAnswer& one : state.answers) fits = fits && one.steps <= state.steps.size() + kMostBack;
+  const auto& answers = state.answers;
+  fits = fits && (answers.empty() || answers.back().text != kAuto || answers.back().steps <= state.steps.size());
   for (const ImproveStep& one : state.steps) {
     fits = fits && one.before.size() == state.design.size() && one.after.size() == state.design.size() &&
            one.level < levels && one.margins_before.size() == limits && one.margins_after.size() == limits &&

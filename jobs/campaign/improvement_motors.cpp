@@ -10,8 +10,6 @@
 namespace graze {
 namespace {
 
-constexpr const char* kOfLine = "torque-speed line";
-
 /// What bounds a drive in the plane.
 enum class LimitShape {
   line,       // effort (1 - |v| / velocity), in all four quadrants: a requirement says so
@@ -22,10 +20,7 @@ enum class LimitShape {
 LimitShape limit_shape(const Scenario& scenario, const DriveTrace& drive) {
   if (!std::isfinite(drive.effort) || !std::isfinite(drive.velocity)) return LimitShape::rectangle;
   for (const int k : scenario.redesign->limits) {
-    // The witness does not tell what it is; its description begins so (scenarios/witness_joints.cpp).
-    if (scenario.task.requirements[static_cast<std::size_t>(k)].description.starts_with(kOfLine)) {
-      return LimitShape::line;
-    }
+    if (scenario.task.requirements[static_cast<std::size_t>(k)].kind == "torque_speed") return LimitShape::line;
   }
   return scenario.torque_speed ? LimitShape::motor : LimitShape::rectangle;
 }
@@ -107,9 +102,7 @@ Window window_of_motors(const Scenario& scenario) {
   Window out{std::numeric_limits<double>::infinity(), 0};
   for (const int k : scenario.redesign->limits) {
     const Requirement& one = scenario.task.requirements[static_cast<std::size_t>(k)];
-    // As above: the beginnings of descriptions (scenarios/witness_joints.cpp).
-    const auto begins = [&](const char* how) { return one.description.starts_with(how); };
-    if (!begins(kOfLine) && !begins("torque limits")) continue;
+    if (one.kind != "torque_speed" && one.kind != "torque_limits") continue;
     out.from = std::min(out.from, one.window.from), out.to = std::max(out.to, one.window.to);
   }
   return out.from <= out.to ? out : Window{};

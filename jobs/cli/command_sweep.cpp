@@ -45,12 +45,12 @@ struct SweepArguments {
   bool force = false, ignore_space = false, json = false, csv = false, quiet = false;
 };
 
-/// "contact.friction=0.4"; with a second axis ", time.end=2 s" behind it.
 /// A folder behind `graze sweep`, with the trust that this command has.
 std::string folder_words(const fs::path& folder) {
   return shell_path(folder.string()) + (controllers_trusted() ? " --trust" : "");
 }
 
+/// "contact.friction=0.4"; with a second axis ", time.end=2 s" behind it.
 std::string values_text(const Sweep& sweep, const SweepPoint& point) {
   std::string out;
   for (std::size_t axis = 0; axis < sweep.axes.size(); ++axis) {

@@ -45,10 +45,6 @@ struct EndOfChild {
   EndOfChild& operator=(const EndOfChild&) = delete;
 };
 
-}  // namespace
-
-namespace {
-
 /// `blamed`: what comes of it if a controller has ended the child.
 int in_child(const std::vector<std::string>& archives, const std::function<int()>& act, double seconds_per_megabyte,
              const std::function<int(const std::string&)>& blamed) {

@@ -10,12 +10,12 @@
 #include <cstring>
 #include <map>
 #include <mutex>
-#include <regex>
 #include <string_view>
 #include <thread>
 #include <utility>
 
 #include "archive/files/utf8.h"
+#include "engine/library/kept_place.h"
 #include "engine/library/library_use.h"
 #include "engine/library/meant_files.h"
 #include "engine/library/python_use.h"
@@ -55,8 +55,13 @@ std::string printed_text(const std::string& printed, const std::string& reason) 
 
 /// Of faults at many times the first is told: " at 0.31 s" is no part of what a fault is.
 std::string without_time(const std::string& reason) {
-  static const std::regex time(" at [-+.0-9e]+ s");
-  return std::regex_replace(reason, time, "");
+  constexpr std::string_view kAt = " at ", kUnit = " s";
+  const std::size_t at = reason.find(kAt);
+  if (at == std::string::npos) return reason;
+  const std::size_t end = reason.find_first_not_of("-+.0123456789e", at + kAt.size());
+  if (end == std::string::npos || end == at + kAt.size() || reason.compare(end, kUnit.size(), kUnit) != 0)
+    return reason;
+  return reason.substr(0, at) + reason.substr(end + kUnit.size());
 }
 
 /// Counts equal faults of a policy, which are told once. When the campaign is over it says how many there were.
@@ -276,6 +281,7 @@ std::map<std::string, std::string> sums_of(const ScenarioSource& source) {
 
 /// What libraries in this process are told of the robot. Standard input is there once.
 void brief_here(const Scenario& scenario) {
+  keep_place();
   const ScenarioSource& source = scenario.source;
   mean_library_files(sums_of(source));
   brief_libraries(source.file == kStandardInput ? ""

@@ -10,11 +10,11 @@ namespace graze {
 /// The user has said that code that a scenario names may run (--trust). For the whole process.
 void trust_controllers();
 bool controllers_trusted();
-/// What controllers have printed in processes of their own is told though nothing went wrong. For the whole process.
-void show_prints();
 /// They may not any more: one of them has ended a process that it ran in.
 void distrust_controllers();
 bool controllers_distrusted();
+/// What controllers have printed in processes of their own is told though nothing went wrong. For the whole process.
+void show_prints();
 
 /// Refuses what cannot be simulated, before anything is: libraries that nobody trusts, that are not the ones that were
 /// meant, that cannot be loaded, or whose create() fails. Throws InputError, MachineError.

@@ -36,8 +36,8 @@ std::vector<std::string> joints_at_limit(const Model& model, const std::vector<d
   return out;
 }
 
-/// Joints among `which` whose torque changed its sign from frame to frame nearly always, as an explicit law does whose
-/// gains are too high for the inertia and the control period.
+/// Whether the torque of one of these joints changed its sign from frame to frame nearly always, as an explicit law's
+/// does whose gains are too high for the inertia and the control period.
 bool any_flips(const Model& model, const std::vector<double>& torques, const std::vector<std::string>& which) {
   const std::size_t na = model.actuated.size(), frames = na == 0 ? 0 : torques.size() / na;
   for (std::size_t k = 0; k < na; ++k) {

@@ -4,6 +4,8 @@
 
 #include <gmock/gmock.h>
 #include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <csignal>
 
@@ -91,6 +93,29 @@ TEST(ReadingChild, DiesWithItsParent) {
   EXPECT_EQ(::read(ends[0], &text, 1), 0) << "nobody has the other end any more";
   waitpid(parent, nullptr, 0);
   close(ends[0]);
+}
+
+// A child that is stopped may be woken, or ended, by others before it is given up: how it ended is told all the same.
+TEST(ReadingChild, StoppedOnesMayGoOnOrBeEnded) {
+  const auto stopped_until = [](int signal) {
+    const std::optional<ReaderEnd> end = go_on_in_child({std::uint64_t{1} << 30, 60});
+    if (!end) {
+      const pid_t child = getpid();
+      if (fork() == 0) {
+        usleep(300'000);
+        kill(child, signal);
+        _exit(0);
+      }
+      raise(SIGSTOP);
+      _exit(7);
+    }
+    return end->status;
+  };
+  const int woken = stopped_until(SIGCONT), ended = stopped_until(SIGKILL);
+  EXPECT_TRUE(WIFEXITED(woken));
+  EXPECT_EQ(WEXITSTATUS(woken), 7);
+  EXPECT_TRUE(WIFSIGNALED(ended));
+  EXPECT_EQ(WTERMSIG(ended), SIGKILL);
 }
 
 // Claim: whatever ends the child, the file gets a reason.

@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include <atomic>
 #include <chrono>
 #include <mutex>
 #include <thread>
@@ -15,7 +14,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-/// What a watch has told. The handler does not return from the first: it waits until the call is over.
+/// What a watch has told. In the program its handler ends the process; this one comes back, and is called again.
 struct Told {
   std::mutex mutex;
   std::vector<LibraryCallHere> calls;

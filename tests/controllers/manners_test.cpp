@@ -3,9 +3,15 @@
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
+#include <cstdlib>
 #include <filesystem>
+#include <thread>
+#include <vector>
 
+#include "engine/library/kept_place.h"
 #include "tests/controllers/python_swing.h"
 #include "tests/controllers/swing.h"
 #include "tests/sanitized.h"
@@ -35,6 +41,33 @@ TEST(Manners, WanderersTakeNoOutputAlong) {
     EXPECT_TRUE(std::filesystem::exists(swing.folder / name)) << name;
     EXPECT_FALSE(std::filesystem::exists(swing.folder / "aside" / name)) << name;
   }
+}
+
+// The place is the one in which the program began, for all threads, wherever one of them has been meanwhile.
+TEST(MannersDeathTest, ThePlaceIsPutBackFromAnyThread) {
+  const testing::TemporaryFolder folder;
+  EXPECT_EXIT(
+      {
+        ::umask(077);
+        const std::filesystem::path before = std::filesystem::current_path();
+        put_place_back();  // nothing was kept yet
+        keep_place();
+        std::vector<std::thread> threads;
+        for (int k = 0; k < 4; ++k) {
+          threads.emplace_back([&] {
+            for (int i = 0; i < 2000; ++i) {
+              if (chdir(folder.path().c_str()) != 0) std::abort();
+              ::umask(0);
+              keep_place();  // the first counts
+              put_place_back();
+            }
+          });
+        }
+        for (std::thread& one : threads) one.join();
+        const bool same = std::filesystem::current_path() == before && ::umask(0) == 077;
+        std::_Exit(same ? 0 : 1);
+      },
+      ::testing::ExitedWithCode(0), "");
 }
 
 // Nobody waits for a process that a controller has stopped: the page is made without it.

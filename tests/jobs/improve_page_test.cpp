@@ -185,16 +185,36 @@ TEST_F(ImprovePage, TorqueSpeedPlanesTellInsideFromOutside) {
   EXPECT_EQ(plot()["lines"][1]["y"], PageJson::parse("[0.7, -0.6]"));
   redesign.scenario.torque_speed = true;
   EXPECT_EQ(plot()["note"], "First inside, 0.05 N m to spare; improved inside, 0.05 N m to spare.");
-  redesign.scenario.task.requirements[0].description = "torque-speed line of *";
+  redesign.scenario.task.requirements[0].kind = "torque_speed";
   EXPECT_EQ(plot()["note"], "First outside by 0.1 N m; improved inside, 0.05 N m to spare.");
   EXPECT_EQ(plot()["lines"][0]["x"], PageJson::parse("[-20.0, 0.0, 20.0, 0.0, -20.0]"));
   EXPECT_EQ(torque_speed_plot(redesign, 0, {0, 0.015}, NumberForm::plain)["lines"][1]["x"], PageJson::parse("[5.0]"))
       << "what is not judged is not drawn";
   redesign.scenario.torque_speed = false;
-  redesign.scenario.task.requirements[0].description = "";
+  redesign.scenario.task.requirements[0].kind = "";
   redesign.traces.improved.drives[0].velocity = 8;
   EXPECT_THAT(plot()["note"].get<std::string>(), HasSubstr("0.3 N m to spare, but too fast by 2 rad/s."));
   EXPECT_EQ(plot()["lines"].size(), 4u) << "each robot has a limit of its own";
+}
+
+// What is drawn against limits of torque is what was asked for, while these limits count; others' windows do not
+// matter.
+TEST_F(ImprovePage, TorquesAreThoseThatAreJudged) {
+  Redesign redesign = made();
+  redesign.traces.before.drives[0].asked = {0.7, -1.5};
+  const auto plot = [&] { return torque_speed_plot(redesign, 0, {}, NumberForm::plain); };
+  EXPECT_THAT(plot()["note"].get<std::string>(), HasSubstr("First outside by 0.5 N m"));
+  std::vector<Requirement>& all = redesign.scenario.task.requirements;
+  all[0].kind = "torque_speed";
+  EXPECT_THAT(plot()["note"].get<std::string>(), HasSubstr("First outside by 0.1 N m"))
+      << "the line judges what it got";
+  EXPECT_FALSE(window_of_motors(redesign.scenario).to < 1e9) << "no window of its own";
+  all[0].kind = "torque_limits";
+  all[0].window = {0.3, 0.5};
+  EXPECT_EQ(window_of_motors(redesign.scenario).from, 0.3);
+  EXPECT_EQ(window_of_motors(redesign.scenario).to, 0.5);
+  all[0].kind = "height";
+  EXPECT_EQ(window_of_motors(redesign.scenario).from, 0);
 }
 
 // A session that has no robots yet has no page; one whose scenario was changed says so.

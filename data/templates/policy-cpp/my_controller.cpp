@@ -1,9 +1,9 @@
 // A controller in C++: a trot in place by sines. Diagonal pairs of legs swing in turn about the posture in which the
 // nominal robot begins. Replace it by what your robot does; graze/policy.hpp says what it is given.
+#include "graze/policy.hpp"
+
 #include <cmath>
 #include <stdexcept>
-
-#include "graze/policy.hpp"
 
 namespace {
 
