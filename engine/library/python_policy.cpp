@@ -2,12 +2,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <cstring>
 #include <limits>
 #include <memory>
+#include <thread>
 
 #include "engine/control/joint_values.h"
 #include "engine/library/outside_policy.h"
@@ -31,6 +34,10 @@ struct SeenArray {
 /// Where all arrays are in the shared memory.
 struct PythonArrays {
   std::array<SeenArray, 12> seen;
+  // A vector [joint] that lacks its [:, None] goes with arrays [quantity, lane] if there are as many joints as lanes,
+  // and would give each robot what is meant for a joint. Such robots are shown with one lane more, so that it is an
+  // error.
+  int lanes;                                           // of each array
   std::size_t position = 0, velocity = 0, torque = 0;  // offsets of the targets, bytes
   std::size_t size = kPythonArrays;                    // bytes in all
 
@@ -46,7 +53,8 @@ struct PythonArrays {
                {"imu_linear", kImuLinear, &Observation::imu_linear},
                {"imu_angular", kImuAngular, &Observation::imu_angular},
                {"link_force", kLinkForce, &Observation::link_force},
-               {"link_push", kLinkPush, &Observation::link_push}}}) {
+               {"link_push", kLinkPush, &Observation::link_push}}}),
+        lanes(model.na() == kLanes ? kPythonLanes : kLanes) {
     const int links = static_cast<int>(model.frames.size());
     for (std::size_t i = 0; i < seen.size(); ++i) {
       const SensedGroup group = seen[i].group;
@@ -59,7 +67,7 @@ struct PythonArrays {
  private:
   std::size_t take(int rows) {
     const std::size_t offset = size;
-    size += static_cast<std::size_t>(rows) * kLanes * sizeof(double);
+    size += static_cast<std::size_t>(rows) * static_cast<std::size_t>(lanes) * sizeof(double);
     return offset;
   }
 };
@@ -75,7 +83,8 @@ class PythonSetup {
     add("settings", settings && !settings->is_null() ? settings_json(*settings) : "{}");
     add("urdf", json_text(context.urdf.empty() ? library_urdf() : context.urdf));
     add("period", number(context.period));
-    add("lanes", std::to_string(kLanes));
+    add("lanes", std::to_string(arrays.lanes));
+    add("robots", std::to_string(kLanes));
     add("size", std::to_string(arrays.size));
     add_robot(context);
     add_places(arrays);
@@ -166,7 +175,7 @@ class PythonPolicy : public OutsidePolicy {
   void load() {
     check_library_file(use());
     try {
-      process_ = std::make_unique<PythonProcess>(use(), setup_, arrays_.size);
+      start_process();
     } catch (const MachineError&) {
       throw;
     } catch (const PythonRefused& refused) {
@@ -176,7 +185,22 @@ class PythonPolicy : public OutsidePolicy {
     }
     reads_ = static_cast<unsigned>(process_->page().reads) & kAllGroups;
     for (const SeenArray& one : arrays_.seen) {
-      std::fill_n(process_->array(one.offset), one.rows * kLanes, std::numeric_limits<double>::quiet_NaN());
+      std::fill_n(process_->array(one.offset), one.rows * arrays_.lanes, std::numeric_limits<double>::quiet_NaN());
+    }
+  }
+
+  /// Somebody may kill the interpreter before it is ready, such as a system without memory: it gets more chances.
+  void start_process() {
+    constexpr int kChances = 3;
+    for (int chance = 1; !process_; ++chance) {
+      try {
+        process_ = std::make_unique<PythonProcess>(use(), setup_, arrays_.size);
+      } catch (const CallTimedOut&) {
+        throw;
+      } catch (const CallLost&) {
+        if (chance == kChances) throw;
+        std::this_thread::sleep_for(std::chrono::milliseconds(100 * chance));
+      }
     }
   }
 
@@ -200,19 +224,38 @@ class PythonPolicy : public OutsidePolicy {
     for (const SeenArray& one : arrays_.seen) {
       if ((reads_ & one.group) == 0 || one.rows == 0) continue;
       const BlockArray& array = observation.*one.array;
-      std::memcpy(process_->array(one.offset), array.row(0), bytes_of_rows(one.rows));
+      put(array, one.rows, one.offset);
     }
-    preset(process_->array(arrays_.position), process_->array(arrays_.velocity), process_->array(arrays_.torque));
+    if (joints() == 0) return;
+    preset(wanted_.q.row(0), wanted_.v.row(0), wanted_.tau.row(0));
+    put(wanted_.q, joints(), arrays_.position);
+    put(wanted_.v, joints(), arrays_.velocity);
+    put(wanted_.tau, joints(), arrays_.torque);
   }
 
   void fetch() {
-    if (joints() == 0) return;
-    std::memcpy(wanted_.q.row(0), process_->array(arrays_.position), bytes_of_rows(joints()));
-    std::memcpy(wanted_.v.row(0), process_->array(arrays_.velocity), bytes_of_rows(joints()));
-    std::memcpy(wanted_.tau.row(0), process_->array(arrays_.torque), bytes_of_rows(joints()));
+    get(arrays_.position, wanted_.q);
+    get(arrays_.velocity, wanted_.v);
+    get(arrays_.torque, wanted_.tau);
   }
 
-  static std::size_t bytes_of_rows(int rows) { return static_cast<std::size_t>(rows) * kLanes * sizeof(double); }
+  /// Into the shared memory. A lane behind those of the block holds what the last one holds: numbers, of which no
+  /// function warns.
+  void put(const BlockArray& from, int rows, std::size_t offset) {
+    double* to = process_->array(offset);
+    for (int row = 0; row < rows; ++row, to += arrays_.lanes) {
+      std::memcpy(to, from.row(row), kLanes * sizeof(double));
+      std::fill(to + kLanes, to + arrays_.lanes, from.row(row)[kLanes - 1]);
+    }
+  }
+
+  /// A row per joint, out of the shared memory.
+  void get(std::size_t offset, BlockArray& into) const {
+    const double* from = process_->array(offset);
+    for (int row = 0; row < joints(); ++row, from += arrays_.lanes) {
+      std::memcpy(into.row(row), from, kLanes * sizeof(double));
+    }
+  }
 
   const PythonArrays arrays_;
   const std::string setup_;

@@ -16,6 +16,9 @@
 
 namespace graze {
 
+/// The most lanes that arrays in Python have: those of a block, and one that never acts where there are as many joints.
+constexpr int kPythonLanes = kLanes + 1;
+
 /// The beginning of the memory that is shared with the interpreter; arrays follow. Its places are told to the runner.
 struct PythonPage {
   std::int64_t begun;          // lanes that begin a trace with this call
@@ -24,9 +27,9 @@ struct PythonPage {
   std::int64_t reads;          // SensedGroup, by the runner once
   std::int64_t lanes[kLanes];  // [begun]
   std::uint64_t seeds[kLanes];
-  double time[kLanes];  // s since the trace began
-  bool active[kLanes];  // which lanes act
-  char message[2048];   // what was raised, in one line
+  double time[kPythonLanes];  // s since the trace began
+  bool active[kPythonLanes];  // which lanes act
+  char message[2048];         // what was raised, in one line
 };
 constexpr std::size_t kPythonArrays = 4096;  // bytes from the memory's beginning to its arrays
 static_assert(sizeof(PythonPage) <= kPythonArrays);

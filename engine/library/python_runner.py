@@ -55,7 +55,7 @@ class Robot:
     """The nominal robot: what a controller may know of it before it sees anything."""
 
     def __init__(self, setup, np):
-        self.lanes = setup["lanes"]          # robots per call
+        self.lanes = setup["lanes"]          # robots per call, and one that never acts if there are 8 joints
         self.period = setup["period"]        # s, between two calls of act() for a lane
         self.joint_names = Names("driven joint", setup["joints"])  # in the order of all arrays
         self.link_names = Names("link", setup["links"])            # in the order of link_force and link_push
@@ -173,8 +173,8 @@ class Session:
         self.stage = self.array(np.int64, at["stage"], 1)
         self.reads = self.array(np.int64, at["reads"], 1)
         self.message = self.array(np.int64, at["message_size"], 1), at["message"], setup["message_room"]
-        self.lanes = self.array(np.int64, at["lanes"], setup["lanes"])
-        self.seeds = self.array(np.uint64, at["seeds"], setup["lanes"])
+        self.lanes = self.array(np.int64, at["lanes"], setup["robots"])
+        self.seeds = self.array(np.uint64, at["seeds"], setup["robots"])
         self.observation = self.view(setup, at)
         self.targets = Targets(
             {name: self.block(place, rows, setup["lanes"]) for name, place, rows in setup["targets"]})

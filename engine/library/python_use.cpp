@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <atomic>
+#include <filesystem>
 #include <map>
 #include <mutex>
 
@@ -15,27 +16,37 @@ namespace {
 
 std::atomic<bool> interpreters_allowed{false};
 
-std::string asked_environment(const std::string& interpreter) {
+constexpr double kLongestAnswer = 60;  // s, for an interpreter to start and to import NumPy
+
+struct Environment {
+  std::string text;     // "Python 3.11.2, NumPy 1.24.2"; empty: not known
+  bool silent = false;  // it did not answer in time
+};
+
+Environment asked_environment(const std::string& interpreter) {
   const std::string question =
       std::string(kNotFromHere) +
       "import platform, numpy; print(f'Python {platform.python_version()}, NumPy {numpy.__version__}')";
-  const ProgramRun run = run_program({interpreter, "-c", question}, {.seconds = 60, .output = 1000});
-  if (!run.there || !run.problem.empty()) return "";
-  return run.output.substr(0, run.output.find('\n'));
+  const ProgramRun run = run_program({interpreter, "-c", question}, {.seconds = kLongestAnswer, .output = 1000});
+  if (!run.there || !run.problem.empty()) return {"", run.problem.starts_with("did not end")};
+  return {run.output.substr(0, run.output.find('\n'))};
+}
+
+/// Asked once: an interpreter takes a tenth of a second to start.
+const Environment& environment_of(const std::string& interpreter) {
+  static std::mutex mutex;
+  static std::map<std::string, Environment> known;
+  const std::lock_guard lock(mutex);
+  const auto [place, fresh] = known.try_emplace(interpreter);
+  if (fresh) place->second = asked_environment(interpreter);
+  return place->second;
 }
 
 }  // namespace
 
 void allow_interpreters() { interpreters_allowed = true; }
 
-std::string python_environment(const std::string& interpreter) {
-  static std::mutex mutex;
-  static std::map<std::string, std::string> known;
-  const std::lock_guard lock(mutex);
-  const auto [place, fresh] = known.try_emplace(interpreter);
-  if (fresh) place->second = asked_environment(interpreter);
-  return place->second;
-}
+std::string python_environment(const std::string& interpreter) { return environment_of(interpreter).text; }
 
 std::string no_numpy_text(const std::string& interpreter) {
   const ProgramRun run =
@@ -83,8 +94,26 @@ const Description& python_description() {
   return text;
 }
 
+namespace {
+
+/// Python would say of them that they have null bytes, or a syntax error in their first line.
+void refuse_other_controllers(const Described& own, const std::string& file) {
+  const std::string ending = std::filesystem::path(file).extension().string();
+  if (ending == ".so" || ending == ".c" || ending == ".cpp") {
+    own.at("file").fail(fmt::format("{}: is no Python file; {}", file,
+                                    ending == ".so" ? "a shared object is policy `library: {file: …}`"
+                                                    : "build it, and name the .so under `library: {file: …}`"));
+  }
+  if (ending == ".onnx") {
+    own.at("file").fail(fmt::format("{}: is no Python file; a network is policy `network: {{file: …}}`", file));
+  }
+}
+
+}  // namespace
+
 LibraryUse read_python_use(const Described& own) {
   LibraryUse out = read_outside_use(own, ".py");
+  refuse_other_controllers(own, out.file);
   out.class_name = own.has("class") ? own.at("class").text() : "Controller";
   if (out.class_name.empty()) own.at("class").fail("is empty; name the class, or leave it out for Controller");
   out.interpreter = kDefaultInterpreter;
@@ -98,8 +127,15 @@ LibraryUse read_python_use(const Described& own) {
   // Kept by archives beside the file's own hash.
   const auto environment = derived_input(out.file + ".environment", [&]() -> std::optional<std::string> {
     if (!interpreters_allowed) return std::nullopt;
-    std::string asked = python_environment(out.interpreter);
-    return asked.empty() ? std::nullopt : std::optional(std::move(asked));
+    const Environment& asked = environment_of(out.interpreter);
+    if (asked.silent) {  // that of the controller would keep us waiting as long again
+      own.settings()
+          .at(own.has("interpreter") ? "interpreter" : "file")
+          .fail(fmt::format("the interpreter '{}' did not tell its version within {:g} s; does "
+                            "'{} -c \"import numpy\"' come back?",
+                            out.interpreter, kLongestAnswer, out.interpreter));
+    }
+    return asked.text.empty() ? std::nullopt : std::optional(asked.text);
   });
   out.environment = environment.value_or("");
   return out;

@@ -4,9 +4,11 @@
 #include <spdlog/spdlog.h>
 #include <sys/wait.h>
 
+#include <chrono>
 #include <csignal>
 #include <new>
 #include <string>
+#include <thread>
 
 #include "archive/archive.h"
 #include "archive/hdf5/reading_child.h"
@@ -16,6 +18,15 @@
 
 namespace graze {
 namespace {
+
+/// Whether the signal that has ended the child may be meant for the program: who sends one to both, as terminals and
+/// schedulers do, ends this process in the next moment. Ctrl-C, which may be caught here, is never a controller's.
+bool ends_us_too(int signal) {
+  if (signal == SIGINT) return true;
+  constexpr std::chrono::milliseconds kMoment(200);
+  std::this_thread::sleep_for(kMoment);
+  return false;
+}
 
 /// What a controller does that is in the program (pages and pictures simulate traces anew) ends the whole child, when
 /// nothing is read any more. Signals that are meant for the program are nobody's fault. Empty: no controller did.
@@ -27,7 +38,7 @@ std::string blamed_controllers(const ReaderEnd& end) {
   } else {
     const int signal = WTERMSIG(end.status);
     for (const int meant : {SIGINT, SIGHUP, SIGTERM}) {
-      if (signal == meant) return "";
+      if (signal == meant && ends_us_too(signal)) return "";
     }
     how = "was ended by " + signal_name(signal);
   }

@@ -70,17 +70,20 @@ TEST(MannersDeathTest, ThePlaceIsPutBackFromAnyThread) {
       ::testing::ExitedWithCode(0), "");
 }
 
-// Nobody waits for a process that a controller has stopped: the page is made without it.
-TEST(Manners, StoppedPagesAreNotWaitedFor) {
-  const Swing swing;
-  swing.write("file: odd.so, settings: {does: stop}");
-  setenv("ODD_TAME", "1", 1);
-  ASSERT_EQ(swing.graze("run swing.yaml --trust --quiet -n 2 -o a.graze").code, 0);
-  unsetenv("ODD_TAME");
-  const Result view = swing.graze("view a.graze --particle 0 --trust -o v.html");
-  EXPECT_EQ(view.code, 3) << view.err;
-  EXPECT_THAT(view.err, AllOf(HasSubstr("was ended by SIGKILL"), HasSubstr("made without such traces")));
-  EXPECT_TRUE(std::filesystem::exists(swing.folder / "v.html"));
+// Nobody waits for a process that a controller has stopped, or takes a signal of its own for one that is meant for the
+// program: the page is made without it.
+TEST(Manners, PagesAreMadeWithoutTheControllersThatStopOrEndThem) {
+  for (const auto& [does, how] : {std::pair("stop", "SIGKILL"), std::pair("terminate", "SIGTERM")}) {
+    const Swing swing;
+    swing.write(fmt::format("file: odd.so, settings: {{does: {}}}", does));
+    setenv("ODD_TAME", "1", 1);
+    ASSERT_EQ(swing.graze("run swing.yaml --trust --quiet -n 2 -o a.graze").code, 0);
+    unsetenv("ODD_TAME");
+    const Result view = swing.graze("view a.graze --particle 0 --trust -o v.html");
+    EXPECT_EQ(view.code, 3) << view.err;
+    EXPECT_THAT(view.err, AllOf(HasSubstr(std::string("was ended by ") + how), HasSubstr("made without such traces")));
+    EXPECT_TRUE(std::filesystem::exists(swing.folder / "v.html"));
+  }
 }
 
 TEST(Manners, ArraysThatAreReplacedAreTold) {

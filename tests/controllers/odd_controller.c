@@ -46,6 +46,7 @@ static void* create(const GrazeSetup* setup) {
   if (does(self, "crash_create")) *(volatile int*)8 = 1;
   if (does(self, "sleep_create")) sleep(1);
   if (does(self, "stop") && getenv("ODD_TAME") == NULL) raise(SIGSTOP);
+  if (does(self, "terminate") && getenv("ODD_TAME") == NULL) raise(SIGTERM);
   if (does(self, "wander") && chdir("aside") != 0) abort();
   return self;
 }

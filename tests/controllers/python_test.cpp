@@ -313,21 +313,6 @@ TEST(Python, InterpreterWithoutNumPyIsToldFrom) {
               AllOf(HasSubstr("bare/bin/python3) has no NumPy"), HasSubstr("interpreter: /usr/bin/python3")));
 }
 
-// What an interpreter is told may be longer than a socket holds. One that does not listen is waited for as long as any
-// that is loading, a minute more than `timeout`.
-TEST(Python, InterpreterThatDoesNotListenIsNotWaitedFor) {
-  if (std::getenv("GRAZE_LONG") == nullptr) GTEST_SKIP() << "a minute; tests/run --long";
-  const PythonSwing swing;
-  testing::write_file(swing.folder / "deaf", "#!/bin/sh\nexec sleep 1000\n");
-  ASSERT_EQ(testing::shell(swing.folder.path(), "chmod +x deaf").code, 0);
-  std::string numbers = "0";
-  for (int i = 0; i < 300'000; ++i) numbers += ", 0";
-  swing.write("file: odd.py, class: Odd, timeout: 1 s, settings: {does: nothing, n: [" + numbers + "]}", "./deaf");
-  const Result check = swing.graze("check swing.yaml --trust");
-  EXPECT_EQ(check.code, 2);
-  EXPECT_THAT(check.err, HasSubstr("did not come back within 61 s"));
-}
-
 // A copy that returns from the call would answer in the controller's place.
 TEST(Python, CopiesAndStrangersDoNotAnswer) {
   const PythonSwing swing;
