@@ -243,15 +243,25 @@ class PythonPolicy : public OutsidePolicy {
   /// function warns.
   void put(const BlockArray& from, int rows, std::size_t offset) {
     double* to = process_->array(offset);
+    if (arrays_.lanes == kLanes && rows > 0) {
+      std::memcpy(to, from.row(0), bytes_of_rows(rows));
+      return;
+    }
     for (int row = 0; row < rows; ++row, to += arrays_.lanes) {
       std::memcpy(to, from.row(row), kLanes * sizeof(double));
       std::fill(to + kLanes, to + arrays_.lanes, from.row(row)[kLanes - 1]);
     }
   }
 
+  static std::size_t bytes_of_rows(int rows) { return static_cast<std::size_t>(rows) * kLanes * sizeof(double); }
+
   /// A row per joint, out of the shared memory.
   void get(std::size_t offset, BlockArray& into) const {
     const double* from = process_->array(offset);
+    if (arrays_.lanes == kLanes && joints() > 0) {
+      std::memcpy(into.row(0), from, bytes_of_rows(joints()));
+      return;
+    }
     for (int row = 0; row < joints(); ++row, from += arrays_.lanes) {
       std::memcpy(into.row(row), from, kLanes * sizeof(double));
     }
