@@ -72,7 +72,13 @@ std::string answer_table(const Score& score) {
   for (const Answer& a : score.answers) {
     rows.push_back({a.question, a.policy, a.verdict, std::to_string(a.n), interval_text(a.interval)});
   }
-  return text_table(rows, 3);
+  std::string open;
+  for (const Answer& a : score.answers) {
+    if (!a.by_invalid) continue;
+    open += fmt::format("{}: {}: left open by {} invalid traces, of which nobody knows how they would have ended\n",
+                        a.question, a.policy, a.invalid);
+  }
+  return text_table(rows, 3) + open;
 }
 
 std::string requirement_table(const Score& score) {
@@ -168,11 +174,9 @@ Json json_of(const PolicyScore& p, const std::vector<std::string>& requirements,
 }
 
 Json json_of(const Answer& a) {
-  return {{"question", a.question},
-          {"policy", a.policy},
-          {"answer", a.verdict},
-          {"n", a.n},
-          {"interval", json_of(a.interval)}};
+  return {{"question", a.question}, {"policy", a.policy},
+          {"answer", a.verdict},    {"n", a.n},
+          {"invalid", a.invalid},   {"interval", json_of(a.interval)}};
 }
 
 Json json_of(const PairedComparison& p) {

@@ -112,11 +112,16 @@ void answer_questions(const CampaignInfo& info, Score& out) {
   for (PolicyScore& policy : out.policies) {
     policy.interval = out.interval(policy.success, policy.n);
     if (!out.complete) continue;  // what is there is not the first particles
-    const Interval interval = confidence_sequence(policy.success, policy.n, out.confidence, mass);
+    const auto interval = [&](std::uint64_t k, std::uint64_t n) {
+      return confidence_sequence(k, n, out.confidence, mass);
+    };
+    const RateCount count{policy.success, policy.n, policy.invalid};
     for (const Question& question : questions) {
       if (!matches(question.selector, policy.policy)) continue;
-      out.answers.push_back(
-          {question.text, policy.policy, verdict_name(judge(question, interval)), policy.n, interval});
+      const Verdict verdict = judge(question, count, interval);
+      const Interval valid = interval(count.success, count.valid);
+      out.answers.push_back({question.text, policy.policy, verdict_name(verdict), policy.n, policy.invalid, valid,
+                             verdict != judge(question, valid)});
     }
   }
 }

@@ -52,8 +52,9 @@ struct PairedComparison {
 /// What became of one question of --until for one policy.
 struct Answer {
   std::string question, policy, verdict;  // "holds", "refuted", "undecided"
-  std::uint64_t n = 0;                    // valid traces
+  std::uint64_t n = 0, invalid = 0;       // valid traces, and the others, which may leave a rate undecided
   Interval interval;                      // of the confidence sequence, at the questions' confidence
+  bool by_invalid = false;                // it would have an answer without the invalid traces
 };
 
 struct Score {

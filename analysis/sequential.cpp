@@ -78,6 +78,17 @@ Verdict judge(const Question& question, const Interval& interval) {
   return Verdict::open;
 }
 
+Interval with_invalid(const RateCount& count, const IntervalOf& interval) {
+  const std::uint64_t all = count.valid + count.invalid;
+  return {interval(count.success, all).low, interval(count.success + count.invalid, all).high};
+}
+
+Verdict judge(const Question& question, const RateCount& count, const IntervalOf& interval) {
+  const Verdict verdict = judge(question, interval(count.success, count.valid));
+  if (question.kind == Question::Kind::narrow || count.invalid == 0) return verdict;
+  return judge(question, with_invalid(count, interval)) == verdict ? verdict : Verdict::open;
+}
+
 const char* verdict_name(Verdict verdict) {
   return verdict == Verdict::holds ? "holds" : verdict == Verdict::refuted ? "refuted" : "undecided";
 }
@@ -85,13 +96,13 @@ const char* verdict_name(Verdict verdict) {
 AnswerCount count_answers(const std::vector<Question>& questions, const std::vector<std::string>& policies,
                           const std::vector<RateCount>& counts, double confidence) {
   const double mass = mixture_mass(questions);
+  const auto interval = [&](std::uint64_t k, std::uint64_t n) { return confidence_sequence(k, n, confidence, mass); };
   AnswerCount out;
   for (std::size_t i = 0; i < policies.size(); ++i) {
-    const Interval interval = confidence_sequence(counts[i].success, counts[i].valid, confidence, mass);
     for (const Question& question : questions) {
       if (!matches(question.selector, policies[i])) continue;
       ++out.all;
-      if (judge(question, interval) != Verdict::open) ++out.answered;
+      if (judge(question, counts[i], interval) != Verdict::open) ++out.answered;
     }
   }
   return out;

@@ -3,6 +3,7 @@
 // campaign may stop as soon as its question is answered. docs/statistics.md says what it promises and what it costs.
 
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -53,8 +54,19 @@ Verdict judge(const Question& question, const Interval& interval);
 
 /// Successes among valid traces; invalid ones count in neither.
 struct RateCount {
-  std::uint64_t success = 0, valid = 0;
+  std::uint64_t success = 0, valid = 0, invalid = 0;
 };
+
+/// An interval of the rate after k successes of n.
+using IntervalOf = std::function<Interval(std::uint64_t k, std::uint64_t n)>;
+
+/// Of the rate if all invalid traces had failed, or had succeeded: a controller that breaks down on hard robots, and so
+/// leaves them out, shall gain nothing by that.
+Interval with_invalid(const RateCount& count, const IntervalOf& interval);
+
+/// What traces say to a question about the rate whatever would have become of the invalid ones; to one about the width
+/// of its interval, without them.
+Verdict judge(const Question& question, const RateCount& count, const IntervalOf& interval);
 
 /// How many answers the questions ask for, one for each policy that each is about, and how many are there.
 struct AnswerCount {

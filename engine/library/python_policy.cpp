@@ -4,15 +4,14 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <cstring>
 #include <limits>
 #include <memory>
-#include <thread>
 
 #include "engine/control/joint_values.h"
+#include "engine/library/chances.h"
 #include "engine/library/outside_policy.h"
 #include "engine/library/python_process.h"
 #include "engine/library/python_use.h"
@@ -175,7 +174,7 @@ class PythonPolicy : public OutsidePolicy {
   void load() {
     check_library_file(use());
     try {
-      start_process();
+      process_ = with_chances<CallLost>([&] { return std::make_unique<PythonProcess>(use(), setup_, arrays_.size); });
     } catch (const MachineError&) {
       throw;
     } catch (const PythonRefused& refused) {
@@ -186,21 +185,6 @@ class PythonPolicy : public OutsidePolicy {
     reads_ = static_cast<unsigned>(process_->page().reads) & kAllGroups;
     for (const SeenArray& one : arrays_.seen) {
       std::fill_n(process_->array(one.offset), one.rows * arrays_.lanes, std::numeric_limits<double>::quiet_NaN());
-    }
-  }
-
-  /// Somebody may kill the interpreter before it is ready, such as a system without memory: it gets more chances.
-  void start_process() {
-    constexpr int kChances = 3;
-    for (int chance = 1; !process_; ++chance) {
-      try {
-        process_ = std::make_unique<PythonProcess>(use(), setup_, arrays_.size);
-      } catch (const CallTimedOut&) {
-        throw;
-      } catch (const CallLost&) {
-        if (chance == kChances) throw;
-        std::this_thread::sleep_for(std::chrono::milliseconds(100 * chance));
-      }
     }
   }
 

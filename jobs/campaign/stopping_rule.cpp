@@ -19,8 +19,10 @@ std::uint64_t packed(Outcome outcome) {
   return std::uint64_t{1} << (outcome == Outcome::invalid ? 2 * kBits : kBits);
 }
 
-RateCount rate_of(std::uint64_t packed) { return {packed & kMask, (packed & kMask) + (packed >> kBits & kMask)}; }
-std::uint64_t traces_of(std::uint64_t packed) { return rate_of(packed).valid + (packed >> 2 * kBits); }
+RateCount rate_of(std::uint64_t packed) {
+  return {packed & kMask, (packed & kMask) + (packed >> kBits & kMask), packed >> 2 * kBits};
+}
+std::uint64_t traces_of(std::uint64_t packed) { return rate_of(packed).valid + rate_of(packed).invalid; }
 
 }  // namespace
 
@@ -100,6 +102,7 @@ bool StoppingRule::look() {
     const RateCount more = rate_of(stretch[policy]);
     counts_[policy].success += more.success;
     counts_[policy].valid += more.valid;
+    counts_[policy].invalid += more.invalid;
   }
   answers_ = count_answers(questions_, policies_, counts_, confidence_);
   if (looks_[next_] >= least_ && answers_.answered == answers_.all) answered_at_ = looks_[next_];

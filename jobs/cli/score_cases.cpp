@@ -114,16 +114,10 @@ bool is_junit(const fs::path& file) {
   return in && begin == kBegin;
 }
 
-/// Of the rate if all invalid traces had failed, or had succeeded: the controller that breaks down on hard robots, and
-/// so leaves them out, shall pass no gate by that.
-Interval with_invalid(const PolicyScore& policy, const Score& score) {
-  const std::uint64_t all = policy.n + policy.invalid;
-  return {score.interval(policy.success, all).low, score.interval(policy.success + policy.invalid, all).high};
-}
-
 }  // namespace
 
 std::vector<Judged> judge_all(const std::vector<Question>& gates, const Score& score) {
+  const auto interval = [&](std::uint64_t k, std::uint64_t n) { return score.interval(k, n); };
   std::vector<Judged> out;
   for (const Question& gate : gates) {
     for (const PolicyScore& policy : score.policies) {
@@ -134,7 +128,8 @@ std::vector<Judged> judge_all(const std::vector<Question>& gates, const Score& s
                        fmt::format("{}: {}: NOT KNOWN: {}", gate.text, policy.policy, no_valid_trace(policy))});
         continue;
       }
-      const ExitCode cautious = code_of(judge(gate, with_invalid(policy, score)));
+      const ExitCode cautious =
+          code_of(judge(gate, with_invalid({policy.success, policy.n, policy.invalid}, interval)));
       if (cautious != code) {  // decided without traces that may have gone either way
         out.push_back(
             {gate, policy, kInconclusive,

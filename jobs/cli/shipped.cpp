@@ -9,6 +9,7 @@
 #include "archive/files/shell_word.h"
 #include "engine/settings/paths.h"
 #include "engine/settings/settings.h"
+#include "scenarios/shipped_names.h"
 
 namespace graze {
 namespace {
@@ -57,13 +58,7 @@ std::vector<std::string> shipped_scenarios() {
   return out;
 }
 
-std::optional<std::string> shipped_scenario(const std::string& name) {
-  const fs::path folder = data_folder();
-  if (folder.empty() || name.find('/') != std::string::npos) return std::nullopt;
-  const fs::path file = folder / "scenarios" / (name.ends_with(".yaml") ? name : name + ".yaml");
-  std::error_code error;
-  return fs::is_regular_file(file, error) ? std::optional(file.string()) : std::nullopt;
-}
+std::optional<std::string> shipped_scenario(const std::string& name) { return scenario_in(data_folder(), name); }
 
 std::string scenario_file(const std::string& given) {
   std::error_code error;

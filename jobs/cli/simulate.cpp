@@ -16,6 +16,7 @@
 #include "archive/directory/finished.h"
 #include "archive/files/shell_word.h"
 #include "archive/files/utf8.h"
+#include "engine/library/library_use.h"
 #include "jobs/campaign/signals.h"
 #include "jobs/cli/commands.h"
 #include "jobs/cli/option_values.h"
@@ -153,8 +154,22 @@ void tell_of_invalid(const Score& result) {
   }
 }
 
+/// A controller of the user's own under which no robot does its task is wrong more often than all of these robots are.
+void tell_of_failing_controllers(const Scenario& scenario, const Score& result) {
+  for (const PolicyScore& policy : result.policies) {
+    if (policy.n == 0 || policy.success > 0) continue;
+    const auto spec =
+        std::ranges::find_if(scenario.policies, [&](const PolicySpec& one) { return one.name == policy.policy; });
+    if (spec == scenario.policies.end() || !is_from_outside(spec->settings)) continue;
+    spdlog::info(
+        "policy {}: none of {} traces succeeds; 'graze check --trust' of the scenario tells whether its controller "
+        "leaves the joints limp or keeps them at their limits",
+        printable(policy.policy), policy.n);
+  }
+}
+
 /// Marks the campaign, prints its table, and returns its exit code.
-ExitCode close(CampaignWriter& writer, bool complete, std::uint64_t answered_at, const Printing& printing) {
+ExitCode close(CampaignWriter& writer, const Scenario& scenario, bool complete, std::uint64_t answered_at, const Printing& printing) {
   writer.check_in_place();
   if (complete && !holds_all(Archive(writer.directory(), Seals::trusted), answered_at)) {
     throw MachineError(fmt::format("{}: finished traces are gone: something else has changed the campaign's files",
@@ -166,6 +181,7 @@ ExitCode close(CampaignWriter& writer, bool complete, std::uint64_t answered_at,
   const Score result = score(Archive(writer.directory()), printing.archive);
   if (printing.table) print_table(result, printing);
   tell_of_invalid(result);
+  tell_of_failing_controllers(scenario, result);
   if (!complete) return kMachineFailed;
   if (printing.completed) printing.completed();
   return verdict_of(result);
@@ -243,7 +259,7 @@ ExitCode simulate_into(CampaignWriter& writer, const Scenario& scenario, Campaig
   const bool complete = failed_ranks == 0 && (answered_at > 0 || progress_of(comm).traces == total);
   ExitCode code = kMachineFailed;
   try {
-    if (!end.error) code = close(writer, complete, answered_at, printing);
+    if (!end.error) code = close(writer, scenario, complete, answered_at, printing);
   } catch (...) {
     end.error = std::current_exception();
   }

@@ -12,7 +12,9 @@
 #include <tuple>
 
 #include "engine/library/library_use.h"
+#include "engine/settings/inputs.h"
 #include "jobs/python_module/stepped_block.h"
+#include "scenarios/shipped_names.h"
 
 namespace py = pybind11;
 
@@ -158,6 +160,10 @@ void translate(std::exception_ptr thrown) {
 
 PYBIND11_MODULE(_block, module) {
   using namespace graze;
+  // What names in `include` mean where no file of that name is, from now on; "": nothing.
+  module.def("mean_shipped_names", [](const std::string& data) {
+    mean_includes([data](const std::string& name) { return scenario_in(data, name); });
+  });
   py::register_local_exception_translator(translate);
   py::class_<SteppedBlock>(module, "Block")
       .def(py::init([](const std::string& file, const std::vector<std::pair<std::string, std::string>>& overrides,

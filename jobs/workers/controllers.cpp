@@ -5,16 +5,15 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <map>
 #include <mutex>
 #include <string_view>
-#include <thread>
 #include <utility>
 
 #include "archive/files/utf8.h"
+#include "engine/library/chances.h"
 #include "engine/library/kept_place.h"
 #include "engine/library/library_use.h"
 #include "engine/library/meant_files.h"
@@ -151,20 +150,16 @@ class ControllerRun : public RemoteRun {
   }
 
  private:
-  /// Somebody may have killed the process before it was ready, such as a system without memory: it gets more chances.
   void start() {
-    constexpr int kChances = 3;
-    for (int chance = 1; !process_; ++chance) {
-      try {
-        process_ = std::make_unique<WorkerProcess>(processes_->briefing,
-                                                   WorkerPatience{processes_->timeout[policy_], processes_->watchdog});
-      } catch (const InputError& refused) {
-        throw LibraryRefused(
-            fmt::format("{}: policy {}: {}", processes_->places[policy_], processes_->names[policy_], refused.what()));
-      } catch (const MachineError&) {
-        if (chance == kChances) throw;
-        std::this_thread::sleep_for(std::chrono::milliseconds(100 * chance));
-      }
+    if (process_) return;
+    try {
+      process_ = with_chances<MachineError>([&] {
+        return std::make_unique<WorkerProcess>(processes_->briefing,
+                                               WorkerPatience{processes_->timeout[policy_], processes_->watchdog});
+      });
+    } catch (const InputError& refused) {
+      throw LibraryRefused(
+          fmt::format("{}: policy {}: {}", processes_->places[policy_], processes_->names[policy_], refused.what()));
     }
   }
 

@@ -228,5 +228,20 @@ TEST(Question, AnswersAreCountedForEachPolicyItIsAbout) {
   EXPECT_EQ(count({"p < 0.1", "a: ci < 0.9"}), std::pair(3ul, 3ul));
 }
 
+// Claim: a rate is told only if the invalid traces could not have changed it; the width of its interval is that of the
+// valid ones.
+TEST(Question, RatesAreToldWhateverInvalidTracesWouldHaveDone) {
+  const auto answered = [](const std::string& text, const RateCount& count) {
+    return count_answers({parse_question(text, "-")}, {"a"}, {count}, 0.95).answered;
+  };
+  EXPECT_EQ(answered("p >= 0.9", {990, 1000, 0}), 1u);
+  EXPECT_EQ(answered("p >= 0.9", {990, 1000, 20}), 1u);
+  EXPECT_EQ(answered("p >= 0.9", {990, 1000, 200}), 0u);  // 0.825 of all, if they had failed
+  EXPECT_EQ(answered("p < 0.1", {10, 1000, 200}), 0u);    // 0.175 of all, if they had succeeded
+  EXPECT_EQ(answered("p >= 0.9", {100, 1000, 200}), 1u);  // refuted whatever they would have done
+  EXPECT_EQ(answered("ci < 0.1", {990, 1000, 200}), 1u);
+  EXPECT_EQ(answered("p >= 0.9", {0, 0, 1000}), 0u);
+}
+
 }  // namespace
 }  // namespace graze

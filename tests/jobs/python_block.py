@@ -227,6 +227,12 @@ class BlockTest(unittest.TestCase):
                 wrong()
             self.assertEqual(told.exception.code, 2)
 
+    def test_includes_may_name_what_is_shipped(self):
+        file = self.folder / "mine.yaml"
+        file.write_text("include: pendulum\nsampling: {seed: 77}\n")
+        block = graze.simulate(file, 1)
+        self.assertEqual((block.seed, block.scenario), (77, "Pendulum"))
+
     def test_without_the_module_the_rest_works(self):
         bare = self.folder / "bare"
         shutil.copytree(PACKAGES / "graze", bare / "graze", ignore=shutil.ignore_patterns("*.so", "__pycache__"))

@@ -17,7 +17,7 @@ from .campaign import EVENT_COLUMNS
 from .controllers import Policies, WrittenPolicies, needs_trust
 from .errors import GrazeError, nearest, whole
 from .program import PathLike, overrides
-from .shipped import scenario_file
+from .shipped import data_folder, scenario_file
 
 MODES = ("stick", "slip", "roll")
 MOST_LANES = 8  # of a block
@@ -268,6 +268,7 @@ def simulate(scenario: PathLike, particles: Union[int, Iterable[int]] = 8, *, po
         if value is not None and not 0 <= value < (1 << 64 if what == "seed" else 1 << 32):
             raise GrazeError(2, f"{what}: {value} is out of range; it is a whole number from 0 on")
     file = os.fspath(scenario_file(scenario, program))
+    module.mean_shipped_names(os.fspath(data_folder(program) or ""))
     name = policy if isinstance(policy, str) else ""
     if policy is None or name:
         return Block(module.Block(file, overrides(set, None), name, ids, n or 0, seed, trust))

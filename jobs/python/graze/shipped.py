@@ -5,7 +5,7 @@ import difflib
 import os
 import pathlib
 import shutil
-from typing import Iterator, Optional, Union
+from typing import Optional, Union
 
 from .errors import GrazeError
 
@@ -17,7 +17,8 @@ def scenario_file(given: PathLike, program: Optional[PathLike] = None) -> pathli
     name = os.fspath(given)
     if os.sep in name or os.path.lexists(name):
         return pathlib.Path(name)
-    found = sorted(file for folder in _folders(program) for file in folder.glob("*.yaml"))
+    data = data_folder(program)
+    found = sorted((data / "scenarios").glob("*.yaml")) if data else []
     for file in found:
         if name in (file.name, file.stem):
             return file
@@ -27,8 +28,8 @@ def scenario_file(given: PathLike, program: Optional[PathLike] = None) -> pathli
     raise GrazeError(2, f"{name}: there is no such file{meant}")
 
 
-def _folders(program: Optional[PathLike]) -> Iterator[pathlib.Path]:
-    """The first folder that holds them: what GRAZE_DATA names, beside this package, beside the program."""
+def data_folder(program: Optional[PathLike] = None) -> Optional[pathlib.Path]:
+    """The first folder that has their folder `scenarios`: what GRAZE_DATA names, beside this package, beside the program."""
     told = os.environ.get("GRAZE_DATA")
     here = pathlib.Path(__file__).resolve().parent.parent  # share/graze/python, or jobs/python of the sources
     places = [pathlib.Path(told)] if told else [here.parent, here.parent.parent / "data"]
@@ -36,7 +37,4 @@ def _folders(program: Optional[PathLike]) -> Iterator[pathlib.Path]:
     if found and not told:
         root = pathlib.Path(found).resolve().parent.parent
         places += [root / "share" / "graze", root.parent / "data"]
-    for place in places:
-        if (place / "scenarios").is_dir():
-            yield place / "scenarios"
-            return
+    return next((place for place in places if (place / "scenarios").is_dir()), None)
