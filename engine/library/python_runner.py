@@ -292,6 +292,16 @@ def shape_hint(error, lanes):
     return f"{begin}, here of shape {ours}, and this one is of shape {theirs}"
 
 
+def number_hint(error):
+    """What is wrong where an array of lanes is taken for one number, as by `if`, float() or math.sin()."""
+    told = str(error)
+    if isinstance(error, ValueError) and "truth value of an array" in told:
+        return "; arrays of Graze, time among them, have a value for each lane: np.where chooses lane by lane in place of 'if'"
+    if isinstance(error, TypeError) and ("-1 arrays can be converted" in told or "0-dimensional arrays can be converted" in told):
+        return "; arrays of Graze, time among them, have a value for each lane: functions of NumPy (np.sin) take them whole"
+    return ""
+
+
 def explain(error, setup):
     """Prints the traceback, from the controller's first line on; returns it in one line, with the user's innermost line."""
     controller = setup["file"]
@@ -304,7 +314,7 @@ def explain(error, setup):
         places.append((error.filename, error.lineno))
     own = [place for place in places if is_users(place[0], controller)] or places
     place = f" ({os.path.basename(own[-1][0])}:{own[-1][1]})" if own else ""
-    return told_in_one(error) + place + shape_hint(error, setup["lanes"])
+    return told_in_one(error) + place + shape_hint(error, setup["lanes"]) + number_hint(error)
 
 
 def read_setup():

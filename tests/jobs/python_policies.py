@@ -4,6 +4,7 @@ the original is gone, and its traces have the bits of the same law in the progra
 Usage: python_policies.py SOURCE GRAZE.
 """
 import importlib
+import math
 import os
 import pathlib
 import shutil
@@ -194,11 +195,24 @@ class BadControl(Given):
 class TestRunner(unittest.TestCase):
     """What runs controllers, alone."""
 
-    def test_arrays_that_do_not_fit_are_told_what_they_lack(self):
+    def runner(self):
         text = (SOURCE / "engine/library/python_runner.py").read_text()
         self.assertTrue(text.endswith("\nmain()\n"))
         runner = {"__name__": "runner"}
         exec(text[:-len("main()\n")], runner)
+        return runner
+
+    def test_arrays_that_are_taken_for_numbers_are_told_so(self):
+        hint, time = self.runner()["number_hint"], np.zeros(8)
+        for wrong, told in [(lambda: 1 if time > 0 else 2, "np.where"), (lambda: bool(time), "np.where"),
+                            (lambda: math.sin(time), "np.sin"), (lambda: float(time), "np.sin")]:
+            with self.assertRaises((TypeError, ValueError)) as raised:
+                wrong()
+            self.assertIn(told, hint(raised.exception))
+        self.assertEqual(hint(ValueError("truth")), "")
+
+    def test_arrays_that_do_not_fit_are_told_what_they_lack(self):
+        runner = self.runner()
         for given, told in [(np.zeros(12), "[:, None]"), (np.zeros((8, 12)), ".T"), (np.zeros((5, 1)), r"shape \(5, 1\)"),
                             (np.zeros((12, 3)), r"here of shape \(12, 8\)"),
                             (np.zeros((6, 8)), r"here of shape \(12, 8\), and this one is of shape \(6, 8\)")]:
