@@ -63,11 +63,15 @@ std::string processor_hint(const std::string& file) {
 
 /// What somebody meant who gives the source.
 std::string source_hint(const std::string& file) {
-  const std::string ending = std::filesystem::path(file).extension().string();
+  const std::filesystem::path source(file);
+  const std::string ending = source.extension().string();
   if (ending == ".py") return "; a controller in Python is python: {file: …} instead of library";
   if (ending != ".c" && ending != ".cpp" && ending != ".cc") return "";
-  return "; it is the source: compile it into a shared object, " + std::string(ending == ".c" ? "cc" : "c++") +
-         " -O2 -ffp-contract=off -fPIC -shared -o controller.so, and name that";
+  return fmt::format(
+      "; it is the source: compile it into a shared object, {0} -O2 -ffp-contract=off -fPIC -shared -I FOLDER -o "
+      "{1}.so "
+      "{1}{2}, where FOLDER/graze has policy.h, and name that",
+      ending == ".c" ? "cc" : "c++", source.stem().string(), ending);
 }
 
 }  // namespace

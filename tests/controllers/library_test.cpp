@@ -85,7 +85,9 @@ TEST(Library, RefusesWhatCannotBeLoaded) {
   refused("file: foreign.so", "it is made for 64-bit ARM, and this program for x86-64");
 #endif
   refused("file: walk.py", "a controller in Python is python: {file: …} instead of library");
-  refused("file: walk.c", "it is the source: compile it into a shared object, cc -O2");
+  refused("file: walk.c",
+          "it is the source: compile it into a shared object, cc -O2 -ffp-contract=off -fPIC -shared -I FOLDER -o "
+          "walk.so walk.c,");
   refused("file: odd.so, settings: {does: refuse}", "create() gave no controller: refused, as it was told");
   refused("file: odd.so, tmeout: 3 s", "timeout");
   swing.odd("crash_create");
