@@ -54,6 +54,11 @@ void check_arguments(const NewArguments& arguments) {
         fmt::format("{}: is a scenario by its name, where the robot belongs; name its URDF: graze new {} ROBOT.urdf",
                     arguments.urdf, file));
   }
+  if (robot_first && !is_robot_file(arguments.urdf)) {
+    throw InputError(fmt::format(
+        "new: the scenario that is to be written goes first, then the robot: graze new {} {}",
+        shell_path(robot_ending.empty() ? arguments.urdf + ".yaml" : scenario_of_robot(arguments.file)), file));
+  }
   if (robot_first || arguments.file == "-") {
     throw InputError(fmt::format("{}: {}; nearest right answer: graze new {} {}", arguments.file,
                                  robot_first

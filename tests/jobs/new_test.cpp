@@ -231,6 +231,7 @@ TEST_F(New, RefusesWhatCannotBeMeant) {
       {"ball.urdf new.yaml", {"the scenario that is to be written goes first", "graze new new.yaml ball.urdf"}},
       {"ball.urdf old.yaml", {"graze new old.yaml ball.urdf"}},
       {"new.yml old.yml", {"old.yml: is a scenario by its name", "graze new new.yml ROBOT.urdf"}},
+      {"ball.urdf walk", {"the scenario that is to be written goes first", "graze new walk.yaml ball.urdf"}},
       {"ball.urdf ball.urdf", {"ball.urdf: is a robot by its name", "graze new ball.yaml ball.urdf"}},
       {"- sub/ball.urdf", {"-: a scenario is written to a file, not to", "graze new ball.yaml sub/ball.urdf"}},
       {"robot.urdf.xacro new.yaml", {"graze new new.yaml robot.urdf.xacro"}},
