@@ -270,18 +270,27 @@ def told_in_one(error):
     return "".join(lines).strip()
 
 
+def said_by(error):
+    """What an error says; "" of one that cannot."""
+    try:
+        return str(error)
+    except BaseException:  # the user's own class of errors
+        return ""
+
+
 def shape_hint(error, lanes):
     """What is wrong with an array that does not go with those of Graze."""
-    if not isinstance(error, ValueError) or "broadcast" not in str(error):
+    told = said_by(error)
+    if not isinstance(error, ValueError) or "broadcast" not in told:
         return ""
-    shapes = [tuple(map(int, re.findall(r"\d+", one))) for one in re.findall(r"\([\d,]+\)", str(error))]
+    shapes = [tuple(map(int, re.findall(r"\d+", one))) for one in re.findall(r"\([\d,]+\)", told)]
     fitting = [one for one in shapes if one[-1:] == (lanes,)]
-    ours = shapes[-1] if "into shape" in str(error) and shapes[-1:] == fitting[-1:] else next(iter(fitting), None)
+    ours = shapes[-1] if "into shape" in told and shapes[-1:] == fitting[-1:] else next(iter(fitting), None)
     theirs = next((one for one in shapes if one != ours), None)
     if ours is None or theirs is None:
         return ""
     begin = f"; arrays of Graze are [quantity, lane] with {lanes} lanes"
-    if len(fitting) > 1 and "into shape" not in str(error):  # either may be the user's
+    if len(fitting) > 1 and "into shape" not in told:  # either may be the user's
         return begin
     if len(ours) == 1:
         return f"{begin}, so that one quantity takes {lanes} values, or one number for all"
@@ -294,7 +303,7 @@ def shape_hint(error, lanes):
 
 def number_hint(error):
     """What is wrong where an array of lanes is taken for one number, as by `if`, float() or math.sin()."""
-    told = str(error)
+    told = said_by(error)
     if isinstance(error, ValueError) and "truth value of an array" in told:
         return "; arrays of Graze, time among them, have a value for each lane: np.where chooses lane by lane in place of 'if'"
     if isinstance(error, TypeError) and ("-1 arrays can be converted" in told or "0-dimensional arrays can be converted" in told):

@@ -211,6 +211,13 @@ class TestRunner(unittest.TestCase):
             self.assertIn(told, hint(raised.exception))
         self.assertEqual(hint(ValueError("truth")), "")
 
+    def test_errors_that_cannot_speak_are_told_by_their_type(self):
+        class Mute(ValueError):
+            def __str__(self):
+                raise RuntimeError("mute")
+        runner = self.runner()
+        self.assertRegex(runner["explain"](Mute(), {"file": "mine.py", "lanes": 8}), "Mute")
+
     def test_arrays_that_do_not_fit_are_told_what_they_lack(self):
         runner = self.runner()
         for given, told in [(np.zeros(12), "[:, None]"), (np.zeros((8, 12)), ".T"), (np.zeros((5, 1)), r"shape \(5, 1\)"),
