@@ -76,8 +76,9 @@ State state_in(const BlockState& all, int lane) { return {all.q.column(lane), al
 
 }  // namespace
 
-DriveSession::DriveSession(const Simulation& simulation, std::optional<std::uint32_t> particle, GaitTrial trial)
-    : simulation_(simulation), trial_(trial), names_(drivable(simulation)) {
+DriveSession::DriveSession(const Simulation& simulation, std::optional<std::uint32_t> particle, GaitTrial trial,
+                           bool frames)
+    : simulation_(simulation), trial_(trial), names_(drivable(simulation)), frames_(frames) {
   if (!simulation.nominal().floating_base) {
     throw InputError(simulation.scenario().file +
                      ": the robot's base is fixed to the world; there is nothing to drive");
@@ -111,7 +112,21 @@ bool DriveSession::see(const StepView& view) {
   if (view.ends) ended_ = true;
   if (wants_estimate_) start_trial(view);
   look(view);
+  if (frames_) keep_frame(view);
   return true;
+}
+
+void DriveSession::keep_frame(const StepView& view) {
+  if (view.step > view.first) FrameWatch::add_contacts(view, contacts_);
+  last_ = {};
+  last_.time = {view.time};
+  FrameWatch::add_poses(view, last_);
+}
+
+TraceFrames DriveSession::frame() {
+  TraceFrames out = last_;
+  FrameWatch::take_contacts(contacts_, out);
+  return out;
 }
 
 void DriveSession::look(const StepView& view) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "engine/control/command_file.h"
+#include "jobs/campaign/trace_frames.h"
 #include "simulation/estimate.h"
 #include "simulation/simulation.h"
 
@@ -50,8 +51,10 @@ struct DriveSight {
 class DriveSession : private TraceObserver {
  public:
   /// `simulation` outlives this. `particle`: which robot; none: the nominal one, with the sensors' jitter. It stands
-  /// still under the first policy that can be driven. Throws InputError if none can, or the robot cannot be made.
-  DriveSession(const Simulation& simulation, std::optional<std::uint32_t> particle, GaitTrial trial);
+  /// still under the first policy that can be driven. `frames`: frame() is asked for. Throws InputError if none can, or
+  /// the robot cannot be made.
+  DriveSession(const Simulation& simulation, std::optional<std::uint32_t> particle, GaitTrial trial,
+               bool frames = false);
   ~DriveSession() override;
 
   /// The policies that can be driven: a gait or network with a command, of one kind, in the scenario's order.
@@ -62,6 +65,9 @@ class DriveSession : private TraceObserver {
   const CommandRow& command() const { return rows_.back(); }
   bool ended() const { return ended_; }
   const DriveSight& sight() const { return sight_; }
+  /// Bodies as they are after the last control step, and contacts since the frame before.
+  TraceFrames frame();
+  const Particle& robot() const { return robot_; }
 
   /// From this control step on: m/s, m/s, rad/s.
   void command(double forward, double strafe, double turn);
@@ -83,6 +89,7 @@ class DriveSession : private TraceObserver {
  private:
   bool see(const StepView& view) override;
   void look(const StepView& view);
+  void keep_frame(const StepView& view);
   void begin(std::shared_ptr<const SavedTrace> saved);
   void apply(std::size_t policy, CommandRow row);
   double cycle() const;
@@ -107,6 +114,9 @@ class DriveSession : private TraceObserver {
   std::future<GaitVerdict> verdict_;
   std::vector<CommandRow> rows_;
   DriveSight sight_;
+  bool frames_ = false;
+  TraceFrames last_;            // the last step's frame, without contacts
+  FrameWatch::Pairs contacts_;  // since the frame before
   bool ended_ = false;
   double time_ = 0;  // s, of the last step that was seen
 };

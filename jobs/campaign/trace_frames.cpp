@@ -15,7 +15,10 @@ bool FrameWatch::see(const StepView& step) {
   if (step.step % every_ != 0 && !step.ends && goes_on) return true;
   out.time.push_back(step.time);
   add_rows(step, out);
-  if (with_bodies) add_bodies(step, contacts, out);
+  if (with_bodies) {
+    add_poses(step, out);
+    take_contacts(contacts, out);
+  }
   return goes_on;
 }
 
@@ -28,7 +31,7 @@ void FrameWatch::add_rows(const StepView& step, TraceFrames& out) {
   }
 }
 
-void FrameWatch::add_bodies(const StepView& step, Pairs& contacts, TraceFrames& out) {
+void FrameWatch::add_poses(const StepView& step, TraceFrames& out) {
   if (out.shapes.empty()) {
     for (const Collider& one : step.model.colliders) {
       out.shapes.push_back({one.shape.size, one.X_BG, one.shape.spectrum ? one.shape.grid : nullptr});
@@ -42,6 +45,9 @@ void FrameWatch::add_bodies(const StepView& step, Pairs& contacts, TraceFrames& 
     const double row[] = {p.x(), p.y(), p.z(), r.x(), r.y(), r.z(), r.w()};
     for (std::size_t i = 0; i < 7; ++i) out.poses[7 * k + i].push_back(row[i]);
   }
+}
+
+void FrameWatch::take_contacts(Pairs& contacts, TraceFrames& out) {
   for (auto& [pair, contact] : contacts) {
     if (contact.normal_impulse <= 0) continue;
     contact.p_W /= contact.normal_impulse;

@@ -41,6 +41,14 @@ struct TraceFrames {
 /// Watches runs of any number of particles under one policy and keeps one of `every` steps, the start and the end.
 class FrameWatch : public TraceObserver {
  public:
+  using Pairs = std::map<std::pair<int, int>, FrameContact>;
+  /// Adds what touches in this step.
+  static void add_contacts(const StepView& step, Pairs& out);
+  /// Adds the poses of a step, and shapes if there are none.
+  static void add_poses(const StepView& step, TraceFrames& out);
+  /// Makes what has touched since the frame before a part of the last one, whose time is there.
+  static void take_contacts(Pairs& contacts, TraceFrames& out);
+
   /// `bodies`: particles of which poses and contacts are kept, too. `ends`: s, when each particle's trace ends at the
   /// latest; it is stopped there.
   FrameWatch(std::uint32_t every, std::set<std::uint32_t> bodies, std::map<std::uint32_t, double> ends)
@@ -49,10 +57,7 @@ class FrameWatch : public TraceObserver {
   TraceFrames take(std::uint32_t particle) { return std::move(frames_[particle]); }
 
  private:
-  using Pairs = std::map<std::pair<int, int>, FrameContact>;
   static void add_rows(const StepView& step, TraceFrames& out);
-  static void add_bodies(const StepView& step, Pairs& contacts, TraceFrames& out);
-  static void add_contacts(const StepView& step, Pairs& out);
 
   const std::uint32_t every_;
   const std::set<std::uint32_t> bodies_;

@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <sstream>
 
 #include "archive/files/files.h"
 #include "archive/files/shell_word.h"
@@ -17,7 +18,9 @@
 #include "jobs/campaign/nominal_estimate.h"
 #include "jobs/cli/commands.h"
 #include "jobs/cli/drive_keys.h"
+#include "jobs/cli/drive_page.h"
 #include "jobs/cli/drive_screen.h"
+#include "jobs/cli/live_page.h"
 #include "jobs/cli/option_values.h"
 #include "jobs/cli/raw_terminal.h"
 
@@ -35,6 +38,7 @@ struct DriveArguments {
   std::optional<std::uint64_t> seed;
   std::string keys, replay, record;
   GaitTrial trial;
+  std::optional<std::uint64_t> page;  // port
   bool force = false;
 };
 
@@ -54,6 +58,7 @@ class Driver {
   /// False: the drive is to end.
   bool press(const std::string& key) {
     if (key == "q") return false;
+    if (steer(key)) return true;
     if (key == "+" || key == "-") screen_.zoom(key == "+" ? kZoomStep : 1 / kZoomStep);
     if (const auto policy = chosen_by(key)) choose(*policy);
     if (wheel_.press(key)) session_.command(wheel_.forward(), wheel_.strafe(), wheel_.turn());
@@ -69,10 +74,28 @@ class Driver {
 
   void draw(RawTerminal& terminal, double pace) {
     const RawTerminal::Size size = terminal.size();
-    terminal.draw(screen_.lines(session_, size.columns, size.rows, pace, wheel_.is_car(), message_));
+    terminal.draw(
+        screen_.lines(session_, size.columns, size.rows, pace, wheel_.is_car(), message_.empty() ? note_ : message_));
   }
+  std::string frame(double pace) { return drive_page_frame(session_, {pace, wheel_.is_car(), false, message_}); }
+  std::string last_frame(const std::string& message) {
+    return drive_page_frame(session_, {1, wheel_.is_car(), true, message});
+  }
+  /// What the terminal shows as long as there is nothing to tell.
+  void note(std::string text) { note_ = std::move(text); }
 
  private:
+  /// "stick F S T", from a gamepad.
+  bool steer(const std::string& word) {
+    std::istringstream words(word);
+    std::string what;
+    double forward = 0, strafe = 0, turn = 0;
+    if (!(words >> what >> forward >> strafe >> turn) || what != "stick") return false;
+    wheel_.steer(forward, strafe, turn);
+    session_.command(wheel_.forward(), wheel_.strafe(), wheel_.turn());
+    return true;
+  }
+
   void choose(std::size_t policy) {
     if (policy >= session_.policies().size()) {
       message_ = fmt::format("there are {} policies to drive under", session_.policies().size());
@@ -85,16 +108,40 @@ class Driver {
   DriveSession& session_;
   DriveScreen screen_;
   DriveWheel wheel_;
-  std::string message_;
+  std::string message_, note_;
 };
 
 double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
+/// Where a drive that goes by the clock is seen and steered from.
+struct Cockpit {
+  bool terminal = false;
+  LivePage* page = nullptr;           // null: none
+  std::vector<TimedKey> script = {};  // keys that are pressed by themselves
+};
+
+/// What has been pressed: by the script until now, in the terminal within `seconds`, on the page. False: no more is to
+/// come from the terminal.
+bool collect_keys(Cockpit& cockpit, RawTerminal& terminal, std::string& bytes, double time, double seconds,
+                  std::vector<std::string>& keys) {
+  std::string more;
+  const bool goes_on = terminal.read(seconds, more);
+  bytes += more;
+  keys = decode_keys(bytes);
+  auto next = cockpit.script.begin();
+  for (; next != cockpit.script.end() && next->time <= time + kCommandSlack; ++next) keys.push_back(next->key);
+  cockpit.script.erase(cockpit.script.begin(), next);
+  if (!cockpit.page) return goes_on;
+  for (std::string& one : cockpit.page->pressed()) keys.push_back(std::move(one));
+  return goes_on;
+}
+
 /// As fast as the clock, or as the machine can. Returns the signal that has ended it, or 0.
-int drive_live(DriveSession& session, Driver& driver) {
-  RawTerminal terminal;
+int drive_live(DriveSession& session, Driver& driver, Cockpit cockpit) {
+  RawTerminal terminal(cockpit.terminal);
   double start = now(), pace = 1;  // `start`: the clock when the robot's was 0
-  std::string bytes, more;
+  std::string bytes;
+  std::vector<std::string> keys;
   bool goes_on = true;
   while (goes_on && !session.ended() && terminal.asked_to_end() == 0) {
     const double frame_end = now() + kBetweenPictures;
@@ -103,9 +150,9 @@ int drive_live(DriveSession& session, Driver& driver) {
     pace += 0.1 * ((behind > kBetweenPictures ? kBetweenPictures / (kBetweenPictures + behind) : 1) - pace);
     if (behind > kMostBehind) start += behind;
     driver.draw(terminal, pace);
-    goes_on = terminal.read(std::max(0.0, frame_end - now()), more);
-    bytes += more;
-    for (const std::string& key : decode_keys(bytes)) goes_on = goes_on && driver.press(key);
+    if (cockpit.page) cockpit.page->show(driver.frame(pace));
+    goes_on = collect_keys(cockpit, terminal, bytes, session.sight().time, std::max(0.0, frame_end - now()), keys);
+    for (const std::string& key : keys) goes_on = goes_on && driver.press(key);
     if (terminal.stopped_and_went_on()) start = now() - session.sight().time;
   }
   return terminal.asked_to_end();
@@ -182,12 +229,16 @@ void check(const DriveArguments& arguments) {
   if (!arguments.keys.empty() && !arguments.replay.empty()) {
     throw InputError("--replay: stands beside --keys; one of them must go");
   }
+  if (!arguments.replay.empty() && arguments.page) {
+    throw InputError("--page: a drive that is replayed is over at once; graze view shows its trace (docs/drive.md)");
+  }
   if (!arguments.record.empty()) check_new_file(arguments.record, arguments.force, {}, NamedBy::word);
 }
 
 /// Keys from --keys, or from standard input that is no terminal; none: a person presses them.
 std::optional<std::vector<TimedKey>> scripted_keys(const DriveArguments& arguments) {
   if (!arguments.keys.empty()) return parse_key_script(read_input(input_path(arguments.keys)), arguments.keys);
+  if (arguments.page) return std::vector<TimedKey>();  // it has keys of its own
   if (isatty(STDIN_FILENO) == 0) {
     if (arguments.scenario.file == kStandardInput) {
       throw InputError("drive -: the scenario comes from standard input, and so would the keys; give --keys FILE");
@@ -195,7 +246,9 @@ std::optional<std::vector<TimedKey>> scripted_keys(const DriveArguments& argumen
     return parse_key_script(read_standard_input(), "standard input");
   }
   if (isatty(STDOUT_FILENO) != 0) return std::nullopt;
-  throw InputError("drive: standard output is no terminal, which the view needs; --keys FILE drives without one");
+  throw InputError(
+      "drive: standard output is no terminal, which the view needs; --keys FILE drives without one, --page in a "
+      "browser");
 }
 
 Scenario load(const DriveArguments& arguments, bool live) {
@@ -209,26 +262,38 @@ Scenario load(const DriveArguments& arguments, bool live) {
 
 int drive(const DriveArguments& arguments) {
   check(arguments);
+  const bool terminal = isatty(STDIN_FILENO) != 0 && isatty(STDOUT_FILENO) != 0 && arguments.keys.empty();
   std::optional<std::vector<TimedKey>> keys;
-  if (arguments.replay.empty()) keys = scripted_keys(arguments);
-  Scenario scenario = load(arguments, arguments.replay.empty() && !keys);
+  if (arguments.replay.empty() && !(arguments.page && terminal)) keys = scripted_keys(arguments);
+  Scenario scenario = load(arguments, arguments.replay.empty() && (!keys || arguments.page));
   if (arguments.seed) scenario.seed = *arguments.seed;
   const Simulation simulation(std::move(scenario));
   std::optional<NewFile> recorded;  // made first: a place that cannot be written is refused before the drive
   if (!arguments.record.empty()) recorded.emplace(arguments.record, arguments.force);
-  DriveSession session(simulation, arguments.particle, arguments.trial);
+  DriveSession session(simulation, arguments.particle, arguments.trial, arguments.page.has_value());
   Driver driver(session, simulation.scenario());
+  std::unique_ptr<LivePage> page;
+  if (arguments.page) {
+    page = std::make_unique<LivePage>(drive_page_data(session, simulation.scenario()),
+                                      static_cast<std::uint16_t>(*arguments.page));
+    std::cerr << "graze: the drive can be seen, and steered, at " << page->address() << "\n" << std::flush;
+    driver.note("see " + page->address());
+  }
   int signal = 0;
   if (!arguments.replay.empty()) {
     drive_by_commands(session, parse_commands(read_input(input_path(arguments.replay)), arguments.replay),
                       arguments.replay);
-  } else if (keys) {
+  } else if (keys && !page) {
     drive_by_script(session, driver, *keys);
   } else {
-    signal = drive_live(session, driver);
+    signal = drive_live(session, driver, {terminal, page.get(), keys.value_or(std::vector<TimedKey>())});
   }
   session.stop();
   const TraceRecord& record = session.record();
+  if (page) {
+    page->show(driver.last_frame(fmt::format("the drive has ended: {}", how_it_ends(simulation.scenario(), record))));
+    page.reset();
+  }
   std::string under;
   for (const CommandRow& row : session.rows()) {
     if (under.empty() || !under.ends_with(row.policy)) under += (under.empty() ? "" : ", ") + row.policy;
@@ -262,6 +327,9 @@ void add_options(CLI::App& verb, DriveArguments& arguments) {
   verb.add_option("--record", arguments.record, "Write the commands to this file, which makes the same drive again")
       ->type_name("FILE.csv");
   verb.add_flag("--force", arguments.force, "Replace that file if it exists");
+  add_whole(verb, "--page", arguments.page, 0, std::numeric_limits<std::uint16_t>::max(),
+            "Serve a page that shows the robot in three dimensions and steers it, at this port of 127.0.0.1; 0: any")
+      ->type_name("PORT");
   add_whole(verb, "--trial", arguments.trial.particles, 0, 100'000,
             "By how many particles a new gait is tried before the switch; 0: none")
       ->default_str("16");
@@ -288,6 +356,7 @@ void add_drive(CLI::App& app, Action& action) {
       "  graze drive quadruped_drive                        # arrow keys, 1 to 9 choose a gait, q ends\n"
       "  graze drive quadruped_drive --record drive.csv     # and write what was commanded\n"
       "  graze drive quadruped_drive --replay drive.csv     # the same drive, bit for bit\n"
+      "  graze drive quadruped_drive --page 0               # in a browser of this machine, with keys or a gamepad\n"
       "  printf '0 up\\n1 left\\n3 q\\n' | graze drive quadruped_drive\n\n"
       "Keys: up/down or W/S speed, left/right or A/D turn, ',' and '.' strafe, space stops, c steers like a car, + and "
       "- zoom.\ndocs/drive.md.\n");

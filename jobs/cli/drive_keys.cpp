@@ -130,6 +130,15 @@ bool DriveWheel::press(std::string_view key) {
   return true;
 }
 
+void DriveWheel::steer(double forward, double strafe, double turn) {
+  const auto steps = [](double share, int most) {
+    return static_cast<int>(std::lround(std::clamp(share, -1.0, 1.0) * most));
+  };
+  forward_ = steps(forward, kMostSpeed);
+  strafe_ = car_ ? 0 : steps(strafe, kMostSpeed);
+  turn_ = steps(turn, car_ ? kMostCurve : kMostTurn);
+}
+
 double DriveWheel::forward() const { return forward_ / kSpeedSteps; }
 double DriveWheel::strafe() const { return strafe_ / kSpeedSteps; }
 double DriveWheel::turn() const { return car_ ? turn_ / kCurveSteps * forward() : turn_ / kTurnSteps; }

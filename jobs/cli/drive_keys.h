@@ -27,6 +27,8 @@ class DriveWheel {
  public:
   /// Whether the key changes the command.
   bool press(std::string_view key);
+  /// As far as the sticks of a gamepad lie: shares of the most in either direction, -1 to 1.
+  void steer(double forward, double strafe, double turn);
   bool is_car() const { return car_; }
   double forward() const;  // m/s
   double strafe() const;   // m/s

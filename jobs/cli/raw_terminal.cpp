@@ -78,8 +78,8 @@ struct sigaction handled_by(void (*handler)(int)) {
 
 }  // namespace
 
-RawTerminal::RawTerminal() {
-  if (tcgetattr(STDIN_FILENO, &terminal_before) != 0) {
+RawTerminal::RawTerminal(bool here) : here_(here) {
+  if (here_ && tcgetattr(STDIN_FILENO, &terminal_before) != 0) {
     throw MachineError(std::string("standard input: is no terminal: ") + std::strerror(errno));
   }
   end_signal = 0;
@@ -99,6 +99,7 @@ RawTerminal::~RawTerminal() {
 }
 
 void RawTerminal::take() {
+  if (!here_) return;
   termios raw = terminal_before;
   raw.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);  // Ctrl-C and Ctrl-Z stay signals
   raw.c_iflag &= ~static_cast<tcflag_t>(IXON);
@@ -120,7 +121,7 @@ bool RawTerminal::read(double seconds, std::string& keys) {
   keys.clear();
   pollfd wait = {STDIN_FILENO, POLLIN, 0};
   constexpr double kMilliseconds = 1e3;
-  if (poll(&wait, 1, seconds > 0 ? static_cast<int>(seconds * kMilliseconds) : 0) <= 0) return true;
+  if (poll(&wait, here_ ? 1 : 0, seconds > 0 ? static_cast<int>(seconds * kMilliseconds) : 0) <= 0) return true;
   if ((wait.revents & POLLIN) == 0) return (wait.revents & (POLLHUP | POLLERR | POLLNVAL)) == 0;
   std::array<char, 256> buffer;
   const ssize_t size = ::read(STDIN_FILENO, buffer.data(), buffer.size());
@@ -130,6 +131,7 @@ bool RawTerminal::read(double seconds, std::string& keys) {
 }
 
 void RawTerminal::draw(const std::string& lines) {
+  if (!here_) return;
   std::string out = "\x1b[H";
   int row = 0;
   const int rows = size().rows;

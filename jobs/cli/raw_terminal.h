@@ -8,8 +8,9 @@ namespace graze {
 
 class RawTerminal {
  public:
-  /// Takes the terminal of standard input and output. One at a time. Throws MachineError if there is none.
-  RawTerminal();
+  /// Takes the terminal of standard input and output. One at a time. `here` false: there is none, so that nothing is
+  /// read or drawn, but the signals are minded. Throws MachineError if there is none that should be.
+  explicit RawTerminal(bool here = true);
   ~RawTerminal();
   RawTerminal(const RawTerminal&) = delete;
   RawTerminal& operator=(const RawTerminal&) = delete;
@@ -30,6 +31,8 @@ class RawTerminal {
 
  private:
   void take();
+
+  const bool here_;
 };
 
 }  // namespace graze

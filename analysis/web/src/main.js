@@ -1,7 +1,8 @@
-// The page of graze report, graze view and graze improve. Its data stand in the element #graze-data; window.graze tells tests of its state.
+// The page of graze report, graze view, graze improve and graze drive. Its data stand in the element #graze-data; window.graze tells tests of its state.
 import './hook.js';
 import {drawWaiting, el} from './dom.js';
 import {counted} from './data.js';
+import {drive} from './drive.js';
 import {campaign, failures, margins, parameters, rates, verdict} from './report.js';
 import {pair} from './pair.js';
 import {replay} from './replay.js';
@@ -29,7 +30,7 @@ function theme() {
 }
 
 function header(data) {
-  if (data.kind === 'redesign') return heading(data.title, data.lead, data.notes);
+  if (['redesign', 'drive'].includes(data.kind)) return heading(data.title, data.lead, data.notes);
   const c = data.campaign;
   const traces = data.kind === 'view' ? counted(data.trajectories.length, 'trace', 'traces')
     : `${counted(data.score.policies.reduce((sum, one) => sum + one.n + one.invalid, 0), 'trace', 'traces')}, ${counted(data.score.particles, 'particle', 'particles')} under ${counted(data.score.policies.length, 'policy', 'policies')}`;
@@ -57,11 +58,11 @@ function redesign(data) {
 }
 
 function show(data) {
-  const make = data.kind === 'redesign' ? [redesign] : data.kind === 'view' ? [replay, trajectories, phases, others] : [verdict, rates, failures, replay, trajectories, phases, margins, parameters, others, campaign];
+  const make = data.kind === 'redesign' ? [redesign] : data.kind === 'drive' ? [drive] : data.kind === 'view' ? [replay, trajectories, phases, others] : [verdict, rates, failures, replay, trajectories, phases, margins, parameters, others, campaign];
   const sections = make.flatMap((one) => attempt(one, data)).filter(Boolean);
   document.title = `${data.title ?? (data.campaign.name || data.campaign.archive)} · Graze`;
   document.getElementById('page').replaceChildren(header(data),
-      el('nav', {}, el('div', {}, sections.map((one) => el('a', {href: `#${one.id}`}, one.short ?? one.title)))),
+      ...(sections.length > 1 ? [el('nav', {}, el('div', {}, sections.map((one) => el('a', {href: `#${one.id}`}, one.short ?? one.title))))] : []),
       el('main', {}, sections.map((one) => el('section', {id: one.id}, el('h2', {}, one.title), one.text && el('p', {class: 'lead'}, one.text), one.parts))));
   drawWaiting();
   graze.sections = sections.map((one) => one.id);

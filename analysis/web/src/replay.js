@@ -10,9 +10,9 @@ import {traceFate, traceName} from './traces.js';
 const styled = (name) => new three.Color(getComputedStyle(document.documentElement).getPropertyValue(name.replace(/^var\(|\)$/g, '')).trim());
 
 export class Stage {
-  constructor(data) {
+  constructor(data, Kind = Player) {
     this.scene = data.scene;
-    this.players = data.trajectories.filter((one) => one.bodies).map((one) => new Player(one, data.scene));
+    this.players = data.trajectories.filter((one) => one.bodies).map((one) => new Kind(one, data.scene));
     this.end = Math.max(...this.players.map((one) => one.end));
     Object.assign(this, {time: 0, playing: false, speed: 1, focus: 0, follow: true, contacts: true, ghosts: true, paths: true, hidden: new Set(), dirty: true});
     this.build();
@@ -78,7 +78,7 @@ export class Stage {
       if (!box.isEmpty()) origin.copy(middle.addScaledVector(normal, -middle.clone().sub(origin).dot(normal)));
       group.position.copy(origin);
       if (normal.z > 0.999) group.position.set(Math.round(origin.x / step) * step, Math.round(origin.y / step) * step, origin.z);
-      this.planes.push({canvas, tiles});
+      this.planes.push({canvas, tiles, group});
       this.world.add(group);
     });
   }
