@@ -133,10 +133,12 @@ StoriesRead look_for_stories(const Archive& archive, const std::vector<std::stri
     return out;
   }
   StoryTeller teller(policies, rules, info.step);
-  bool any_phase = false;
+  bool any_phase = false, any_trace = false, any_valid = false;
   for (std::size_t p = 0; p < policies.size(); ++p) {
     const auto take = [&](const TraceRows& rows) {
       for (std::size_t i = 0; i < rows.size(); ++i) {
+        any_trace = true;
+        any_valid = any_valid || rows.outcome(i) != Outcome::invalid;
         any_phase = any_phase || !rows.phases(i).empty();
         teller.add(p, rows.particle(i), rows.outcome(i), rows.violated(i), rows.end_time(i), rows.phases(i));
       }
@@ -147,6 +149,11 @@ StoriesRead look_for_stories(const Archive& archive, const std::vector<std::stri
   if (any_phase) {
     out.stories = teller.take();
     out.usual = teller.usual();
+    return out;
+  }
+  if (any_trace && !any_valid) {
+    out.none = fmt::format("{}: has no contact phases to compare: no trace is valid; 'graze score' tells why",
+                           archive.path().string());
     return out;
   }
   out.none = fmt::format(

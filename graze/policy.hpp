@@ -29,14 +29,24 @@ namespace graze::policy {
 
 using Joint = GrazeJoint;
 
-/// What there is to know before the first trace.
+namespace detail {
+
+inline int checked(int k, int count, const char* what, const char* things) {
+  if (k >= 0 && k < count) return k;
+  throw std::out_of_range(std::string(what) + "(" + std::to_string(k) + "): there are " + std::to_string(count) + " " +
+                          things + ", counted from 0");
+}
+
+}  // namespace detail
+
+/// What there is to know before the first trace. Indices count from 0; others throw std::out_of_range.
 class Setup {
  public:
   explicit Setup(const GrazeSetup& given) : given_(given) {}
   int joints() const { return given_.joints; }
-  const Joint& joint(int k) const { return given_.joint[k]; }
+  const Joint& joint(int k) const { return given_.joint[detail::checked(k, joints(), "joint", "driven joints")]; }
   int links() const { return given_.links; }
-  std::string link(int k) const { return given_.link[k]; }
+  std::string link(int k) const { return given_.link[detail::checked(k, links(), "link", "links")]; }
   double period() const { return given_.period; }  // s
   std::string urdf() const { return given_.urdf; }
   std::string settings() const { return given_.settings; }  // JSON
@@ -86,7 +96,7 @@ class Robot {
   }
   double base_rate(int axis) const { return of_axis(robot_.sees->base_rate, axis, "base_rate", "BASE_RATE"); }
   double link_force(int link) const {  // N
-    return sensed(robot_.sees->link_force, checked(link, links(), "link_force", "links"), "link_force", "LINK_FORCE");
+    return sensed(robot_.sees->link_force, detail::checked(link, links(), "link_force", "links"), "link_force", "LINK_FORCE");
   }
   /// Anything else, unchecked: robot.see(robot.observation().imu_linear, 2).
   double see(const double* array, int k) const { return graze_see(&robot_, array, k); }
@@ -97,11 +107,6 @@ class Robot {
   void want_torque(int joint, double value) const { want(robot_.wants->torque, joint, value, "want_torque"); }
 
  private:
-  static int checked(int k, int count, const char* what, const char* things) {
-    if (k >= 0 && k < count) return k;
-    throw std::out_of_range(std::string(what) + "(" + std::to_string(k) + "): there are " + std::to_string(count) +
-                            " " + things + ", counted from 0");
-  }
   double sensed(const double* array, int k, const char* what, const char* group) const {
     const double value = see(array, k);
     if (value == value) return value;
@@ -109,13 +114,13 @@ class Robot {
                              " to `reads`");
   }
   double of_joint(const double* array, int joint, const char* what, const char* group) const {
-    return sensed(array, checked(joint, robot_.joints, what, "driven joints"), what, group);
+    return sensed(array, detail::checked(joint, robot_.joints, what, "driven joints"), what, group);
   }
   double of_axis(const double* array, int axis, const char* what, const char* group) const {
-    return sensed(array, checked(axis, 3, what, "axes"), what, group);
+    return sensed(array, detail::checked(axis, 3, what, "axes"), what, group);
   }
   void want(double* array, int joint, double value, const char* what) const {
-    graze_want(&robot_, array, checked(joint, robot_.joints, what, "driven joints"), value);
+    graze_want(&robot_, array, detail::checked(joint, robot_.joints, what, "driven joints"), value);
   }
 
   const GrazeRobot& robot_;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "engine/settings/glob_alternatives.h"
 #include "engine/settings/limits.h"
 
 namespace graze {
@@ -15,7 +16,10 @@ std::vector<int> match_names(const Settings& where, const std::string& pattern, 
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (matches(pattern, names[i])) out.push_back(static_cast<int>(i));
   }
-  if (!out.empty()) return out;
+  if (!out.empty()) {
+    if (const std::string idle = idle_alternative_problem(pattern, names, what); !idle.empty()) where.fail(idle);
+    return out;
+  }
   const std::string near = nearest(pattern, names);
   std::string list;
   for (std::size_t i = 0; i < names.size() && i < 20; ++i) list += (i ? ", " : "") + names[i];

@@ -71,8 +71,8 @@ Parts read_part(const Settings& settings, const Model& nominal) {
     part.features.push_back(features_named(pattern, collider));
     any = any || part.features.back() != 0;
   }
-  if (!any) {
-    refuse_feature(settings, pattern, nominal);
+  if (!any) refuse_feature(settings, pattern, nominal);
+  if (!any || pattern.find('{') != std::string::npos) {
     std::vector<std::string> names = part_names(nominal);
     for (const Collider& collider : nominal.colliders) {
       for (int f = 0; f < kFeatures; ++f) {

@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "engine/model/parameters.h"
+#include "engine/settings/glob_alternatives.h"
 #include "engine/settings/limits.h"
 #include "engine/settings/warnings.h"
 #include "scenarios/doubts.h"
@@ -177,7 +178,10 @@ class UncertainReader {
                       kMaxComparisons, table_.all().size()));
     }
     std::vector<int> found = table_.match(pattern);
-    if (!found.empty()) return found;
+    if (!found.empty()) {
+      refuse_idle(pattern, value);
+      return found;
+    }
     if (is_about_joints(pattern)) {
       warn(value, fmt::format("{}: the robot has no joint that moves, so this says nothing", pattern));
       return {};
@@ -188,6 +192,15 @@ class UncertainReader {
     if (const std::string why = follower(pattern); !why.empty()) value.fail_key(why);
     value.fail_key(fmt::format("{}: matches no parameter{}", pattern,
                                near.empty() ? other_thing(pattern) : fmt::format("; did you mean '{}'?", near)));
+  }
+
+  /// A misspelt name among others in braces. Those about joints are let pass where the robot has none of the kind.
+  void refuse_idle(const std::string& pattern, const Settings& value) const {
+    if (pattern.find('{') == std::string::npos) return;
+    std::vector<std::string> names;
+    for (const Parameter& one : table_.all()) names.push_back(one.path);
+    const std::string idle = idle_alternative_problem(pattern, names, "parameter");
+    if (!idle.empty()) value.fail_key(idle);
   }
 
   /// Whether a glob is right, but for the robot's having nothing of what it is about: scenarios for any robot have

@@ -39,7 +39,7 @@ std::string culprit_text(int violated, Culprit culprit, const CampaignInfo& info
   if (culprit.leaf < 0 || static_cast<std::size_t>(culprit.leaf) >= info.leaves.size()) return "";
   const CampaignInfo::RequirementRow& leaf = info.leaves[static_cast<std::size_t>(culprit.leaf)];
   const std::string name = part_name(leaf.parts, culprit.part, info);
-  if (info.leaves.size() == 1) return name;
+  if (info.leaves.size() == 1 && !name.empty()) return name;
   return name.empty() ? leaf.description : leaf.description + ": " + name;
 }
 

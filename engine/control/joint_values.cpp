@@ -7,6 +7,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "engine/settings/glob_alternatives.h"
 #include "engine/settings/similar.h"
 #include "engine/settings/units.h"
 #include "engine/settings/warnings.h"
@@ -38,7 +39,11 @@ void for_each_match(const Model& model, const Settings& settings, const Visit& v
       visit(k, value);
       matched = true;
     }
-    if (matched) continue;
+    if (matched) {
+      const std::string idle = idle_alternative_problem(pattern, names, "actuated joint");
+      if (!idle.empty()) value.fail_key(idle);
+      continue;
+    }
     const int body = model.joint(pattern);
     if (body >= 0 && model.bodies[body].mimics >= 0) {
       value.fail_key(fmt::format("'{}' follows '{}' (<mimic> of the URDF) and has no drive of its own", pattern,

@@ -148,7 +148,13 @@ OutsideFile read_outside_file(const Settings& typed, const std::string& ending) 
 LibraryUse read_outside_use(const Described& own, const std::string& ending) {
   OutsideFile file = read_outside_file(own.at("file"), ending);
   const bool isolated = own.word("isolation") == kOwnProcess;
-  return {own.settings(), std::move(file.path), std::move(file.sha256), isolated, own.number("timeout")};
+  constexpr double kShortest = 1e-3, kLongest = 1e7;  // s: what is told apart, and four months
+  const double timeout = own.number("timeout");
+  if (timeout < kShortest || timeout > kLongest) {
+    own.settings().at("timeout").fail(
+        fmt::format("{:g} s: must be from {:g} s to {:g} s", timeout, kShortest, kLongest));
+  }
+  return {own.settings(), std::move(file.path), std::move(file.sha256), isolated, timeout};
 }
 
 LibraryUse read_library_use(const Described& own) { return read_outside_use(own, ".so"); }

@@ -136,9 +136,12 @@ def load(path, name):
         raise wrong_class(f"class {name} has no method act(self, observation, targets)")
     for method, arguments in METHODS.items():
         check_method(name, method, arguments, inspect.getattr_static(found, method, None))
-    if found.__init__ is object.__init__ and found.__new__ is object.__new__:
-        raise wrong_class(f"class {name} has no method __init__(self, robot, settings)")
     return found
+
+
+def is_bare(found):
+    """Whether a class has no __init__ of its own, and so takes no arguments."""
+    return found.__init__ is object.__init__ and found.__new__ is object.__new__
 
 
 METHODS = {"act": ("observation", "targets"), "__init__": ("robot", "settings"), "reset": ("lanes", "seeds")}
@@ -184,7 +187,7 @@ class Session:
         self.reads[0] = self.groups(reads, setup["observation"])
         self.hide_unread(reads, setup["observation"])
         self.stage[0] = STAGE_CREATE
-        self.controller = made(Robot(setup, np), Settings(setup["settings"]))
+        self.controller = made() if is_bare(made) else made(Robot(setup, np), Settings(setup["settings"]))
         self.arithmetic = arithmetic()  # as its libraries have left it, the same for all robots
         self.reset = getattr(self.controller, "reset", None)
 

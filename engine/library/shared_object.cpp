@@ -57,8 +57,8 @@ std::string processor_hint(const std::string& file) {
         return fmt::format("another processor (ELF machine {})", machine);
     }
   };
-  return fmt::format("; it is made for {}, and this program for {}: compile it for this machine",
-                     name(theirs.e_machine), name(ours.e_machine));
+  return fmt::format("it is made for {}, and this program for {}: compile it for this machine", name(theirs.e_machine),
+                     name(ours.e_machine));
 }
 
 /// What somebody meant who gives the source.
@@ -129,8 +129,9 @@ SharedObject::SharedObject(const LibraryUse& use)
   before.restore();  // libraries that were built with -ffast-math flush small numbers from their loading on
   if (problem.empty()) add_loaded_library(file_);
   if (!problem.empty()) {
-    place.fail(fmt::format("{}: cannot be loaded: {}{}", use.file, one_line(problem),
-                           source_hint(use.file) + processor_hint(use.file)));
+    const std::string foreign = processor_hint(use.file);
+    place.fail(fmt::format("{}: cannot be loaded: {}", use.file,
+                           foreign.empty() ? one_line(problem) + source_hint(use.file) : foreign));
   }
   if (!symbol) {
     place.fail(

@@ -322,6 +322,26 @@ ExitCode try_first_traces(const Scenario& scenario) {
   return out;
 }
 
+/// A shared object that is older than the source beside it is mostly one that somebody has forgotten to build.
+void tell_old_libraries(const Scenario& scenario) {
+  namespace fs = std::filesystem;
+  for (const PolicySpec& policy : scenario.policies) {
+    const auto library = policy.settings.find("library");
+    const auto file = library ? library->find("file") : std::nullopt;
+    if (!file || !file->is_scalar()) continue;
+    const fs::path object = file->resolve_file(file->text());
+    for (const char* ending : {".c", ".cpp", ".cc"}) {
+      const fs::path source = fs::path(object).replace_extension(ending);
+      std::error_code unknown;
+      if (!fs::exists(source, unknown)) continue;
+      const auto made = fs::last_write_time(object, unknown), written = fs::last_write_time(source, unknown);
+      if (unknown || written <= made) continue;
+      spdlog::warn("policy {}: {} is older than {}, of which it was built; build it again", printable(policy.name),
+                   printable(object.filename().string()), printable(source.filename().string()));
+    }
+  }
+}
+
 /// What particles do wrong is no fault of the program: it is told, and nothing is probed.
 SizeEstimate probed_size(const Scenario& scenario, ExitCode& code) {
   try {
@@ -352,8 +372,8 @@ int check(const CheckArguments& arguments) {
   const EndHangingControllers watch;
   if (arguments.determinism) return check_determinism(scenario);
   if (controllers_trusted()) try_controllers(scenario);
-  show_prints();  // of particle 0, of campaigns it would be too much
-  ExitCode tried = try_first_traces(scenario);
+  tell_old_libraries(scenario);
+  ExitCode tried = kDone;
   if (!arguments.urdf.empty()) write_urdf(arguments, source, scenario);
   const SizeEstimate size = arguments.probe ? probed_size(scenario, tried) : estimate_size(scenario);
   const std::optional<double> free = free_bytes(arguments.output.empty() ? "." : arguments.output);
@@ -371,7 +391,10 @@ int check(const CheckArguments& arguments) {
     std::cout << hull_table(scenario.model);
     if (scenario.space.size() > 0) std::cout << "\n" << parameter_table(scenario, readers);
   }
-  return tried;
+  std::cout << std::flush;
+  show_prints();                                      // of particle 0, of campaigns it would be too much
+  const ExitCode first = try_first_traces(scenario);  // told last, where it is seen
+  return tried == kDone ? first : tried;
 }
 
 }  // namespace

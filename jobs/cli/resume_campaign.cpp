@@ -110,10 +110,12 @@ std::shared_ptr<const DirectoryLock> hold(const Directory& directory) {
 ExitCode resume_campaign(const ResumeArguments& arguments, Start& start) {
   const std::string& directory = arguments.directory;
   if (!std::filesystem::is_directory(directory)) {
-    throw InputError(fmt::format("{}: is no campaign directory{}", directory,
-                                 std::filesystem::exists(directory)
-                                     ? "; packed files cannot go on, the directories that they were made of can"
-                                     : path_suggestion(directory, {".graze"})));
+    if (!std::filesystem::exists(directory)) {
+      throw InputError(directory + ": is not there" + path_suggestion(directory, {".graze"}));
+    }
+    throw InputError(fmt::format(
+        "{}: is no campaign directory; packed files cannot go on, the directories that they were made of can",
+        directory));
   }
   const auto lock = hold(std::filesystem::path(directory));
   const std::vector<DescriptionFile> descriptions = description_files(lock->directory());

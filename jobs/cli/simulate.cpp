@@ -161,15 +161,16 @@ void tell_of_failing_controllers(const Scenario& scenario, const Score& result) 
     const auto spec =
         std::ranges::find_if(scenario.policies, [&](const PolicySpec& one) { return one.name == policy.policy; });
     if (spec == scenario.policies.end() || !is_from_outside(spec->settings)) continue;
-    spdlog::info(
+    std::cout << fmt::format(
         "policy {}: none of {} traces succeeds; 'graze check --trust' of the scenario tells whether its controller "
-        "leaves the joints limp or keeps them at their limits",
+        "leaves the joints limp or keeps them at their limits\n",
         printable(policy.policy), policy.n);
   }
 }
 
 /// Marks the campaign, prints its table, and returns its exit code.
-ExitCode close(CampaignWriter& writer, const Scenario& scenario, bool complete, std::uint64_t answered_at, const Printing& printing) {
+ExitCode close(CampaignWriter& writer, const Scenario& scenario, bool complete, std::uint64_t answered_at,
+               const Printing& printing) {
   writer.check_in_place();
   if (complete && !holds_all(Archive(writer.directory(), Seals::trusted), answered_at)) {
     throw MachineError(fmt::format("{}: finished traces are gone: something else has changed the campaign's files",
@@ -181,7 +182,7 @@ ExitCode close(CampaignWriter& writer, const Scenario& scenario, bool complete, 
   const Score result = score(Archive(writer.directory()), printing.archive);
   if (printing.table) print_table(result, printing);
   tell_of_invalid(result);
-  tell_of_failing_controllers(scenario, result);
+  if (printing.table && !printing.json) tell_of_failing_controllers(scenario, result);
   if (!complete) return kMachineFailed;
   if (printing.completed) printing.completed();
   return verdict_of(result);

@@ -46,7 +46,7 @@ py::dict contact_arrays(const SteppedBlock& block) {
     for (py::ssize_t k = 0; k < n; ++k) {
       const Contact* const one = row[static_cast<std::size_t>(k)];
       touching.mutable_at(i, k) = one && one->touching();
-      mode.mutable_at(i, k) = one ? static_cast<int>(one->mode) : -1;
+      mode.mutable_at(i, k) = one && one->touching() ? static_cast<int>(one->mode) : -1;
       gap.mutable_at(i, k) = one ? one->phi : kNone;
       for (py::ssize_t axis = 0; axis < 3; ++axis) {
         point.mutable_at(i, axis, k) = one ? one->p_W[axis] : kNone;

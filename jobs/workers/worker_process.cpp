@@ -334,6 +334,9 @@ void WorkerProcess::died() {
   }
   const int signal = WTERMSIG(*status_);
   if (!exited && signal == SIGKILL) throw WorkerLost(fmt::format("the controller {} {}", kKilled, place));
+  if (signal == SIGBUS && !exited && call == LibraryCall::load) {
+    throw WorkerLost(fmt::format("the controller crashed (SIGBUS) {}, as a file does that is cut short", place));
+  }
   const std::string what = exited ? fmt::format("the controller ended its process with exit code {} {}", code, place)
                                   : fmt::format("the controller crashed ({}) {}", signal_name(signal), place);
   if (call == LibraryCall::load || call == LibraryCall::create) throw WorkerLost(what);

@@ -81,7 +81,7 @@ TEST(CulpritText, TellsWhoViolatedOrWhatTheObjectiveLacked) {
   EXPECT_EQ(culprit_text(-1, {-1, 0}, facts), "");
   facts.leaves.erase(facts.leaves.begin());
   EXPECT_EQ(culprit_text(-1, {0, 2}, facts), "LF_FOOT");
-  EXPECT_EQ(culprit_text(-1, {0, kNoPart}, facts), "");
+  EXPECT_EQ(culprit_text(-1, {0, kNoPart}, facts), "place of the feet") << "what is missed, where nobody is to blame";
 }
 
 /// Two requirements and two measures, the second with a window.

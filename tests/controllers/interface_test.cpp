@@ -4,15 +4,36 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <stdexcept>
 
 #include "engine/library/settings_json.h"
 #include "engine/settings/settings.h"
-#include "graze/policy.h"
+#include "graze/policy.hpp"
 #include "jobs/workers/record_bytes.h"
 #include "tests/message_of.h"
 
 namespace graze {
 namespace {
+
+TEST(PolicyWrapper, RefusesWrongIndicesOfTheSetup) {
+  const GrazeJoint hinge{};
+  const char* const links[] = {"ball", "rod"};
+  GrazeSetup given{};
+  given.joints = 1;
+  given.joint = &hinge;
+  given.links = 2;
+  given.link = links;
+  const policy::Setup setup(given);
+  EXPECT_EQ(&setup.joint(0), &hinge);
+  EXPECT_EQ(setup.link(1), "rod");
+  for (const int k : {-1, 1}) EXPECT_THROW(setup.joint(k), std::out_of_range);
+  try {
+    setup.link(2);
+    ADD_FAILURE() << "there is none";
+  } catch (const std::out_of_range& error) {
+    EXPECT_STREQ(error.what(), "link(2): there are 2 links, counted from 0");
+  }
+}
 
 TEST(PolicyHeader, FindsSettingsOfTheOutermostMap) {
   const std::string json = settings_json(

@@ -88,6 +88,10 @@ TEST(Library, RefusesWhatCannotBeLoaded) {
   refused("file: walk.c",
           "it is the source: compile it into a shared object, cc -O2 -ffp-contract=off -fPIC -shared -I FOLDER -o "
           "walk.so walk.c,");
+  testing::write_file(swing.folder / "odd.c", "");  // newer
+  fs::last_write_time(swing.folder / "odd.so", fs::last_write_time(swing.folder / "odd.c") - std::chrono::seconds(5));
+  swing.odd("nothing");
+  EXPECT_THAT(swing.graze("check swing.yaml").err, HasSubstr("odd.so is older than odd.c, of which it was built"));
   refused("file: odd.so, settings: {does: refuse}", "create() gave no controller: refused, as it was told");
   refused("file: odd.so, tmeout: 3 s", "timeout");
   swing.odd("crash_create");

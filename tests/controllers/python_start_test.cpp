@@ -111,6 +111,13 @@ TEST(PythonStart, InterpretersThatAreKilledWhileTheyLoadAreStartedAgain) {
   EXPECT_EQ(std::filesystem::file_size(swing.folder / "starts"), 3u);
 }
 
+TEST(PythonStart, AClassNeedsNothingButAct) {
+  const PythonSwing swing;
+  swing.write("file: odd.py, class: Unmade");
+  const Result check = swing.graze("check swing.yaml --trust");
+  EXPECT_EQ(check.code, 0) << check.err;
+}
+
 // What an interpreter is told may be longer than a socket holds. One that does not listen is waited for as long as any
 // that is loading, a minute more than `timeout`; one that does not even tell its version, no longer than that.
 TEST(PythonStart, InterpreterThatDoesNotListenIsNotWaitedFor) {

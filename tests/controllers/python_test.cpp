@@ -70,7 +70,6 @@ TEST(Python, RefusesWhatCannotBeMade) {
   refused("file: odd.py, class: Idle", "class Idle has no method act(self, observation, targets)");
   refused("file: odd.py, class: Forgetful",
           "class Forgetful has act(self, observation), and act(self, observation, targets) is wanted");
-  refused("file: odd.py, class: Unmade", "class Unmade has no method __init__(self, robot, settings)");
   refused("file: odd.py, class: Lonely",
           "class Lonely has __init__(self, robot), and __init__(self, robot, settings) is wanted");
   refused("file: odd.py, class: Seedless",

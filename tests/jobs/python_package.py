@@ -84,6 +84,13 @@ class PackageTest(unittest.TestCase):
                 pd.testing.assert_frame_equal(table, getattr(packed, name)(POLICY, particle))
         self.assertEqual(self.campaign.inputs, packed.inputs)
 
+    def test_what_a_scenario_cannot_hold_is_refused_with_its_place(self):
+        for value, told in [(float("nan"), "nan is no number of a scenario"), (float("inf"), "inf is no number"), (1j, "1j is no value"),
+                            ({1, 2}, "is no value that a scenario can hold"), (b"x", "b'x' is no value")]:
+            with self.assertRaisesRegex(graze.GrazeError, told) as raised:
+                graze.run("quadruped_curb", 1, set={"policies": {"mine": {"settings": {"a": [0, value]}}}})
+            self.assertRegex(str(raised.exception), r"^policies\.mine\.settings\.a\[1\]: ")
+
     def test_tables_agree_with_each_other(self):
         traces, margins = self.campaign.traces(POLICY), self.campaign.margins(POLICY)
         self.assertEqual(list(traces.index), list(range(20)))

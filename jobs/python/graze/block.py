@@ -29,7 +29,7 @@ class Contacts:
 
     pair      [point]: names of the two parts (a, b); impulse and normal are those on a
     touching  [point, lane]: whether they press on each other or overlap; False: near, or not there
-    mode      [point, lane]: "stick", "slip" or "roll"
+    mode      [point, lane]: "stick", "slip" or "roll" of those that touch
     gap       [point, lane], m; negative: overlap
     point     [point, 3, lane], m, world
     normal    [point, 3, lane], from b to a, world

@@ -169,13 +169,14 @@ class Campaign:
         return pd.DataFrame(table, columns=PHASE_COLUMNS)
 
     def telemetry(self, policy: str, particle: int) -> pd.DataFrame:
-        """Frames of one trace, by time (s); columns ("q", name), ("v", name), ("tau", name). Empty unless the campaign
-        kept frames of it (record.telemetry)."""
+        """Frames of one trace, by time (s); columns ("q", name), ("v", name), ("tau", name). Raises CampaignError if the
+        campaign kept none of it (record.telemetry)."""
         names = {"q": self._names["q"], "v": self._names["v"], "tau": self._names["actuators"]}
         table = self._slice("telemetry", policy, particle)
         columns = pd.MultiIndex.from_tuples([(kind, name) for kind in names for name in names[kind]])
-        if table is None:
-            return pd.DataFrame(np.empty((0, len(columns))), columns=columns, index=pd.Index([], name="time"))
+        if table is None or len(table["time"]) == 0:
+            raise CampaignError(f"{self.path}: no telemetry was recorded of particle {particle} under {policy}; record.telemetry "
+                                "says of which traces it is: all, failures or none (graze.run(telemetry='all'))")
         rows = np.concatenate([table[kind] for kind in names], axis=1)
         return pd.DataFrame(rows, columns=columns, index=pd.Index(table["time"], name="time"))
 
@@ -250,6 +251,8 @@ class Campaign:
         return begin <= particle < end
 
     def _check_policy(self, policy: str) -> None:
+        if not isinstance(policy, str):
+            raise CampaignError(f"{self.path}: a policy is named by a text, not {policy!r}; there are: {', '.join(self.policies)}")
         if policy in self.policies:
             return
         raise CampaignError(f"{self.path}: has no policy '{policy}'{nearest(policy, self.policies)}")

@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import os
 import pathlib
 import shutil
@@ -70,6 +71,8 @@ def run(scenario: PathLike, n: Optional[int] = None, *, output: Optional[PathLik
     for option, values in (("--policy", policies), ("--until", until)):
         for value in [values] if isinstance(values, str) else values:
             words += [option, value]
+    if isinstance(options, str):
+        raise TypeError(f"options: a list of words is meant, {options.split()!r}, not a text")
     if set is not None and not isinstance(set, Mapping):
         raise TypeError(f"set: a map of paths to values is meant, {{'time.end': '2 s'}}, not {type(set).__name__}")
     with _policies(policy, archive) as written:
@@ -82,8 +85,8 @@ def run(scenario: PathLike, n: Optional[int] = None, *, output: Optional[PathLik
 
 def overrides(set: Optional[Mapping[str, object]], written: Optional[WrittenPolicies]) -> List[Tuple[str, str]]:
     """Values of the scenario by path, as text in YAML: of a caller, and of his policies."""
-    out = [(path, as_yaml(value)) for path, value in (set or {}).items()]
-    return out + ([("policies", as_yaml(written.settings))] if written else [])
+    out = [(path, as_yaml(value, path)) for path, value in (set or {}).items()]
+    return out + ([("policies", as_yaml(written.settings, "policies"))] if written else [])
 
 
 @contextlib.contextmanager
@@ -137,15 +140,25 @@ def _call(words: Sequence[str], quiet: bool) -> Tuple[int, str]:
     return process.returncode, "".join(lines).strip()
 
 
-def as_yaml(value: object) -> str:
-    """A value as `--set` takes it: text as it stands, so that units may be written; all else as JSON, which is YAML."""
-    return value if isinstance(value, str) else json.dumps(value, default=_plain, ensure_ascii=False)
+def as_yaml(value: object, where: str = "") -> str:
+    """A value as `--set` takes it: text as it stands, so that units may be written; all else as JSON, which is YAML. Raises
+    GrazeError for what a scenario cannot hold; `where` is its path."""
+    return value if isinstance(value, str) else json.dumps(_plain(value, where), ensure_ascii=False, allow_nan=False)
 
 
-def _plain(value: object) -> object:
-    """Numbers and arrays of NumPy as Python's own, for JSON."""
+def _plain(value: object, where: str) -> object:
+    """Numbers and arrays of NumPy as Python's own, maps and lists of them."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(one, f"{where}.{key}" if where else str(key)) for key, one in value.items()}
     if hasattr(value, "tolist"):
-        return value.tolist()
+        value = value.tolist()
+    if isinstance(value, (list, tuple)):
+        return [_plain(one, f"{where}[{i}]") for i, one in enumerate(value)]
+    if isinstance(value, float) and not math.isfinite(value):
+        raise GrazeError(2, f"{where}: {value} is no number of a scenario; these are finite")
+    if value is None or isinstance(value, (str, bool, int, float)):
+        return value
     if isinstance(value, os.PathLike):
         return os.fspath(value)
-    return str(value)
+    raise GrazeError(2, f"{where}: {value!r} is no value that a scenario can hold: numbers, text, True and False, None, lists "
+                        "and maps of them")
