@@ -66,14 +66,14 @@ std::string head_of(const Explanation& all, std::size_t policy) {
   return paragraph(out, 0, 2);
 }
 
-/// Of a target that is a margin; empty: it is none, or its objective's witnesses have several.
-std::string unit_of(const Causes& causes, const PolicyExplanation& policy) {
+/// The margins that a target is; null: it is something else.
+const MarginSummary* margins_of(const Causes& causes, const PolicyExplanation& policy) {
   const auto is = [&](const MarginSummary& one) { return "margin: " + one.name == causes.target; };
   const auto margin = std::find_if(policy.margins.begin(), policy.margins.end(), is);
-  return margin == policy.margins.end() ? "" : margin->unit;
+  return margin == policy.margins.end() ? nullptr : &*margin;
 }
 
-std::string tree_text(const Causes& causes, const std::string& unit, const ParticleTable& table) {
+std::string tree_text(const Causes& causes, const MarginSummary* margins, const ParticleTable& table) {
   const DecisionTree& tree = causes.tree;
   std::string out;
   const std::vector<TreeRule> rules = rules_of(tree);
@@ -85,8 +85,8 @@ std::string tree_text(const Causes& causes, const std::string& unit, const Parti
                   : fmt::format("rank correlation {:.2f} ± {:.2f} on traces kept out", tree.skill, tree.standard_error);
   out += paragraph(fmt::format("tree ({}):", skill), 6, 8);
   for (const TreeRule& rule : rules) {
-    const std::string mean =
-        tree.binary ? fmt::format("{:.0f} %", 100 * rule.mean) : "mean " + number_with_unit(rule.mean, unit);
+    const std::string mean = tree.binary ? fmt::format("{:.0f} %", 100 * rule.mean)
+                                         : "mean " + (margins ? mean_text(rule.mean, *margins) : number(rule.mean));
     out += paragraph(fmt::format("{} of {}: {}", mean, rule.rows, rule_text(rule, table)), 8, 10);
   }
   return out;
@@ -97,13 +97,17 @@ std::string causes_text(const PolicyExplanation& policy, const ParticleTable& ta
   std::string out, nothing;
   for (std::size_t i = 0; i < policy.causes.size(); ++i) {
     const Causes& causes = policy.causes[i];
-    const std::string count = causes.binary ? fmt::format(" ({} of {})", causes.ones, causes.rows) : "";
+    const MarginSummary* const margins = margins_of(causes, policy);
+    std::string count = causes.binary ? fmt::format(" ({} of {})", causes.ones, causes.rows) : "";
+    if (margins) {  // what parameters do to it may be next to nothing, however sure it is
+      count = fmt::format(" (nine in ten lie within {})", number_with_unit(spread_of(*margins), margins->unit));
+    }
     if (!causes.explained() && !causes.effects.empty()) {
       nothing += (nothing.empty() ? "" : "; ") + causes.target + count;
       continue;
     }
     out += paragraph(fmt::format("{}{}: {}", causes.target, count, policy.verdicts[i]), 4, 6);
-    if (causes.tree_tells) out += tree_text(causes, unit_of(causes, policy), table);
+    if (causes.tree_tells) out += tree_text(causes, margins, table);
   }
   if (!nothing.empty()) out += paragraph("no parameter explains it: " + nothing, 4, 6);
   std::vector<std::string> notes;

@@ -1,5 +1,7 @@
 #include "analysis/rates.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -82,6 +84,19 @@ MarginSummary summarise_margins(const std::vector<double>& margins, const std::v
   out.interval = clopper_pearson(out.below, out.n);
   for (const double p : kMarginQuantiles) out.quantiles.push_back(quantile(sorted, p));
   return out;
+}
+
+double spread_of(const MarginSummary& margins) { return margins.quantiles[5] - margins.quantiles[1]; }
+
+std::string mean_text(double mean, const MarginSummary& margins) {
+  constexpr double kLeast = 3, kMost = 12, kOfTheSpread = 2;  // significant digits
+  const double spread = spread_of(margins);
+  double digits = kLeast;
+  if (spread > 0 && std::isfinite(spread) && mean != 0) {
+    digits = std::clamp(std::ceil(std::log10(std::abs(mean) / spread)) + kOfTheSpread, kLeast, kMost);
+  }
+  const bool plain = margins.unit.empty() || margins.unit == "1";
+  return fmt::format("{:.{}g}{}", mean, static_cast<int>(digits), plain ? "" : " " + margins.unit);
 }
 
 std::uint64_t particles_for_width(double rate, double half_width, double confidence) {

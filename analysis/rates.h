@@ -45,6 +45,11 @@ struct MarginSummary {
 };
 inline constexpr double kMarginQuantiles[] = {0.01, 0.05, 0.25, 0.5, 0.75, 0.95};
 
+/// From the 5 % to the 95 % quantile: nine in ten of the margins lie no farther apart. NaN without traces.
+double spread_of(const MarginSummary& margins);
+/// A mean of some of these margins, with its unit, and digits enough to tell it from those of others.
+std::string mean_text(double mean, const MarginSummary& margins);
+
 /// margins: by trace, of the particles. NaN does not count.
 MarginSummary summarise_margins(const std::vector<double>& margins, const std::vector<std::uint32_t>& particles);
 

@@ -181,8 +181,7 @@ class TreeRoots {
     if (causes_.binary) return fmt::format("{:.0f} %", 100 * node.mean);
     const auto of = std::find_if(policy_.margins.begin(), policy_.margins.end(),
                                  [&](const MarginSummary& one) { return "margin: " + one.name == causes_.target; });
-    const bool plain = of == policy_.margins.end() || of->unit.empty() || of->unit == "1";
-    return fmt::format("{:.3g}{}", node.mean, plain ? "" : " " + of->unit);
+    return of == policy_.margins.end() ? fmt::format("{:.3g}", node.mean) : mean_text(node.mean, *of);
   }
 
   const PolicyExplanation& policy_;

@@ -37,9 +37,11 @@ class Proposal {
   explicit Proposal(const ProposalRequest& request)
       : request_(request), read_(first_reading()), world_(*read_.world), model_(read_.model) {
     look();
-    if (!four_legs()) return;
-    for (const Foot& foot : feet_) bend(foot);
-    look();
+    if (!four_legs()) {
+      bend_limbs();
+    } else {
+      bend_all(feet_);
+    }
   }
 
   HoldGains hold_gains() const { return {gain(), servo_damping()}; }
@@ -62,9 +64,7 @@ class Proposal {
 
  private:
   Scenario read(const std::string& text) const {
-    ScenarioOptions options;
-    options.ignore_missing_meshes = request_.ignore_missing_meshes;
-    return parse_scenario(text, request_.file, options);
+    return parse_scenario(text, request_.file, {{}, request_.ignore_missing_meshes});
   }
   /// What is refused in it is no mistake of the user's, whose robot has been read.
   Scenario read_own(const std::string& text) const {
@@ -111,7 +111,6 @@ class Proposal {
   void bend(const Foot& foot) {
     const Chain chain(model_, foot.frame);
     if (chain.size() != 3) return;
-    Chain::Values q = chain.select(initial_.q), best = q;
     std::array<std::string, 2> names;
     std::array<double, 2> low, high;
     const int bodies[] = {model_.bodies[foot.body].parent, foot.body};
@@ -123,24 +122,25 @@ class Proposal {
       high[k] = std::min(one.upper, 0.5 * std::numbers::pi);
       if (!(low[k] < high[k])) low[k] = one.lower, high[k] = one.upper;  // a knee that cannot be straight
     }
-    constexpr int kSteps = 60;
-    const auto try_all = [&](const auto& act) {
-      for (int i = 0; i <= kSteps; ++i) {
-        for (int j = 0; j <= kSteps; ++j) {
-          q[1] = low[0] + (high[0] - low[0]) * i / kSteps;
-          q[2] = low[1] + (high[1] - low[1]) * j / kSteps;
-          const Chain::Skeleton at = chain.skeleton(q);
-          act(Vec3(at.tip - at.origin[1]));
-        }
-      }
-    };
-    double reach = 0, least = std::numeric_limits<double>::infinity();
-    try_all([&](const Vec3& leg) { reach = std::max(reach, -leg.z()); });
-    try_all([&](const Vec3& leg) {
-      const double down = -leg.z() - 0.85 * reach, off = leg.x() * leg.x() + down * down;
-      if (off < least) least = off, best = q;
-    });
-    for (int k = 0; k < 2; ++k) world_.initial.joint_position[names[k]] = std::round(100 * best[k + 1]) / 100;
+    const std::array<double, 2> bent = bent_leg(chain, chain.select(initial_.q), low, high);
+    for (int k = 0; k < 2; ++k) world_.initial.joint_position[names[k]] = std::round(100 * bent[k]) / 100;
+  }
+
+  void bend_all(const std::vector<Foot> legs) {  // a copy: looking finds them anew
+    for (const Foot& leg : legs) bend(leg);
+    look();
+  }
+
+  /// Legs that are stretched out as the URDF has them: four limbs of three joints each, on which the robot stands once
+  /// they are bent.
+  void bend_limbs() {
+    const auto is_leg = [](const Foot& limb) { return limb.joints == 3; };
+    if (!model_.floating_base || limbs_.size() != 4 || !std::all_of(limbs_.begin(), limbs_.end(), is_leg)) return;
+    const auto before = world_.initial;
+    bend_all(limbs_);
+    if (four_legs()) return;
+    world_.initial = before;
+    look();
   }
 
   void find_feet() {

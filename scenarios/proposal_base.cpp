@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -63,6 +64,30 @@ int joints_of_bolted_arm(const Robot& robot, const Model& model, const State& in
   const Link& root = robot.links.front();
   const bool bolted = !(root.inertia.mass > 0) || is_called_base(root.name) || room.high > kClearly * room.reach;
   return bolted ? joints : 0;
+}
+
+std::array<double, 2> bent_leg(const Chain& leg, Chain::Values angles, const std::array<double, 2>& low,
+                               const std::array<double, 2>& high) {
+  constexpr int kSteps = 60;
+  constexpr double kBent = 0.85;
+  const auto try_all = [&](const auto& act) {
+    for (int i = 0; i <= kSteps; ++i) {
+      for (int j = 0; j <= kSteps; ++j) {
+        angles[1] = low[0] + (high[0] - low[0]) * i / kSteps;
+        angles[2] = low[1] + (high[1] - low[1]) * j / kSteps;
+        const Chain::Skeleton at = leg.skeleton(angles);
+        act(Vec3(at.tip - at.origin[1]));
+      }
+    }
+  };
+  double reach = 0, least = std::numeric_limits<double>::infinity();
+  std::array<double, 2> best = {angles[1], angles[2]};
+  try_all([&](const Vec3& foot) { reach = std::max(reach, -foot.z()); });
+  try_all([&](const Vec3& foot) {
+    const double down = -foot.z() - kBent * reach, off = foot.x() * foot.x() + down * down;
+    if (off < least) least = off, best = {angles[1], angles[2]};
+  });
+  return best;
 }
 
 }  // namespace graze

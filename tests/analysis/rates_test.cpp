@@ -108,5 +108,26 @@ TEST(Rates, HowManyParticles) {
   EXPECT_NEAR(particles_to_decide(1, 0.9).fixed, 36, 1);  // as docs/statistics.md says of gates
 }
 
+// Claim: means of margins that hardly differ are told apart by their digits, others have three.
+TEST(MarginSummary, MeansHaveDigitsEnoughToDiffer) {
+  std::vector<double> close, wide;
+  std::vector<std::uint32_t> particles;
+  for (int i = 0; i <= 100; ++i) {
+    particles.push_back(static_cast<std::uint32_t>(i));
+    close.push_back(-0.145 + 1e-6 * i);
+    wide.push_back(-0.145 + 0.01 * i);
+  }
+  MarginSummary some = summarise_margins(close, particles);
+  some.unit = "m";
+  EXPECT_NEAR(spread_of(some), 90e-6, 1e-12);
+  EXPECT_EQ(mean_text(-0.14495, some), "-0.14495 m");
+  EXPECT_EQ(mean_text(-0.144951, some), "-0.144951 m");
+  some = summarise_margins(wide, particles);
+  EXPECT_EQ(mean_text(-0.144951, some), "-0.145");
+  EXPECT_EQ(mean_text(0, some), "0");
+  EXPECT_EQ(mean_text(2, summarise_margins({2, 2}, {0, 1})), "2") << "all alike";
+  EXPECT_TRUE(std::isnan(spread_of(summarise_margins({}, {}))));
+}
+
 }  // namespace
 }  // namespace graze

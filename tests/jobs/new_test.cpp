@@ -330,7 +330,7 @@ TEST_F(New, OfWhatHangsBelowTheGroundHasNone) {
 }
 
 /// Four legs of `joints` joints that reach outwards, or down.
-std::string four_limbs(int joints, const char* way) {
+std::string four_limbs(int joints, const char* way, double reach = 1) {
   std::string out =
       "<robot name='table'><link name='body'><collision><geometry><box size='0.4 0.4 0.3'/></geometry>"
       "</collision></link>";
@@ -338,7 +338,8 @@ std::string four_limbs(int joints, const char* way) {
     std::string parent = "body", place = corner;
     for (int k = 0; k < joints; ++k) {
       const std::string name = fmt::format("link{}{}", k, corner);
-      out += jointed(parent, name, "revolute", 0.2, "0 1 0", place.c_str(), "lower='-1' upper='1'");
+      const std::string limit = fmt::format("lower='{}' upper='{}'", -reach, reach);
+      out += jointed(parent, name, "revolute", 0.2, "0 1 0", place.c_str(), limit.c_str());
       parent = name, place = way;
     }
   }
@@ -348,7 +349,7 @@ std::string four_limbs(int joints, const char* way) {
 // What the reader made up, and why four legs do not trot, is said where the user looks, and so is what the robot
 // needs in every command.
 TEST_F(New, SaysWhatItMadeUpAndWhyNothingTrots) {
-  testing::write_file(folder / "flat.urdf", four_limbs(3, "0.1 0 0"));
+  testing::write_file(folder / "flat.urdf", four_limbs(3, "0.1 0 0", 0.1));
   testing::write_file(folder / "short.urdf", four_limbs(2, "0 0 -0.3"));
   const testing::Result flat = graze("new flat.yaml flat.urdf --ignore-missing-meshes");
   EXPECT_EQ(flat.code, 0) << flat.err;
@@ -356,6 +357,9 @@ TEST_F(New, SaysWhatItMadeUpAndWhyNothingTrots) {
               AllOf(HasSubstr("mass made up from collision shapes"), HasSubstr("flat.yaml: no trot: 0 of its")));
   EXPECT_THAT(testing::read_file(folder / "flat.yaml"), AllOf(HasSubstr("graze run flat.yaml --ignore-missing-meshes "),
                                                               HasSubstr("  # No trot: 0 of its 4 limbs")));
+  const testing::Result bent = graze("new bent.yaml '" + testing::data("robots/links_published.urdf") + "'");
+  EXPECT_THAT(bent.err, Not(HasSubstr("no trot"))) << "its legs, which the URDF has stretched out, are bent";
+  EXPECT_THAT(testing::read_file(folder / "bent.yaml"), HasSubstr("\n  trot:"));
   const testing::Result few = graze("new short.yaml short.urdf");
   EXPECT_THAT(few.err, HasSubstr("are 2 joints that a gait can move, and a trot needs 3 in each leg"));
   EXPECT_THAT(testing::read_file(folder / "short.yaml"), Not(HasSubstr("--ignore-missing-meshes")));
