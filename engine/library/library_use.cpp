@@ -87,7 +87,8 @@ Key isolation_key() {
 }
 
 Key timeout_key(std::string help) {
-  return {"timeout", {Form::number(Quantity::time, Bound::positive)}, Default::value("10 s"), std::move(help)};
+  return {
+      "timeout", {Form::number(Quantity::time, Bound::positive)}, Default::value("10 s"), help + "; 1 ms at the least"};
 }
 
 const Description& library_description() {

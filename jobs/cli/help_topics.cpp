@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <utility>
 
 #include "engine/physics.h"
@@ -108,6 +109,18 @@ std::optional<std::string> components_help(const std::string& topic, std::size_t
   return out;
 }
 
+/// A name of the documentation's, of which the program itself has nothing to say.
+std::optional<std::string> page_help(const std::string& topic, std::size_t width) {
+  const std::filesystem::path docs = docs_folder(), page = docs / (topic + ".md");
+  const bool plain = topic.find_first_not_of("abcdefghijklmnopqrstuvwxyz_") == std::string::npos;
+  std::error_code unknown;
+  if (docs.empty() || topic.empty() || !plain || !std::filesystem::is_regular_file(page, unknown)) return std::nullopt;
+  const std::string more = topic == "controllers"
+                               ? " Controllers of your own are policies: graze help library (C, C++), python, network."
+                               : "";
+  return wrapped(fmt::format("A page of the documentation tells of it: {}.{}\n", page.string(), more), width);
+}
+
 }  // namespace
 
 std::optional<std::string> help_on(const std::string& topic, std::size_t width) {
@@ -117,7 +130,7 @@ std::optional<std::string> help_on(const std::string& topic, std::size_t width) 
   if (topic == "physics") return physics_help(width);
   constexpr std::string_view kTable = "table:";  // for docs/, which alone ask for it
   if (topic.starts_with(kTable)) return docs_table(topic.substr(kTable.size()));
-  for (const auto& kind : {components_help, map_help, scenario_help, key_help}) {
+  for (const auto& kind : {components_help, map_help, scenario_help, key_help, page_help}) {
     if (const auto out = kind(topic, width)) return out;
   }
   return std::nullopt;

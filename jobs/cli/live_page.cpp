@@ -48,6 +48,8 @@ class LivePage::Server {
     // Each listener holds a thread.
     server_.new_task_queue = [] { return new httplib::ThreadPool(kMostListeners); };
     server_.set_keep_alive_max_count(1);  // nobody is waited for at the end
+    server_.set_read_timeout(kSilence);   // nor by others, who ask for something
+    server_.set_payload_max_length(kMostWord);
     // The library's own options would share a port that another program has; this takes one that has just been left.
     server_.set_socket_options([](socket_t socket) {
       const int yes = 1;

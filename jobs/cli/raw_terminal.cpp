@@ -21,8 +21,8 @@ namespace {
 termios terminal_before;
 volatile std::sig_atomic_t terminal_taken = 0, end_signal = 0, stop_asked = 0;
 
-constexpr std::array kEndSignals = {SIGINT, SIGTERM, SIGHUP};
-constexpr std::array kFatalSignals = {SIGQUIT, SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
+constexpr std::array kEndSignals = {SIGINT, SIGTERM, SIGHUP, SIGQUIT};
+constexpr std::array kFatalSignals = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
 std::array<struct sigaction, kEndSignals.size()> end_actions;
 std::array<struct sigaction, kFatalSignals.size()> fatal_actions;
 struct sigaction stop_action;

@@ -24,7 +24,7 @@ class RawTerminal {
   bool read(double seconds, std::string& keys);
   /// Draws lines from the top; those that are too long or too many are cut.
   void draw(const std::string& lines);
-  /// The signal that asks the program to end (SIGINT, SIGTERM, SIGHUP); 0: none. A second one ends it at once.
+  /// The signal that asks the program to end (SIGINT, SIGTERM, SIGHUP, SIGQUIT); 0: none. A second one ends it at once.
   int asked_to_end() const;
   /// Whether Ctrl-Z has been pressed: gives the terminal back, stops the program, and takes it again when it goes on.
   bool stopped_and_went_on();

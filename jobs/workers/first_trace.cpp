@@ -50,9 +50,12 @@ bool any_flips(const Model& model, const std::vector<double>& torques, const std
   return false;
 }
 
-/// "known failure (upright) at 0.31 s"
+/// "known failure (upright) at 0.31 s", "unknown failure: the objective is missed, its margin is -0.145"
 std::string first_outcome(const TraceRecord& record, const Task& task) {
   std::string out(outcome_name(record.outcome));
+  if (record.outcome == Outcome::unknown_failure) {
+    return out + fmt::format(": the objective is missed, its margin is {:.3g}", record.objective_margin);
+  }
   if (record.violated < 0) return out;
   const std::string& name = task.requirements.at(static_cast<std::size_t>(record.violated)).name;
   return out + fmt::format(" ({}) at {:.4g} s", printable(name), record.end_time);

@@ -82,7 +82,7 @@ TEST(Library, RefusesWhatCannotBeLoaded) {
   std::string foreign = testing::read_file(swing.folder / "odd.so");
   foreign.at(18) = static_cast<char>(EM_AARCH64);
   testing::write_file(swing.folder / "foreign.so", foreign);
-  refused("file: foreign.so", "it is made for 64-bit ARM, and this program for x86-64");
+  refused("file: foreign.so", "foreign.so: cannot be loaded: it is made for 64-bit ARM, and this program for x86-64");
 #endif
   refused("file: walk.py", "a controller in Python is python: {file: …} instead of library");
   refused("file: walk.c",
@@ -94,6 +94,7 @@ TEST(Library, RefusesWhatCannotBeLoaded) {
   EXPECT_THAT(swing.graze("check swing.yaml").err, HasSubstr("odd.so is older than odd.c, of which it was built"));
   refused("file: odd.so, settings: {does: refuse}", "create() gave no controller: refused, as it was told");
   refused("file: odd.so, tmeout: 3 s", "timeout");
+  refused("file: odd.so, timeout: 1e-300 s", "1e-300 s: must be from 0.001 s to 1e+07 s");
   swing.odd("crash_create");
   if (!GRAZE_SANITIZED) {  // which would be there first
     EXPECT_THAT(swing.graze("run swing.yaml --trust").err, HasSubstr("crashed (SIGSEGV) in create()"));

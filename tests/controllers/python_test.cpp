@@ -177,7 +177,7 @@ TEST(Python, CheckSimulatesOneTrace) {
     EXPECT_THAT(check.out, HasSubstr("archive")) << does;
   };
   expect("nothing", 0, "");
-  expect("nothing", 0, "policy still, particle 0: unknown failure");
+  expect("nothing", 0, "policy still, particle 0: unknown failure: the objective is missed, its margin is -");
   expect("limp", 0, "policy still, particle 0: all torques are 0 from beginning to end: the robot is limp");
   expect("raise", 1, "policy still, particle 0: odd.py: act() at 0.01 s raised RuntimeError");
   expect("killed", 3, "its trace would be left unfinished");

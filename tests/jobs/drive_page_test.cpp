@@ -80,6 +80,9 @@ TEST_F(DrivePage, IsServedUnderItsNameAlone) {
   client.Post(address.root + "keys", "stick 0.5 0 -1", "text/plain");
   client.Post(address.root + "keys", std::string(1000, 'x'), "text/plain");
   client.Post("/keys", "down", "text/plain");
+  const auto large = client.Post("/", std::string(1 << 20, 'x'), "text/plain");
+  ASSERT_TRUE(large);
+  EXPECT_EQ(large->status, 413) << "nobody's bytes are kept";
   EXPECT_THAT(page->pressed(), ElementsAre("up", "stick 0.5 0 -1"));
   EXPECT_THAT(page->pressed(), ElementsAre());
   try {

@@ -269,6 +269,16 @@ TEST(HelpTopics, TellTheMapOfAKey) {
 }
 
 // Claim: what is no topic is answered with the nearest, verb or topic, if one is near; the overview names the topics.
+TEST(HelpTopics, LeadToPagesOfTheDocumentation) {
+  const TemporaryFolder folder;
+  for (const char* page : {"determinism", "controllers", "tutorial"}) {
+    const Result told = graze(folder.path(), std::string("help ") + page);
+    EXPECT_EQ(told.code, 0) << page << told.err;
+    EXPECT_THAT(told.out, HasSubstr(std::string("docs/") + page + ".md")) << page;
+  }
+  EXPECT_EQ(graze(folder.path(), "help ../README").code, 2);
+}
+
 TEST(HelpTopics, RefuseUnknownOnes) {
   const TemporaryFolder folder;
   const auto refused = [&](const std::string& word) {

@@ -91,6 +91,12 @@ class PackageTest(unittest.TestCase):
                 graze.run("quadruped_curb", 1, set={"policies": {"mine": {"settings": {"a": [0, value]}}}})
             self.assertRegex(str(raised.exception), r"^policies\.mine\.settings\.a\[1\]: ")
 
+    def test_what_holds_itself_is_refused(self):
+        endless = {}
+        endless["self"] = endless
+        with self.assertRaisesRegex(graze.GrazeError, "time: holds itself"):
+            graze.run("quadruped_curb", 1, set={"time": endless})
+
     def test_tables_agree_with_each_other(self):
         traces, margins = self.campaign.traces(POLICY), self.campaign.margins(POLICY)
         self.assertEqual(list(traces.index), list(range(20)))

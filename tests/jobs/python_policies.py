@@ -122,6 +122,16 @@ class PoliciesTest(unittest.TestCase):
         files = sorted(one.name.split("-")[0] for one in (self.folder / "kinds.policies").iterdir())
         self.assertEqual(files, ["Controller", "Given", "Scripted", "Servo"])
 
+    def test_objects_in_slots_keep_what_they_hold(self):
+        campaign = self.run_policy("slots", InSlots(3.0))
+        self.assertNotIn("invalid", set(campaign.traces("InSlots").outcome))
+
+    def test_where_nothing_can_be_written_is_told(self):
+        file = self.folder / "a_file"
+        file.write_text("")
+        with self.assertRaisesRegex(graze.GrazeError, "the policy's source cannot be written"):
+            graze.run(self.scenario, 1, policy=InSlots(3.0), output=file / "x.graze")
+
     def test_what_fails_is_warned_of(self):
         with self.assertWarnsRegex(RuntimeWarning, r"policy Tired, particle \d+: .*is tired"):
             campaign = self.run_policy("tired", Tired(**SETTINGS))
@@ -155,6 +165,8 @@ class PoliciesTest(unittest.TestCase):
                 self.run_policy("untrusted", policy)
         with self.assertRaisesRegex(graze.GrazeError, "a class and a file"):
             self.run_policy("untrusted", {"mine": {"python": {"class": Scripted, "file": "x.py"}}})
+        with self.assertRaisesRegex(graze.GrazeError, "python has neither a class nor a file; did you mean 'class' for 'clas'"):
+            self.run_policy("untrusted", {"mine": {"python": {"clas": Scripted}}})
 
     def test_what_cannot_be_written_is_told(self):
         class Within:
@@ -190,6 +202,17 @@ class BadControl(Given):
 
     def act(self, observation, targets):
         """Is not asked."""
+
+
+class InSlots:
+    """An object without a __dict__."""
+    __slots__ = ("gain", "never_set")
+
+    def __init__(self, gain):
+        self.gain = gain
+
+    def act(self, observation, targets):
+        targets.torque = self.gain * (0 - observation.joint_position)
 
 
 class TestRunner(unittest.TestCase):

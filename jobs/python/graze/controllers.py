@@ -1,6 +1,7 @@
 """Policies as `graze.run(policy=…)` and `graze.simulate(policy=…)` take them, in the words of a scenario."""
 from __future__ import annotations
 
+import difflib
 import hashlib
 import pathlib
 import sys
@@ -22,7 +23,8 @@ class {given}({name}):
     """The object that was given to graze.run(), with the attributes that it had."""
 
     def __init__(self, robot, settings):
-        vars(self).update({attributes})
+        for name, value in {attributes}.items():
+            object.__setattr__(self, name, value)
         if callable(getattr(self, "begin", None)):
             self.begin(robot)
 '''
@@ -72,6 +74,9 @@ class WrittenPolicies:
                 raise GrazeError(2, f"policy {name}: python has a class and a file; the name of the class goes with a file")
             out["python"] = self._python(python["class"], rest)
             out.setdefault("control", _control_of(python["class"]))
+        elif "file" not in python:
+            near = next((f"; did you mean 'class' for {key!r}?" for key in python if difflib.get_close_matches(str(key), ["class"])), "")
+            raise GrazeError(2, f"policy {name}: python has neither a class nor a file{near}")
         else:
             self.own_code = False
         return out
@@ -88,7 +93,7 @@ class WrittenPolicies:
         if given is not made:
             attributes = ", ".join(
                 f"{key!r}: {pickled(value, f'attribute {key} of {name}', made.__module__)}"
-                for key, value in getattr(given, "__dict__", {}).items())
+                for key, value in _attributes_of(given).items())
             text += OBJECT.format(given=GIVEN, name=name, attributes="{" + attributes + "}")
         out: Dict[str, object] = {"file": str(self._write(name, text)), "class": name if given is made else GIVEN}
         if sys.executable:
@@ -98,11 +103,15 @@ class WrittenPolicies:
     def _write(self, name: str, text: str) -> pathlib.Path:
         """Named by what it holds: a campaign that was made before keeps its own."""
         digest = hashlib.sha256(text.encode()).hexdigest()[:8]
-        self._folder.mkdir(parents=True, exist_ok=True)
-        file = self._folder.resolve() / f"{name}-{digest}.py"
-        if not file.exists():
-            file.write_text(text, encoding="utf-8")
-            self.files.append(file)
+        try:
+            self._folder.mkdir(parents=True, exist_ok=True)
+            file = self._folder.resolve() / f"{name}-{digest}.py"
+            if not file.exists():
+                file.write_text(text, encoding="utf-8")
+                self.files.append(file)
+        except OSError as error:
+            raise GrazeError(3, f"{self._folder}: the policy's source cannot be written: {error.strerror}; output=… names another "
+                                "folder") from error
         return file
 
 
@@ -116,6 +125,17 @@ def needs_trust(written: WrittenPolicies, trust: bool) -> bool:
     """Whoever gives code of his own to be run trusts it."""
     return trust or (written.own_code and any("python" in one for one in written.settings.values()
                                               if isinstance(one, Mapping)))
+
+
+def _attributes_of(given: object) -> Dict[str, object]:
+    """An object's own, those in slots, too."""
+    out: Dict[str, object] = {}
+    for one in type(given).__mro__:
+        slots = getattr(one, "__slots__", ())
+        for name in [slots] if isinstance(slots, str) else slots:
+            if name not in ("__dict__", "__weakref__") and hasattr(given, name):
+                out[name] = getattr(given, name)
+    return {**out, **getattr(given, "__dict__", {})}
 
 
 def _class_of(given: object) -> type:

@@ -143,7 +143,10 @@ def _call(words: Sequence[str], quiet: bool) -> Tuple[int, str]:
 def as_yaml(value: object, where: str = "") -> str:
     """A value as `--set` takes it: text as it stands, so that units may be written; all else as JSON, which is YAML. Raises
     GrazeError for what a scenario cannot hold; `where` is its path."""
-    return value if isinstance(value, str) else json.dumps(_plain(value, where), ensure_ascii=False, allow_nan=False)
+    try:
+        return value if isinstance(value, str) else json.dumps(_plain(value, where), ensure_ascii=False, allow_nan=False)
+    except RecursionError:
+        raise GrazeError(2, f"{where}: holds itself, or maps and lists in too many levels") from None
 
 
 def _plain(value: object, where: str) -> object:
