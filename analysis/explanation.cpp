@@ -282,6 +282,12 @@ PolicyExplanation explain_policy(const Archive& archive, const std::string& poli
 
 }  // namespace
 
+const MarginSummary* margins_of(const Causes& causes, const std::vector<MarginSummary>& margins) {
+  const auto is = [&](const MarginSummary& one) { return "margin: " + one.name == causes.target; };
+  const auto found = std::find_if(margins.begin(), margins.end(), is);
+  return found == margins.end() ? nullptr : &*found;
+}
+
 Explanation explain(const Archive& archive, const std::vector<std::string>& chosen, const ExplainOptions& options) {
   const CampaignInfo& info = archive.info();
   const std::vector<std::string>& policies = chosen.empty() ? info.policies : chosen;

@@ -34,6 +34,9 @@ struct Growth {
   std::string note;        // why there is nothing
 };
 
+/// The margins that a target is, one of these; null: it is something else.
+const MarginSummary* margins_of(const Causes& causes, const std::vector<MarginSummary>& margins);
+
 struct PolicyExplanation {
   std::string policy;
   std::uint64_t n = 0, success = 0, known = 0, unknown = 0, invalid = 0;  // of the particles looked at

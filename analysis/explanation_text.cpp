@@ -66,13 +66,6 @@ std::string head_of(const Explanation& all, std::size_t policy) {
   return paragraph(out, 0, 2);
 }
 
-/// The margins that a target is; null: it is something else.
-const MarginSummary* margins_of(const Causes& causes, const PolicyExplanation& policy) {
-  const auto is = [&](const MarginSummary& one) { return "margin: " + one.name == causes.target; };
-  const auto margin = std::find_if(policy.margins.begin(), policy.margins.end(), is);
-  return margin == policy.margins.end() ? nullptr : &*margin;
-}
-
 std::string tree_text(const Causes& causes, const MarginSummary* margins, const ParticleTable& table) {
   const DecisionTree& tree = causes.tree;
   std::string out;
@@ -97,7 +90,7 @@ std::string causes_text(const PolicyExplanation& policy, const ParticleTable& ta
   std::string out, nothing;
   for (std::size_t i = 0; i < policy.causes.size(); ++i) {
     const Causes& causes = policy.causes[i];
-    const MarginSummary* const margins = margins_of(causes, policy);
+    const MarginSummary* const margins = margins_of(causes, policy.margins);
     std::string count = causes.binary ? fmt::format(" ({} of {})", causes.ones, causes.rows) : "";
     if (margins) {  // what parameters do to it may be next to nothing, however sure it is
       count = fmt::format(" (nine in ten lie within {})", number_with_unit(spread_of(*margins), margins->unit));

@@ -179,9 +179,8 @@ class TreeRoots {
 
   std::string said(const TreeNode& node) const {
     if (causes_.binary) return fmt::format("{:.0f} %", 100 * node.mean);
-    const auto of = std::find_if(policy_.margins.begin(), policy_.margins.end(),
-                                 [&](const MarginSummary& one) { return "margin: " + one.name == causes_.target; });
-    return of == policy_.margins.end() ? fmt::format("{:.3g}", node.mean) : mean_text(node.mean, *of);
+    const MarginSummary* const margins = margins_of(causes_, policy_.margins);
+    return margins ? mean_text(node.mean, *margins) : fmt::format("{:.3g}", node.mean);
   }
 
   const PolicyExplanation& policy_;

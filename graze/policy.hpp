@@ -96,7 +96,8 @@ class Robot {
   }
   double base_rate(int axis) const { return of_axis(robot_.sees->base_rate, axis, "base_rate", "BASE_RATE"); }
   double link_force(int link) const {  // N
-    return sensed(robot_.sees->link_force, detail::checked(link, links(), "link_force", "links"), "link_force", "LINK_FORCE");
+    return sensed(robot_.sees->link_force, detail::checked(link, links(), "link_force", "links"), "link_force",
+                  "LINK_FORCE");
   }
   /// Anything else, unchecked: robot.see(robot.observation().imu_linear, 2).
   double see(const double* array, int k) const { return graze_see(&robot_, array, k); }

@@ -112,19 +112,14 @@ bool DriveSession::see(const StepView& view) {
   if (view.ends) ended_ = true;
   if (wants_estimate_) start_trial(view);
   look(view);
-  if (frames_) keep_frame(view);
+  if (frames_ && view.step > view.first) FrameWatch::add_contacts(view, contacts_);
   return true;
 }
 
-void DriveSession::keep_frame(const StepView& view) {
-  if (view.step > view.first) FrameWatch::add_contacts(view, contacts_);
-  last_ = {};
-  last_.time = {view.time};
-  FrameWatch::add_poses(view, last_);
-}
-
 TraceFrames DriveSession::frame() {
-  TraceFrames out = last_;
+  TraceFrames out;
+  out.time = {sight_.time};
+  FrameWatch::add_poses(robot_.model, X_WB_, out);
   FrameWatch::take_contacts(contacts_, out);
   return out;
 }
@@ -132,10 +127,10 @@ TraceFrames DriveSession::frame() {
 void DriveSession::look(const StepView& view) {
   const int lane = view.lane;
   state_ = state_in(view.physics.state(), lane);
-  const std::vector<Pose> X_WB = place_bodies(view.model, state_.q);
+  X_WB_ = place_bodies(view.model, state_.q);
   sight_.time = view.time;
-  sight_.position = X_WB[0].translation();
-  const Mat3 R = X_WB[0].linear();
+  sight_.position = X_WB_[0].translation();
+  const Mat3 R = X_WB_[0].linear();
   sight_.yaw = std::atan2(R(1, 0), R(0, 0));
   sight_.tilt = std::acos(std::clamp(R(2, 2), -1.0, 1.0));
   const double c = std::cos(sight_.yaw), s = std::sin(sight_.yaw);
@@ -147,7 +142,7 @@ void DriveSession::look(const StepView& view) {
     const Frame& frame = view.model.frames[static_cast<std::size_t>(feet_[i])];
     DriveSight::Foot& foot = sight_.feet[i];
     foot.name = frame.name;
-    foot.position = frame_pose(view.model, X_WB, feet_[i]).translation();
+    foot.position = frame_pose(view.model, X_WB_, feet_[i]).translation();
     foot.touches = false;
     for (const Frame& other : view.model.frames) {
       if (other.body != frame.body || view.step == view.first) continue;

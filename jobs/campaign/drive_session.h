@@ -89,7 +89,6 @@ class DriveSession : private TraceObserver {
  private:
   bool see(const StepView& view) override;
   void look(const StepView& view);
-  void keep_frame(const StepView& view);
   void begin(std::shared_ptr<const SavedTrace> saved);
   void apply(std::size_t policy, CommandRow row);
   double cycle() const;
@@ -114,9 +113,9 @@ class DriveSession : private TraceObserver {
   std::future<GaitVerdict> verdict_;
   std::vector<CommandRow> rows_;
   DriveSight sight_;
+  std::vector<Pose> X_WB_;  // of the bodies, as sight_
   bool frames_ = false;
-  TraceFrames last_;            // the last step's frame, without contacts
-  FrameWatch::Pairs contacts_;  // since the frame before
+  FrameWatch::Pairs contacts_;  // since the last frame
   bool ended_ = false;
   double time_ = 0;  // s, of the last step that was seen
 };

@@ -1,6 +1,19 @@
 #include "jobs/campaign/trace_frames.h"
 
 namespace graze {
+namespace {
+
+std::vector<Pose> poses_of(const StepView& step) {
+  const BlockState& state = step.physics.state();
+  std::vector<Pose> X_WB(step.model.bodies.size(), Pose::Identity());
+  for (std::size_t k = 0; k < X_WB.size(); ++k) {
+    X_WB[k].translation() = state.position(static_cast<int>(k), step.lane);
+    X_WB[k].linear() = state.rotation(static_cast<int>(k), step.lane);
+  }
+  return X_WB;
+}
+
+}  // namespace
 
 bool FrameWatch::see(const StepView& step) {
   TraceFrames& out = frames_[step.particle];
@@ -16,7 +29,7 @@ bool FrameWatch::see(const StepView& step) {
   out.time.push_back(step.time);
   add_rows(step, out);
   if (with_bodies) {
-    add_poses(step, out);
+    add_poses(step.model, poses_of(step), out);
     take_contacts(contacts, out);
   }
   return goes_on;
@@ -31,17 +44,16 @@ void FrameWatch::add_rows(const StepView& step, TraceFrames& out) {
   }
 }
 
-void FrameWatch::add_poses(const StepView& step, TraceFrames& out) {
+void FrameWatch::add_poses(const Model& model, const std::vector<Pose>& X_WB, TraceFrames& out) {
   if (out.shapes.empty()) {
-    for (const Collider& one : step.model.colliders) {
+    for (const Collider& one : model.colliders) {
       out.shapes.push_back({one.shape.size, one.X_BG, one.shape.spectrum ? one.shape.grid : nullptr});
     }
   }
-  const BlockState& state = step.physics.state();
-  out.poses.resize(7 * step.model.bodies.size());
-  for (std::size_t k = 0; k < step.model.bodies.size(); ++k) {
-    const Vec3 p = state.position(static_cast<int>(k), step.lane);
-    const Quat r(state.rotation(static_cast<int>(k), step.lane));
+  out.poses.resize(7 * X_WB.size());
+  for (std::size_t k = 0; k < X_WB.size(); ++k) {
+    const Vec3 p = X_WB[k].translation();
+    const Quat r(X_WB[k].linear());
     const double row[] = {p.x(), p.y(), p.z(), r.x(), r.y(), r.z(), r.w()};
     for (std::size_t i = 0; i < 7; ++i) out.poses[7 * k + i].push_back(row[i]);
   }

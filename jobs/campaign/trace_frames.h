@@ -44,8 +44,8 @@ class FrameWatch : public TraceObserver {
   using Pairs = std::map<std::pair<int, int>, FrameContact>;
   /// Adds what touches in this step.
   static void add_contacts(const StepView& step, Pairs& out);
-  /// Adds the poses of a step, and shapes if there are none.
-  static void add_poses(const StepView& step, TraceFrames& out);
+  /// Adds the bodies' poses in the world, and shapes if there are none.
+  static void add_poses(const Model& model, const std::vector<Pose>& X_WB, TraceFrames& out);
   /// Makes what has touched since the frame before a part of the last one, whose time is there.
   static void take_contacts(Pairs& contacts, TraceFrames& out);
 

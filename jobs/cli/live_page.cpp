@@ -5,10 +5,10 @@
 
 #include <chrono>
 #include <condition_variable>
+#include <future>
 #include <mutex>
 #include <random>
 #include <string_view>
-#include <thread>
 #include <utility>
 
 #include "engine/settings/settings.h"
@@ -73,8 +73,12 @@ class LivePage::Server {
                       "takes one that is free",
                       port, kHost));
     }
-    thread_ = std::thread([this] { server_.listen_after_bind(); });
-    while (!server_.is_running()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    serving_ = std::async(std::launch::async, [this] { server_.listen_after_bind(); });
+    while (!server_.is_running()) {
+      if (serving_.wait_for(std::chrono::milliseconds(1)) == std::future_status::ready) {
+        throw MachineError(fmt::format("--page: port {} of {} cannot be listened to", bound, kHost));
+      }
+    }
     return bound;
   }
 
@@ -86,7 +90,6 @@ class LivePage::Server {
       left_.wait_for(lock, kFarewell, [&] { return listeners_ == 0; });
     }
     server_.stop();
-    if (thread_.joinable()) thread_.join();
   }
 
   const std::string& name() const { return name_; }
@@ -143,7 +146,6 @@ class LivePage::Server {
 
   const std::string page_, name_;
   httplib::Server server_;
-  std::thread thread_;
   std::mutex mutex_;
   std::condition_variable news_, left_;
   std::string frame_;
@@ -151,6 +153,7 @@ class LivePage::Server {
   std::vector<std::string> pressed_;
   std::size_t listeners_ = 0;
   bool closing_ = false;
+  std::future<void> serving_;  // last: it is waited for before anything goes
 };
 
 LivePage::LivePage(const std::string& data, std::uint16_t port) {
