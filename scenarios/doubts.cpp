@@ -106,7 +106,7 @@ bool is_bare_list(const Settings& list) {
 /// The z of the highest point of a fixed object, or a little more; -inf for a wall.
 double top_of(const Object& object) {
   const Shape& shape = object.shape;
-  const double z = object.X_WO.translation().z();
+  double z = object.X_WO.translation().z();
   const Vec3 up = object.X_WO.linear().row(2).transpose();  // the world's z axis as the object sees it
   switch (shape.kind) {
     case ShapeKind::plane:
@@ -114,7 +114,11 @@ double top_of(const Object& object) {
     case ShapeKind::box:
       return z + 0.5 * up.cwiseAbs().dot(shape.size);
     case ShapeKind::mesh:
-      return z + std::sqrt(3.0) * largest_coordinate(shape);
+      z += std::sqrt(3.0) * largest_coordinate(shape);
+      for (const Shape& part : object.more) {
+        z = std::max(z, object.X_WO.translation().z() + std::sqrt(3.0) * largest_coordinate(part));
+      }
+      return z;
     case ShapeKind::heightfield:
       return z + shape.size.z() * *std::max_element(shape.grid->height.begin(), shape.grid->height.end());
     default:
@@ -123,8 +127,13 @@ double top_of(const Object& object) {
 }
 
 /// About the largest extent of a movable object, m.
-double size_of(const Shape& shape) {
-  if (shape.kind == ShapeKind::mesh) return 2 * largest_coordinate(shape);
+double size_of(const Object& object) {
+  const Shape& shape = object.shape;
+  if (shape.kind == ShapeKind::mesh) {
+    double most = largest_coordinate(shape);
+    for (const Shape& part : object.more) most = std::max(most, largest_coordinate(part));
+    return 2 * most;
+  }
   return shape.kind == ShapeKind::box ? shape.size.norm() : 2 * shape.size.x() + shape.size.y();
 }
 
@@ -212,7 +221,7 @@ void doubt_places(const Settings& scenario, const World& world, const Model& mod
   if (height && base.z() - top > kHigh * size) return;
   for (const Object& object : world.objects) {
     const Vec3 place = object.X_WO.translation();
-    const double far = (place - base).norm(), most = kFar * (size + size_of(object.shape));
+    const double far = (place - base).norm(), most = kFar * (size + size_of(object));
     if (!object.movable || far <= most) continue;
     const auto position = scenario.at("environment").at(object.name).find("position");
     if (!position || !is_bare_list(*position)) continue;

@@ -6,6 +6,7 @@
 
 #include "engine/model/convex_hull.h"
 #include "engine/model/direction.h"
+#include "engine/model/mesh_parts.h"
 #include "engine/model/mesh_size.h"
 #include "engine/model/rotation.h"
 #include "engine/model/urdf.h"
@@ -73,30 +74,37 @@ void refuse_length(const Settings& scale) {
   }
 }
 
-Shape read_mesh(const Described& own) {
+/// Its convex hull, or, where `split`, the hulls of its convex parts.
+std::vector<Shape> read_hulls(const Described& own, bool split) {
   const Settings& s = own.settings();
-  Shape shape{ShapeKind::mesh, Vec3::Ones(), nullptr, nullptr};
+  Vec3 size = Vec3::Ones();
   Settings file = s;
   if (s.is_map()) {
     file = own.at("file");
     if (const auto scale = own.find("scale")) {
       refuse_length(*scale);
       const std::vector<double> factors = scale->numbers(scale->is_list() ? 3 : 1);
-      for (int i = 0; i < 3; ++i) shape.size[i] = factors[factors.size() == 3 ? i : 0];
-      if (!(shape.size.minCoeff() > 0)) scale->fail("scale factors must be > 0");
+      for (int i = 0; i < 3; ++i) size[i] = factors[factors.size() == 3 ? i : 0];
+      if (!(size.minCoeff() > 0)) scale->fail("scale factors must be > 0");
     }
   }
   const std::string path = file.resolve_file(file.text());
   const HullSettings hull = s.is_map() ? read_hull(s) : HullSettings();
+  std::vector<Shape> out;
   try {
-    shape.mesh = collision_hull(*load_mesh(path));
-    shape.hull = simplified_hull(*shape.mesh, shape.size, hull);
+    for (const auto& mesh : split ? convex_parts(path) : std::vector{collision_hull(*load_mesh(path))}) {
+      out.push_back({ShapeKind::mesh, size, mesh, nullptr, simplified_hull(*mesh, size, hull)});
+    }
+  } catch (const ConcavePiece& piece) {
+    file.fail(fmt::format("{}, or leave out 'hulls' for one hull", piece.what()));
   } catch (const InputError& e) {
     file.fail(e.what());
   }
-  check_extent(s.is_map() ? s.find("scale").value_or(file) : file, shape);
-  return shape;
+  for (const Shape& shape : out) check_extent(s.is_map() ? s.find("scale").value_or(file) : file, shape);
+  return out;
 }
+
+Shape read_mesh(const Described& own) { return read_hulls(own, false).front(); }
 
 std::shared_ptr<const HeightGrid> read_heights(const Settings& s) {
   std::vector<std::vector<double>> rows;
@@ -174,6 +182,10 @@ Description mesh_description() {
                   {Form::text("FILE")},
                   "A file alone is its name."};
   for (const Key& key : hull_keys()) out.keys.push_back(key);
+  out.keys.push_back({"hulls",
+                      {Form::flag()},
+                      Default::value("false"),
+                      "a concave mesh as several hulls, as for `robot.mesh`: parts `NAME`, `NAME.1`, … of one object"});
   return out;
 }
 
@@ -238,15 +250,12 @@ const std::vector<ShapeForm>& shape_forms() {
   return forms;
 }
 
-Shape read_shape(const Settings& object) {
+std::vector<Shape> read_shapes(const Settings& object) {
   const ShapeForm& form = *kind_of(shape_forms(), shape_key(object));
   const Settings shape = object.at(form.name);
-  if (form.name == "mesh" && shape.is_map() && shape.has("hulls")) {
-    shape.at("hulls").fail_key(
-        "is for the robot's meshes (robot.mesh); an object is one convex hull: give its convex parts as objects of "
-        "their own, or as a robot's links");
-  }
-  return form.read(Described(shape, form.text));
+  const Described own(shape, form.text);
+  if (form.name == "mesh" && shape.is_map() && shape.flag_or("hulls", false)) return read_hulls(own, true);
+  return {form.read(own)};
 }
 
 Pose read_object_pose(const Settings& object, const Shape& shape) {

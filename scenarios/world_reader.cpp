@@ -270,7 +270,9 @@ class WorldReader {
       if (link.name == name)
         settings.fail_key("a link of the robot has this name; call the object otherwise (graze new does)");
     }
-    object.shape = read_shape(settings);
+    object.more = read_shapes(settings);
+    object.shape = object.more.front();
+    object.more.erase(object.more.begin());
     object.X_WO = read_object_pose(settings, object.shape);
     const std::string path = "environment." + name;
     if (object.shape.spectrum) {
@@ -300,8 +302,8 @@ class WorldReader {
       if (mass) mass->fail_key("only a movable object has a mass; add 'movable: true'");
       return;
     }
-    check_movable(settings, object.shape);
-    const double volume = object.shape.volume();
+    check_movable(settings, object);
+    const double volume = object.volume();
     if (static_cast<bool>(density) == static_cast<bool>(mass)) {
       settings.fail("a movable object needs either 'density' or 'mass'");
     }
@@ -322,15 +324,18 @@ class WorldReader {
       value /= volume;
     }
     object.inertia = MassMoments::of_shape(object.shape, value);
+    for (const Shape& part : object.more) object.inertia = object.inertia + MassMoments::of_shape(part, value);
     check_inertia(density ? *density : *mass, object.inertia);
   }
 
   /// A movable object's shape has a volume, and is larger than the gap that counts as none.
-  static void check_movable(const Settings& settings, const Shape& shape) {
+  static void check_movable(const Settings& settings, const Object& object) {
+    const Shape& shape = object.shape;
     if (shape.kind == ShapeKind::plane || shape.kind == ShapeKind::heightfield) {
       settings.fail("a plane or a heightfield cannot be movable");
     }
-    const double least = smallest_length(shape);
+    double least = smallest_length(shape);
+    for (const Shape& part : object.more) least = std::min(least, smallest_length(part));
     if (least >= kMinMovable) return;
     shape_settings(settings).fail(fmt::format(
         "{:g} m: a movable object is at least {:g} m long, wide and high; parts with smaller gaps count as touching",

@@ -37,8 +37,9 @@ ReadWorld read_world(const Settings& scenario, const WorldOptions& options);
 /// After compile(): globs of contact.pairs and contact.ignore that name nothing are refused.
 void check_contact_names(const Settings& scenario, const Model& model);
 
-/// Objects: geometry of one entry of `environment` (object_reader.cpp).
-Shape read_shape(const Settings& object);
+/// Objects: geometry of one entry of `environment` (object_reader.cpp). One shape, of a concave mesh the hulls of its
+/// convex parts (engine/model/mesh_parts.h).
+std::vector<Shape> read_shapes(const Settings& object);
 /// Where its shape stands: the value of `box`, `sphere`, …
 Settings shape_settings(const Settings& object);
 /// Pose from `position` and `rpy`; for a plane the direction `plane: z` or a normal too.

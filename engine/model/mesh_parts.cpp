@@ -132,7 +132,7 @@ std::vector<std::shared_ptr<const Mesh>> convex_parts(const std::string& file) {
   throw ConcavePiece(
       fmt::format(
           "{}: a concave mesh of one piece: 'hulls' takes the convex parts of it from a folder {}, and {}; split "
-          "it by V-HACD or CoACD, or leave this link out of the list of 'hulls'",
+          "it by V-HACD or CoACD",
           file, folder, lacks),
       lacks);
 }

@@ -156,8 +156,15 @@ class Compiler {
       moments_[body] = object.inertia;
       model_.frames.push_back({object.name, body, Pose::Identity()});
     }
+    add_part(object, object.name, object.shape, body);
+    for (std::size_t i = 0; i < object.more.size(); ++i) {
+      add_part(object, fmt::format("{}.{}", object.name, i + 1), object.more[i], body);
+    }
+  }
+
+  void add_part(const Object& object, const std::string& name, const Shape& shape, int body) {
     const Pose X_BG = object.movable ? Pose::Identity() : object.X_WO;
-    model_.colliders.push_back({object.name, object.name, body, object.shape, X_BG, true});
+    model_.colliders.push_back({name, object.name, body, shape, X_BG, true});
     const ContactSettings& contact = world_.contact;
     friction_.push_back(std::isnan(object.friction) ? contact.friction : object.friction);
     restitution_.push_back(std::isnan(object.restitution) ? contact.restitution : object.restitution);
@@ -209,6 +216,7 @@ class Compiler {
 
   bool candidate(const Collider& a, const Collider& b) const {
     if (a.body < 0 && b.body < 0) return false;
+    if (a.is_object && b.is_object && a.body == b.body) return false;  // parts of one object
     if (a.is_object || b.is_object) return true;
     return world_.contact.self_collision && !adjacent(a.body, b.body);
   }

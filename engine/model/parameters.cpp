@@ -203,7 +203,7 @@ class Lister {
 
   void add_object_mass(int i, const std::string& path) {
     const Object& object = world_.objects[i];
-    const double mass = object.inertia.mass, volume = object.shape.volume();
+    const double mass = object.inertia.mass, volume = object.volume();
     if (!(mass > 0)) return;
     if (volume > 0) {
       add(path + "density", mass / volume, Quantity::density, kPositive,

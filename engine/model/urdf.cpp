@@ -201,7 +201,9 @@ class Builder {
     try {
       return meshes_.parts(file);
     } catch (const ConcavePiece& piece) {
-      if (!options_.split_all) throw;
+      if (!options_.split_all) {
+        throw InputError(fmt::format("{}, or leave this link out of the list of 'hulls'", piece.what()));
+      }
       whole_.insert(fmt::format("{} ({})", file.string(), piece.lacks()));
       return {meshes_.hull(file)};
     }

@@ -128,6 +128,12 @@ Spring default_spring(double mass, const Spring& given) {
   return out;
 }
 
+double Object::volume() const {
+  double out = shape.volume();
+  for (const Shape& part : more) out += part.volume();
+  return out;
+}
+
 double World::moving_mass() const {
   std::set<std::string> welded;
   if (!robot.floating_base && !robot.links.empty()) welded.insert(robot.links.front().name);

@@ -158,12 +158,15 @@ Spring default_spring(double mass, const Spring& given = {});
 struct Object {
   std::string name;
   Shape shape;
+  std::vector<Shape> more;       // of a concave mesh: its further convex parts, in the object frame as the first
   Pose X_WO = Pose::Identity();  // for movable objects: initial pose
   bool movable = false;
   MassMoments inertia;                                         // movable only, in the object frame
   double friction = std::numeric_limits<double>::quiet_NaN();  // NaN: the default of ContactSettings
   double restitution = std::numeric_limits<double>::quiet_NaN();
   Spring spring = {};  // what it lacks: from ContactSettings
+
+  double volume() const;  // of all its parts, m^3; 0 for planes and heightfields
 };
 
 /// Coefficients of a pair that differ from the rule below.

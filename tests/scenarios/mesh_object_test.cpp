@@ -95,7 +95,7 @@ TEST_F(MeshObject, IsSimplifiedAsTheScenarioSays) {
   EXPECT_EQ(of_robot("{vertices: 40}"), 40u);
 }
 
-// `mesh: hulls` splits the meshes of all links, its key `hulls` those of some; an object has one hull.
+// `mesh: hulls` splits the meshes of all links, its key `hulls` those of some.
 TEST_F(MeshObject, OfARobotIsSplitWhereItShallBe) {
   std::ofstream two(folder_ / "two.obj");
   for (int k = 0; k < 2; ++k) {
@@ -126,6 +126,37 @@ TEST_F(MeshObject, OfARobotIsSplitWhereItShallBe) {
   EXPECT_EQ(parts("{vertices: 20}"), "1");
   EXPECT_THAT(parts("{hulls: [bell]}"), ::testing::AllOf(::testing::HasSubstr("bell"), ::testing::HasSubstr("ball")));
   EXPECT_THAT(parts("hull"), ::testing::HasSubstr("hulls"));
+}
+
+// The parts of an object are called as those of a link are; a concave mesh of one piece has none.
+TEST_F(MeshObject, IsSplitWhereItShallBe) {
+  fs::create_directories(folder_ / "dented_parts");
+  const auto parts = [&](const std::string& rest) -> std::string {
+    try {
+      const Scenario scenario = load("{mesh: {file: dented.obj" + rest);
+      std::string out;
+      for (const Collider& one : scenario.model.colliders) out += one.link == "crate" ? one.name + " " : "";
+      return out;
+    } catch (const InputError& error) {
+      return error.what();
+    }
+  };
+  EXPECT_EQ(parts("}, position: [2, 2, 0]}"), "crate ");
+  EXPECT_EQ(parts(", hulls: false}, position: [2, 2, 0]}"), "crate ");
+  EXPECT_THAT(parts(", hulls: true}, position: [2, 2, 0]}"),
+              ::testing::AllOf(::testing::HasSubstr("s.yaml:6:"), ::testing::HasSubstr("a concave mesh of one piece"),
+                               ::testing::HasSubstr("leave out 'hulls' for one hull")));
+  EXPECT_THAT(parts(", hulls: crate}, position: [2, 2, 0]}"), ::testing::HasSubstr("true or false"));
+  for (const char* name : {"a.obj", "b.obj"}) {
+    std::ofstream(folder_ / "dented_parts" / name) << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
+                                                      "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+  }
+  EXPECT_EQ(parts(", hulls: true}, position: [2, 2, 0]}"), "crate crate.1 ");
+  EXPECT_EQ(parts(", hulls: true, scale: 2}, movable: true, mass: 3, position: [2, 2, 0]}"), "crate crate.1 ");
+  EXPECT_NEAR(load("{mesh: {file: dented.obj, hulls: true}, movable: true, density: 30, position: [2, 2, 0.1]}")
+                  .model.bodies.back()
+                  .mass,
+              2 * 30 / 6.0, 1e-9);
 }
 
 TEST_F(MeshObject, IsRefusedByItsKeys) {

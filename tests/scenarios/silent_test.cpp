@@ -71,15 +71,5 @@ uncertain: {)";
             "(accepted)");
 }
 
-TEST(Silent, HullsOfAnObject) {
-  EXPECT_THAT(testing::message_of([] {
-                testing::read(
-                    "graze: 1\nrobot: {urdf: robots/hopper.urdf}\nenvironment: {bowl: "
-                    "{mesh: {file: bowl.obj, "
-                    "hulls: true}}}\ntime: {end: 1 s}\npolicies: {}\n");
-              }),
-              HasSubstr("is for the robot's meshes (robot.mesh); an object is one convex hull"));
-}
-
 }  // namespace
 }  // namespace graze
