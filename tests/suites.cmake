@@ -1,9 +1,12 @@
 # Writes the CTest file of one GoogleTest program: one test per suite, in a process of its own, so that the program is loaded
 # once for all of them (which under sanitizers takes half a second).
-#   cmake -D PROGRAM=… -D PREFIX=… -D FOLDER=… -D OUTPUT=… [-D "FILTER=patterns of GoogleTest's"] -P suites.cmake
-# FOLDER is where the tests run. What FILTER leaves out is run neither here nor by CTest.
+#   cmake -D PROGRAM=… -D PREFIX=… -D FOLDER=… -D OUTPUT=… [-D "FILTER=patterns of GoogleTest's"] [-D COST=…] -P suites.cmake
+# FOLDER is where the tests run. What FILTER leaves out is run neither here nor by CTest. What costs more begins earlier.
 if(NOT FILTER)
   set(FILTER "*")
+endif()
+if(NOT COST)
+  set(COST 1)
 endif()
 execute_process(COMMAND "${PROGRAM}" --gtest_list_tests "--gtest_filter=${FILTER}"
   OUTPUT_VARIABLE listed RESULT_VARIABLE code TIMEOUT 300)
@@ -18,7 +21,7 @@ macro(end_suite)
   if(tests)
     list(JOIN tests ":" names)
     string(APPEND text "add_test([==[${PREFIX}${suite}]==] [==[${PROGRAM}]==] [==[--gtest_filter=${names}]==])\n"
-      "set_tests_properties([==[${PREFIX}${suite}]==] PROPERTIES WORKING_DIRECTORY [==[${FOLDER}]==] TIMEOUT 900)\n")
+      "set_tests_properties([==[${PREFIX}${suite}]==] PROPERTIES WORKING_DIRECTORY [==[${FOLDER}]==] TIMEOUT 900 COST ${COST})\n")
   endif()
 endmacro()
 string(REGEX REPLACE " *#[^\n]*" "" listed "${listed}")  # the values of parameters
