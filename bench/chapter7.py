@@ -160,8 +160,13 @@ def hills(graze, end, particles):
             print(f"{policy}: {mean(np.array(less), 1)} % less than pid, {len(less)} robots")
 
 
+def length(path, every):
+    """Of the way through the points of every so many steps, after START, m."""
+    return np.linalg.norm(np.diff(path[round(START / STEP)::every], axis=0), axis=1).sum()
+
+
 def paths(graze, end, output):
-    """Figure 59: paths of the base from above."""
+    """Figure 59: paths of the base from above, and how much longer they are than without what they do within a second."""
     import matplotlib
 
     matplotlib.use("svg")
@@ -174,6 +179,8 @@ def paths(graze, end, output):
         for panel, (policy, name) in zip(line, OF_FIGURES.items()):
             panel.plot(*np.array(WAYPOINTS).T, color="0.75", linewidth=1, marker="o", markersize=3)
             panel.plot(*found[policy][0][::50].T, color="#2b6ca3", linewidth=0.8)
+            detour = length(found[policy][0], 10) / length(found[policy][0], 1000)
+            print(f"{ground}, {policy}: seen every 10 ms {detour:.2f} times as long as every second")
             panel.set_title(f"{name}, μ = {ground.split()[1]}", fontsize=9)
             panel.set_aspect("equal")
             panel.tick_params(labelsize=7)
