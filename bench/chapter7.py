@@ -1,24 +1,25 @@
 #!/usr/bin/python3
-"""Tables 12 to 14 of the dissertation for quadruped_waypoints.yaml beside this script: what each controller's trot came to.
+"""Tables 12 to 14 of the dissertation for quadruped_waypoints.yaml: what each controller's trot came to.
 
-usage: chapter7.py [GRAZE] [END] [N]     the program (graze), how long it trots ("30 s"), and how many robots do (1)
-       chapter7.py GRAZE END N chatter   Figure 57 instead: two stages and one of the convex program (`regularization`)
+usage: chapter7.py [GRAZE] [END] [N]           the program (graze), how long it trots ("30 s"), and how many robots do (1)
+       chapter7.py GRAZE END N chatter         Figure 57: two stages and one of the convex program (`regularization`)
+       chapter7.py GRAZE END N hills           Figure 58: over hills (quadruped_waypoints_hills.yaml)
+       chapter7.py GRAZE END 1 paths FILE.svg  Figure 59: paths of the base on sticky and on slippery ground
 
 With N > 1 each robot's encoders are off by 1e-4 rad, which is enough for their steps to part; the tables then have means over the robots
 that did not fall with their 95 % intervals by Student's t, and how many fell.
 
 Errors of joints are means over joints and time of |q_des - q| and |v_des - v|; torques those that joints got, and their
 change per second; forces the sum of the feet's normal forces, predicted against simulated, relative to the mean simulated
-one. Time is counted from 1 s on, when it trots. A controller that fell has "-".
+one. Time is counted from 1 s on, when it trots. A controller that fell has no numbers.
 """
 
-import csv
 import pathlib
-import re
 import subprocess
 import sys
 import tempfile
 
+import h5py
 import numpy as np
 
 GROUNDS = {
@@ -28,84 +29,79 @@ GROUNDS = {
     "compliant, 0.1": ["contact.friction=0.1", "contact.model=compliant", "contact.stiffness=9320"],
     "compliant, 1.4": ["contact.friction=1.4", "contact.model=compliant", "contact.stiffness=9320"],
 }
-SCENARIO = str(pathlib.Path(__file__).with_name("quadruped_waypoints.yaml"))
+SCENARIOS = pathlib.Path(__file__).resolve().parent.parent / "data/scenarios"
+FLAT, HILLS = str(SCENARIOS / "quadruped_waypoints.yaml"), str(SCENARIOS / "quadruped_waypoints_hills.yaml")
 POLICIES = ["id/qp_coulomb", "id/lcp_coulomb", "id-no-slip/qp_no_slip", "id-no-slip/lcp_no_slip", "sensed/0ms", "sensed/1ms",
             "pid"]
+# The ground of HILLS, for the controllers that it leaves out because they take so long; lcp_coulomb would take a day.
+MAP = ["environment={ground: {heightfield: {size: [3 m, 3 m], csv: %s, scale: 0.001}}}" % (SCENARIOS.parent / "terrain/hills.csv"),
+       "contact.friction=0.8", "uncertain={contact.friction: {uniform: [0.1, 1.5]}}"]
+NO_SLIP = ["id-no-slip/qp_no_slip", "id-no-slip/lcp_no_slip"]
+OF_FIGURES = {"id/qp_coulomb": "ID(t_i)", "sensed/0ms": "ID(t_i−1)", "sensed/1ms": "ID(t_i−2)", "pid": "PID"}
+WAYPOINTS = [[0, 0], [0.25, 0], [0, 0.25], [0, -0.25], [-0.25, 0], [0.25, 0]]  # m; the first leg, and then round
 REGULARIZATIONS = ["1e-9", "1e-6", "1e-4", "1e-3", "1e-2"]  # to 1e-6: two stages; 1e-3: one
 # Student's t at 97.5 %, of 1, 2, … degrees of freedom; beyond, that of many
-STUDENT = [12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228, 2.201, 2.179, 2.160, 2.145, 2.131, 2.120]
+STUDENT = [12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228, 2.201, 2.179, 2.160, 2.145, 2.131, 2.120,
+           2.110, 2.101, 2.093, 2.086, 2.080, 2.074, 2.069, 2.064, 2.060, 2.056, 2.052, 2.048, 2.045, 2.042]
 START, STEP = 1.0, 1e-3  # s
-WANTED = r"^(time|[qv]\.[LR].*rad|tau\.|targets_in_force\.[qv]\.|tracker\.)"
 
 
-def columns(path, pattern):
-    """The columns of a CSV whose names match, [row][column], and their names."""
-    with open(path, newline="", encoding="utf-8") as file:
-        rows = csv.reader(file)
-        names = next(rows)
-        wanted = [i for i, name in enumerate(names) if re.search(pattern, name)]
-        data = [[float(row[i] or "nan") for i in wanted] for row in rows]
-    return np.array(data), [names[i] for i in wanted]
+def simulated_forces(file, frames):
+    """The sum of the feet's normal forces in each frame, N."""
+    return np.bincount(file["contacts/frame"][:], file["contacts/normal_impulse"][:], frames) / STEP
 
 
-def simulated_forces(path, times):
-    """The sum of the feet's normal forces at each of the times, N."""
-    out = np.zeros(len(times))
-    with open(path, newline="", encoding="utf-8") as file:
-        for row in csv.DictReader(file):
-            out[int(round(float(row["time [s]"]) / STEP))] += float(row["normal_impulse [N s]"]) / STEP
-    return out
-
-
-def measures(stem):
+def measures(path):
     """What a replay came to, or None if it fell."""
-    joints, names = columns(f"{stem}.csv", WANTED)
-
-    def pick(prefix):
-        return joints[:, [i for i, name in enumerate(names) if name.startswith(prefix)]]
-
-    time = joints[:, 0]
-    late = time > START
-    goal_q, goal_v = pick("targets_in_force.q."), pick("targets_in_force.v.")
-    q, v, tau = pick("q."), pick("v."), pick("tau.")
-    # Targets of a row are those of the step that led to it.
-    out = {
-        "q": np.nanmean(np.abs(goal_q - q)[late]),
-        "v": np.nanmean(np.abs(goal_v - v)[late]),
-        "tau": np.mean(np.abs(tau)[late]),
-        "rate": np.mean(np.abs(np.diff(tau, axis=0))[late[1:]]) / STEP,
-    }
-    predicted = pick("tracker.")
-    if predicted.shape[1]:
-        pressed = simulated_forces(f"{stem}.contacts.csv", time)
-        off = np.abs(predicted.sum(axis=1) - pressed)[late]
-        out["force"], out["share"] = np.nanmean(off), np.nanmean(off) / np.mean(pressed[late])
+    with h5py.File(path) as file:
+        if file.attrs["violated"] or file.attrs["outcome"] == "invalid":
+            return None
+        telemetry, names = file["telemetry"], file["names/q"].asstr()[:]
+        time, tau = telemetry["time"][:], telemetry["tau"][:]
+        base = len(names) - tau.shape[1]  # q of the base; v has one less
+        # Targets of a row are those of the step that led to it.
+        off_q = telemetry["targets_in_force/q"][:] - telemetry["q"][:, base:]
+        off_v = telemetry["targets_in_force/v"][:] - telemetry["v"][:, base - 1:]
+        late = time > START
+        out = {
+            "q": np.nanmean(np.abs(off_q)[late]),
+            "v": np.nanmean(np.abs(off_v)[late]),
+            "tau": np.mean(np.abs(tau)[late]),
+            "rate": np.mean(np.abs(np.diff(tau, axis=0))[late[1:]]) / STEP,
+        }
+        if "tracker" in telemetry and telemetry["tracker"].shape[1]:
+            pressed = simulated_forces(file, len(time))
+            off = np.abs(telemetry["tracker"][:].sum(axis=1) - pressed)[late]
+            out["force"], out["share"] = np.nanmean(off), np.nanmean(off) / np.mean(pressed[late])
     return out
 
 
-def trot(graze, overrides, policies, particles):
-    """What each particle of each policy came to, [policy][particle]: measures(), or None where it fell."""
-    if particles > 1:
-        overrides = [*overrides, "uncertain={robot.joint.*.zero: {normal: {std: 1e-4 rad}}}"]
+def path_of(path):
+    """x and y of the base of a replay, m."""
+    with h5py.File(path) as file:
+        names = list(file["names/q"].asstr()[:])
+        return file["telemetry/q"][:][:, [names.index("base.x"), names.index("base.y")]]
+
+
+def trot(graze, scenario, overrides, policies, particles, tell):
+    """What `tell` makes of the replay of each particle of each policy, [policy][particle]."""
     sets = [word for text in overrides for word in ("--set", text)]
     chosen = [word for policy in policies for word in ("--policy", policy)]
     out = {policy: [] for policy in policies}
     with tempfile.TemporaryDirectory() as folder:
         archive = f"{folder}/a.graze"
-        subprocess.run([graze, "run", SCENARIO, "-n", str(particles), "-o", archive, "--telemetry", "none", *chosen, *sets],
+        subprocess.run([graze, "run", scenario, "-n", str(particles), "-o", archive, "--telemetry", "none", *chosen, *sets],
                        check=True, capture_output=True)
         for policy in policies:
             for particle in range(particles):
-                told = subprocess.run([graze, "replay", archive, "--particle", str(particle), "--policy", policy, "-o",
-                                       f"{folder}/t.csv", "--force"], check=True, capture_output=True, text=True).stdout
-                fell = "VIOLATED" in told or "invalid" in told
-                out[policy].append(None if fell else measures(f"{folder}/t"))
+                subprocess.run([graze, "replay", archive, "--particle", str(particle), "--policy", policy, "-o",
+                                f"{folder}/t.h5", "--force"], check=True, capture_output=True)
+                out[policy].append(tell(f"{folder}/t.h5"))
     return out
 
 
-def mean(traces, key, digits, factor=1):
-    """Mean over the traces that did not fall, with the half width of its interval where there are several."""
-    values = np.array([factor * m[key] for m in traces if m and key in m])
+def mean(values, digits):
+    """Their mean, with the half width of its interval where there are several."""
     if len(values) == 0:
         return ""
     if len(values) == 1:
@@ -115,29 +111,96 @@ def mean(traces, key, digits, factor=1):
 
 
 def row(name, traces):
-    """A row of a table."""
-    fell = sum(m is None for m in traces)
-    cells = [name, mean(traces, "q", 4), mean(traces, "v", 3), mean(traces, "tau", 3), mean(traces, "rate", 1),
-             mean(traces, "force", 2), mean(traces, "share", 2, 100), f"{fell} of {len(traces)}"]
+    """A row of a table, of the traces that did not fall."""
+    stood = [m for m in traces if m]
+
+    def cell(key, digits, factor=1.0):
+        return mean(np.array([factor * m[key] for m in stood if key in m]), digits)
+
+    cells = [name, cell("q", 4), cell("v", 3), cell("tau", 3), cell("rate", 1), cell("force", 2), cell("share", 1, 100),
+             f"{len(traces) - len(stood)} of {len(traces)}"]
     print("| " + " | ".join(cells) + " |", flush=True)
 
 
+def head(title):
+    """The head of a table."""
+    print(f"\n{title}\n\n| controller | rad | rad/s | N m | N m/s | force error, N | relative, % | fell |\n" + "|---" * 8 + "|",
+          flush=True)
+
+
+def tables(graze, end, particles, chatter):
+    """A table for each ground."""
+    for ground, overrides in GROUNDS.items():
+        head(ground)
+        sets = overrides + [f"time.end={end}"]
+        if particles > 1:
+            sets.append("uncertain={robot.joint.*.zero: {normal: {std: 1e-4 rad}}}")
+        if not chatter:
+            for policy in POLICIES:
+                row(policy, trot(graze, FLAT, sets, [policy], particles, measures)[policy])
+            continue
+        for weight in REGULARIZATIONS:
+            weighed = sets + [f"policies.id.control.inverse_dynamics.regularization={weight}"]
+            row(f"regularization {weight}", trot(graze, FLAT, weighed, ["id/qp_coulomb"], particles, measures)["id/qp_coulomb"])
+
+
+def hills(graze, end, particles):
+    """Figure 58: a table, and by how much less joints are off than those of PID, robot by robot."""
+    head("hills, friction 0.1 to 1.5")
+    found = {}
+    for policy in OF_FIGURES:
+        found[policy] = trot(graze, HILLS, [f"time.end={end}"], [policy], particles, measures)[policy]
+        row(policy, found[policy])
+    for policy in NO_SLIP:
+        found[policy] = trot(graze, FLAT, MAP + [f"time.end={end}"], [policy], particles, measures)[policy]
+        row(policy, found[policy])
+    for policy in found:
+        less = [100 * (1 - a["q"] / b["q"]) for a, b in zip(found[policy], found["pid"]) if a and b]
+        if policy != "pid":
+            print(f"{policy}: {mean(np.array(less), 1)} % less than pid, {len(less)} robots")
+
+
+def length(path, every):
+    """Of the way through the points of every so many steps, after START, m."""
+    return np.linalg.norm(np.diff(path[round(START / STEP)::every], axis=0), axis=1).sum()
+
+
+def paths(graze, end, output):
+    """Figure 59: paths of the base from above, and how much longer they are than without what they do within a second."""
+    import matplotlib
+
+    matplotlib.use("svg")
+    matplotlib.rcParams["svg.hashsalt"] = "graze"
+    from matplotlib import pyplot
+
+    figure, axes = pyplot.subplots(2, 4, figsize=(10, 5.6), sharex=True, sharey=True, layout="constrained")
+    for line, ground in zip(axes, ("rigid, 1.4", "rigid, 0.1")):
+        found = trot(graze, FLAT, GROUNDS[ground] + [f"time.end={end}"], list(OF_FIGURES), 1, path_of)
+        for panel, (policy, name) in zip(line, OF_FIGURES.items()):
+            panel.plot(*np.array(WAYPOINTS).T, color="0.75", linewidth=1, marker="o", markersize=3)
+            panel.plot(*found[policy][0][::50].T, color="#2b6ca3", linewidth=0.8)
+            detour = length(found[policy][0], 10) / length(found[policy][0], 1000)
+            print(f"{ground}, {policy}: seen every 10 ms {detour:.2f} times as long as every second")
+            panel.set_title(f"{name}, μ = {ground.split()[1]}", fontsize=9)
+            panel.set_aspect("equal")
+            panel.tick_params(labelsize=7)
+    figure.supxlabel("x, m", fontsize=8)
+    figure.supylabel("y, m", fontsize=8)
+    figure.savefig(output, metadata={"Date": None})
+
+
 def main():
-    """Prints a table for each ground."""
+    """Prints tables, or draws."""
     graze = sys.argv[1] if len(sys.argv) > 1 else "graze"
     end = sys.argv[2] if len(sys.argv) > 2 else "30 s"
     particles = int(sys.argv[3]) if len(sys.argv) > 3 else 1
-    chatter = sys.argv[4:] == ["chatter"]
-    for ground, overrides in GROUNDS.items():
-        print(f"\n{ground}\n\n| controller | rad | rad/s | N m | N m/s | force error, N | relative, % | fell |\n" + "|---" * 8 + "|")
-        sets = overrides + [f"time.end={end}"]
-        if chatter:
-            for weight in REGULARIZATIONS:
-                weighed = sets + [f"policies.id.control.inverse_dynamics.regularization={weight}"]
-                row(f"regularization {weight}", trot(graze, weighed, ["id/qp_coulomb"], particles)["id/qp_coulomb"])
-            continue
-        for policy, traces in trot(graze, sets, POLICIES, particles).items():
-            row(policy, traces)
+    what = sys.argv[4] if len(sys.argv) > 4 else "tables"
+    if what == "paths":
+        paths(graze, end, sys.argv[5])
+    elif what == "hills":
+        hills(graze, end, particles)
+    else:
+        tables(graze, end, particles, what == "chatter")
 
 
 if __name__ == "__main__":
