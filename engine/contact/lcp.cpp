@@ -24,11 +24,18 @@ VectorXd perturbed(const VectorXd& q) {
   return out;
 }
 
+/// Pivots after which the inverse of a basis is computed afresh, and the least pivot, as a share of its column's
+/// largest entry, by which it is brought up to date (our choices).
+constexpr int kFreshAfter = 250;
+constexpr double kLeastPivot = 1e-4;
+
 /// The system w - M z - e z0 = q with n basic variables: w are numbered 0 to n - 1, z from n, z0 is 2 n. The inverse of
-/// the basis is computed afresh for every pivot, because redundant contacts let the errors of updates grow.
+/// the basis is brought up to date by each pivot, and computed afresh after `fresh_after` and after small ones:
+/// redundant contacts let the errors of updates grow.
 class LemkeBasis {
  public:
-  LemkeBasis(const MatrixXd& M, const VectorXd& q) : M_(M), q_(perturbed(q)), n_(static_cast<int>(q.size())) {
+  LemkeBasis(const MatrixXd& M, const VectorXd& q, int fresh_after)
+      : M_(M), q_(perturbed(q)), n_(static_cast<int>(q.size())), fresh_after_(fresh_after) {
     for (int i = 0; i < n_; ++i) basic_.push_back(i);
     inverse_ = MatrixXd::Identity(n_, n_);
     values_ = q_;
@@ -46,7 +53,7 @@ class LemkeBasis {
   }
   /// Row that blocks `entering` first, or -1 (a ray).
   int blocking_row(int entering) const {
-    const VectorXd change = inverse_ * column(entering);
+    const VectorXd change = change_by(entering);
     const double tolerance = 1e-10 * change.cwiseAbs().maxCoeff();
     int row = -1;
     for (int i = 0; i < n_; ++i) {
@@ -57,15 +64,32 @@ class LemkeBasis {
   }
   /// Puts `entering` into the basis at `row`; returns what left.
   int exchange(int row, int entering) {
+    VectorXd change = change_by(entering);
     std::swap(basic_[row], entering);
-    MatrixXd basis(n_, n_);
-    for (int i = 0; i < n_; ++i) basis.col(i) = column(basic_[i]);
-    inverse_ = basis.partialPivLu().inverse();
-    values_ = inverse_ * q_;
+    const double pivot = change[row];
+    if (++since_fresh_ < fresh_after_ && std::abs(pivot) > kLeastPivot * change.cwiseAbs().maxCoeff()) {
+      const double step = values_[row] / pivot;
+      values_ -= step * change;
+      values_[row] = step;
+      const VectorXd of_row = inverse_.row(row).transpose() / pivot;
+      change[row] -= 1;
+      inverse_.noalias() -= change * of_row.transpose();
+    } else {
+      MatrixXd basis(n_, n_);
+      for (int i = 0; i < n_; ++i) basis.col(i) = column(basic_[i]);
+      inverse_ = basis.partialPivLu().inverse();
+      values_.noalias() = inverse_ * q_;
+      since_fresh_ = 0;
+    }
     return entering;
   }
 
  private:
+  /// By how much the basic variables fall as one that is not rises by 1.
+  VectorXd change_by(int variable) const {
+    if (variable < n_) return inverse_.col(variable);
+    return inverse_ * column(variable);
+  }
   VectorXd column(int variable) const {
     if (variable < n_) return VectorXd::Unit(n_, variable);
     return variable == artificial() ? VectorXd(-VectorXd::Ones(n_)) : VectorXd(-M_.col(variable - n_));
@@ -73,7 +97,7 @@ class LemkeBasis {
 
   const MatrixXd& M_;
   VectorXd q_;
-  int n_;
+  int n_, fresh_after_, since_fresh_ = 0;
   std::vector<int> basic_;
   MatrixXd inverse_;
   VectorXd values_;
@@ -203,11 +227,11 @@ VectorXd solve_block(const MatrixXd& A, const VectorXd& right) {
 
 }  // namespace
 
-LcpSolution solve_lemke(const MatrixXd& M, const VectorXd& q) {
+namespace {
+
+LcpSolution pivot_by_lemke(const MatrixXd& M, const VectorXd& q, int fresh_after) {
   const int n = static_cast<int>(q.size());
-  assert(M.rows() == n && M.cols() == n);
-  if (n == 0 || q.minCoeff() >= 0) return from_active(M, q, {}, 0);
-  LemkeBasis basis(M, q);
+  LemkeBasis basis(M, q, fresh_after);
   int left = basis.exchange(basis.first_row(), basis.artificial());
   for (int pivots = 1; pivots < 50 * n + 200; ++pivots) {
     const int entering = basis.complement(left);
@@ -222,6 +246,17 @@ LcpSolution solve_lemke(const MatrixXd& M, const VectorXd& q) {
     return from_active(M, q, std::move(active), pivots);
   }
   return unsolved(q, 50 * n + 200);
+}
+
+}  // namespace
+
+LcpSolution solve_lemke(const MatrixXd& M, const VectorXd& q) {
+  const int n = static_cast<int>(q.size());
+  assert(M.rows() == n && M.cols() == n);
+  if (n == 0 || q.minCoeff() >= 0) return from_active(M, q, {}, 0);
+  LcpSolution solution = pivot_by_lemke(M, q, kFreshAfter);
+  if (solution.solved && lcp_residual(M, q, solution.z) <= 1e-9 * q.cwiseAbs().maxCoeff()) return solution;
+  return pivot_by_lemke(M, q, 1);  // errors of updates may have led to another basis
 }
 
 LcpSolution solve_closest(const MatrixXd& M, const VectorXd& q, const MatrixXd& D, const VectorXd& before) {
