@@ -235,6 +235,8 @@ Comparison compare_campaigns(const Archive& a, const Archive& b, const CompareRe
   const auto policies = policies_of(a.info(), b.info(), request);
   out.particles.others = why_others(a.info(), b.info());
   out.changes = scenario_changes(a.info().scenario_text, b.info().scenario_text);
+  const std::vector<ScenarioChange> of_files = file_changes(a.info().source.inputs, b.info().source.inputs);
+  out.changes.insert(out.changes.end(), of_files.begin(), of_files.end());
   compare_values(a, b, out.particles);
   std::vector<double> p_values;
   for (const auto& [policy_a, policy_b] : policies) {

@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <map>
 #include <utility>
 
 #include "engine/settings/settings.h"
+#include "engine/settings/sha256.h"
 
 namespace graze {
 namespace {
@@ -60,6 +62,48 @@ std::vector<ScenarioChange> scenario_changes(const std::string& a, const std::st
   }
   for (const auto& [path, value] : in_b) {
     if (left.contains(path)) out.push_back({path, "", value});
+  }
+  return out;
+}
+
+namespace {
+
+using Files = std::map<std::string, std::string>;
+
+std::string name_of_file(const std::string& path) { return std::filesystem::path(path).filename().string(); }
+
+/// Whose values are compared instead.
+bool is_yaml(const std::string& path) {
+  const std::string kind = std::filesystem::path(path).extension().string();
+  return kind == ".yaml" || kind == ".yml" || path == "-";
+}
+
+/// The file that stands for `path`, or none.
+const std::string* counterpart(const std::string& path, const Files& files) {
+  if (const auto found = files.find(path); found != files.end()) return &found->second;
+  for (const auto& [other, content] : files) {
+    if (name_of_file(other) == name_of_file(path)) return &content;
+  }
+  return nullptr;
+}
+
+std::string known_by(const std::string* content) {
+  constexpr std::size_t kDigits = 12;
+  return content ? fmt::format("{} bytes, SHA-256 {}…", content->size(), sha256_of(*content).substr(0, kDigits)) : "";
+}
+
+}  // namespace
+
+std::vector<ScenarioChange> file_changes(const Files& a, const Files& b) {
+  std::vector<ScenarioChange> out;
+  if (a.empty() || b.empty()) return out;
+  for (const auto& [path, content] : a) {
+    const std::string* other = counterpart(path, b);
+    if (is_yaml(path) || (other && *other == content)) continue;
+    out.push_back({"file " + name_of_file(path), known_by(&content), known_by(other)});
+  }
+  for (const auto& [path, content] : b) {
+    if (!is_yaml(path) && !counterpart(path, a)) out.push_back({"file " + name_of_file(path), "", known_by(&content)});
   }
   return out;
 }

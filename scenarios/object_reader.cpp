@@ -12,6 +12,7 @@
 #include "engine/model/urdf.h"
 #include "engine/settings/merged.h"
 #include "engine/settings/units.h"
+#include "engine/settings/warnings.h"
 #include "scenarios/csv.h"
 #include "scenarios/hull_reader.h"
 #include "scenarios/limits.h"
@@ -85,16 +86,18 @@ std::vector<Shape> read_hulls(const Described& own, bool split) {
       refuse_length(*scale);
       const std::vector<double> factors = scale->numbers(scale->is_list() ? 3 : 1);
       for (int i = 0; i < 3; ++i) size[i] = factors[factors.size() == 3 ? i : 0];
-      if (!(size.minCoeff() > 0)) scale->fail("scale factors must be > 0");
+      if (!(size.minCoeff() > 0)) scale->fail(fmt::format("{:g}: scale factors must be > 0", size.minCoeff()));
     }
   }
   const std::string path = file.resolve_file(file.text());
   const HullSettings hull = s.is_map() ? read_hull(s) : HullSettings();
   std::vector<Shape> out;
   try {
-    for (const auto& mesh : split ? convex_parts(path) : std::vector{collision_hull(*load_mesh(path))}) {
+    std::vector<std::string> doubts;
+    for (const auto& mesh : split ? convex_parts(path, doubts) : std::vector{collision_hull(*load_mesh(path))}) {
       out.push_back({ShapeKind::mesh, size, mesh, nullptr, simplified_hull(*mesh, size, hull)});
     }
+    for (const std::string& doubt : doubts) warn(file, doubt);
   } catch (const ConcavePiece& piece) {
     file.fail(fmt::format("{}, or leave out 'hulls' for one hull", piece.what()));
   } catch (const InputError& e) {

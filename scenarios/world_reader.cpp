@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 
 #include "engine/control/joint_values.h"
+#include "engine/model/limits.h"
 #include "engine/model/rotation.h"
 #include "engine/model/srdf.h"
 #include "engine/physics.h"
@@ -266,6 +268,10 @@ class WorldReader {
     if (name.find_first_of("*?{}") != std::string::npos) {
       settings.fail_key("an object's name must have none of * ? { }, which globs of names are made of");
     }
+    if (std::any_of(name.begin(), name.end(),
+                    [](char c) { return std::iscntrl(static_cast<unsigned char>(c)) != 0; })) {
+      settings.fail_key("an object's name must have no control characters");
+    }
     for (const Link& link : world().robot.links) {
       if (link.name == name)
         settings.fail_key("a link of the robot has this name; call the object otherwise (graze new does)");
@@ -305,7 +311,8 @@ class WorldReader {
     check_movable(settings, object);
     const double volume = object.volume();
     if (static_cast<bool>(density) == static_cast<bool>(mass)) {
-      settings.fail("a movable object needs either 'density' or 'mass'");
+      settings.fail(density ? "has both; a movable object needs either 'density' or 'mass'"
+                            : "a movable object needs either 'density' or 'mass'");
     }
     double value = 0, robot = 0;
     for (const Link& link : world().robot.links) robot += link.inertia.mass;
@@ -325,7 +332,12 @@ class WorldReader {
     }
     object.inertia = MassMoments::of_shape(object.shape, value);
     for (const Shape& part : object.more) object.inertia = object.inertia + MassMoments::of_shape(part, value);
-    check_inertia(density ? *density : *mass, object.inertia);
+    const Settings& said = density ? *density : *mass;
+    check_inertia(said, object.inertia);
+    const double weighs = object.inertia.mass;
+    if (!(weighs >= kLeastMass && weighs <= kMostMass)) {
+      said.fail(fmt::format("{:g} kg; a movable object weighs {:g} to {:g} kg", weighs, kLeastMass, kMostMass));
+    }
   }
 
   /// A movable object's shape has a volume, and is larger than the gap that counts as none.

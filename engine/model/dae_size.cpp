@@ -13,6 +13,7 @@
 #include "engine/model/limits.h"
 #include "engine/model/mesh_size.h"
 #include "engine/model/urdf_values.h"
+#include "engine/model/xml_text.h"
 #include "engine/settings/settings.h"
 
 namespace graze {
@@ -27,9 +28,9 @@ class DaeCount {
 
   void run(const std::string& bytes) {
     tinyxml2::XMLDocument document;
-    if (document.Parse(bytes.data(), bytes.size()) != tinyxml2::XML_SUCCESS) {
-      throw InputError(fmt::format("{}:{}: not XML ({}); a DAE file is an XML document <COLLADA>…</COLLADA>", file_,
-                                   document.ErrorLineNum(), tinyxml2::XMLDocument::ErrorIDToName(document.ErrorID())));
+    if (const auto fault = read_xml(bytes, document)) {
+      throw InputError(fmt::format("{}:{}: {}; a DAE file is an XML document <COLLADA>…</COLLADA>", file_, fault->line,
+                                   fault->what));
     }
     const XMLElement* root = document.RootElement();
     if (!root) return;

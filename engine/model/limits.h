@@ -50,6 +50,7 @@ inline constexpr std::size_t kMaxPolygon = 1'000;
 inline constexpr std::size_t kMaxMeshParts = 10'000;
 /// Convex parts of one collision mesh: each is looked at on its own. V-HACD makes 64 unless it is told otherwise.
 inline constexpr std::size_t kMaxMeshHulls = 64;
+inline constexpr std::size_t kMaxXmlAttributes = 256;  // of one element
 /// Vertices of a mesh whose convex hull is sought: a million on a ball take some ten seconds, most meshes a tenth of
 /// one.
 inline constexpr std::size_t kMaxHullPoints = 1'000'000;
@@ -59,6 +60,8 @@ inline constexpr std::size_t kMaxHullCorners = 50'000;
 /// Lengths of shapes, and coordinates of places, m. A double has 53 bits, so that near 1e6 m its neighbours are 1.2e-10
 /// m apart: gaps keep a tenth of a nanometre, and the smallest overlap that is told is 1e-9 m.
 inline constexpr double kMaxLength = 1e6;
+/// Mass of a movable object, kg: beyond, rounding hides what others weigh.
+inline constexpr double kLeastMass = 1e-12, kMostMass = 1e9;
 /// Angles of joints, rad: as lengths, near it an angle has ten decimals; farther out a joint may turn and its angle
 /// not.
 inline constexpr double kMaxAngle = 1e6;

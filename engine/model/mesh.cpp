@@ -17,6 +17,7 @@
 #include "engine/model/dae_size.h"
 #include "engine/model/limits.h"
 #include "engine/model/mesh_size.h"
+#include "engine/model/mesh_text.h"
 #include "engine/model/urdf.h"
 #include "engine/settings/child.h"
 #include "engine/settings/inputs.h"
@@ -227,7 +228,10 @@ std::string in_its_words(std::string said, const std::string& file) {
   for (std::size_t at = said.find(own); at != std::string::npos; at = said.find(own, at + name.size())) {
     said.replace(at, own.size(), name);
   }
-  return said;
+  if (said.find("bad_alloc") != std::string::npos) {
+    return "it asks for more memory than a mesh may take; the file is damaged";
+  }
+  return fit_for_a_line(said);
 }
 
 /// Each shape of a file: where its node moves it, or, `as_listed`, as it stands.
@@ -276,7 +280,7 @@ std::vector<RawPart> read_parts(const std::string& file, Nodes nodes) {
   } else if (bounded_kind(kind)) {
     check_mesh_size(bytes, file);
   }
-  constexpr ChildLimits kLimits = {30, std::size_t{6} << 30, std::size_t{1} << 30};
+  constexpr ChildLimits kLimits = {30, std::size_t{3} << 30, std::size_t{1} << 30};
   const ChildRun run = run_in_child([&] { return parts_in_bytes(file, bytes, nodes); }, kLimits);
   if (!run.problem.empty()) {
     throw InputError(

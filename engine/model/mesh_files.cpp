@@ -122,7 +122,7 @@ std::shared_ptr<const Mesh> MeshFiles::hull(const fs::path& file) {
 
 const std::vector<std::shared_ptr<const Mesh>>& MeshFiles::parts(const fs::path& file) {
   auto& parts = parts_[file];
-  if (parts.empty()) parts = convex_parts(file.string());
+  if (parts.empty()) parts = convex_parts(file.string(), doubts_);
   return parts;
 }
 

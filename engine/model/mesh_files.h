@@ -32,6 +32,8 @@ class MeshFiles {
   std::shared_ptr<const Mesh> hull(const std::filesystem::path& file);
   /// The hulls of its convex parts (mesh_parts.h).
   const std::vector<std::shared_ptr<const Mesh>>& parts(const std::filesystem::path& file);
+  /// Of these, the parts that are not convex, in words.
+  const std::vector<std::string>& doubts() const { return doubts_; }
 
  private:
   std::filesystem::path folder_;
@@ -39,6 +41,7 @@ class MeshFiles {
   bool variable_;
   std::map<std::filesystem::path, std::shared_ptr<const Mesh>> triangles_, hulls_;
   std::map<std::filesystem::path, std::vector<std::shared_ptr<const Mesh>>> parts_;
+  std::vector<std::string> doubts_;
 };
 
 }  // namespace graze

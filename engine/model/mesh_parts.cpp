@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <numeric>
@@ -91,13 +92,73 @@ bool is_convex(const Mesh& mesh, const Mesh& hull) {
   return std::abs(enclosed_volume(mesh)) >= kShare * enclosed_volume(hull);
 }
 
-Meshes of_folder(const std::string& file, const std::string& folder, const std::vector<std::string>& names) {
+/// How much of a mesh's surface lies inside of its hull, 0 to 1; which way its triangles face, and whether it is
+/// closed, plays no part. A triangle lies inside if its plane leaves more than 2 % of the hull's size on both sides.
+double share_inside(const Mesh& mesh, const Mesh& hull) {
+  constexpr double kShallow = 0.02, kMostLooks = 2e7;
+  Eigen::AlignedBox3d box;
+  for (const Vec3& v : hull.vertices) box.extend(v);
+  const double shallow = kShallow * box.sizes().maxCoeff();
+  const double looks = static_cast<double>(mesh.triangles.size()) * static_cast<double>(hull.vertices.size());
+  const std::size_t every = 1 + static_cast<std::size_t>(looks / kMostLooks);
+  double all = 0, inside = 0;
+  for (std::size_t i = 0; i < mesh.triangles.size(); i += every) {
+    const Eigen::Vector3i& t = mesh.triangles[i];
+    const Vec3 a = mesh.vertices[t[0]];
+    const Vec3 across = (mesh.vertices[t[1]] - a).cross(mesh.vertices[t[2]] - a);
+    const double area = across.norm();
+    if (!(area > 0)) continue;
+    double least = 0, most = 0;
+    for (const Vec3& v : hull.vertices) {
+      const double above = across.dot(v - a) / area;
+      least = std::min(least, above), most = std::max(most, above);
+    }
+    all += area;
+    if (std::min(-least, most) > shallow) inside += area;
+  }
+  return all > 0 ? inside / all : 0;
+}
+
+/// Whether the hull of a part is nearly the part.
+bool is_part(const Mesh& mesh, const Mesh& hull) {
+  constexpr double kShare = 0.05;  // of the surface
+  return is_convex(mesh, hull) || share_inside(mesh, hull) <= kShare;
+}
+
+/// Tells of a part that is not convex. `name`: of the part.
+void doubt_part(const std::string& name, const Mesh& mesh, const Mesh& hull, std::vector<std::string>& doubts) {
+  if (is_part(mesh, hull)) return;
+  doubts.push_back(fmt::format(
+      "{} is not convex: {:.0f} % of its surface lies inside of its hull, which contact and mass take for it; split it "
+      "by V-HACD or CoACD",
+      name, 100 * share_inside(mesh, hull)));
+}
+
+/// Objects that are not convex but hang together in pieces, piece by piece.
+Meshes without_loose_pieces(const Meshes& objects, const std::string& file) {
+  Meshes out;
+  for (const std::shared_ptr<const Mesh>& object : objects) {
+    const auto hull = convex_hull(*object);
+    if (!hull) continue;  // flat: encloses nothing
+    const Meshes pieces = is_part(*object, *hull) ? Meshes{object} : pieces_of(object);
+    out.insert(out.end(), pieces.begin(), pieces.end());
+    if (out.size() > kMaxMeshHulls) fail_many(file, fmt::format("more than {} separate pieces", kMaxMeshHulls));
+  }
+  return out;
+}
+
+Meshes of_folder(const std::string& file, const std::string& folder, const std::vector<std::string>& names,
+                 std::vector<std::string>& doubts) {
   if (names.size() > kMaxMeshHulls) {
     fail_many(file, fmt::format("{} has more than {} mesh files", folder, kMaxMeshHulls));
   }
   read_input(file, "", kMaxMeshBytes);  // kept with a campaign: a replay looks for it, too
   Meshes out;
-  for (const std::string& name : names) out.push_back(collision_hull(*load_mesh((fs::path(folder) / name).string())));
+  for (const std::string& name : names) {
+    const auto mesh = load_mesh((fs::path(folder) / name).string());
+    out.push_back(collision_hull(*mesh));
+    doubt_part(mesh->file, *mesh, *out.back(), doubts);
+  }
   return out;
 }
 
@@ -111,23 +172,30 @@ std::string what_lacks(const std::string& folder) {
 
 }  // namespace
 
-std::vector<std::shared_ptr<const Mesh>> convex_parts(const std::string& file) {
+std::vector<std::shared_ptr<const Mesh>> convex_parts(const std::string& file, std::vector<std::string>& doubts) {
   const std::string folder = folder_of_parts(file);
   const std::vector<std::string> names = input_files_in(folder, is_mesh_kind, kMaxMeshHulls);
-  if (!names.empty()) return of_folder(file, folder, names);
+  if (!names.empty()) return of_folder(file, folder, names, doubts);
   Meshes parts = load_mesh_objects(file);
   if (parts.size() > kMaxMeshHulls) fail_many(file, fmt::format("{} objects", parts.size()));
-  if (parts.size() == 1) parts = pieces_of(parts.front());
+  const bool several = parts.size() > 1;
+  parts = several ? without_loose_pieces(parts, file) : pieces_of(parts.front());
   Meshes hulls;
-  std::shared_ptr<const Mesh> solid;
+  Meshes solids;
   for (const std::shared_ptr<const Mesh>& part : parts) {
     auto hull = convex_hull(*part);
     if (!hull) continue;
     hulls.push_back(hull);
-    solid = part;
+    solids.push_back(part);
   }
   if (hulls.empty()) return {collision_hull(*load_mesh(file))};
-  if (hulls.size() > 1 || is_convex(*solid, *hulls.front())) return hulls;
+  if (hulls.size() > 1) {
+    for (std::size_t i = 0; i < hulls.size(); ++i) {
+      doubt_part(fmt::format("{}: part {} of {}", file, i + 1, hulls.size()), *solids[i], *hulls[i], doubts);
+    }
+    return hulls;
+  }
+  if (is_convex(*solids.front(), *hulls.front())) return hulls;
   const std::string lacks = what_lacks(folder);
   throw ConcavePiece(
       fmt::format(

@@ -10,6 +10,7 @@
 #include <string_view>
 
 #include "engine/model/limits.h"
+#include "engine/model/mesh_text.h"
 #include "engine/settings/settings.h"
 
 namespace graze {
@@ -53,6 +54,10 @@ class ObjCount {
         }
       } else if (kind == 'v') {
         add(corners_, 1, kMaxMeshCorners, number, "vertices and corners of faces");
+        if (line.size() < 2 || kSpace.find(line[1]) != std::string_view::npos) {
+          if (const std::string problem = vertex_problem(line.substr(1)); !problem.empty())
+            fail(number, "v: " + problem);
+        }
       } else if (kind != '#') {
         add(parts_, 1, kMaxMeshParts, number, "parts (objects, groups, materials)");
       }
@@ -161,6 +166,7 @@ void check_ply_head(const std::string& bytes, const std::string& file) {
     throw InputError(fmt::format("{}:{}: element {}: {:.0f} of them; a mesh has at most {}, and the file has {} bytes",
                                  file, number, clipped(kind, 20), count, kMaxMeshCorners, bytes.size()));
   }
+  check_ply_faces(bytes, file);
 }
 
 void check_mesh_size(const std::string& bytes, const std::string& file) {
@@ -169,6 +175,7 @@ void check_mesh_size(const std::string& bytes, const std::string& file) {
     ObjCount(file).run(bytes);
   } else if (!is_binary_stl(bytes)) {
     check_stl_parts(bytes, file);
+    check_stl(bytes, file);
   }
 }
 

@@ -10,6 +10,7 @@
 
 #include "engine/model/limits.h"
 #include "engine/model/urdf_spelling.h"
+#include "engine/model/xml_text.h"
 #include "engine/settings/inputs.h"
 #include "engine/settings/settings.h"
 
@@ -38,10 +39,8 @@ class SrdfReader {
 
   std::vector<std::pair<std::string, std::string>> run(const std::string& text) {
     tinyxml2::XMLDocument document;
-    if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS) {
-      fail(std::max(document.ErrorLineNum(), 1),
-           fmt::format("not XML ({}); an SRDF file is an XML document <robot name=\"…\">…</robot>",
-                       tinyxml2::XMLDocument::ErrorIDToName(document.ErrorID())));
+    if (const auto fault = read_xml(text, document)) {
+      fail(fault->line, fmt::format("{}; an SRDF file is an XML document <robot name=\"…\">…</robot>", fault->what));
     }
     const tinyxml2::XMLElement* robot = document.RootElement();
     if (!robot || std::string_view(robot->Name()) != "robot") {

@@ -23,6 +23,7 @@
 #include "engine/model/urdf_bodies.h"
 #include "engine/model/urdf_outline.h"
 #include "engine/model/xacro.h"
+#include "engine/model/xml_text.h"
 #include "engine/settings/inputs.h"
 #include "engine/settings/settings.h"
 
@@ -210,6 +211,7 @@ class Builder {
   }
 
   void tell_whole() {
+    for (const std::string& doubt : meshes_.doubts()) problems_.warn(doubt);
     if (whole_.empty()) return;
     problems_.warn(
         fmt::format("{}: concave meshes of one piece that stay one hull each, since 'hulls' finds no convex "
@@ -420,16 +422,15 @@ void parse_xml(const std::string& xml, const std::string& name, tinyxml2::XMLDoc
     throw InputError(
         fmt::format("{}: {} bytes; a URDF file has at most {}", name, xml.size(), bytes_in_words(kMaxUrdfBytes)));
   }
-  if (document.Parse(xml.data(), xml.size()) == tinyxml2::XML_SUCCESS) return;
+  const auto fault = read_xml(xml, document);
+  if (!fault) return;
   UrdfProblems(name, false)
-      .stop(std::max(document.ErrorLineNum(), 1),  // 0: there is nothing in it
-            fmt::format("not XML ({}); a URDF file is an XML document <robot name=\"…\">…</robot>",
-                        tinyxml2::XMLDocument::ErrorIDToName(document.ErrorID())));
+      .stop(fault->line, fmt::format("{}; a URDF file is an XML document <robot name=\"…\">…</robot>", fault->what));
 }
 
 bool needs_xacro(const std::string& xml) {
   tinyxml2::XMLDocument document;
-  return document.Parse(xml.data(), xml.size()) == tinyxml2::XML_SUCCESS && xacro_use(document);
+  return !read_xml(xml, document) && xacro_use(document);
 }
 
 /// The document without what stands beside its root: parsers differ in what they let stand there.

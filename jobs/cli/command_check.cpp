@@ -135,7 +135,8 @@ std::string overview(const Scenario& s, const ChannelReaders& readers) {
                      counted(static_cast<std::size_t>(s.model.na()), "driven joint") + followers(s.model),
                      s.world->robot.floating_base ? "floating" : "fixed", mass_text(s.world->robot, s.model));
   const std::string shapes = shapes_text(s.model);
-  out += fmt::format("  environment  {}; {}{}, {} that may touch\n", counted(s.world->objects.size(), "object"),
+  out += fmt::format("  environment  {}; {}{}, {} that may touch\n",
+                     counted(s.world->objects.size(), "object") + object_masses(*s.world),
                      counted(s.model.colliders.size(), "collision shape"),
                      shapes.empty() ? "" : fmt::format(" ({})", shapes), counted(s.model.pairs.size(), "pair"));
   out += fmt::format("  time         {:g} s in steps of {:g} s, control every {:g} s; physics: {}\n", s.timing.end,
@@ -383,6 +384,7 @@ int check(const CheckArguments& arguments) {
     out["archive"] = as_json(size, free);
     out["robot"] = robot_as_json(scenario);
     out["meshes"] = hulls_as_json(scenario.model);
+    out["objects"] = objects_as_json(*scenario.world);
     std::cout << out.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) << "\n";
   } else {
     std::cout << overview(scenario, readers) << "  archive      " << size_text(size, free) << "\n";

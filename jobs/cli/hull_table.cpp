@@ -1,10 +1,12 @@
 #include "jobs/cli/hull_table.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <filesystem>
 
 #include "analysis/text_table.h"
+#include "archive/files/utf8.h"
 #include "engine/model/hull.h"
 
 namespace graze {
@@ -41,6 +43,37 @@ nlohmann::json hulls_as_json(const Model& model) {
                    {"error", hull.error}});
   });
   return out;
+}
+
+nlohmann::json objects_as_json(const World& world) {
+  nlohmann::json out = nlohmann::json::array();
+  for (const Object& object : world.objects) {
+    if (!object.movable) continue;
+    const Vec3 com = object.inertia.com();
+    const Mat3 inertia = object.inertia.inertia_about_com();
+    nlohmann::json rows = nlohmann::json::array();
+    for (int i = 0; i < 3; ++i) rows.push_back({inertia(i, 0), inertia(i, 1), inertia(i, 2)});
+    out.push_back({{"name", object.name},
+                   {"parts", 1 + object.more.size()},
+                   {"mass", object.inertia.mass},
+                   {"com", {com.x(), com.y(), com.z()}},
+                   {"inertia", rows}});
+  }
+  return out;
+}
+
+std::string object_masses(const World& world) {
+  constexpr std::size_t kMost = 4;
+  std::vector<std::string> out;
+  for (const Object& object : world.objects) {
+    if (!object.movable) continue;
+    if (out.size() == kMost) {
+      out.push_back("…");
+      break;
+    }
+    out.push_back(fmt::format("{} {:.3g} kg", printable(object.name), object.inertia.mass));
+  }
+  return out.empty() ? "" : fmt::format(" ({})", fmt::join(out, ", "));
 }
 
 }  // namespace graze

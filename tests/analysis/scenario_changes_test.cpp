@@ -39,5 +39,22 @@ TEST(ScenarioChanges, OfEqualOnesThereAreNone) {
   EXPECT_TRUE(scenario_changes("not: [yaml", "not: [yaml").empty());
 }
 
+// A robot or mesh of another content is a change, though the scenario's text names the same file.
+TEST(ScenarioChanges, AreOfFilesToo) {
+  const std::map<std::string, std::string> a = {{"/x/s.yaml", "a"}, {"/x/r.urdf", "one"}, {"/x/m.obj", "same"}},
+                                           b = {{"/y/s.yaml", "b"},
+                                                {"/y/r.urdf", "other"},
+                                                {"/y/m.obj", "same"},
+                                                {"/y/new.stl", "1"}};
+  const std::vector<ScenarioChange> got = file_changes(a, b);
+  ASSERT_EQ(got.size(), 2u);
+  EXPECT_EQ(got[0].path, "file r.urdf");
+  EXPECT_EQ(got[0].in_a.substr(0, 8), "3 bytes,");
+  EXPECT_EQ(got[0].in_b.substr(0, 8), "5 bytes,");
+  EXPECT_EQ(got[1].path, "file new.stl");
+  EXPECT_EQ(got[1].in_a, "");
+  EXPECT_TRUE(file_changes(a, {}).empty()) << "an archive that kept none";
+}
+
 }  // namespace
 }  // namespace graze

@@ -53,7 +53,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   } catch (const graze::InputError&) {
   }
   try {
-    for (const auto& part : graze::convex_parts(name)) check(*part);
+    std::vector<std::string> doubts;
+    for (const auto& part : graze::convex_parts(name, doubts)) check(*part);
   } catch (const graze::InputError&) {
   }
   return 0;

@@ -36,7 +36,7 @@ class MeshParts : public ::testing::Test {
  protected:
   std::vector<double> left_ends(const std::string& file) const {
     std::vector<double> out;
-    for (const auto& part : convex_parts(file)) {
+    for (const auto& part : convex_parts(file, doubts_)) {
       EXPECT_EQ(part->vertices.size(), 8u);
       double least = part->vertices[0].x();
       for (const Vec3& v : part->vertices) least = std::min(least, v.x());
@@ -45,13 +45,16 @@ class MeshParts : public ::testing::Test {
     return out;
   }
   std::string refusal(const std::string& file) const {
-    return input_error([&] { convex_parts(file); });
+    return input_error([&] { convex_parts(file, doubts_); });
   }
 
   const TemporaryFolder folder_;
+  mutable std::vector<std::string> doubts_;
 };
 
 using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+using ::testing::UnorderedElementsAre;
 
 // Objects that touch, as those of V-HACD do, stay apart; pieces of one object are those that share no corner.
 TEST_F(MeshParts, OfTheFile) {
@@ -61,6 +64,27 @@ TEST_F(MeshParts, OfTheFile) {
   EXPECT_THAT(left_ends(folder_.write("one.obj", cube(4))), ElementsAre(4));
   const std::string flat = "v 9 0 0\nv 10 0 0\nv 9 1 0\nf 9 10 11\n";
   EXPECT_THAT(left_ends(folder_.write("flat.obj", cube(0) + flat)), ElementsAre(0)) << "encloses nothing";
+  EXPECT_THAT(left_ends(folder_.write("two.obj", "o a\n" + cube(0) + cube(5, 8) + "o b\n" + cube(2, 16))),
+              ElementsAre(0, 5, 2))
+      << "pieces of an object";
+  EXPECT_THAT(left_ends(folder_.write("same.obj", "o a\n" + cube(0) + "o b\n" + cube(5, 8) + "o a\n" + cube(2, 16))),
+              UnorderedElementsAre(0, 5, 2))
+      << "two objects of one name";
+  EXPECT_THAT(doubts_, IsEmpty());
+}
+
+// Contact and mass take the hull of a part that is not convex; nobody is left to think otherwise.
+TEST_F(MeshParts, ThatAreNotConvexAreTold) {
+  std::string dented = kDented;
+  const std::string file = folder_.write("o.obj", "o dented\n" + dented + "o cube\n" + cube(3, 9));
+  EXPECT_EQ(convex_parts(file, doubts_).size(), 2u);
+  EXPECT_THAT(doubts_, ElementsAre(AllOf(HasSubstr("o.obj: part 1 of 2 is not convex: 29 % of its surface"))));
+  doubts_.clear();
+  std::filesystem::create_directory(folder_.path() / "o_parts");
+  folder_.write("o_parts/a.obj", cube(0));
+  folder_.write("o_parts/b.obj", kDented);
+  EXPECT_EQ(convex_parts(file, doubts_).size(), 2u);
+  EXPECT_THAT(doubts_, ElementsAre(HasSubstr("o_parts/b.obj is not convex")));
 }
 
 TEST_F(MeshParts, OfAFolder) {
