@@ -211,7 +211,10 @@ class Builder {
   }
 
   void tell_whole() {
-    for (const std::string& doubt : meshes_.doubts()) problems_.warn(doubt);
+    constexpr std::size_t kTold = 3;
+    const std::vector<std::string>& doubts = meshes_.doubts();
+    for (std::size_t i = 0; i < std::min(kTold, doubts.size()); ++i) problems_.warn(doubts[i]);
+    if (doubts.size() > kTold) problems_.warn(fmt::format("… and {} more such parts", doubts.size() - kTold));
     if (whole_.empty()) return;
     problems_.warn(
         fmt::format("{}: concave meshes of one piece that stay one hull each, since 'hulls' finds no convex "
