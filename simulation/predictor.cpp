@@ -20,9 +20,10 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// Of the deadline, kept for what comes after the last step: threads that end, sums. At most 2 ms: ten times what they
-/// take for 1000 particles here.
-constexpr double kReserve = 0.05, kMostReserve = 2e-3;  // share; s
+/// Of the deadline, kept for what comes after the last step: threads that end, sums, which take 0.2 ms for 1000
+/// particles here, and times in which a processor is another's. At most 5 ms: with 2 ms 18 of 1000 calls were up to 4
+/// ms late on a machine that others share.
+constexpr double kReserve = 0.05, kMostReserve = 5e-3;  // share; s
 
 /// Eight particles as they were fabricated; made once.
 struct ParticleBlock {
