@@ -69,6 +69,12 @@ bool has_word(const Words& words, const std::string& word) {
   return std::find(words.begin(), words.end(), word) != words.end();
 }
 
+/// Whether an element has at most one such child. (Axes that are repeated are told where they are read.)
+bool has_one_of(std::string_view element, std::string_view child) {
+  if (element == "joint") return child != "axis";
+  return element == "collision" || element == "visual" || element == "inertial";
+}
+
 class SpellingReader {
  public:
   explicit SpellingReader(UrdfProblems& problems) : problems_(problems) {}
@@ -101,9 +107,13 @@ class SpellingReader {
         tell(*part, where, fmt::format("unknown element <{}> is ignored; did you mean <{}>?", clipped(tag, 40), near));
         continue;
       }
-      if (under == "joint" && tag != "axis" && !seen.insert(tag).second) {
+      if (under == "geometry" && !seen.empty()) {
+        tell(*part, where,
+             fmt::format("<{}>, a second shape in a <geometry>, is ignored; write another <collision>", tag));
+      } else if (seen.count(tag) > 0 && has_one_of(under, tag)) {
         tell(*part, where, fmt::format("a second <{}> is ignored; the first one is taken", tag));
       }
+      seen.insert(tag);
       const char* const name = part->Attribute("name");
       const bool part_of_robot = under == "robot";
       check_element(*part, part_of_robot ? fmt::format("{} '{}'", tag, clipped(name ? name : "", 80)) : where, tag);

@@ -310,6 +310,24 @@ TEST(Urdf, WarnsOfMisspeltAttributes) {
               testing::IsEmpty());
 }
 
+// What a link has twice, of which one would be lost without a word.
+TEST(Urdf, WarnsOfWhatALinkHasTwice) {
+  const std::string head = "<link name=\"a\"><inertial><mass value=\"1\"/>", two = kInertia + "</inertial>";
+  EXPECT_THAT(warnings_of(head + "<mass value=\"2\"/>" + two + "</link>"),
+              testing::ElementsAre("r.urdf:2: link 'a': a second <mass> is ignored; the first one is taken"));
+  EXPECT_THAT(
+      warnings_of(head + two + "<collision><geometry><sphere radius=\"0.1\"/><box size=\"1 1 1\"/></geometry>" +
+                  "</collision></link>"),
+      testing::ElementsAre("r.urdf:2: link 'a': <box>, a second shape in a <geometry>, is ignored; write another "
+                           "<collision>"));
+  EXPECT_THAT(warnings_of(head + two + "<collision><geometry><sphere radius=\"0.1\"/></geometry>" +
+                          "<geometry><box size=\"1 1 1\"/></geometry></collision></link>"),
+              testing::ElementsAre("r.urdf:2: link 'a': a second <geometry> is ignored; the first one is taken"));
+  EXPECT_THAT(warnings_of(head + two + "<collision><geometry><sphere radius=\"0.1\"/></geometry></collision>" +
+                          "<collision><geometry><box size=\"1 1 1\"/></geometry></collision></link>"),
+              testing::IsEmpty());
+}
+
 // Where a misspelt word leaves something out that must be there, the refusal says so.
 TEST(Urdf, RefusesWithTheMisspeltWord) {
   EXPECT_THAT(
