@@ -103,10 +103,17 @@ bool is_bare_list(const Settings& list) {
   return list.is_list() && std::all_of(items.begin(), items.end(), is_bare);
 }
 
+/// How far a mesh's parts lie from its origin at most, along an axis, m.
+double reach_of(const Object& object) {
+  double most = largest_coordinate(object.shape);
+  for (const Shape& part : object.more) most = std::max(most, largest_coordinate(part));
+  return most;
+}
+
 /// The z of the highest point of a fixed object, or a little more; -inf for a wall.
 double top_of(const Object& object) {
   const Shape& shape = object.shape;
-  double z = object.X_WO.translation().z();
+  const double z = object.X_WO.translation().z();
   const Vec3 up = object.X_WO.linear().row(2).transpose();  // the world's z axis as the object sees it
   switch (shape.kind) {
     case ShapeKind::plane:
@@ -114,11 +121,7 @@ double top_of(const Object& object) {
     case ShapeKind::box:
       return z + 0.5 * up.cwiseAbs().dot(shape.size);
     case ShapeKind::mesh:
-      z += std::sqrt(3.0) * largest_coordinate(shape);
-      for (const Shape& part : object.more) {
-        z = std::max(z, object.X_WO.translation().z() + std::sqrt(3.0) * largest_coordinate(part));
-      }
-      return z;
+      return z + std::sqrt(3.0) * reach_of(object);
     case ShapeKind::heightfield:
       return z + shape.size.z() * *std::max_element(shape.grid->height.begin(), shape.grid->height.end());
     default:
@@ -129,11 +132,7 @@ double top_of(const Object& object) {
 /// About the largest extent of a movable object, m.
 double size_of(const Object& object) {
   const Shape& shape = object.shape;
-  if (shape.kind == ShapeKind::mesh) {
-    double most = largest_coordinate(shape);
-    for (const Shape& part : object.more) most = std::max(most, largest_coordinate(part));
-    return 2 * most;
-  }
+  if (shape.kind == ShapeKind::mesh) return 2 * reach_of(object);
   return shape.kind == ShapeKind::box ? shape.size.norm() : 2 * shape.size.x() + shape.size.y();
 }
 

@@ -119,19 +119,23 @@ double share_inside(const Mesh& mesh, const Mesh& hull) {
   return all > 0 ? inside / all : 0;
 }
 
+/// Share of its surface that a convex part may have inside of its hull (our choice).
+constexpr double kInside = 0.05;
+
 /// Whether the hull of a part is nearly the part.
 bool is_part(const Mesh& mesh, const Mesh& hull) {
-  constexpr double kShare = 0.05;  // of the surface
-  return is_convex(mesh, hull) || share_inside(mesh, hull) <= kShare;
+  return is_convex(mesh, hull) || share_inside(mesh, hull) <= kInside;
 }
 
 /// Tells of a part that is not convex. `name`: of the part.
 void doubt_part(const std::string& name, const Mesh& mesh, const Mesh& hull, std::vector<std::string>& doubts) {
-  if (is_part(mesh, hull)) return;
+  if (is_convex(mesh, hull)) return;
+  const double inside = share_inside(mesh, hull);
+  if (inside <= kInside) return;
   doubts.push_back(fmt::format(
       "{} is not convex: {:.0f} % of its surface lies inside of its hull, which contact and mass take for it; split it "
       "by V-HACD or CoACD",
-      name, 100 * share_inside(mesh, hull)));
+      name, 100 * inside));
 }
 
 /// Objects that are not convex but hang together in pieces, piece by piece.

@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cstdint>
-#include <cstring>
 #include <sstream>
 #include <string_view>
 
@@ -85,15 +83,6 @@ class ObjCount {
   const std::string& file_;
   std::size_t corners_ = 0, parts_ = 0;
 };
-
-/// A binary STL file is as long as its head says: 84 bytes and 50 for each triangle.
-bool is_binary_stl(const std::string& bytes) {
-  constexpr std::size_t kHead = 84, kTriangle = 50;
-  if (bytes.size() < kHead) return false;
-  std::uint32_t triangles = 0;
-  std::memcpy(&triangles, bytes.data() + kHead - sizeof triangles, sizeof triangles);
-  return bytes.size() == kHead + kTriangle * triangles;
-}
 
 /// Each `solid` of a text file becomes a part.
 void check_stl_parts(const std::string& bytes, const std::string& file) {

@@ -44,6 +44,14 @@ std::optional<double> number_in(std::string_view word) {
 
 constexpr std::size_t kHead = 84, kTriangle = 50;  // bytes of a binary STL file
 
+/// What the head of one says of whole bytes of kHead.
+std::uint32_t triangles_of(const std::string& bytes) {
+  std::uint32_t triangles = 0;
+  std::memcpy(&triangles, bytes.data() + kHead - sizeof triangles, sizeof triangles);
+  return triangles;
+}
+std::size_t length_told(const std::string& bytes) { return kHead + kTriangle * std::size_t{triangles_of(bytes)}; }
+
 /// Words of an STL text, with the lines on which they stand.
 class StlText {
  public:
@@ -100,6 +108,8 @@ std::string vertex_problem(std::string_view words) {
   return "";
 }
 
+bool is_binary_stl(const std::string& bytes) { return bytes.size() >= kHead && bytes.size() == length_told(bytes); }
+
 void check_stl(const std::string& bytes, const std::string& file) {
   std::string_view text = bytes;
   const bool is_text = text.find('\0') == std::string_view::npos;
@@ -108,13 +118,10 @@ void check_stl(const std::string& bytes, const std::string& file) {
     throw InputError(
         fmt::format("{}: {} bytes; a binary STL file has at least {}: it is cut off", file, bytes.size(), kHead));
   }
-  std::uint32_t triangles = 0;
-  std::memcpy(&triangles, bytes.data() + kHead - sizeof triangles, sizeof triangles);
-  const std::size_t told = kHead + kTriangle * std::size_t{triangles};
-  if (bytes.size() == told) return;
+  const std::size_t told = length_told(bytes);
   throw InputError(
       fmt::format("{}: a binary STL file of {} triangles, as its head says, has {} bytes, and this one {}: it is {}",
-                  file, triangles, told, bytes.size(), bytes.size() < told ? "cut off" : "damaged"));
+                  file, triangles_of(bytes), told, bytes.size(), bytes.size() < told ? "cut off" : "damaged"));
 }
 
 void check_ply_faces(const std::string& bytes, const std::string& file) {

@@ -10,8 +10,11 @@ namespace graze {
 /// What is wrong with words that must be three finite numbers (and may be followed by others), or "".
 std::string vertex_problem(std::string_view words);
 
-/// Refuses STL files that are cut off: binary ones of another length than their head says; text whose facets have not
-/// three vertices of three numbers, or whose last solid does not end. Throws InputError with file and line.
+/// A binary STL file is as long as its head says: 84 bytes and 50 for each triangle.
+bool is_binary_stl(const std::string& bytes);
+
+/// Refuses STL files that are no such file and cut off: binary ones of another length; text whose facets have not three
+/// vertices of three numbers, or whose last solid does not end. Throws InputError with file and line.
 void check_stl(const std::string& bytes, const std::string& file);
 
 /// Refuses faces of a PLY text file that claim more corners than a polygon may have. Throws InputError with file and

@@ -240,11 +240,10 @@ class Reader {
     printer_.OpenElement("inertial");
     link.inertial_rpy = values_.origin(inertial, where);
     printer_.OpenElement("mass");
-    constexpr double kMost = 1e9;  // kg: beyond, rounding hides what a robot weighs
-    if (const double given = values_.non_negative(*mass, "value", where); given > kMost) {
-      problems_.refuse(
-          line_of(*mass),
-          fmt::format("{}: <mass> value: {:g} kg is out of range; a link weighs at most {:g} kg", where, given, kMost));
+    if (const double given = values_.non_negative(*mass, "value", where); given > kMostMass) {
+      problems_.refuse(line_of(*mass),
+                       fmt::format("{}: <mass> value: {:g} kg is out of range; a link weighs at most {:g} kg", where,
+                                   given, kMostMass));
     }
     printer_.CloseElement();
     read_inertia(inertial, where);

@@ -174,11 +174,16 @@ TEST(WorldReading, ObjectsThatAreNoneAreRefused) {
       {"{cylinder: [1 cm, 0.0009 mm], movable: true, mass: 1}",
        "cylinder: 9e-07 m: a movable object is at least 1e-06 m long, wide and high; parts with smaller gaps count as "
        "touching"},
+      {"{box: [1, 1, 1], movable: true, mass: 2e9}", "mass: 2e+09 kg; a movable object weighs 1e-12 to 1e+09 kg"},
+      {"{box: [1, 1, 1], movable: true, density: 1e-30}",
+       "density: 1e-30 kg; a movable object weighs 1e-12 to 1e+09 kg"},
       {"{sphere: 1, restitution: 1.1}", "constant(1.1) is 1.1; environment.o.restitution must be <= 1"},
   };
   for (const auto& [yaml, message] : cases) EXPECT_THAT(refused_object(yaml), EndsWith(message)) << yaml;
   EXPECT_EQ(refused_object("{cylinder: [1 cm, 0.0011 mm], movable: true, mass: 1 g}"), "(accepted)");
   EXPECT_THAT(refused_world("", "environment: {\"\": {sphere: 1}}"), EndsWith("an object needs a name"));
+  EXPECT_THAT(refused_world("", "environment: {\"a\\nb\": {sphere: 1}}"),
+              EndsWith("an object's name must have no control characters"));
 }
 
 // What the file does not say of an object is as the contact settings say; in a pair it stays open.
