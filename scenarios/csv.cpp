@@ -100,12 +100,21 @@ std::vector<std::vector<double>> read_grid(const Settings& where, std::size_t mo
   std::size_t numbers = 0;
   for (Lines lines(where, file); lines.next();) {
     std::vector<double>& row = out.emplace_back();
+    if (lines.line().find(',') != std::string_view::npos && lines.line().find(';') != std::string_view::npos) {
+      throw InputError(
+          fmt::format("{}:{}: has ',' and ';', of which one separates numbers; decimals are written with '.'", file,
+                      lines.number()));
+    }
     split(lines.line(), true, [&](std::string_view cell) {
       if (++numbers > most) {
         throw InputError(fmt::format("{}:{}: more than {} numbers; use a coarser grid", file, lines.number(), most));
       }
       row.push_back(parse(cell, file, lines.number()));
     });
+    if (row.size() != out.front().size()) {
+      throw InputError(fmt::format("{}:{}: {} numbers, the first row has {}; all must have as many", file,
+                                   lines.number(), row.size(), out.front().size()));
+    }
   }
   if (out.empty()) where.fail(file + ": holds no lines");
   return out;

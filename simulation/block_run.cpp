@@ -313,7 +313,7 @@ struct BlockRun::Impl final : TraceSaver {
     if (physics->fault(lane) || is_astray(lane)) {
       record.outcome = Outcome::invalid;
       const std::string why = physics->fault(lane) ? *physics->fault(lane) : why_astray(lane);
-      record.invalid_reason = invalid_reason(controller_failure(scenario.model, command.tau, lane) + why, l.step,
+      record.invalid_reason = invalid_reason(controller_failure(scenario.model, command, lane) + why, l.step,
                                              time(lane), l.particle->model, *physics, lane);
       record.objective_margin = std::numeric_limits<double>::quiet_NaN();
       record.objective_culprit = {};

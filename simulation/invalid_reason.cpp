@@ -47,6 +47,9 @@ std::vector<Touch> most(std::vector<Touch> touches, double least, const Number& 
   return touches;
 }
 
+/// N m: torques above are told as the cause of what follows; no robot's joint has a tenth of it (our choice).
+constexpr double kBeyondMotors = 1e5;
+
 std::string culprits(const Model& model, const std::vector<Touch>& touches) {
   std::vector<std::string> parts;
   const auto name = [&](int collider) -> const std::string& {
@@ -72,13 +75,21 @@ std::string invalid_reason(const std::string& fault, std::uint32_t step, double 
   return fmt::format("step {} ({:.6g} s){}{}: {}", step, time, who.empty() ? "" : ", ", who, fault);
 }
 
-std::string controller_failure(const Model& model, const BlockArray& tau, int lane) {
-  for (int k = 0; k < tau.rows(); ++k) {
-    if (std::isfinite(tau(k, lane))) continue;
-    return fmt::format("the controller asks joint {} for a torque that is not finite: ",
-                       model.bodies[model.actuated[k]].joint);
+std::string controller_failure(const Model& model, const ActuatorCommand& command, int lane) {
+  const auto joint = [&](int k) -> const std::string& { return model.bodies[model.actuated[k]].joint; };
+  const std::pair<const char*, const BlockArray*> asked[] = {{"torque", &command.tau}, {"position", &command.q},
+                                                             {"velocity", &command.v}, {"stiffness", &command.kp},
+                                                             {"damping", &command.kd}, {"integral gain", &command.ki}};
+  int most = -1;
+  for (int k = 0; k < command.tau.rows(); ++k) {
+    for (const auto& [what, rows] : asked) {
+      if (std::isfinite((*rows)(k, lane))) continue;
+      return fmt::format("the controller asks joint {} for a {} that is not finite: ", joint(k), what);
+    }
+    if (most < 0 || std::abs(command.tau(k, lane)) > std::abs(command.tau(most, lane))) most = k;
   }
-  return "";
+  if (most < 0 || std::abs(command.tau(most, lane)) < kBeyondMotors) return "";
+  return fmt::format("the controller asks joint {} for {:.2g} N m: ", joint(most), command.tau(most, lane));
 }
 
 }  // namespace graze

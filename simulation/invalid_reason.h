@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 
+#include "engine/actuation/actuators.h"
 #include "engine/block_physics.h"
 
 namespace graze {
@@ -16,7 +17,8 @@ std::string invalid_reason(const std::string& fault, std::uint32_t step, double 
                            const BlockPhysics& physics, int lane);
 
 /// "the controller asks joint KNEE for a torque that is not finite: ", which comes before `fault` as its cause, or
-/// nothing. tau: what the controller asked for.
-std::string controller_failure(const Model& model, const BlockArray& tau, int lane);
+/// nothing: of the first joint whose torque, target or gains are no numbers, else of the largest torque if it is beyond
+/// all motors.
+std::string controller_failure(const Model& model, const ActuatorCommand& command, int lane);
 
 }  // namespace graze

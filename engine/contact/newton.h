@@ -33,8 +33,15 @@ inline constexpr int kNewtonSteps = 15, kHalvings = 4;
 /// Compliance of jammed contacts, as a share of their own A: with the mass that they feel, a spring whose time constant
 /// is a tenth of the step, R = A (tau / h)^2 (our choice).
 inline constexpr double kJammedCompliance = 1e-2;
-/// How exactly velocities and impulses must fit, as a share of the tolerance (our choice).
+/// How exactly velocities and impulses must fit at the end, as a share of the tolerance (our choice).
 inline constexpr double kNewtonError = 0.03;
+/// At the least eps proximal steps go on as long as each leaves less than this share of the step before: who ended
+/// sooner would take for jammed what only converges slowly (our choice).
+inline constexpr double kFalls = 0.9;
+/// Slope along a step that counts as none, as a share of that where it begins (0.01 to 0.8 are as good), and how often
+/// it is looked at: our choice.
+inline constexpr double kSlopeError = 0.1;
+inline constexpr int kSlopes = 8;
 
 /// Rows of Newton's matrix that are worked on side by side, so that what they have in common is loaded once: as many as
 /// stay in registers. Each number sees the same sums in the same order, whatever it is.
@@ -59,7 +66,7 @@ struct NewtonRow {
 
 /// Eight contacts, or fewer: what is behind them is open.
 struct ContactsOfEight : NewtonContactT<Eight> {
-  Vec3T<Eight> b;
+  Vec3T<Eight> b, u, along;                   // u: velocity where lambda was found; along: its change by the step
   Eight friction, compliance, guard, rn, rt;  // r: R for eps = 1, along n and across
   Eight felt;                                 // the guard, or 0 where overlap is deep
   int first, count;
@@ -70,7 +77,7 @@ struct ContactsOfEight : NewtonContactT<Eight> {
 
 /// Eight joints' rows likewise. kept, lambda: lower, upper, dry.
 struct JointsOfEight {
-  Eight b, r, lower_gap, upper_gap, dry_gap, dry_compliance, dry_low, dry_high;
+  Eight b, u, along, r, lower_gap, upper_gap, dry_gap, dry_compliance, dry_low, dry_high;
   Eight kept[3], lambda[3], g;
   int first, count;
   int dof_count;
@@ -162,11 +169,44 @@ struct NewtonProblem {
       const int *list = ancestors_of(k), *blocks = list + list[0] + 1;
       double* pivot = H + width * k;
       const double inverse = pivot[k] = 1.0 / pivot[k];
-      int j = 1;
-      for (; j + kTile <= list[0] + 1; j += kTile) take_pivot<kTile>(k, inverse, list + j, blocks);
-      for (; j <= list[0]; ++j) take_pivot<1>(k, inverse, list + j, blocks);
+      // The nearest ancestor first: it is the next pivot in most cases, and all that follows waits for its inverse.
+      int j = list[0];
+      for (; j >= kTile; j -= kTile) take_pivot<kTile>(k, inverse, list + j - kTile + 1, blocks);
+      for (; j >= 1; --j) take_pivot<1>(k, inverse, list + j, blocks);
     }
     for (int i = active[0]; i >= 1; --i) substitute(active[i]);
+  }
+
+  /// Where along the step the energy whose gradient this is, of the convex law, ends to fall, as a share of the step;
+  /// at most 1. Its slope grows all the way, steeply behind the edges of cones: its root is looked for by Newton's
+  /// method within bisection, of velocities of contacts and joints alone.
+  GRAZE_OUT_OF_LINE double find_length(double eps) const {
+    Eight slope_sum(0.0), stiff_sum(0.0);
+    for (int k = 0; k < width; k += 8) {
+      const Eight along = load<Eight>(step + k);
+      slope_sum = fma(load<Eight>(gradient + k), along, slope_sum);
+      stiff_sum = fma(load<Eight>(D + k) * along, along, stiff_sum);
+    }
+    const double downhill = sum(slope_sum), stiff = sum(stiff_sum);
+    for (int i = 0; i < (contact_count + 7) / 8; ++i) {
+      ContactsOfEight& c = contact_packs[i];
+      c.along = {Eight(0.0), Eight(0.0), Eight(0.0)};
+      for (int k = 0; k < c.dof_count; ++k) c.along = axpy(Eight(step[c.dofs[k]]), c.columns[k], c.along);
+    }
+    for (int i = 0; i < (joint_count + 7) / 8; ++i) {
+      JointsOfEight& c = joint_packs[i];
+      c.along = Eight(0.0);
+      for (int k = 0; k < c.dof_count; ++k) c.along = fma(Eight(step[c.dofs[k]]), c.columns[k], c.along);
+    }
+    double length = 1.0, low = 0.0, high = 1.0;
+    for (int n = 0; n < kSlopes; ++n) {
+      const auto [slope, rate] = find_slope(eps, length, stiff, downhill);
+      if (!(abs(slope) > -kSlopeError * downhill) || (slope <= 0.0 && length >= high)) break;
+      (slope > 0.0 ? high : low) = length;
+      const double newton = length - slope / rate;
+      length = newton > low && newton < high ? newton : 0.5 * (low + high);
+    }
+    return length;
   }
 
   /// The largest R |lambda - kept|: what is left of the laws where Newton has got there, m/s.
@@ -228,8 +268,43 @@ struct NewtonProblem {
   }
 
  private:
+  struct Slope {
+    double value, rate;
+  };
+
+  /// The slope a share `length` along the step, and its derivative. stiff: step^T D step; downhill: the slope at 0.
+  /// From differences of impulses, because those of energies round.
+  Slope find_slope(double eps, double length, double stiff, double downhill) const {
+    Eight value(0.0), rate(0.0);
+    for (int i = 0; i < (contact_count + 7) / 8; ++i) {
+      ContactsOfEight c = contact_packs[i];
+      const Vec3T<Eight> before = c.lambda;
+      find_impulses(c, eps, axpy(Eight(length), c.along, c.u));
+      value -= dot(c.along, c.lambda - before);
+      rate += dot(c.along, Vec3T<Eight>{dot(c.n, c.along), dot(c.s, c.along), dot(c.t, c.along)});
+    }
+    for (int i = 0; i < (joint_count + 7) / 8; ++i) {
+      JointsOfEight c = joint_packs[i];
+      const Eight before = c.lambda[0] - c.lambda[1] + c.lambda[2];
+      find_impulses(c, eps, fma(Eight(length), c.along, c.u));
+      value -= c.along * (c.lambda[0] - c.lambda[1] + c.lambda[2] - before);
+      rate += c.g * c.along * c.along;
+    }
+    return {fma(length, stiff, downhill) + sum(value), stiff + sum(rate)};
+  }
+
   void visit(ContactsOfEight& c, double eps, const double* at) const {
-    const Vec3T<Eight> u = velocity(c, at), &kept = c.kept;
+    c.u = velocity(c, at);
+    find_impulses(c, eps, c.u);
+    for (int i = 0; i < c.count; ++i) {
+      const double n = number(c.lambda.x, i);
+      if (n > 0.0) take(contacts[c.first + i], n, number(c.lambda.y, i), number(c.lambda.z, i));
+    }
+  }
+
+  /// lambda and G at velocities u.
+  void find_impulses(ContactsOfEight& c, double eps, const Vec3T<Eight>& u) const {
+    const Vec3T<Eight>& kept = c.kept;
     const Eight rn = Eight(eps) * c.rn, rt = Eight(eps) * c.rt;
     const Eight wn = recip(c.compliance + rn), wt = recip(c.guard + rt);
     const Vec3T<Eight> x{fma(rn, kept.x, -u.x) * wn, fma(rt, kept.y, -u.y) * wt, fma(rt, kept.z, -u.z) * wt};
@@ -238,16 +313,18 @@ struct NewtonProblem {
     } else {
       project_coulomb<Eight>(c.friction, x, wn, wt, c);
     }
-    for (int i = 0; i < c.count; ++i) {
-      const double n = number(c.lambda.x, i);
-      if (n > 0.0) take(contacts[c.first + i], n, number(c.lambda.y, i), number(c.lambda.z, i));
-    }
   }
 
   void visit(JointsOfEight& c, double eps, const double* at) const {
+    c.u = c.b;
+    for (int i = 0; i < c.dof_count; ++i) c.u = fma(Eight(at[c.dofs[i]]), c.columns[i], c.u);
+    find_impulses(c, eps, c.u);
+    const Eight impulse = c.lambda[0] - c.lambda[1] + c.lambda[2];
+    for (int i = 0; i < c.count; ++i) take(joints[c.first + i], number(impulse, i));
+  }
+
+  void find_impulses(JointsOfEight& c, double eps, const Eight& u) const {
     const Eight zero(0.0);
-    Eight u = c.b;
-    for (int i = 0; i < c.dof_count; ++i) u = fma(Eight(at[c.dofs[i]]), c.columns[i], u);
     const Eight r = Eight(eps) * c.r, w = recip(r), dry_w = recip(c.dry_compliance + r);
     const Eight lower = fma(r, c.kept[0], -(u + c.lower_gap)) * w, upper = fma(r, c.kept[1], u - c.upper_gap) * w;
     const Eight dry = fma(r, c.kept[2], -(u + c.dry_gap)) * dry_w;
@@ -256,8 +333,6 @@ struct NewtonProblem {
     c.lambda[1] = max(upper, zero);
     c.lambda[2] = min(max(dry, c.dry_low), c.dry_high);
     c.g = select(lower > zero, w, zero) + select(upper > zero, w, zero) + select(gives, dry_w, zero);
-    const Eight impulse = c.lambda[0] - c.lambda[1] + c.lambda[2];
-    for (int i = 0; i < c.count; ++i) take(joints[c.first + i], number(impulse, i));
   }
 
   /// Adds Y G Y^T of a contact.
@@ -322,9 +397,14 @@ struct NewtonProblem {
   void substitute(int k) const {
     const int* list = ancestors_of(k);
     const double* row = H + width * k;
-    double part[4] = {step[k], 0.0, 0.0, 0.0};
-    for (int j = 1; j <= list[0]; ++j) part[j % 4] = fnma(row[list[j]], step[list[j]], part[j % 4]);
-    step[k] = ((part[0] + part[1]) + (part[2] + part[3])) * row[k];
+    const auto take = [&](int j, double& part) { part = fnma(row[list[j]], step[list[j]], part); };
+    double a = 0.0, b = 0.0, c = 0.0, d = step[k];
+    int j = 1;
+    for (; j + 3 <= list[0]; j += 4) take(j, a), take(j + 1, b), take(j + 2, c), take(j + 3, d);
+    if (j <= list[0]) take(j, a);
+    if (j + 1 <= list[0]) take(j + 1, b);
+    if (j + 2 <= list[0]) take(j + 2, c);
+    step[k] = ((d + a) + (b + c)) * row[k];
   }
 };
 

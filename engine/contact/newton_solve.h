@@ -43,6 +43,7 @@ class NewtonRun {
     for (int i = 0; i < p_.joint_count; ++i) {
       stiffest = max(stiffest, number(p_.joint_packs[i / 8].r, i % 8));
     }
+    stiffest_ = stiffest;
     goal_ = kNewtonError * kNewtonError * tolerance * tolerance / stiffest;
   }
 
@@ -54,13 +55,16 @@ class NewtonRun {
       const Outcome outcome = step();
       if (outcome == Outcome::going) continue;
       const bool there = outcome == Outcome::there;
+      bool falls = false;
       if (there) {
-        best_ = p_.left(eps_);
+        const double left = p_.left(eps_);
+        falls = left < kFalls * best_;
+        best_ = left;
         squeezed_ = soft ? 0.0 : p_.squeezed();
         p_.keep();
         if (max(best_, squeezed_) <= tolerance_) return End::converged;
       }
-      const bool ended = there && (best_ <= tolerance_ || eps_ <= kLeastEps);
+      const bool ended = there && (best_ <= tolerance_ || (eps_ <= kLeastEps && !falls));
       if (ended || (!there && eps_ >= kLargestEps))
         return is_accepted() ? End::converged : soft ? End::failed : End::jammed;
       eps_ = there ? max(kShrink * eps_, kLeastEps) : kGrow * eps_;
@@ -79,6 +83,14 @@ class NewtonRun {
   /// Of the impulses that are kept.
   bool is_accepted() const { return max(best_, squeezed_) <= accepted_; }
 
+  /// Whether velocities and impulses fit: exactly where this can be the last proximal step, else as well as the laws
+  /// are kept, which the steps that follow will better.
+  bool is_there(double merit) const {
+    if (merit < goal_) return true;
+    const double left = p_.left(eps_);
+    return left > accepted_ && merit * stiffest_ < left * left;
+  }
+
   void copy(double* to, const double* from) const {
     for (int k = 0; k < p_.width; k += 8) store(to + k, load<Eight>(from + k));
   }
@@ -87,20 +99,21 @@ class NewtonRun {
   Outcome step() {
     p_.assemble();
     p_.eliminate();
-    double share = 1.0, next = 0.0;
+    // The convex law has an energy to go down; the others have what does not fit, which must become less.
+    double share = p_.convex ? p_.find_length(eps_) : 1.0, next = 0.0;
     bool good = false;
     for (int k = 0; k < kHalvings && !good; ++k, share *= 0.5) {
       for (int d = 0; d < p_.width; d += 8) {
         store(p_.trial + d, fma(Eight(share), load<Eight>(p_.step + d), load<Eight>(p_.z + d)));
       }
       next = p_.evaluate(eps_, p_.trial);
-      good = next <= fnma(0.1 * share, merit_, merit_) || next < goal_;
+      good = p_.convex || next <= fnma(0.1 * share, merit_, merit_) || next < goal_;
     }
     const bool taken = good || next <= merit_;
     ++steps_, ++since_;
     merit_ = next;
     if (taken) copy(p_.z, p_.trial);
-    if (taken && next < goal_) {
+    if (taken && is_there(next)) {
       copy(p_.start, p_.z);
       return Outcome::there;
     }
@@ -110,7 +123,7 @@ class NewtonRun {
   }
 
   NewtonProblem& p_;
-  double tolerance_, accepted_, goal_;
+  double tolerance_, accepted_, stiffest_, goal_;
   double eps_ = kFirstEps, merit_ = 0.0, best_ = 1e300, squeezed_ = 1e300;
   int steps_ = 0, since_ = 0;  // of all, and of this proximal step
 };

@@ -73,6 +73,7 @@ class CommandReader {
     }
     if (columns_ > kCommandNumbers) {
       row.policy = cells[kCommandNumbers].text;
+      row.policy_column = cells[kCommandNumbers].column;
       if (row.policy.empty()) fail(cells[kCommandNumbers].column, "no policy stands here; its name must");
     }
     rows_.push_back(row);

@@ -20,6 +20,7 @@ struct CommandRow {
   double forward = 0, strafe = 0, turn = 0;  // m/s, m/s, rad/s; positive turn is to the left
   std::string policy = {};                   // under which; "": the file has no such column
   int line = 0;                              // of the file
+  std::size_t policy_column = 1;             // of the line, where its policy stands
 };
 
 /// s, by which sums of control steps may miss a row's time.

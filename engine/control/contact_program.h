@@ -26,14 +26,17 @@ struct ProgramContactT : ContactFrameT<T> {
   T gap;                   // gap term, m/s
   T a;                     // about the contact's own A, 1/kg
   NewtonContactT<T> cone;  // kept, lambda (N s) and d lambda / d u
+  Vec3T<T> u, along;       // velocity with its gap term where the cone was evaluated, m/s, and its change by the step
 };
 
 /// R as a share of the contact's A: at first, its factors after a success and a failure, and at last (a share of eps).
-inline constexpr double kFirstR = 1e-3, kShrinkR = 0.1, kGrowR = 30, kLastR = 0.1;
-inline constexpr int kMultiplierSteps = 40, kProgramNewtonSteps = 20, kProgramHalvings = 8;
+/// The first two are our choice, of those that take LINKS the fewest steps, standing on four feet and on ten.
+inline constexpr double kFirstR = 1e-2, kShrinkR = 0.03, kGrowR = 30, kLastR = 0.1;
+inline constexpr int kMultiplierSteps = 40, kProgramNewtonSteps = 20;
 /// Where the wrench on the base and the impulses count as found, as shares of weight times time and of the largest
-/// impulse (our choice: the first is far below what an engine resolves, the second below what a motor does).
-inline constexpr double kWrenchError = 1e-10, kImpulseError = 1e-5;
+/// impulse (our choice: the first is far below what an engine resolves, the second below what a motor does); and how
+/// many times the first is left as long as R is not the last.
+inline constexpr double kWrenchError = 1e-10, kImpulseError = 1e-5, kEarlyError = 1e6;
 
 /// What the sums of gradients round: as shares of the largest impulse, of the joints' momenta and of velocities.
 inline constexpr double kRounding = 1e-12, kRoundingOfSums = 2e-15, kRoundingOfVelocities = 1e-16;
@@ -69,46 +72,58 @@ struct ContactProgramT {
   int dofs_above(int i) const { return tree.topology.dof_depth[last_dof[i]] + 1; }
   const int* path(int i) const { return tree.topology.chain + tree.topology.row[last_dof[i]]; }
 
-  /// lambda and its derivative at z.
-  void project(const T& share, int i, const T* at) const {
-    ProgramContactT<T>& c = contacts[i];
+  /// J of contact i times `rates`, added to u, m/s.
+  Vec3T<T> add_velocity(int i, const T* rates, Vec3T<T> u) const {
     const Vec3T<T>* J = jacobian + room * i;
     const int* dofs = path(i);
-    Vec3T<T> u{c.gap, T(0.0), T(0.0)};
-    for (int d = 0; d < dofs_above(i); ++d) u = axpy(at[dofs[d]], J[d], u);
+    for (int d = 0; d < dofs_above(i); ++d) u = axpy(rates[dofs[d]], J[d], u);
+    return u;
+  }
+
+  /// lambda and its derivative where contact i has the velocity u, m/s.
+  void project(const T& share, int i, const Vec3T<T>& u, NewtonContactT<T>& out) const {
+    const ProgramContactT<T>& c = contacts[i];
     const T w = recip(share * c.a);
     const Vec3T<T> x = c.cone.kept - w * u;
     if (slips) {
-      project_cone<T>(c.friction, x, w, c.cone);
+      project_cone<T>(c.friction, x, w, out);
     } else {
-      project_half_space<T>(x, w, c.cone);
+      project_half_space<T>(x, w, out);
     }
     const auto valid = mask_from_bits<T>(lanes[i]);
     const Vec3T<T> none{T(0.0), T(0.0), T(0.0)};
-    c.cone.lambda = select(valid, c.cone.lambda, none);
-    c.cone.n = select(valid, c.cone.n, none);
-    c.cone.s = select(valid, c.cone.s, none), c.cone.t = select(valid, c.cone.t, none);
+    out.lambda = select(valid, out.lambda, none);
+    out.n = select(valid, out.n, none);
+    out.s = select(valid, out.s, none), out.t = select(valid, out.t, none);
+  }
+
+  /// out = mass times rates.
+  void times_mass(const T* rates, T* out) const {
+    for (int k = joint_begin; k < joint_end; ++k) out[k] = weight[k] * rates[k];
+    for (int i = 0; i < free_count; ++i) {
+      const int first = bodies[i].dof;
+      const T* M = A + bodies[i].mass;
+      for (int k = 0; k < 6; ++k) {
+        T sum(0.0);
+        for (int d = 0; d < 6; ++d) {
+          sum = fma(M[k > d ? base_entry(k, d) : base_entry(d, k)], rates[first + d], sum);
+        }
+        out[first + k] = sum;
+      }
+    }
   }
 
   /// All lambda at `at`; gradient = mass (at - free) - J^T lambda.
   GRAZE_OUT_OF_LINE void evaluate(const T& share, const T* at) const {
-    for (int k = joint_begin; k < joint_end; ++k) gradient[k] = weight[k] * (at[k] - free[k]);
-    for (int i = 0; i < free_count; ++i) {
-      const int first = bodies[i].dof;
-      const T* M = A + bodies[i].mass;
-      T off[6];
-      for (int k = 0; k < 6; ++k) off[k] = at[first + k] - free[first + k];
-      for (int k = 0; k < 6; ++k) {
-        T sum(0.0);
-        for (int d = 0; d < 6; ++d) sum = fma(M[k > d ? base_entry(k, d) : base_entry(d, k)], off[d], sum);
-        gradient[first + k] = sum;
-      }
-    }
+    for (int k = 0; k < tree.topology.nv; ++k) trial[k] = at[k] - free[k];
+    times_mass(trial, gradient);
     for (int i = 0; i < count; ++i) {
-      project(share, i, at);
+      ProgramContactT<T>& c = contacts[i];
+      c.u = add_velocity(i, at, {c.gap, T(0.0), T(0.0)});
+      project(share, i, c.u, c.cone);
       const Vec3T<T>* J = jacobian + room * i;
       const int* dofs = path(i);
-      for (int d = 0; d < dofs_above(i); ++d) gradient[dofs[d]] -= dot(J[d], contacts[i].cone.lambda);
+      for (int d = 0; d < dofs_above(i); ++d) gradient[dofs[d]] -= dot(J[d], c.cone.lambda);
     }
   }
 
@@ -140,9 +155,10 @@ struct ContactProgramT {
     solve_L<T>(tree, step);
   }
 
-  T slope() const {
+  /// step^T a.
+  T along_step(const T* a) const {
     T sum(0.0);
-    for (int k = 0; k < tree.topology.nv; ++k) sum = fma(gradient[k], step[k], sum);
+    for (int k = 0; k < tree.topology.nv; ++k) sum = fma(a[k], step[k], sum);
     return sum;
   }
 
@@ -161,23 +177,42 @@ struct ContactProgramT {
     return most - fma(T(kRounding), sqrt(impulse), T(kRoundingOfVelocities) * speed * stiffest);
   }
 
-  /// Along the step to where the slope is downhill or uphill by less than it was: no energies, whose differences round.
-  /// Evaluates there.
+  /// The slope a share `length` along the step, and its derivative by it. stiff: step^T mass step; downhill: the slope
+  /// at 0. From differences of impulses, because those of energies round.
+  void find_slope(const T& share, const T& length, const T& stiff, const T& downhill, T& slope, T& rate) const {
+    slope = fma(length, stiff, downhill), rate = stiff;
+    for (int i = 0; i < count; ++i) {
+      const ProgramContactT<T>& c = contacts[i];
+      NewtonContactT<T> there;
+      project(share, i, axpy(length, c.along, c.u), there);
+      slope -= dot(c.along, there.lambda - c.cone.lambda);
+      rate += dot(c.along, Vec3T<T>{dot(there.n, c.along), dot(there.s, c.along), dot(there.t, c.along)});
+    }
+  }
+
+  /// Along the step to where the function ends to fall, or to its end. The slope grows all the way, but hardly to the
+  /// edge of a cone and steeply behind it: a step that is shortened by the slope at its end alone would stop before the
+  /// edge again and again. So its root is looked for, by Newton's method within bisection (of the contacts' velocities
+  /// alone). Evaluates there.
   GRAZE_OUT_OF_LINE void move(const T& share, const mask_of<T>& open) const {
     const int nv = tree.topology.nv;
-    const T downhill = slope();
-    T length(1.0);
+    const T downhill = along_step(gradient);
+    times_mass(step, trial);
+    const T stiff = along_step(trial);
+    for (int i = 0; i < count; ++i) contacts[i].along = add_velocity(i, step, {T(0.0), T(0.0), T(0.0)});
+    T length(1.0), low(0.0), high(1.0), slope, rate;
     mask_of<T> searching = open;
-    for (int n = 0; any(searching); ++n) {
-      for (int k = 0; k < nv; ++k) trial[k] = select(open, fma(length, step[k], z[k]), z[k]);
-      evaluate(share, trial);
-      if (n == kProgramHalvings) break;
-      const T now = slope();
-      searching = searching & (now > T(-0.8) * downhill);
-      const T secant = length * downhill * recip(downhill - now);
-      length = select(searching, secant, length);
+    for (int n = 0; n < kSlopes && any(searching); ++n) {
+      find_slope(share, length, stiff, downhill, slope, rate);
+      const auto uphill = slope > T(0.0);
+      searching = searching & (abs(slope) > T(-kSlopeError) * downhill) & (uphill | (length < high));
+      high = select(uphill, length, high), low = select(uphill, low, length);
+      const T newton = fnma(slope, recip(rate), length);
+      const auto between = (newton > low) & (newton < high);
+      length = select(searching, select(between, newton, T(0.5) * (low + high)), length);
     }
-    for (int k = 0; k < nv; ++k) z[k] = trial[k];
+    for (int k = 0; k < nv; ++k) z[k] = select(open, fma(length, step[k], z[k]), z[k]);
+    evaluate(share, z);
   }
 
   /// Newton's method for one R, in the lanes of `open`. wrench: N s, error that counts as none. Returns where it has
@@ -212,7 +247,7 @@ struct ContactProgramT {
   void solve(mask_of<T> open, T share, double eps, const T& wrench, bool final, double error = kImpulseError) const {
     const T last(kLastR * eps);
     for (int n = 0; n < kMultiplierSteps && any(open); ++n) {
-      const mask_of<T> failed = minimise(share, open, wrench);
+      const mask_of<T> failed = minimise(share, open, select(share > last, T(kEarlyError) * wrench, wrench));
       const mask_of<T> changes = keep(open & !failed, error);
       const mask_of<T> early = failed | (share > last);  // no R but the last tells
       open = open & (final ? early | changes : early);

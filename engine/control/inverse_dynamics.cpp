@@ -39,10 +39,6 @@ constexpr double kFarContact = 0.2;
 /// s: with that of a control step of 1 ms a robot on rigid ground throws its own legs (our choice, docs/control.md).
 constexpr double kHorizon = 20e-3;
 
-/// R at first where contacts begin with the impulses of the step before: no smaller than without, because smaller ones
-/// take Newton's method more steps than they save the multipliers (measured from 1e-7 to 1e-3 on LINKS).
-constexpr double kWarmR = 1e-3;
-
 /// What is known of contacts, and how their forces are predicted.
 std::vector<Key> contact_keys() {
   return {
@@ -192,7 +188,6 @@ class InverseDynamics : public Tracker {
     view_.h = own.has("horizon") ? own.number("horizon") : std::max(kHorizon, context.period);
     view_.law = law;
     view_.stiffness = std::max(own.number("regularization"), 1e-9);  // below, rounding decides
-    view_.warm = kWarmR;
     view_.within = 5e-3;
     if (law == PredictedContact::pivoted) {
       pivoting_ = ContactPivoting(word == "lcp_no_slip"   ? Pivoting::no_slip

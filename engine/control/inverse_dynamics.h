@@ -197,18 +197,15 @@ inline mask_of<T> mend_wish(const InverseDynamicsView& view, const TreeT<T>& tre
   return contradicts;
 }
 
-/// The contacts begin with the impulses of the step before. Returns the lanes in which some had one.
+/// The contacts begin with the impulses of the step before.
 template <class T>
-inline mask_of<T> recall_impulses(const InverseDynamicsView& view, const ContactProgramT<T>& program) {
+inline void recall_impulses(const InverseDynamicsView& view, const ContactProgramT<T>& program) {
   const Vec3T<T> none{T(0.0), T(0.0), T(0.0)};
-  T most(0.0);
   for (int i = 0; i < program.count; ++i) {
     const T* then = rows_of<T>(view.memory.impulse) + 3 * view.memory.place_of_contact[i];
     program.contacts[i].cone.kept =
         select(mask_from_bits<T>(program.lanes[i]), Vec3T<T>{then[0], then[1], then[2]}, none);
-    most = max(most, program.contacts[i].cone.kept.x);
   }
-  return most > T(0.0);
 }
 
 /// What the contacts have come to in the lanes of `open` is remembered, and nothing else of the active ones.
@@ -243,7 +240,8 @@ GRAZE_OUT_OF_LINE void predict_contacts(const InverseDynamicsView& view, const I
   const T* const soft = rows_of<T>(view.memory.soft);
   ContactProgramT<T> without = program;
   without.count = 0;
-  T share = select(recall_impulses(view, program), T(view.warm), T(kFirstR));
+  recall_impulses(view, program);
+  T share(kFirstR);
   for (int k = 0; k < nv; ++k) z[k] = want[k];
   take_free(view, open, v, z);
   for (int round = 0; round < 2; ++round) {

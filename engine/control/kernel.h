@@ -103,7 +103,7 @@ struct FollowerView {
 };
 
 /// Numbers of a ProgramContactT (contact_program.h).
-inline constexpr int kProgramContactRows = 30;
+inline constexpr int kProgramContactRows = 36;
 
 /// Working memory of inverse dynamics, rows of kLanes each; inverse_dynamics.h says what is in them.
 struct InverseDynamicsMemory {
@@ -155,7 +155,6 @@ struct InverseDynamicsView {
   const double *kp, *kd, *ki;  // na, 1/s^2, 1/s and 1/s^3
   OperationalWishView operational;
   double h, weight, stiffness;  // s; N, of the robot; weight of torques against energy (contact_program.h)
-  double warm;                  // R at first where the step before had contacts (ContactProgramT::solve)
   PredictedContact law;
   bool told;             // contacts are where link_force says so
   double within, force;  // m, N: what counts as a contact

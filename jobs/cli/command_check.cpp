@@ -270,9 +270,7 @@ void look_at(const std::filesystem::path& output) {
 
 /// Whether --write-urdf may write where it is told to.
 void check_urdf_output(const CheckArguments& arguments, const Scenario& scenario) {
-  std::vector<std::filesystem::path> made_of = {scenario.file};
-  for (const auto& [name, content] : scenario.source.inputs) made_of.emplace_back(name);
-  check_new_file(arguments.urdf, arguments.force, made_of, NamedBy::word);
+  check_new_file(arguments.urdf, arguments.force, files_of(scenario), NamedBy::word);
 }
 
 void write_urdf(const CheckArguments& arguments, const ScenarioArguments& source, const Scenario& scenario) {

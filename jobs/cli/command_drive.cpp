@@ -174,8 +174,8 @@ void drive_by_commands(DriveSession& session, const std::vector<CommandRow>& row
     const auto& names = session.policies();
     const auto found = row.policy.empty() ? names.begin() : std::find(names.begin(), names.end(), row.policy);
     if (found == names.end()) {
-      throw InputError(fmt::format("{}:{}:1: '{}' is no policy that can be driven; {}", name, row.line, row.policy,
-                                   nearest_or_all(row.policy, names)));
+      throw InputError(fmt::format("{}:{}:{}: '{}' is no policy that can be driven; {}", name, row.line,
+                                   row.policy_column, row.policy, nearest_or_all(row.policy, names)));
     }
     policies.push_back(static_cast<std::size_t>(found - names.begin()));
   }
@@ -194,10 +194,14 @@ bool is_one_policy(const std::vector<CommandRow>& rows) {
 
 /// Commands that do the same again.
 std::string again_text(const DriveArguments& arguments, const DriveSession& session, const Scenario& scenario) {
-  const std::string file = shell_word(arguments.record), scene = shell_word(arguments.scenario.file);
-  const std::string end = fmt::format(" --set time.end={}", session.record().end_time);
-  std::string out = fmt::format("Again: graze drive {} --replay {}{}{}\n", scene, file, end,
-                                arguments.particle ? fmt::format(" --particle {}", *arguments.particle) : "");
+  const ScenarioArguments& chosen = arguments.scenario;
+  const std::string file = shell_word(arguments.record), scene = shell_word(chosen.file);
+  const std::string from = chosen.file == kStandardInput ? " <SCENARIO.yaml" : "";
+  std::string options = chosen.options_without("time.end");
+  options += fmt::format(" --set time.end={}", session.record().end_time);
+  if (arguments.seed) options += fmt::format(" --seed {}", *arguments.seed);
+  const std::string particle = arguments.particle ? fmt::format(" --particle {}", *arguments.particle) : "";
+  std::string out = fmt::format("Again: graze drive {} --replay {}{}{}{}\n", scene, file, options, particle, from);
   const std::string& policy = session.rows().front().policy;
   if (!is_one_policy(session.rows()) || policy.find('/') != std::string::npos) return out;
   const auto spec = std::find_if(scenario.policies.begin(), scenario.policies.end(),
@@ -208,9 +212,9 @@ std::string again_text(const DriveArguments& arguments, const DriveSession& sess
     if (spec->settings.at(part).has(key)) away = fmt::format(" --set 'policies.{}.{}.{}=~'", policy, part, key);
   }
   return out + fmt::format(
-                   "All robots by these commands: graze run {}{} --set policies.{}.{}.commands={}{}; then "
+                   "All robots by these commands: graze run {}{}{} --set policies.{}.{}.commands={}{}; then "
                    "graze view shows one in three dimensions\n",
-                   scene, away, policy, part, file, end);
+                   scene, options, away, policy, part, file, from);
 }
 
 /// Into the file that was made before the drive. What cannot be written there is printed: nobody drives twice alike.
@@ -232,7 +236,15 @@ void check(const DriveArguments& arguments) {
   if (!arguments.replay.empty() && arguments.page) {
     throw InputError("--page: a drive that is replayed is over at once; graze view shows its trace (docs/drive.md)");
   }
-  if (!arguments.record.empty()) check_new_file(arguments.record, arguments.force, {}, NamedBy::word);
+}
+
+/// Whether --record may write where it is told to.
+void check_record(const DriveArguments& arguments, const Scenario& scenario) {
+  std::vector<std::filesystem::path> made_of = files_of(scenario);
+  for (const std::string& file : {arguments.keys, arguments.replay}) {
+    if (!file.empty()) made_of.emplace_back(file);
+  }
+  check_new_file(arguments.record, arguments.force, made_of, NamedBy::word);
 }
 
 /// Keys from --keys, or from standard input that is no terminal; none: a person presses them.
@@ -266,6 +278,7 @@ int drive(const DriveArguments& arguments) {
   std::optional<std::vector<TimedKey>> keys;
   if (arguments.replay.empty() && !(arguments.page && terminal)) keys = scripted_keys(arguments);
   Scenario scenario = load(arguments, arguments.replay.empty() && (!keys || arguments.page));
+  if (!arguments.record.empty()) check_record(arguments, scenario);
   if (arguments.seed) scenario.seed = *arguments.seed;
   const Simulation simulation(std::move(scenario));
   std::optional<NewFile> recorded;  // made first: a place that cannot be written is refused before the drive

@@ -123,9 +123,7 @@ int sample(const SampleArguments& arguments) {
   namespace fs = std::filesystem;
   const bool file =
       arguments.output != "-" && (fs::is_regular_file(arguments.output) || !fs::exists(arguments.output));  // no pipe
-  std::vector<fs::path> made_of = {scenario.file};
-  for (const auto& [name, content] : scenario.source.inputs) made_of.emplace_back(name);
-  if (file) check_new_file(arguments.output, arguments.force, made_of);
+  if (file) check_new_file(arguments.output, arguments.force, files_of(scenario));
   if (file) check_ending(arguments.output, "particles are written as CSV", {".csv", ".txt"});
   const std::vector<std::uint32_t> particles = chosen_particles(arguments.particles, scenario);
   const ParticleSource source(scenario, scenario.seed, scenario.particles);

@@ -10,6 +10,7 @@
 #include <new>
 
 #include "archive/archive.h"
+#include "archive/files/shell_word.h"
 #include "archive/files/utf8.h"
 #include "jobs/cli/option_values.h"
 #include "jobs/cli/override_doubts.h"
@@ -59,6 +60,22 @@ Scenario ScenarioArguments::load() const {
   doubt_overrides(options.overrides, scenario);
   prepare_controllers_here(scenario);
   return scenario;
+}
+
+std::string ScenarioArguments::options_without(const std::string& path) const {
+  std::string out;
+  for (const std::string& one : set) {
+    if (!one.starts_with(path + "=")) out += " --set " + shell_word(one);
+  }
+  if (ignore_missing_meshes) out += " --ignore-missing-meshes";
+  if (repair) out += " --repair";
+  return out;
+}
+
+std::vector<std::filesystem::path> files_of(const Scenario& scenario) {
+  std::vector<std::filesystem::path> out = {scenario.file};
+  for (const auto& [name, content] : scenario.source.inputs) out.emplace_back(name);
+  return out;
 }
 
 void RecordArguments::add_to(CLI::App& verb) {

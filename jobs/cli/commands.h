@@ -2,6 +2,7 @@
 // The verbs of the command line. Each adds its own subcommand, with help and examples, and runs when it was given.
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <functional>
 #include <optional>
 #include <string>
@@ -54,7 +55,12 @@ struct ScenarioArguments {
   std::vector<Override> overrides() const;
   /// Reads the scenario; prints its warnings on stderr.
   Scenario load() const;
+  /// The options as words of a shell, each behind a blank, but what is set of `path`.
+  std::string options_without(const std::string& path) const;
 };
+
+/// The files that a scenario is made of, which no output may replace.
+std::vector<std::filesystem::path> files_of(const Scenario& scenario);
 
 /// What is recorded of a trace, in place of what the scenario says: short for --set record.….
 struct RecordArguments {

@@ -92,19 +92,21 @@ std::vector<TimedKey> parse_key_script(const std::string& text, const std::strin
     words >> key >> more;
     double at = 0;
     const auto [stop, error] = std::from_chars(time.data(), time.data() + time.size(), at);
-    const auto fail = [&](const std::string& message) {
-      throw InputError(fmt::format("{}:{}:{}: {}", name, number, line.find(time) + 1, message));
+    const std::size_t column = line.find(time) + 1, key_column = line.find(key, column - 1 + time.size()) + 1;
+    const auto fail = [&](const std::string& message, std::size_t at) {
+      throw InputError(fmt::format("{}:{}:{}: {}", name, number, at, message));
     };
     if (error != std::errc() || stop != time.data() + time.size() || !(at >= 0) || !std::isfinite(at)) {
-      fail(fmt::format("'{}' is no time; a line is TIME KEY, as 0.5 up, with times in s >= 0", time));
+      fail(fmt::format("'{}' is no time; a line is TIME KEY, as 0.5 up, with times in s >= 0", time), column);
     }
     if (key.size() == 1 && is_single(key[0])) key = key_of(key[0]);
     const bool known = chosen_by(key) || std::find(kNames.begin(), kNames.end(), key) != kNames.end();
     if (!known || !more.empty()) {
       fail(fmt::format("'{}{}{}' is no key; a line is TIME KEY, and keys are {} and 1 to 9", key,
-                       more.empty() ? "" : " ", more, fmt::join(kNames, " ")));
+                       more.empty() ? "" : " ", more, fmt::join(kNames, " ")),
+           key_column);
     }
-    if (!out.empty() && at < out.back().time) fail(fmt::format("time {} lies before the line above", time));
+    if (!out.empty() && at < out.back().time) fail(fmt::format("time {} lies before the line above", time), column);
     out.push_back({at, key});
   }
   return out;

@@ -86,6 +86,40 @@ TEST_F(Drive, IsTheSameAgain) {
   EXPECT_EQ(digest(first.out), digest(again.out)) << again.err;
 }
 
+TEST_F(Drive, PrintsTheCommandThatDoesItAgain) {
+  testing::write_file(folder / "keys", "0 up\n0.1 q\n");
+  const testing::Result first = drive(
+      "--seed 7 --particle 2 --keys keys --record way.csv --trial 0 --set contact.model=compliant --set "
+      "'policies.walk.gait.step_height=5 cm' --set time.end='3 s'");
+  ASSERT_EQ(first.code, 0) << first.err;
+  const std::string options =
+      " --set contact.model=compliant --set 'policies.walk.gait.step_height=5 cm' --set time.end=0.1 --seed 7";
+  EXPECT_THAT(first.out, HasSubstr("--replay way.csv" + options + " --particle 2\n"));
+  EXPECT_THAT(first.out, HasSubstr("quadruped_drive.yaml" + options + " --set 'policies.walk"));
+  const testing::Result again = drive("--replay way.csv --particle 2" + options);
+  EXPECT_EQ(digest(first.out), digest(again.out)) << again.err;
+}
+
+TEST_F(Drive, RecordsOverNothingThatItReads) {
+  const std::string keys = "0 up\n0.1 q\n", way = "time,forward,strafe,turn,policy\n0,0.1,0,0,walk\n";
+  testing::write_file(folder / "keys", keys);
+  testing::write_file(folder / "way.csv", way);
+  const std::string yaml = testing::read_file(testing::data("scenarios/quadruped_drive.yaml"));
+  testing::write_file(folder / "my.csv", yaml);
+  for (const char* options : {"--keys keys --record keys", "--replay way.csv --record way.csv"}) {
+    const testing::Result run = drive(std::string(options) + " --force --set time.end=0.1");
+    EXPECT_EQ(run.code, 2) << options;
+    EXPECT_THAT(run.err, HasSubstr("which is only read")) << options;
+  }
+  const testing::Result over =
+      testing::graze(folder.path(), "drive my.csv --keys keys --record my.csv --force --set robot.urdf='" +
+                                        testing::data("robots/links.urdf") + "'");
+  EXPECT_EQ(over.code, 2);
+  EXPECT_EQ(testing::read_file(folder / "keys"), keys);
+  EXPECT_EQ(testing::read_file(folder / "way.csv"), way);
+  EXPECT_EQ(testing::read_file(folder / "my.csv"), yaml);
+}
+
 TEST_F(Drive, IsTheSameInACampaign) {
   const testing::Result first =
       testing::shell(folder.path(), "printf '0 up\\n0.15 up\\n0.3 right\\n0.5 q\\n' | '" GRAZE_PROGRAM "' drive " +
@@ -120,9 +154,9 @@ TEST_F(Drive, TriesAGaitBeforeTheSwitch) {
 
 TEST_F(Drive, SaysWhatIsWrong) {
   testing::write_file(folder / "keys", "0 up\n0.5 jump\n");
-  EXPECT_THAT(drive("--keys keys").err, HasSubstr("keys:2:1: 'jump' is no key"));
+  EXPECT_THAT(drive("--keys keys").err, HasSubstr("keys:2:5: 'jump' is no key"));
   testing::write_file(folder / "way.csv", "time,forward,strafe,turn,policy\n0,0,0,0,wolk\n");
-  EXPECT_THAT(drive("--replay way.csv").err, HasSubstr("way.csv:2:1: 'wolk' is no policy that can be driven"));
+  EXPECT_THAT(drive("--replay way.csv").err, HasSubstr("way.csv:2:9: 'wolk' is no policy that can be driven"));
   EXPECT_EQ(drive("--replay way.csv").code, 2);
   EXPECT_THAT(testing::graze(folder.path(), "drive pendulum --replay way.csv").err,
               HasSubstr("no policy that can be driven"));

@@ -66,8 +66,9 @@ TEST(Tables, GridsReadBack) {
   std::mt19937 random(21);
   for (int i = 0; i < 200; ++i) {
     std::vector<std::vector<double>> rows(1 + random() % 5);
+    const std::size_t columns = 1 + random() % 6;
     for (auto& row : rows) {
-      for (std::size_t n = 1 + random() % 6; n > 0; --n) {
+      for (std::size_t n = columns; n > 0; --n) {
         row.push_back(std::ldexp(static_cast<double>(random()) - 2e9, static_cast<int>(random() % 60) - 50));
       }
     }
@@ -111,6 +112,8 @@ TEST(Tables, AreRefusedAtTheirLines) {
   EXPECT_THAT(refused_grid("0 nan\n"), EndsWith("/t/grid.csv:1: 'nan': must be a number"));
   EXPECT_THAT(refused_grid("0, 2 mm\n"), EndsWith("'2 mm': must be a number")) << "units do not stand in tables";
   EXPECT_EQ(refused_grid("# nothing\n \n"), "/t/a.yaml:1:6: csv: /t/grid.csv: holds no lines");
+  EXPECT_EQ(refused_grid("1 2\n\n3\n"), "/t/grid.csv:3: 1 numbers, the first row has 2; all must have as many");
+  EXPECT_THAT(refused_grid("1,5;2,5\n1,5;2,5\n"), HasSubstr("/t/grid.csv:1: has ',' and ';'"));
   EXPECT_EQ(refused_grid("1 2\n3 4\n", 4), "(accepted)");
   EXPECT_EQ(refused_grid("1 2\n3 4\n", 3), "/t/grid.csv:2: more than 3 numbers; use a coarser grid");
   EXPECT_EQ(refused_column("a,b\n1,2\n3\n", "column: b"), "/t/data.csv:3: too few columns; b is number 2");

@@ -9,6 +9,7 @@
 #include <map>
 #include <thread>
 
+#include "simulation/invalid_reason.h"
 #include "tests/jobs/program.h"
 #include "tests/message_of.h"
 #include "tests/trace_bits.h"
@@ -201,6 +202,34 @@ TEST(Simulation, ATraceThatGoesAstrayIsInvalid) {
   EXPECT_THAT(astray.invalid_reason, HasSubstr("step 11 (0.011 s), nothing touched: base.x is"));
   EXPECT_THAT(astray.invalid_reason, HasSubstr("beyond 1e+06 m"));
   EXPECT_NEAR(astray.end_time, 0.010, 0.0015);
+}
+
+// Forces that no slip needs where tangents hardly depend on each other: the reason tells whose torque it was.
+TEST(Simulation, NamesTheJointOfATorqueBeyondAllMotors) {
+  ScenarioOptions options;
+  options.overrides = {{"uncertain", "!replace {}"},
+                       {"time.end", "0.9 s"},
+                       {"policies.direct.control",
+                        "!replace {inverse_dynamics: {kp: 1000, kd: 60, objects: [ball], model: lcp_no_slip, horizon: "
+                        "20 ms, servo: {kp: 10, kd: 0.1}}}"}};
+  const Simulation arm(load_scenario(testing::data("scenarios/pick_ball.yaml"), options));
+  const TraceRecord trace = Simulator(arm, "direct").run(0, 1).front();
+  EXPECT_EQ(trace.outcome, Outcome::invalid);
+  EXPECT_THAT(trace.invalid_reason,
+              ::testing::ContainsRegex("the controller asks joint [A-Z0-9_]+ for -?[0-9.e+]+ N m"));
+}
+
+TEST(Simulation, NamesAControllerThatAsksForTooMuch) {
+  ActuatorCommand command(3);
+  const Model model = load_scenario(testing::data("scenarios/quadruped_trot.yaml")).model;
+  EXPECT_EQ(controller_failure(model, command, 0), "");
+  command.tau(2, 0) = -3e10, command.tau(1, 0) = 9e4;
+  EXPECT_EQ(controller_failure(model, command, 0),
+            "the controller asks joint " + model.bodies[model.actuated[2]].joint + " for -3e+10 N m: ");
+  command.q(1, 0) = std::nan("");
+  EXPECT_EQ(
+      controller_failure(model, command, 0),
+      "the controller asks joint " + model.bodies[model.actuated[1]].joint + " for a position that is not finite: ");
 }
 
 // A controller that asks for what is no number makes its traces invalid, and the reason names it and the joint.
