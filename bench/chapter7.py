@@ -4,7 +4,7 @@
 usage: chapter7.py [GRAZE] [END] [N]           the program (graze), how long it trots ("30 s"), and how many robots do (1)
        chapter7.py GRAZE END N chatter         Figure 57: two stages and one of the convex program (`regularization`)
        chapter7.py GRAZE END N hills           Figure 58: over hills (quadruped_waypoints_hills.yaml)
-       chapter7.py GRAZE END 1 paths FILE.svg  Figure 59: paths of the base on sticky and on slippery ground
+       chapter7.py GRAZE END 1 paths FILE.svg  Figure 59: paths of the centre of mass on sticky and on slippery ground
 
 With N > 1 each robot's encoders are off by 1e-4 rad, which is enough for their steps to part; the tables then have means over the robots
 that did not fall with their 95 % intervals by Student's t, and how many fell.
@@ -31,9 +31,8 @@ GROUNDS = {
 }
 SCENARIOS = pathlib.Path(__file__).resolve().parent.parent / "data/scenarios"
 FLAT, HILLS = str(SCENARIOS / "quadruped_waypoints.yaml"), str(SCENARIOS / "quadruped_waypoints_hills.yaml")
-POLICIES = ["id/qp_coulomb", "id/lcp_coulomb", "id-no-slip/qp_no_slip", "id-no-slip/lcp_no_slip", "sensed/0ms", "sensed/1ms",
-            "pid"]
-OF_FIGURES = {"id/qp_coulomb": "ID(t_i)", "sensed/0ms": "ID(t_i−1)", "sensed/1ms": "ID(t_i−2)", "pid": "PID"}
+POLICIES = {"id/qp_coulomb": "QP, μ", "id/lcp_coulomb": "LCP, μ", "id-no-slip/qp_no_slip": "QP, ∞",
+            "id-no-slip/lcp_no_slip": "LCP, ∞", "sensed/0ms": "ID(t_i−1)", "sensed/1ms": "ID(t_i−2)", "pid": "PID"}
 WAYPOINTS = [[0, 0], [0.25, 0], [0, 0.25], [0, -0.25], [-0.25, 0], [0.25, 0]]  # m; the first leg, and then round
 REGULARIZATIONS = ["1e-9", "1e-6", "1e-4", "1e-3", "1e-2"]  # to 1e-6: two stages; 1e-3: one
 # Student's t at 97.5 %, of 1, 2, … degrees of freedom; beyond, that of many
@@ -73,10 +72,9 @@ def measures(path):
 
 
 def path_of(path):
-    """x and y of the base of a replay, m."""
+    """x and y of the centre of mass in a replay, m, and whether it fell."""
     with h5py.File(path) as file:
-        names = list(file["names/q"].asstr()[:])
-        return file["telemetry/q"][:][:, [names.index("base.x"), names.index("base.y")]]
+        return file["telemetry/centre_of_mass"][:, :2], bool(file.attrs["violated"]) or file.attrs["outcome"] == "invalid"
 
 
 def trot(graze, scenario, overrides, policies, particles, tell):
@@ -158,25 +156,37 @@ def length(path, every):
     return np.linalg.norm(np.diff(path[round(START / STEP)::every], axis=0), axis=1).sum()
 
 
+def draw_path(panel, path, fell):
+    """A path between the waypoints, with a cross where it ends by a fall."""
+    panel.plot(*np.array(WAYPOINTS).T, color="0.75", linewidth=1, marker="o", markersize=3)
+    panel.plot(*path[::50].T, color="#2b6ca3", linewidth=0.8)
+    if fell:
+        panel.plot(*path[-1], color="#b3362b", marker="x", markersize=6)
+    panel.set_xlim(-0.5, 0.5)
+    panel.set_ylim(-0.5, 0.5)
+    panel.set_aspect("equal")
+    panel.tick_params(labelsize=7)
+
+
 def paths(graze, end, output):
-    """Figure 59: paths of the base from above, and how much longer they are than without what they do within a second."""
+    """Figure 59: paths of the centre of mass from above, and how much longer they are than without what they do within a
+    second."""
     import matplotlib
 
     matplotlib.use("svg")
     matplotlib.rcParams["svg.hashsalt"] = "graze"
     from matplotlib import pyplot
 
-    figure, axes = pyplot.subplots(2, 4, figsize=(10, 5.6), sharex=True, sharey=True, layout="constrained")
+    figure, axes = pyplot.subplots(2, len(POLICIES), figsize=(12.5, 4.3), sharex=True, sharey=True, layout="constrained")
     for line, ground in zip(axes, ("rigid, 1.4", "rigid, 0.1")):
-        found = trot(graze, FLAT, GROUNDS[ground] + [f"time.end={end}"], list(OF_FIGURES), 1, path_of)
-        for panel, (policy, name) in zip(line, OF_FIGURES.items()):
-            panel.plot(*np.array(WAYPOINTS).T, color="0.75", linewidth=1, marker="o", markersize=3)
-            panel.plot(*found[policy][0][::50].T, color="#2b6ca3", linewidth=0.8)
-            detour = length(found[policy][0], 10) / length(found[policy][0], 1000)
-            print(f"{ground}, {policy}: seen every 10 ms {detour:.2f} times as long as every second")
-            panel.set_title(f"{name}, μ = {ground.split()[1]}", fontsize=9)
-            panel.set_aspect("equal")
-            panel.tick_params(labelsize=7)
+        found = trot(graze, FLAT, GROUNDS[ground] + [f"time.end={end}"], list(POLICIES), 1, path_of)
+        for panel, (policy, name) in zip(line, POLICIES.items()):
+            path, fell = found[policy][0]
+            draw_path(panel, path, fell)
+            seen = f"fell at {len(path) * STEP:.1f} s" if fell else (
+                f"seen every 10 ms {length(path, 10) / length(path, 1000):.2f} times as long as every second")
+            print(f"{ground}, {policy}: {seen}", flush=True)
+            panel.set_title(f"{name}, on {ground.split()[1]}", fontsize=9)
     figure.supxlabel("x, m", fontsize=8)
     figure.supylabel("y, m", fontsize=8)
     figure.savefig(output, metadata={"Date": None})

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "engine/model/measures.h"
 #include "engine/model/placement.h"
 
 namespace graze {
@@ -147,6 +148,7 @@ std::vector<FrameTable> tables(const Scenario& scenario, const TraceNames& names
       {"command/prescribed", actuators([](const Units&) { return std::string("1"); })},
       {"requirements", state.requirements},
       {"objective", state.objective},
+      {"centre_of_mass", vector_columns({"x", "y", "z"}, "m")},
       {"control", {{"sensed_at", "s"}, {"lag", "s"}}}};
   std::vector<NamedColumn> inside;
   for (const auto& [name, unit] : controller.policy().inside()) inside.push_back({name, unit});
@@ -204,6 +206,7 @@ bool StepRecorder::see(const StepView& step) {
   }
   append(step.requirements, step.lane);
   append(step.objective, step.lane);
+  append_centre_of_mass(step);
   append_control(step);
   append_contacts(step);
   return true;
@@ -222,6 +225,20 @@ void StepRecorder::append(const double* values, std::size_t count) {
 void StepRecorder::append_same(int rows, double value) {
   std::vector<double>& values = log_.tables[table_++].values;
   values.insert(values.end(), static_cast<std::size_t>(rows), value);
+}
+
+/// Of the particle's own robot in the world, without movable objects; of one that does not move NaN.
+void StepRecorder::append_centre_of_mass(const StepView& step) {
+  double mass = 0;
+  Vec3 moment = Vec3::Zero();
+  for (std::size_t i = 0; i < step.model.bodies.size(); ++i) {
+    if (!is_of_robot(step.model, i)) continue;
+    const Body& body = step.model.bodies[i];
+    mass += body.mass;
+    moment += body.mass * (step.physics.state().pose(static_cast<int>(i), step.lane) * body.com);
+  }
+  const Vec3 p_W = moment / mass;
+  append(p_W.data(), 3);
 }
 
 /// What the controller saw and wanted at the last control step; NaN before there was one.

@@ -38,6 +38,7 @@ class StepRecorder : public TraceObserver {
   void append(const BlockArray& array, int lane);
   void append(const double* values, std::size_t count);
   void append_same(int rows, double value);
+  void append_centre_of_mass(const StepView& step);
   void append_control(const StepView& step);
   void append_observation(const StepView& step, const Observation& observation);
   void append_targets(const StepView& step, const Targets& targets);

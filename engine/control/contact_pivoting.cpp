@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "engine/contact/lcp.h"
 #include "engine/dynamics/factor.h"
@@ -15,6 +16,14 @@ using Eigen::MatrixXd, Eigen::VectorXd;
 constexpr int kEdges = 4;  // of the friction pyramid, as published
 /// A tangent whose part that is independent of those before is less than this share of it counts as dependent.
 constexpr double kIndependent = 1e-9;
+
+/// A contact that is left out approaches by more than this share of the fastest velocity (the error that Lemke's
+/// algorithm is granted).
+constexpr double kApproach = 1e-9;
+/// So many contacts are solved at once, which is faster than one after the other (measured: 17 us instead of 26).
+constexpr int kTogether = 4;
+/// Of so many all may press, of more only half.
+constexpr int kFew = 8;
 
 /// Algorithm 3: rows of the tangents (in the numbering of J) on which forces can be told apart, found by a Cholesky
 /// factorisation that grows row by row; no more than there are free velocities.
@@ -38,9 +47,8 @@ std::vector<int> independent_tangents(const MatrixXd& W, Eigen::Index velocities
 
 bool is_solution(const LcpSolution& solution) { return solution.solved && solution.z.allFinite(); }
 
-}  // namespace
-
-VectorXd pivot_coulomb(const BaseContacts& contacts, const VectorXd* closest) {
+/// Impulses of contacts by one problem for all of them, or none if Lemke's algorithm ends on a ray.
+VectorXd pivot_all(const BaseContacts& contacts, const VectorXd* closest) {
   const int n = static_cast<int>(contacts.friction.size()), f = n, e = n + kEdges * n, size = e + n;
   // Directions of the impulses: normals, then the edges s, -s, t, -t of each contact.
   MatrixXd D = MatrixXd::Zero(3 * n, e);
@@ -69,6 +77,88 @@ VectorXd pivot_coulomb(const BaseContacts& contacts, const VectorXd* closest) {
   return D * solution.z.head(e);
 }
 
+/// Those contacts alone, in this order.
+BaseContacts part_of(const BaseContacts& contacts, const std::vector<int>& chosen) {
+  const auto n = static_cast<Eigen::Index>(chosen.size());
+  BaseContacts out{contacts.A, MatrixXd(3 * n, contacts.J.cols()), VectorXd(3 * n), VectorXd(n)};
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const int from = chosen[static_cast<std::size_t>(i)];
+    out.J.middleRows(3 * i, 3) = contacts.J.middleRows(3 * from, 3);
+    out.u.segment(3 * i, 3) = contacts.u.segment(3 * from, 3);
+    out.friction[i] = contacts.friction[from];
+  }
+  return out;
+}
+
+/// The contact that approaches fastest, and faster than `tolerance`, of those that are not chosen, or -1. `velocity`:
+/// of all along their normals.
+template <class Velocity>
+int fastest_other(const Velocity& velocity, const std::vector<int>& chosen, double tolerance) {
+  int fastest = -1;
+  for (int i = 0; i < velocity.size(); ++i) {
+    if (velocity[i] >= (fastest < 0 ? -tolerance : velocity[fastest])) continue;
+    if (std::find(chosen.begin(), chosen.end(), i) == chosen.end()) fastest = i;
+  }
+  return fastest;
+}
+
+/// Impulses of a few contacts under which no other approaches, so that all are solved with none for the others: bodies
+/// have six velocities each, of which few contacts take all. The one that approaches fastest joins until none does.
+/// None if this takes more than half of many.
+VectorXd pivot_few(const BaseContacts& contacts) {
+  const int n = static_cast<int>(contacts.friction.size());
+  const Eigen::LLT<MatrixXd> inertia(contacts.A);
+  const double tolerance = kApproach * contacts.u.cwiseAbs().maxCoeff();
+  VectorXd impulse = VectorXd::Zero(3 * n), velocity = contacts.u;
+  std::vector<int> chosen;
+  for (int most = std::max(kFew, n / 2); most >= 0; --most) {
+    const int fastest = fastest_other(velocity(Eigen::seqN(0, n, 3)), chosen, tolerance);
+    if (fastest < 0) return impulse;
+    chosen.push_back(fastest);
+    const VectorXd of_chosen = pivot_all(part_of(contacts, chosen), nullptr);
+    if (of_chosen.size() == 0) return {};
+    for (std::size_t i = 0; i < chosen.size(); ++i) {
+      impulse.segment(3 * chosen[i], 3) = of_chosen.segment(3 * static_cast<Eigen::Index>(i), 3);
+    }
+    velocity = contacts.u + contacts.J * inertia.solve(contacts.J.transpose() * impulse);
+  }
+  return {};
+}
+
+/// The same for contacts that press by z with Q z + r >= 0, from those that pressed in the last solution. Not solved if
+/// this takes more than half of many.
+LcpSolution press_few(const MatrixXd& Q, const VectorXd& r, const std::vector<int>& active) {
+  const int n = static_cast<int>(r.size());
+  const double tolerance = kApproach * r.cwiseAbs().maxCoeff();
+  std::vector<int> chosen = active, pressing(active.size());
+  std::iota(pressing.begin(), pressing.end(), 0);
+  LcpSolution all;
+  for (int most = std::max(kFew, n / 2); most >= static_cast<int>(chosen.size());) {
+    const LcpSolution few = solve_ppm(Q(chosen, chosen), r(chosen), pressing);
+    if (!is_solution(few)) break;
+    pressing = few.active;
+    all.z = VectorXd::Zero(n);
+    all.z(chosen) = few.z;
+    all.w = Q * all.z + r;
+    const int fastest = fastest_other(all.w, chosen, tolerance);
+    all.solved = fastest < 0;
+    if (all.solved) break;
+    chosen.push_back(fastest);
+  }
+  for (const int i : pressing) all.active.push_back(chosen[static_cast<std::size_t>(i)]);
+  return all;
+}
+
+}  // namespace
+
+VectorXd pivot_coulomb(const BaseContacts& contacts, const VectorXd* closest) {
+  if (contacts.friction.size() > kTogether) {
+    VectorXd impulse = pivot_few(contacts);
+    if (impulse.size() > 0) return impulse;
+  }
+  return pivot_all(contacts, closest);
+}
+
 VectorXd pivot_no_slip(const BaseContacts& contacts, std::vector<int>& active) {
   const int n = static_cast<int>(contacts.friction.size());
   const MatrixXd W = contacts.delassus();
@@ -82,7 +172,10 @@ VectorXd pivot_no_slip(const BaseContacts& contacts, std::vector<int>& active) {
   const MatrixXd with = factor.solve(B);
   const MatrixXd Q = W(normals, normals) - B.transpose() * with;
   const VectorXd r = contacts.u(normals) - B.transpose() * still;
-  const LcpSolution solution = solve_ppm(0.5 * (Q + Q.transpose()), r, active);
+  const MatrixXd symmetric = 0.5 * (Q + Q.transpose());
+  LcpSolution solution;
+  if (n > kTogether) solution = press_few(symmetric, r, active);
+  if (!solution.solved) solution = solve_ppm(symmetric, r, active);
   active.clear();
   if (!is_solution(solution)) return {};
   active = solution.active;

@@ -22,8 +22,9 @@ struct BaseContacts {
 };
 
 /// Impulses [3 n] of contacts with pyramids of four edges as friction cones (Eqs. 86 to 101), by Lemke's algorithm, or
-/// none if it ends on a ray. `closest`: of all solutions those that are nearest to these impulses [3 n] (Algorithm 5),
-/// where no more than two contacts allow that they be enumerated.
+/// none if it ends on a ray: for as many of the contacts as leave no other approaching. `closest`: of all solutions
+/// those that are nearest to these impulses [3 n] (Algorithm 5), where no more than two contacts allow that they be
+/// enumerated.
 Eigen::VectorXd pivot_coulomb(const BaseContacts& contacts, const Eigen::VectorXd* closest = nullptr);
 
 /// Impulses [3 n] of contacts that do not slip (Eqs. 68 to 77), or none if what the joints do contradicts them. Of

@@ -29,11 +29,11 @@ double reach(Model robot, const Quat& turned) {
   return -lowest_point(robot, {});
 }
 
-bool is_robots(const Model& model, std::size_t body) {
+}  // namespace
+
+bool is_of_robot(const Model& model, std::size_t body) {
   return model.bodies[body].type != JointType::floating || (body == 0 && model.floating_base);
 }
-
-}  // namespace
 
 double whole_mass(const Robot& robot) {
   double mass = 0;
@@ -50,7 +50,7 @@ std::string mass_text(const Robot& robot, const Model& model) {
 double robot_mass(const Model& model) {
   double mass = 0;
   for (std::size_t i = 0; i < model.bodies.size(); ++i) {
-    if (is_robots(model, i)) mass += model.bodies[i].mass;
+    if (is_of_robot(model, i)) mass += model.bodies[i].mass;
   }
   return mass;
 }
@@ -62,14 +62,14 @@ Vec3 robot_extent(const Model& model, const State& state) {
   Vec3 low = Vec3::Constant(kInfinity), high = -low;
   for (std::size_t i = 0; i < model.frames.size(); ++i) {
     const Frame& frame = model.frames[i];
-    if (frame.body >= 0 && !is_robots(model, static_cast<std::size_t>(frame.body))) continue;
+    if (frame.body >= 0 && !is_of_robot(model, static_cast<std::size_t>(frame.body))) continue;
     const Vec3 p = frame_pose(model, X_WB, static_cast<int>(i)).translation();
     low = low.cwiseMin(p);
     high = high.cwiseMax(p);
   }
   const Model robot = frozen(model, X_WB);
   for (std::size_t i = 0; robot.colliders.empty() && i < model.bodies.size(); ++i) {
-    if (!is_robots(model, i)) continue;
+    if (!is_of_robot(model, i)) continue;
     const Vec3 p = X_WB[i] * model.bodies[i].com;
     low = low.cwiseMin(p), high = high.cwiseMax(p);
   }

@@ -9,6 +9,9 @@
 
 namespace graze {
 
+/// Whether a body of the model is the robot's, not a movable object.
+bool is_of_robot(const Model& model, std::size_t body);
+
 /// Mass of the robot's moving bodies, kg, without movable objects. What is welded to the world is in no body.
 double robot_mass(const Model& model);
 

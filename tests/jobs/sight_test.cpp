@@ -7,6 +7,7 @@
 #include <set>
 #include <sstream>
 
+#include "engine/dynamics/dynamics_model.h"
 #include "simulation/particles.h"
 #include "simulation/step_recorder.h"
 #include "tests/jobs/program.h"
@@ -22,6 +23,7 @@ using testing::TemporaryFolder;
 /// One particle of the curb for 0.2 s, with a lag that reaches behind many control steps.
 struct Watched {
   Scenario scenario;
+  Model model;  // the particle's
   StepLog log;
 
   Watched() {
@@ -30,6 +32,7 @@ struct Watched {
     scenario = load_scenario(testing::data("scenarios/quadruped_curb.yaml"), options);
     const ParticleSource source(scenario, 1, 8);
     const std::vector<Particle> particles = {source.fabricate(3, source.draw(3))};
+    model = particles[0].model;
     const TraceNames info = trace_names(scenario.model);
     StepRecorder recorder(scenario, info);
     BlockRun(scenario, scenario.policies[3], 1).run(particles, nullptr, {.observer = &recorder});
@@ -101,6 +104,21 @@ TEST(Sight, WhatWasSensedStandsBesideTheTruth) {
   // 4800 draws: the standard deviation of their spread is 1 % of it; 6 of those.
   EXPECT_NEAR(std::sqrt(sum / 4800), 0.0033333, 6e-2 * 0.0033333);
   EXPECT_GT(errors.size(), 4700u);
+}
+
+// The centre of mass is the particle's own, not the nominal robot's.
+TEST(Sight, CentreOfMassIsThatOfTheDynamics) {
+  const Watched& w = watched();
+  const DynamicsModel own(w.model), nominal(w.scenario.model);
+  DynamicsData<double> data(own), wrong(nominal);
+  for (const std::size_t frame : {0, 137, 400}) {
+    const std::vector<double> q = w.row("q", frame), com = w.row("centre_of_mass", frame);
+    update_poses(data.tree(), q.data());
+    update_poses(wrong.tree(), q.data());
+    const Vec3 want = to_eigen(centre_of_mass(data.tree(), 0));
+    EXPECT_LT((Vec3(com[0], com[1], com[2]) - want).norm(), 1e-12) << frame;
+    EXPECT_GT((to_eigen(centre_of_mass(wrong.tree(), 0)) - want).norm(), 1e-6) << frame;
+  }
 }
 
 // The targets in force are those that were issued a lag before, and the lag is the particle's with its jitter.
