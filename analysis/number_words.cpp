@@ -4,7 +4,13 @@
 
 #include <cmath>
 
+#include "analysis/score.h"
+
 namespace graze {
+
+std::string interval_text(const Interval& interval, int digits) {
+  return fmt::format("{:.{}f} .. {:.{}f}", interval.low, digits, interval.high, digits);
+}
 
 std::string counted(std::size_t n, const char* one, const char* several) {
   return fmt::format("{} {}", n, n == 1 ? one : several);

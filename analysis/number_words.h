@@ -6,6 +6,11 @@
 
 namespace graze {
 
+struct Interval;
+
+/// "0.1234 .. 0.5678"
+std::string interval_text(const Interval& interval, int digits = 4);
+
 /// "1 parameter is", "3 parameters are"
 std::string counted(std::size_t n, const char* one, const char* several);
 

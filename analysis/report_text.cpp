@@ -29,9 +29,6 @@ std::uint64_t failed_traces(const Score& score) {
 }
 
 std::string decimal(double x) { return std::isnan(x) ? "-" : fmt::format("{:.4f}", x); }
-std::string interval_text(const Interval& interval) {
-  return fmt::format("{:.4f} .. {:.4f}", interval.low, interval.high);
-}
 std::string signed_interval_text(const Interval& interval) {
   return fmt::format("{:+.4f} .. {:+.4f}", interval.low, interval.high);
 }

@@ -24,10 +24,6 @@ double rate_of(const SweepCount& count) {
                            : std::numeric_limits<double>::quiet_NaN();
 }
 
-std::string interval_text(const Interval& interval, int digits = 4) {
-  return fmt::format("{:.{}f} .. {:.{}f}", interval.low, digits, interval.high, digits);
-}
-
 const std::string& value_text(const Sweep& sweep, const SweepPoint& point, std::size_t axis) {
   return sweep.axes[axis].texts[point.at[axis]];
 }

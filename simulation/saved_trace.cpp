@@ -75,13 +75,38 @@ void check_kind(const Scenario& scenario, const PolicySpec& policy, const TraceK
 
 }  // namespace
 
+namespace {
+
+/// A base that is led from waypoint to waypoint has a next one to remember.
+std::string way_of(const std::string& part, const Settings& settings) {
+  return (part == "gait" || part == "network") && settings.is_map() && settings.has("waypoints") ? " by waypoints" : "";
+}
+
+/// What of a tracker's settings decides what it remembers: impulses where it predicts them, forces until they are
+/// passed on, sums of errors.
+std::string memory_of(const Settings& tracker) {
+  if (!tracker.is_map()) return "";
+  std::string out;
+  const auto word = [](const Settings& value) { return value.is_scalar() ? value.text() : ""; };
+  if (const auto model = tracker.find("model")) {
+    if (const std::string name = word(*model); name == "none" || name == "sensed") out += ", model " + name;
+  }
+  const auto contacts = tracker.find("contacts");
+  if (contacts && contacts->is_map() && contacts->has("delay")) out += ", delay " + word(contacts->at("delay"));
+  if (tracker.has("ki")) out += ", ki";
+  return out;
+}
+
+}  // namespace
+
 std::string policy_kind(const PolicySpec& policy) {
   std::string name;
   for (const auto& [key, value] : policy.settings.entries()) {
-    if (key != "control") name = key;
+    if (key != "control") name = key + way_of(key, value);
   }
   const auto control = policy.settings.at("control").entries();
-  return control.empty() ? name : fmt::format("{}, control {}", name, control.front().first);
+  if (control.empty()) return name;
+  return fmt::format("{}, control {}{}", name, control.front().first, memory_of(control.front().second));
 }
 
 TraceKind trace_kind(const Scenario& scenario, const PolicySpec& policy) {

@@ -33,6 +33,9 @@ inline constexpr int kNewtonSteps = 15, kHalvings = 4;
 /// Compliance of jammed contacts, as a share of their own A: with the mass that they feel, a spring whose time constant
 /// is a tenth of the step, R = A (tau / h)^2 (our choice).
 inline constexpr double kJammedCompliance = 1e-2;
+/// Overlap of jammed contacts, m, from which on it is told that they give way (our choice: far beyond what recovery
+/// leaves of a step).
+inline constexpr double kSunk = 1e-3;
 /// How exactly velocities and impulses must fit at the end, as a share of the tolerance (our choice).
 inline constexpr double kNewtonError = 0.03;
 /// At the least eps proximal steps go on as long as each leaves less than this share of the step before: who ended

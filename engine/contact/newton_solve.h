@@ -22,6 +22,20 @@ GRAZE_OUT_OF_LINE void soften(ConstraintsT<T>& set, int lane) {
   }
 }
 
+/// Speed at which contacts of a softened lane that overlap by more than kSunk give way, m/s: a spring whose time
+/// constant is that of the mass that the contact feels is too soft for a load that is many times as heavy.
+template <class T>
+GRAZE_OUT_OF_LINE double giving_way(const ConstraintsT<T>& set, int lane) {
+  constexpr double kOfA = kJammedCompliance / (3.0 * (1.0 + kJammedCompliance));  // of what A is with it
+  double most = 0.0;
+  for (int i = 0; i < set.contact_count; ++i) {
+    const ContactT<T>& c = set.contacts[i];
+    if ((c.lanes >> lane & 1u) == 0 || number_of(c.phi, lane) > -kSunk) continue;
+    most = max(most, kOfA * number_of(c.ann + c.ass + c.att, lane) * number_of(c.lambda.x, lane));
+  }
+  return most;
+}
+
 /// Newton's method on one lane.
 class NewtonRun {
  public:
@@ -221,8 +235,8 @@ GRAZE_OUT_OF_LINE bool solve_by_newton(const ContactLawT<T>& law, const NewtonT<
     // met.
     converged = end == End::converged;
     if (!converged) break;
-    set_number(residual, lane, run.left());
     take_impulses(of_lane.problem(), lane, set, dz);
+    set_number(residual, lane, max(run.left(), soft ? giving_way(set, lane) : 0.0));
     take_slips(of_lane.problem(), lane, set);
     break;
   }

@@ -14,20 +14,22 @@ namespace {
 using Eigen::MatrixXd, Eigen::VectorXd;
 
 constexpr int kEdges = 4;  // of the friction pyramid, as published
-/// A tangent whose part that is independent of those before is less than this share of it counts as dependent.
-constexpr double kIndependent = 1e-9;
 
 /// A contact that is left out approaches by more than this share of the fastest velocity (the error that Lemke's
 /// algorithm is granted).
 constexpr double kApproach = 1e-9;
 /// So many contacts are solved at once, which is faster than one after the other (measured: 17 us instead of 26).
 constexpr int kTogether = 4;
-/// Of so many all may press, of more only half.
+/// Of so many all may press. Of more, twice as many as there are velocities: with more than those, some depend on
+/// others.
 constexpr int kFew = 8;
+int most_pressing(const BaseContacts& contacts) { return std::max(kFew, 2 * static_cast<int>(contacts.A.rows())); }
+/// From so many contacts on there is no trying with all of them, which would take seconds, if a few do not do.
+constexpr int kMany = 20;
 
 /// Algorithm 3: rows of the tangents (in the numbering of J) on which forces can be told apart, found by a Cholesky
 /// factorisation that grows row by row; no more than there are free velocities.
-std::vector<int> independent_tangents(const MatrixXd& W, Eigen::Index velocities) {
+std::vector<int> independent_tangents(const MatrixXd& W, Eigen::Index velocities, double share) {
   std::vector<int> rows;
   MatrixXd L(velocities, velocities);
   for (int i = 0; i < W.rows() && static_cast<Eigen::Index>(rows.size()) < velocities; ++i) {
@@ -37,7 +39,7 @@ std::vector<int> independent_tangents(const MatrixXd& W, Eigen::Index velocities
     for (int k = 0; k < n; ++k) a[k] = W(i, rows[k]);
     const VectorXd l = L.topLeftCorner(n, n).triangularView<Eigen::Lower>().solve(a);
     const double rest = W(i, i) - l.squaredNorm();
-    if (!(rest > kIndependent * W(i, i))) continue;
+    if (!(rest > share * W(i, i))) continue;
     L.row(n).head(n) = l.transpose();
     L(n, n) = std::sqrt(rest);
     rows.push_back(i);
@@ -104,14 +106,14 @@ int fastest_other(const Velocity& velocity, const std::vector<int>& chosen, doub
 
 /// Impulses of a few contacts under which no other approaches, so that all are solved with none for the others: bodies
 /// have six velocities each, of which few contacts take all. The one that approaches fastest joins until none does.
-/// None if this takes more than half of many.
+/// None if this takes more than most_pressing().
 VectorXd pivot_few(const BaseContacts& contacts) {
   const int n = static_cast<int>(contacts.friction.size());
   const Eigen::LLT<MatrixXd> inertia(contacts.A);
   const double tolerance = kApproach * contacts.u.cwiseAbs().maxCoeff();
   VectorXd impulse = VectorXd::Zero(3 * n), velocity = contacts.u;
   std::vector<int> chosen;
-  for (int most = std::max(kFew, n / 2); most >= 0; --most) {
+  for (int most = most_pressing(contacts); most >= 0; --most) {
     const int fastest = fastest_other(velocity(Eigen::seqN(0, n, 3)), chosen, tolerance);
     if (fastest < 0) return impulse;
     chosen.push_back(fastest);
@@ -126,14 +128,14 @@ VectorXd pivot_few(const BaseContacts& contacts) {
 }
 
 /// The same for contacts that press by z with Q z + r >= 0, from those that pressed in the last solution. Not solved if
-/// this takes more than half of many.
-LcpSolution press_few(const MatrixXd& Q, const VectorXd& r, const std::vector<int>& active) {
+/// this takes more than `most`.
+LcpSolution press_few(const MatrixXd& Q, const VectorXd& r, const std::vector<int>& active, int most) {
   const int n = static_cast<int>(r.size());
   const double tolerance = kApproach * r.cwiseAbs().maxCoeff();
   std::vector<int> chosen = active, pressing(active.size());
   std::iota(pressing.begin(), pressing.end(), 0);
   LcpSolution all;
-  for (int most = std::max(kFew, n / 2); most >= static_cast<int>(chosen.size());) {
+  while (static_cast<int>(chosen.size()) <= most) {
     const LcpSolution few = solve_ppm(Q(chosen, chosen), r(chosen), pressing);
     if (!is_solution(few)) break;
     pressing = few.active;
@@ -154,15 +156,15 @@ LcpSolution press_few(const MatrixXd& Q, const VectorXd& r, const std::vector<in
 VectorXd pivot_coulomb(const BaseContacts& contacts, const VectorXd* closest) {
   if (contacts.friction.size() > kTogether) {
     VectorXd impulse = pivot_few(contacts);
-    if (impulse.size() > 0) return impulse;
+    if (impulse.size() > 0 || contacts.friction.size() > kMany) return impulse;
   }
   return pivot_all(contacts, closest);
 }
 
-VectorXd pivot_no_slip(const BaseContacts& contacts, std::vector<int>& active) {
+VectorXd pivot_no_slip(const BaseContacts& contacts, std::vector<int>& active, double independent) {
   const int n = static_cast<int>(contacts.friction.size());
   const MatrixXd W = contacts.delassus();
-  const std::vector<int> tangents = independent_tangents(W, contacts.A.rows());
+  const std::vector<int> tangents = independent_tangents(W, contacts.A.rows(), independent);
   std::vector<int> normals(n);
   for (int i = 0; i < n; ++i) normals[i] = 3 * i;
   // The tangents' forces are what keeps their velocities at zero (Eqs. 72, 73), whatever the normals do.
@@ -174,8 +176,8 @@ VectorXd pivot_no_slip(const BaseContacts& contacts, std::vector<int>& active) {
   const VectorXd r = contacts.u(normals) - B.transpose() * still;
   const MatrixXd symmetric = 0.5 * (Q + Q.transpose());
   LcpSolution solution;
-  if (n > kTogether) solution = press_few(symmetric, r, active);
-  if (!solution.solved) solution = solve_ppm(symmetric, r, active);
+  if (n > kTogether) solution = press_few(symmetric, r, active, most_pressing(contacts));
+  if (!solution.solved && n <= kMany) solution = solve_ppm(symmetric, r, active);
   active.clear();
   if (!is_solution(solution)) return {};
   active = solution.active;

@@ -27,10 +27,16 @@ struct BaseContacts {
 /// enumerated.
 Eigen::VectorXd pivot_coulomb(const BaseContacts& contacts, const Eigen::VectorXd* closest = nullptr);
 
+/// A tangent whose part that is independent of those before is less than this share of it counts as dependent (our
+/// choice): the square of 1 cm in 1 m, by which feet at two heights can tell forces along the line between them apart.
+/// Less, and they would press against each other with more than a hundred times what moves the robot.
+inline constexpr double kIndependent = 1e-4;
+
 /// Impulses [3 n] of contacts that do not slip (Eqs. 68 to 77), or none if what the joints do contradicts them. Of
 /// the tangents those count that Algorithm 3 finds independent. `active`: contacts that pressed in the last solution,
-/// with which the principal pivoting begins (Algorithm 4), and then those of this one.
-Eigen::VectorXd pivot_no_slip(const BaseContacts& contacts, std::vector<int>& active);
+/// with which the principal pivoting begins (Algorithm 4), and then those of this one. `independent`: as kIndependent.
+Eigen::VectorXd pivot_no_slip(const BaseContacts& contacts, std::vector<int>& active,
+                              double independent = kIndependent);
 
 /// Which solution.
 enum class Pivoting { no_slip, coulomb, closest };

@@ -357,8 +357,10 @@ class InverseDynamics : public Tracker {
       warn(horizon, fmt::format("{:g} s: is shorter than a control step of {:g} s, at whose end joints move on",
                                 view_.h, period_));
     } else if (view_.h > kLong) {
-      warn(horizon, fmt::format("{:g} s: contacts take up nothing for so long{}", view_.h,
-                                is_bare(horizon) ? fmt::format("; did you mean {:g} ms?", view_.h) : ""));
+      warn(horizon,
+           fmt::format(
+               "{:g} s: contacts take up nothing for so long{}", view_.h,
+               is_bare(horizon) && view_.h <= 1000 * kLong ? fmt::format("; did you mean {:g} ms?", view_.h) : ""));
     }
   }
 

@@ -185,8 +185,8 @@ std::vector<double> read_gains(const Model& model, const Described& settings, st
     if (gains[k] >= 0) continue;
     const Settings typed = joint_entry(model, settings.at(key), k);
     typed.fail(
-        fmt::format("{}: a gain is negative, of joint {}; it must be >= 0, or the servo pushes away from its "
-                    "target",
+        fmt::format("{}: a gain is negative, of joint {}; it must be >= 0, or the joint is pushed away from "
+                    "its target",
                     typed.text(), model.bodies[model.actuated[k]].joint));
   }
   return gains;

@@ -62,8 +62,9 @@ std::vector<std::string> drivable(const Simulation& simulation) {
   std::set<std::string> seen;
   for (const PolicySpec& policy : simulation.scenario().policies) {
     if (!driven_part(policy.settings)) continue;
-    if (out.empty()) kind = policy_kind(policy);
-    if (policy_kind(policy) != kind) continue;
+    const std::string own = policy_kind(under_command(policy, {}));
+    if (out.empty()) kind = own;
+    if (own != kind) continue;
     // Policies that differ in their way alone are one to drive under.
     if (seen.insert(without_way(policy.settings).resolved_text()).second) out.push_back(policy.name);
   }

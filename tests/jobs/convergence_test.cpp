@@ -188,5 +188,23 @@ TEST(Convergence, DependsOnTheTraceAlone) {
   }
 }
 
+// Claim: a box of 1 g under 1000 kg jams, and the jam's spring lets it sink into the ground: that is not counted as
+// solved. Under 1 kg it stands.
+TEST(Convergence, IsNotSaidOfWhatIsPressedIntoTheGround) {
+  const testing::TemporaryFolder folder;
+  const auto flagged_under = [&](const char* mass) {
+    constexpr auto kBox = "environment.{}={{box: [0.1, 0.1, 0.1], position: [3, 0, {}], movable: true, mass: {}}}";
+    const testing::Result run = testing::graze(
+        folder.path(),
+        fmt::format("run drop_and_stand -n 1 --force -o x.graze --json --set time.end='0.3 s' --set '{}' --set '{}'",
+                    fmt::format(kBox, "low", 0.05, "1 g"), fmt::format(kBox, "high", 0.15, mass)));
+    EXPECT_EQ(run.code, 0) << run.err;
+    const testing::Result score = testing::graze(folder.path(), "score x.graze --json");
+    return Parsed::parse(score.out)["policies"][0]["convergence"]["flagged"]["all"].get<int>();
+  };
+  EXPECT_EQ(flagged_under("1000 kg"), 1);
+  EXPECT_EQ(flagged_under("1 kg"), 0);
+}
+
 }  // namespace
 }  // namespace graze

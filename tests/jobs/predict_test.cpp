@@ -1,5 +1,6 @@
 // Claim: `graze predict` tells what becomes of the nominal robot from a moment on, says what it cannot do, and makes
 // the same prediction again from its number of particles.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -93,6 +94,20 @@ TEST_F(Predict, PrintsTables) {
   EXPECT_EQ(none.code, 4) << none.out;
   EXPECT_THAT(none.out, HasSubstr("No verdict: no block of particles came to its end in time."));
   EXPECT_THAT(none.out, HasSubstr("controllers start afresh"));
+}
+
+// Trackers that remember forces for longer, impulses or sums of errors cannot go on from each other's memory.
+TEST_F(Predict, StartsAfreshWhereTrackersRememberOtherThings) {
+  for (const char* pair : {"contacts: {delay: 1 ms}, model: sensed", "model: none", "ki: 5"}) {
+    const std::string policies = fmt::format(
+        "!replace {{a: {{hold: {{}}, control: {{inverse_dynamics: {{kp: 500, kd: 40}}}}}}, b: {{hold: {{}}, control: "
+        "{{inverse_dynamics: {{kp: 500, kd: 40, {}}}}}}}}}",
+        pair);
+    const testing::Result run = testing::graze(
+        folder.path(), "predict drop_and_stand --at 20ms --horizon 10ms -n 8 --set 'policies=" + policies + "'");
+    EXPECT_EQ(run.code, 0) << pair << run.err;
+    EXPECT_THAT(run.out, HasSubstr("controllers start afresh")) << pair;
+  }
 }
 
 // The ball falls under one policy as under the other: it ends as its whole trace does.
