@@ -52,8 +52,8 @@ class SavedTraceError : public InputError {
   using InputError::InputError;
 };
 
-/// Whose memory a policy's is: "gait by waypoints, control inverse_dynamics, delay 1 ms". Policies of one kind that differ
-/// in their other numbers can go on from each other's traces.
+/// Whose memory a policy's is: "gait by waypoints, control inverse_dynamics, delay 1 ms". Policies of one kind that
+/// differ in their other numbers can go on from each other's traces.
 std::string policy_kind(const PolicySpec& policy);
 
 /// A digest of all numbers by which particles differ, but for the initial state, which is past in a saved trace.
