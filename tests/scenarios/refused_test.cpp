@@ -13,7 +13,7 @@ using ::testing::IsEmpty;
 using ::testing::StartsWith;
 
 /// Without "file:line:column: " in front.
-std::string without_place(const std::string& message) {
+std::string only_message(const std::string& message) {
   for (std::size_t at = message.find(": "); at != std::string::npos; at = message.find(": ", at + 1)) {
     if (at > 0 && std::isdigit(static_cast<unsigned char>(message[at - 1]))) return message.substr(at + 2);
   }
@@ -29,7 +29,7 @@ TEST(Refused, EachCaseWithItsMessage) {
     one.allow({"key", "value", "remove", "error", "starts", "ends", "file", "schema", "accepted"});
     const Settings scenario =
         one.has("remove") ? base.without(one.at("remove").text()) : base.with(one.at("key").text(), one.at("value"));
-    const std::string message = without_place(
+    const std::string message = only_message(
         testing::message_of([&] { parse_scenario(scenario.resolved_text(), testing::kFolder + "case.yaml"); }));
     SCOPED_TRACE(one.place());
     if (one.flag_or("accepted", false)) {
@@ -67,7 +67,7 @@ TEST(Doubted, EachCaseWithItsWarnings) {
                 for (const std::string& warning :
                      parse_scenario(scenario.resolved_text(), testing::kFolder + "case.yaml").warnings) {
                   EXPECT_THAT(warning, StartsWith(testing::kFolder + "case.yaml:"));
-                  warnings.push_back(without_place(warning));
+                  warnings.push_back(only_message(warning));
                 }
               }),
               "(accepted)");
