@@ -26,7 +26,7 @@ struct Told {
   std::vector<ContactPhase> phases = {};
 };
 
-ContactPhase touch(int a, int b, double begin, double impulse = 1, double duration = 0.05) {
+ContactPhase touch_event(int a, int b, double begin, double impulse = 1, double duration = 0.05) {
   ContactPhase out;
   out.a = a;
   out.b = b;
@@ -65,7 +65,8 @@ std::vector<Told> random_traces(std::mt19937_64& random, std::size_t n) {
     const std::size_t contacts = random() % 5;
     for (std::size_t k = 0; k < contacts; ++k) {
       const int a = static_cast<int>(random() % 3), b = 3 + static_cast<int>(random() % 2);
-      ContactPhase phase = touch(a, b, 0.1 + 0.2 * static_cast<double>(k) + 0.05 * static_cast<double>(random() % 2));
+      ContactPhase phase =
+          touch_event(a, b, 0.1 + 0.2 * static_cast<double>(k) + 0.05 * static_cast<double>(random() % 2));
       phase.feature_b = random() % 4 == 0 ? Feature::side : Feature::top;
       trace.phases.push_back(phase);
     }
@@ -77,7 +78,8 @@ std::vector<Told> random_traces(std::mt19937_64& random, std::size_t n) {
 // by particle.
 TEST(StoriesByHand, AreThoseOfTheTraces) {
   StoryTeller teller({"a", "b"}, {}, 1e-3);
-  const std::vector<ContactPhase> one = {touch(0, 3, 0.2)}, two = {touch(1, 3, 0.3), touch(2, 3, 0.6)};
+  const std::vector<ContactPhase> one = {touch_event(0, 3, 0.2)},
+                                  two = {touch_event(1, 3, 0.3), touch_event(2, 3, 0.6)};
   teller.add(1, 9, Outcome::known_failure, 2, 0.9, two);
   teller.add(1, 4, Outcome::success, -1, 3, one);
   teller.add(1, 5, Outcome::invalid, -1, 3, one);
@@ -101,15 +103,16 @@ TEST(StoriesByHand, OfAWindow) {
   StoryRules rules;
   rules.from = 0.5;
   rules.to = 1.5;
-  const Stories got =
-      stories_of({{.phases = {touch(0, 3, 0.25), touch(0, 3, 0.5), touch(1, 3, 1.25), touch(2, 3, 1.5)}}}, rules);
+  const Stories got = stories_of(
+      {{.phases = {touch_event(0, 3, 0.25), touch_event(0, 3, 0.5), touch_event(1, 3, 1.25), touch_event(2, 3, 1.5)}}},
+      rules);
   EXPECT_THAT(told_words(got[0]), ElementsAre(pair_word(0, 3), pair_word(1, 3)));
 }
 
 // Claim: the mode in a word is the one with the largest share, sticking where shares are equal; features stand in their
 // own bits; coarser details have none of it.
 TEST(StoriesByHand, DetailsAreThoseOfThePhase) {
-  ContactPhase phase = touch(2, 4, 0.1);
+  ContactPhase phase = touch_event(2, 4, 0.1);
   phase.feature_a = Feature::cap;
   phase.feature_b = Feature::rim;
   const auto word = [&](Detail detail, double slip, double roll) {
@@ -141,7 +144,8 @@ TEST(StoriesByHand, LightContactsAreLeftOut) {
   for (Told& trace : traces) {
     const double impulse = 0.05 * static_cast<double>(1 + random() % 60);
     impulses.push_back(static_cast<float>(impulse));
-    trace.phases = {touch(0, 3, 0.2, impulse), touch(1, 3, 0.6, 1e-6)};  // the other pair is faint throughout
+    trace.phases = {touch_event(0, 3, 0.2, impulse),
+                    touch_event(1, 3, 0.6, 1e-6)};  // the other pair is faint throughout
   }
   std::sort(impulses.begin(), impulses.end());
   const float ninth = impulses[static_cast<std::size_t>(0.9 * 39)];
@@ -163,8 +167,8 @@ TEST(StoriesByHand, LightContactsAreLeftOut) {
 // know count whatever they carry. A contact that is under way within a step and a half of the end counts, too.
 TEST(StoriesByHand, WhatIsUsualElsewhere) {
   StoryTeller teller({"walk"}, {}, 0.01, UsualImpulses{{{0, 3}, 10.0f}});
-  const std::vector<ContactPhase> phases = {touch(0, 3, 0.2, 0.9), touch(0, 3, 0.4, 1.1), touch(1, 3, 0.6, 1e-9),
-                                            touch(0, 3, 0.9, 0.5, 0.0899)};
+  const std::vector<ContactPhase> phases = {touch_event(0, 3, 0.2, 0.9), touch_event(0, 3, 0.4, 1.1),
+                                            touch_event(1, 3, 0.6, 1e-9), touch_event(0, 3, 0.9, 0.5, 0.0899)};
   teller.add(0, 0, Outcome::success, -1, 1.0, phases);
   const std::vector<Stories> got = teller.take();
   ASSERT_THAT(told_words(got[0][0]), ElementsAre(pair_word(0, 3), pair_word(1, 3), pair_word(0, 3)));
@@ -255,7 +259,7 @@ TEST(StoriesByHand, NoveltiesAreDifferencesOfSets) {
   for (int round = 0; round < 12; ++round) {
     std::vector<Told> traces = random_traces(random, 24);
     traces[3].outcome = Outcome::unknown_failure;
-    traces[3].phases.push_back(touch(2, 4, 2.0));  // on no feature, which no other trace does
+    traces[3].phases.push_back(touch_event(2, 4, 2.0));  // on no feature, which no other trace does
     const Stories stories = stories_of(traces, rules);
     IsReference reference;
     std::set<std::uint32_t> words, parts;
@@ -314,8 +318,8 @@ TEST(StoriesByHand, NoveltiesAreDifferencesOfSets) {
 TEST(StoriesByHand, NoveltiesAgainstAnother) {
   StoryRules rules;
   rules.detail = Detail::features;
-  const Stories here = stories_of({{.phases = {touch(0, 3, 0.5)}}, {.phases = {touch(1, 3, 0.25)}}}, rules);
-  const Stories there = stories_of({{.phases = {touch(0, 3, 0.7)}}}, rules);
+  const Stories here = stories_of({{.phases = {touch_event(0, 3, 0.5)}}, {.phases = {touch_event(1, 3, 0.25)}}}, rules);
+  const Stories there = stories_of({{.phases = {touch_event(0, 3, 0.7)}}}, rules);
   const std::vector<Novelty> got = novelties(here, 0, {true, true}, &there);
   ASSERT_THAT(got, SizeIs(2));
   EXPECT_EQ(got[0].kind, Novelty::Kind::event);
@@ -334,7 +338,7 @@ TEST(StoriesByHand, OneContactWithDifferentOutcomes) {
     std::vector<Told> traces;
     for (std::size_t i = 0; i < with_success + with_failure + without; ++i) {
       Told one;
-      if (i < with_success + with_failure) one.phases = {touch(0, 3, 0.5)};
+      if (i < with_success + with_failure) one.phases = {touch_event(0, 3, 0.5)};
       if (i >= with_success && i < with_success + with_failure) one.outcome = Outcome::unknown_failure;
       traces.push_back(one);
     }
@@ -359,8 +363,8 @@ TEST(StoriesByHand, CyclesAreCut) {
   for (std::size_t i = 0; i < 10; ++i) {
     for (int k = 0; k < 4; ++k) {
       if (i >= 8 && k >= 2) continue;  // these two end early
-      traces[i].phases.push_back(touch(0, 3, 0.5 * k + 0.2));
-      traces[i].phases.push_back(touch(i < 3 && k == 1 ? 2 : 1, 3, 0.5 * k + 0.3));
+      traces[i].phases.push_back(touch_event(0, 3, 0.5 * k + 0.2));
+      traces[i].phases.push_back(touch_event(i < 3 && k == 1 ? 2 : 1, 3, 0.5 * k + 0.3));
     }
     traces[i].end = i >= 8 ? 1.1 : 2;
     if (i >= 8) traces[i].outcome = Outcome::unknown_failure;

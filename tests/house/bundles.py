@@ -50,6 +50,14 @@ def parameters(text):
     return text
 
 
+def calls(text):
+    """The types that a function may be called with: all between the parentheses, and without those that have a value."""
+    whole = parameters(text)
+    signature = re.sub(r"\s+", " ", text.split("{")[0])
+    required = re.sub(r", [^,()=]+ = [^,()]+(?=[,)])", "", signature)
+    return {whole, parameters(required)}
+
+
 def defined(text):
     """What a source defines for itself: (name, what must differ where the name is the same, or None: nothing may)."""
     out = set()
@@ -61,7 +69,8 @@ def defined(text):
             elif found["type"]:
                 out.add((found["type"], None))
             elif found["name"] not in WORDS and not found.group(0).startswith("using "):
-                out.add((found["name"], parameters(inside[found.end() - 1:]) if found["what"] == "(" else None))
+                kinds = calls(inside[found.end() - 1:]) if found["what"] == "(" else {None}
+                out |= {(found["name"], kind) for kind in kinds}
     return out | {(f"{suite}.{name}", None) for suite, name in TEST.findall(text)}
 
 
@@ -108,6 +117,8 @@ def prove():
         ("struct A {\n};", "class A {\n};", 1),
         ("int f(int a) { return a; }", "int f(int b) { return b; }", 1),
         ("int f(int a) { return a; }", "int f(double b) { return 1; }", 0),
+        ("int f(int a) { return a; }", "int f(int b, int digits = 4) { return b; }", 1),
+        ("int f(int a) { return a; }", "int f(int b, int digits) { return b; }", 0),
         ("using A = B;", "using A = B;", 0),
         ("using A = B;", "using A = C;", 1),
         ("struct A {\n  int kA = 1;\n};", "struct B {\n  int kA = 1;\n};", 0),
