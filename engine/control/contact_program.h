@@ -26,6 +26,7 @@ struct ProgramContactT : ContactFrameT<T> {
   T gap;                   // gap term, m/s
   T a;                     // about the contact's own A, 1/kg
   NewtonContactT<T> cone;  // kept, lambda (N s) and d lambda / d u
+  T w;                     // 1/R in this minimisation, kg
   Vec3T<T> u, along;       // velocity with its gap term where the cone was evaluated, m/s, and its change by the step
 };
 
@@ -81,14 +82,13 @@ struct ContactProgramT {
   }
 
   /// lambda and its derivative where contact i has the velocity u, m/s.
-  void project(const T& share, int i, const Vec3T<T>& u, NewtonContactT<T>& out) const {
+  void project(int i, const Vec3T<T>& u, NewtonContactT<T>& out) const {
     const ProgramContactT<T>& c = contacts[i];
-    const T w = recip(share * c.a);
-    const Vec3T<T> x = c.cone.kept - w * u;
+    const Vec3T<T> x = c.cone.kept - c.w * u;
     if (slips) {
-      project_cone<T>(c.friction, x, w, out);
+      project_cone<T>(c.friction, x, c.w, out);
     } else {
-      project_half_space<T>(x, w, out);
+      project_half_space<T>(x, c.w, out);
     }
     const auto valid = mask_from_bits<T>(lanes[i]);
     const Vec3T<T> none{T(0.0), T(0.0), T(0.0)};
@@ -114,13 +114,13 @@ struct ContactProgramT {
   }
 
   /// All lambda at `at`; gradient = mass (at - free) - J^T lambda.
-  GRAZE_OUT_OF_LINE void evaluate(const T& share, const T* at) const {
+  GRAZE_OUT_OF_LINE void evaluate(const T* at) const {
     for (int k = 0; k < tree.topology.nv; ++k) trial[k] = at[k] - free[k];
     times_mass(trial, gradient);
     for (int i = 0; i < count; ++i) {
       ProgramContactT<T>& c = contacts[i];
       c.u = add_velocity(i, at, {c.gap, T(0.0), T(0.0)});
-      project(share, i, c.u, c.cone);
+      project(i, c.u, c.cone);
       const Vec3T<T>* J = jacobian + room * i;
       const int* dofs = path(i);
       for (int d = 0; d < dofs_above(i); ++d) gradient[dofs[d]] -= dot(J[d], c.cone.lambda);
@@ -164,7 +164,7 @@ struct ContactProgramT {
 
   /// What is left of the balance of impulses beyond what rounds: sums of impulses and momenta, and velocities, which
   /// 1/R makes impulses of.
-  T unbalanced(const T& share) const {
+  T unbalanced() const {
     T most(0.0), impulse(0.0), stiffest(0.0), speed(0.0);
     for (int k = 0; k < tree.topology.nv; ++k) {
       most = max(most, fnma(T(kRoundingOfSums) * weight[k], abs(z[k]) + abs(free[k]), abs(gradient[k])));
@@ -172,19 +172,19 @@ struct ContactProgramT {
     }
     for (int i = 0; i < count; ++i) {
       impulse = max(impulse, norm2(contacts[i].cone.lambda));
-      stiffest = max(stiffest, select(mask_from_bits<T>(lanes[i]), recip(share * contacts[i].a), T(0.0)));
+      stiffest = max(stiffest, select(mask_from_bits<T>(lanes[i]), contacts[i].w, T(0.0)));
     }
     return most - fma(T(kRounding), sqrt(impulse), T(kRoundingOfVelocities) * speed * stiffest);
   }
 
   /// The slope a share `length` along the step, and its derivative by it. stiff: step^T mass step; downhill: the slope
   /// at 0. From differences of impulses, because those of energies round.
-  void find_slope(const T& share, const T& length, const T& stiff, const T& downhill, T& slope, T& rate) const {
+  void find_slope(const T& length, const T& stiff, const T& downhill, T& slope, T& rate) const {
     slope = fma(length, stiff, downhill), rate = stiff;
     for (int i = 0; i < count; ++i) {
       const ProgramContactT<T>& c = contacts[i];
       NewtonContactT<T> there;
-      project(share, i, axpy(length, c.along, c.u), there);
+      project(i, axpy(length, c.along, c.u), there);
       slope -= dot(c.along, there.lambda - c.cone.lambda);
       rate += dot(c.along, Vec3T<T>{dot(there.n, c.along), dot(there.s, c.along), dot(there.t, c.along)});
     }
@@ -194,7 +194,7 @@ struct ContactProgramT {
   /// edge of a cone and steeply behind it: a step that is shortened by the slope at its end alone would stop before the
   /// edge again and again. So its root is looked for, by Newton's method within bisection (of the contacts' velocities
   /// alone). Evaluates there.
-  GRAZE_OUT_OF_LINE void move(const T& share, const mask_of<T>& open) const {
+  GRAZE_OUT_OF_LINE void move(const mask_of<T>& open) const {
     const int nv = tree.topology.nv;
     const T downhill = along_step(gradient);
     times_mass(step, trial);
@@ -203,7 +203,7 @@ struct ContactProgramT {
     T length(1.0), low(0.0), high(1.0), slope, rate;
     mask_of<T> searching = open;
     for (int n = 0; n < kSlopes && any(searching); ++n) {
-      find_slope(share, length, stiff, downhill, slope, rate);
+      find_slope(length, stiff, downhill, slope, rate);
       const auto uphill = slope > T(0.0);
       searching = searching & (abs(slope) > T(-kSlopeError) * downhill) & (uphill | (length < high));
       high = select(uphill, length, high), low = select(uphill, low, length);
@@ -212,18 +212,19 @@ struct ContactProgramT {
       length = select(searching, select(between, newton, T(0.5) * (low + high)), length);
     }
     for (int k = 0; k < nv; ++k) z[k] = select(open, fma(length, step[k], z[k]), z[k]);
-    evaluate(share, z);
+    evaluate(z);
   }
 
   /// Newton's method for one R, in the lanes of `open`. wrench: N s, error that counts as none. Returns where it has
   /// not got there.
   mask_of<T> minimise(const T& share, mask_of<T> open, const T& wrench) const {
-    evaluate(share, z);
-    open = open & (unbalanced(share) > wrench);
+    for (int i = 0; i < count; ++i) contacts[i].w = recip(share * contacts[i].a);
+    evaluate(z);
+    open = open & (unbalanced() > wrench);
     for (int n = 0; n < kProgramNewtonSteps && any(open); ++n) {
       find_step();
-      move(share, open);
-      open = open & (unbalanced(share) > wrench);
+      move(open);
+      open = open & (unbalanced() > wrench);
     }
     return open;
   }

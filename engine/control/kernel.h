@@ -103,7 +103,7 @@ struct FollowerView {
 };
 
 /// Numbers of a ProgramContactT (contact_program.h).
-inline constexpr int kProgramContactRows = 36;
+inline constexpr int kProgramContactRows = 37;
 
 /// Working memory of inverse dynamics, rows of kLanes each; inverse_dynamics.h says what is in them.
 struct InverseDynamicsMemory {
