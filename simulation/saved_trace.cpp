@@ -73,10 +73,6 @@ void check_kind(const Scenario& scenario, const PolicySpec& policy, const TraceK
   }
 }
 
-}  // namespace
-
-namespace {
-
 /// A base that is led from waypoint to waypoint has a next one to remember.
 std::string way_of(const std::string& part, const Settings& settings) {
   return (part == "gait" || part == "network") && settings.is_map() && settings.has("waypoints") ? " by waypoints" : "";
