@@ -1,7 +1,9 @@
 #pragma once
-// Impulses of constraints take energy away; they give only what parting bodies that overlap, returning joints to their
-// limits and restitution take. A solve that has not converged, or has ended where there is no solution (friction that
-// jams), may not: then all impulses of the lane are scaled back until they do.
+// Impulses of constraints take energy away; they give only what parting bodies that overlap and returning joints to
+// their limits take. A solve that has not converged, or has ended where there is no solution (friction that jams), may
+// not; nor may Newton's law of restitution where an impact turns the slip round, or where coefficients differ (Stronge
+// 1990): then all impulses of the lane are scaled back until they do. The bounce of a single contact gives none: its
+// impulse makes -(1 - e) / 2 times the approach with the mean of the velocities before and after.
 
 #include "engine/contact/solver.h"
 
@@ -9,7 +11,7 @@ namespace graze {
 inline namespace GRAZE_ISA_NAMESPACE {
 
 /// The most that the impulses may give, J: each times the velocity of its bodies at the end, as far as its constraint
-/// has set them a speed to part with.
+/// has set them a speed to part with that is not the bounce of an impact.
 template <class T>
 GRAZE_OUT_OF_LINE T recovery_work(const ConstraintsT<T>& set, T* dz) {
   T work(0.0);
@@ -28,7 +30,7 @@ GRAZE_OUT_OF_LINE T recovery_work(const ConstraintsT<T>& set, T* dz) {
     const Vec3T<T> past = contact_velocity(path, c, change);
     const Vec3T<T> u{fnma(c.compliance, c.lambda.x, past.x + c.target), fnma(c.guard, c.lambda.y, past.y),
                      fnma(c.guard, c.lambda.z, past.z)};
-    work += max(min(dot(c.lambda, u), c.lambda.x * c.target), T(0.0));
+    work += max(min(dot(c.lambda, u), c.lambda.x * c.recovery), T(0.0));
   }
   change.in_memory();
   return work;

@@ -45,6 +45,7 @@ struct ContactT : ContactFrameT<T> {
   T guard;                         // compliance that keeps A regular, 1/kg; contained in ann, ass and att
   T compliance;                    // R, 1/kg, with the guard; contained in ann
   T target;                        // speed at which the solve parts the bodies (recovery, restitution) or 0, m/s
+  T recovery;                      // likewise, of it what may give energy: without restitution
   T slips;                         // 1 where the impulse lies on the cone
   T free;                          // normal velocity that the step would end with but for constraints, m/s
   unsigned lanes;                  // where the point is valid
@@ -159,6 +160,12 @@ inline Vec3T<T> leave_mimics_alone(const TreeT<T>& tree, const MimicsT<T>& mimic
   return held;
 }
 
+/// The gap term along n, m/s, and what it is without restitution.
+template <class T>
+struct GapTermT {
+  T all, at_rest;
+};
+
 /// The gap term along n (Eq. 67 and its kin): the solver makes n . u + term >= 0.
 ///   rigid, apart:        N v+ >= -phi/h, contact may close the gap and no more
 ///   rigid, overlapping:  a fraction of phi is taken back, at bounded speed
@@ -167,18 +174,19 @@ inline Vec3T<T> leave_mimics_alone(const TreeT<T>& tree, const MimicsT<T>& mimic
 ///   compliant:           lambda = -h (k (phi + h u) + d u) >= 0, which is u + k phi / (h k + d) + R lambda = 0 with
 ///                        R = 1 / (h (h k + d)): a spring and damper, integrated implicitly
 template <class T>
-inline T gap_term(const ContactLawT<T>& law, const ContactT<T>& c, const T& h, const T& before, const T& free) {
+inline GapTermT<T> gap_term(const ContactLawT<T>& law, const ContactT<T>& c, const T& h, const T& before,
+                            const T& free) {
   const T rate = c.phi * recip(h);
   const auto deep = c.phi < -c.deep;
   T rigid = select(rate < T(0.0), max(law.correction * rate, -law.recovery), rate);
   rigid = select(deep, T(0.0), rigid);
   const auto bounces = (c.restitution > T(0.0)) & (before < T(0.0)) & (fma(h, free, c.phi) < T(0.0));
-  rigid = select(bounces, min(rigid, c.restitution * before), rigid);
+  const T bouncing = select(bounces, min(rigid, c.restitution * before), rigid);
   const auto soft = (law.compliance > T(0.0)) & !deep;
-  if (!any(soft)) return rigid;
+  if (!any(soft)) return {bouncing, rigid};
   const ContactSpringT<T>& spring = *c.spring;
   const T compliant = spring.stiffness * c.phi * recip(fma(h, spring.stiffness, spring.damping));
-  return select(soft, compliant, rigid);
+  return {select(soft, compliant, bouncing), select(soft, compliant, rigid)};
 }
 
 /// A^-1 by elimination of the normal, which is the best conditioned way: A is nearly singular where fewer than three
@@ -237,9 +245,10 @@ inline void set_up_contact(const TreeT<T>& tree, const PathView& path, const Mim
   T free = c.b.x;
   for (int i = 0; i < path.count; ++i) free = fma(dz[path.dofs[i]], c.y[i].x, free);
   c.free = free;
-  const T gap = gap_term(law, c, h, before, free);
-  c.b.x += gap;
-  c.target = max(-gap, T(0.0));
+  const GapTermT<T> gap = gap_term(law, c, h, before, free);
+  c.b.x += gap.all;
+  c.target = max(-gap.all, T(0.0));
+  c.recovery = max(-gap.at_rest, T(0.0));
   // Where nothing can move (prescribed joints hold both sides, or none turns it) no impulse helps, and none is sought.
   const auto held = !(c.ann * lighter_of(tree, path) > T(kImmovable));
   c.ann = select(held, T(1.0), c.ann);

@@ -41,6 +41,14 @@ inline constexpr double kNewtonError = 0.03;
 /// At the least eps proximal steps go on as long as each leaves less than this share of the step before: who ended
 /// sooner would take for jammed what only converges slowly (our choice).
 inline constexpr double kFalls = 0.9;
+/// Least eps of all, for what is not solved at kLeastEps though Newton's method gets there: where a load is many times
+/// as heavy as what the contact feels (R is a share of A), proximal steps take 1 / (1 + eps ratio) of what is left (our
+/// choice).
+inline constexpr double kLastEps = 1e-8;
+/// The largest impulse that is believed there, and where Coulomb's law is solved by corrections, in units of the
+/// momentum that the lane's motion has (our choice; a wedge of 1 in 3): what squeezes more is a jam that hardly gives
+/// way.
+inline constexpr double kMostSqueeze = 3.0;
 /// Slope along a step that counts as none, as a share of that where it begins (0.01 to 0.8 are as good), and how often
 /// it is looked at: our choice.
 inline constexpr double kSlopeError = 0.1;
@@ -72,6 +80,7 @@ struct ContactsOfEight : NewtonContactT<Eight> {
   Vec3T<Eight> b, u, along;                   // u: velocity where lambda was found; along: its change by the step
   Eight friction, compliance, guard, rn, rt;  // r: R for eps = 1, along n and across
   Eight felt;                                 // the guard, or 0 where overlap is deep
+  Eight lift;                                 // of b.x, m/s: correct()
   int first, count;
   int dof_count;
   const int* dofs;  // that move some of them
@@ -109,6 +118,7 @@ inline const double& number(const Eight& a, int i) { return reinterpret_cast<con
 /// The contacts and joints of one lane.
 struct NewtonProblem {
   bool convex;
+  double momentum;                 // N s: sqrt of twice the energy before the impulses times all D
   int nv, width;                   // width: nv and what fills the last eight
   double *D, *inverse_D, *free;    // D: 1 where nothing moves; inverse_D: 0 there
   double *gradient, *step;         // D (z - free) - Y lambda; what Newton's method takes z on by
@@ -228,6 +238,13 @@ struct NewtonProblem {
     return eps * largest(most);
   }
 
+  /// The largest impulse that contacts keep along n, N s.
+  double pressed() const {
+    Eight most(0.0);
+    for (int i = 0; i < (contact_count + 7) / 8; ++i) most = max(most, contact_packs[i].kept.x);
+    return largest(most);
+  }
+
   /// The largest velocity that contacts keep because of the compliance that only holds A regular (guard_of), m/s. Where
   /// it shows, impulses squeeze a jammed body without end.
   double squeezed() const {
@@ -237,6 +254,32 @@ struct NewtonProblem {
       most = max(most, c.felt * max(c.lambda.x, max(abs(c.lambda.y), abs(c.lambda.z))));
     }
     return largest(most);
+  }
+
+  /// Contacts' normal velocities shall be mu |u_t| more than the convex law sees: where they are, its solution is that
+  /// of Coulomb's law (de Saxce & Feng 1998). Returns by how much that has changed, m/s.
+  double correct() const {
+    Eight most(0.0);
+    for (int i = 0; i < (contact_count + 7) / 8; ++i) {
+      ContactsOfEight& c = contact_packs[i];
+      const Vec3T<Eight> u = velocity(c, z);
+      const Eight s = fma(c.guard, c.kept.y, u.y), t = fma(c.guard, c.kept.z, u.z);
+      const Eight lift = c.friction * sqrt(fma(s, s, t * t));
+      most = max(most, abs(lift - c.lift));
+      c.b.x += lift - c.lift;
+      c.lift = lift;
+    }
+    return largest(most);
+  }
+
+  /// From where corrections have led, on by Coulomb's law itself.
+  void leave_uncorrected() {
+    convex = false;
+    for (int i = 0; i < (contact_count + 7) / 8; ++i) {
+      ContactsOfEight& c = contact_packs[i];
+      c.b.x -= c.lift;
+      c.lift = Eight(0.0);
+    }
   }
 
   /// The impulses become those that are kept.

@@ -25,24 +25,38 @@ inline void set_numbers(Vec3T<T>& all, int lane, const Vec3T<double>& value) {
   set_number(all.x, lane, value.x), set_number(all.y, lane, value.y), set_number(all.z, lane, value.z);
 }
 
+/// What Newton's method works on beside the constraints.
+template <class T>
+struct NewtonT {
+  int nv;
+  const T *inverse_D, *start, *free;  // L v at the beginning; its change by all but the constraints
+  NewtonMemory memory;
+};
+
 /// Lays out the problem of a lane in NewtonMemory.
 template <class T>
 class NewtonLane {
  public:
-  NewtonLane(const ContactLawT<T>& law, const ConstraintsT<T>& set, const T* inverse_D, const T* free, int nv, int lane,
-             const NewtonMemory& memory)
-      : set_(set), lane_(lane), numbers_(memory.numbers), indices_(memory.indices) {
+  NewtonLane(const ContactLawT<T>& law, const ConstraintsT<T>& set, const NewtonT<T>& newton, int lane)
+      : set_(set), lane_(lane), numbers_(newton.memory.numbers), indices_(newton.memory.indices) {
+    const int nv = newton.nv;
     p_.nv = nv;
     p_.width = 8 * static_cast<int>(eights(static_cast<std::size_t>(nv)));
     p_.convex = number_of(law.convex, lane) > 0.0;
     p_.H = reserve(nv * p_.width);  // assemble() clears it
     double** rows[] = {&p_.D, &p_.inverse_D, &p_.free, &p_.gradient, &p_.step, &p_.z, &p_.trial, &p_.start};
     for (double** row : rows) *row = take(p_.width);
+    double energy = 0.0, mass = 0.0;
     for (int k = 0; k < nv; ++k) {
-      p_.inverse_D[k] = number_of(inverse_D[k], lane);
+      p_.inverse_D[k] = number_of(newton.inverse_D[k], lane);
       p_.D[k] = p_.inverse_D[k] > 0.0 ? 1.0 / p_.inverse_D[k] : 1.0;
-      p_.free[k] = number_of(free[k], lane);
+      p_.free[k] = number_of(newton.free[k], lane);
+      if (!(p_.inverse_D[k] > 0.0)) continue;
+      const double before = number_of(newton.start[k], lane), after = before + p_.free[k];
+      energy = fma(p_.D[k], max(before * before, after * after), energy);
+      mass += p_.D[k];
     }
+    p_.momentum = sqrt(energy * mass);
     p_.filled = reinterpret_cast<std::uint64_t*>(take(nv * kDofWords));
     columns_of_ = take_indices(nv);
     count_rows();

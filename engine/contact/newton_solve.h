@@ -7,6 +7,11 @@
 namespace graze {
 inline namespace GRAZE_ISA_NAMESPACE {
 
+/// Coulomb's law by corrections, our choice, found on a limp chain of 60 joints and a hand: convex programs before its
+/// own Newton's method is tried from where they have led; rounds of both; eps at first, of all but the first program.
+inline constexpr int kCorrections = 3, kRounds = 4;
+inline constexpr double kNearEps = 1e-3;
+
 /// Makes all contacts of a lane compliant. A foot that is jammed between two faces has no others: their gap terms ask
 /// two points of one body to come nearer to each other, and impulses that squeeze it grow without end.
 template <class T>
@@ -41,9 +46,9 @@ class NewtonRun {
  public:
   enum class End { converged, jammed, failed };
 
-  /// `accepted`: what may be left of the laws where the tolerance cannot be reached, m/s.
-  NewtonRun(NewtonProblem& problem, double tolerance, double accepted)
-      : p_(problem), tolerance_(tolerance), accepted_(max(accepted, tolerance)) {
+  /// `accepted`: what may be left of the laws where the tolerance cannot be reached, m/s. `eps`: at first.
+  NewtonRun(NewtonProblem& problem, double tolerance, double accepted, double eps = kFirstEps)
+      : p_(problem), tolerance_(tolerance), accepted_(max(accepted, tolerance)), eps_(eps) {
     // f^T D f bounds the error of a velocity by its own A: (delta u)^2 <= A f^T D f.
     double stiffest = 1e-300;
     for (int i = 0; i < (p_.contact_count + 7) / 8; ++i) {
@@ -76,26 +81,34 @@ class NewtonRun {
         best_ = left;
         squeezed_ = soft ? 0.0 : p_.squeezed();
         p_.keep();
-        if (max(best_, squeezed_) <= tolerance_) return End::converged;
+        if (max(best_, squeezed_) <= tolerance_) return least_ < kLeastEps && !bears() ? End::jammed : End::converged;
       }
-      const bool ended = there && (best_ <= tolerance_ || (eps_ <= kLeastEps && !falls));
-      if (ended || (!there && eps_ >= kLargestEps))
+      const bool ended = there && (best_ <= tolerance_ || (eps_ <= least_ && !falls));
+      if (ended && best_ > accepted_ && least_ > kLastEps) {
+        least_ = kLastEps, eps_ = kFewer * eps_;
+      } else if (ended || (!there && (eps_ >= kLargestEps || least_ < kLeastEps))) {
         return is_accepted() ? End::converged : soft ? End::failed : End::jammed;
-      eps_ = there ? max(kShrink * eps_, kLeastEps) : kGrow * eps_;
+      } else {
+        eps_ = there ? max(kShrink * eps_, least_) : kGrow * eps_;
+      }
       since_ = 0;
       merit_ = p_.evaluate(eps_, p_.z);
     }
-    return is_accepted() ? End::converged : End::failed;
+    // Below kLeastEps impulses of a jam may grow without end.
+    return is_accepted() ? End::converged : least_ < kLeastEps && !soft ? End::jammed : End::failed;
   }
 
   int steps() const { return steps_; }
   double left() const { return best_; }  // of the laws after the last proximal step, m/s
+  /// Whether the impulses that are kept are none of a jam.
+  bool bears() const { return p_.pressed() <= kMostSqueeze * p_.momentum; }
 
  private:
   enum class Outcome { going, there, failed };
+  static constexpr double kFewer = 0.1;  // of eps, from kLeastEps on, where the law is not kept
 
   /// Of the impulses that are kept.
-  bool is_accepted() const { return max(best_, squeezed_) <= accepted_; }
+  bool is_accepted() const { return max(best_, squeezed_) <= accepted_ && (least_ >= kLeastEps || bears()); }
 
   /// Whether velocities and impulses fit: exactly where this can be the last proximal step, else as well as the laws
   /// are kept, which the steps that follow will better.
@@ -138,7 +151,7 @@ class NewtonRun {
 
   NewtonProblem& p_;
   double tolerance_, accepted_, stiffest_, goal_;
-  double eps_ = kFirstEps, merit_ = 0.0, best_ = 1e300, squeezed_ = 1e300;
+  double eps_, least_ = kLeastEps, merit_ = 0.0, best_ = 1e300, squeezed_ = 1e300;
   int steps_ = 0, since_ = 0;  // of all, and of this proximal step
 };
 
@@ -197,17 +210,72 @@ GRAZE_OUT_OF_LINE void take_slips(const NewtonProblem& p, int lane, ConstraintsT
 struct SolveBounds {
   int most_sweeps;
   int newton_after;       // sweeps; from most_sweeps on: no Newton's method
-  int most_newton_steps;  // all proximal steps together
+  int most_newton_steps;  // of one attempt, all its proximal steps together
   double tolerance;       // m/s (rad/s)
   double accepted = 0.0;  // likewise, of Newton's method where it cannot reach the tolerance
 };
 
-/// What Newton's method works on beside the constraints.
+/// Coulomb's law of rigid contacts as a row of convex programs, each corrected by the slip of the one before, in one
+/// lane: for what Newton's method on the law itself, which has no energy to go down, cannot finish from where sweeps
+/// end.
 template <class T>
-struct NewtonT {
-  int nv;
-  const T *inverse_D, *free;  // free: the change of L v by all else
-  NewtonMemory memory;
+class CorrectedRun {
+ public:
+  CorrectedRun(ContactLawT<T> law, const NewtonT<T>& newton, const SolveBounds& bounds, int lane, ConstraintsT<T>& set,
+               T* dz)
+      : bounds_(bounds), lane_(lane), set_(set), dz_(dz) {
+    set_number(law.convex, lane, 1.0);
+    NewtonLane<T> of_lane(law, set, newton, lane);
+    of_lane.begin(dz);
+    problem_ = of_lane.problem();
+  }
+
+  static bool can(const ContactLawT<T>& law, int lane) {
+    return !(number_of(law.convex, lane) > 0.0) && !(number_of(law.compliance, lane) > 0.0);
+  }
+
+  /// Returns whether it converges; if not, impulses and dz are as they were.
+  bool run(T& residual) {
+    for (int round = 0; round < kRounds; ++round) {
+      problem_.convex = true;
+      for (int n = 0; n < kCorrections; ++n) {
+        if (!solve(n + round > 0 ? kNearEps : kFirstEps)) return false;
+        const double changed = problem_.correct();
+        if (changed <= bounds_.tolerance) return take(max(left_, changed), residual);
+      }
+      problem_.leave_uncorrected();
+      if (solve(kNearEps)) return take(left_, residual);
+      problem_.correct();
+    }
+    return false;
+  }
+
+  int steps() const { return steps_; }
+
+ private:
+  /// Newton's method from where the one before has ended.
+  bool solve(double eps) {
+    NewtonRun run(problem_, bounds_.tolerance, bounds_.accepted, eps);
+    const bool converged = run.run(bounds_.most_newton_steps, false) == NewtonRun::End::converged && run.bears();
+    steps_ += run.steps();
+    left_ = run.left();
+    return converged;
+  }
+
+  bool take(double left, T& residual) const {
+    take_impulses(problem_, lane_, set_, dz_);
+    set_number(residual, lane_, left);
+    take_slips(problem_, lane_, set_);
+    return true;
+  }
+
+  const SolveBounds& bounds_;
+  int lane_;
+  ConstraintsT<T>& set_;
+  T* dz_;
+  NewtonProblem problem_;
+  int steps_ = 0;
+  double left_ = 0.0;  // of the law, m/s
 };
 
 /// Newton's method from impulses and dz as sweeps have left them, in one lane. `residual` (m/s) in and out, `steps`
@@ -221,15 +289,21 @@ GRAZE_OUT_OF_LINE bool solve_by_newton(const ContactLawT<T>& law, const NewtonT<
   for (int attempt = 0; attempt < 2; ++attempt) {
     const bool soft = attempt == 1;
     if (soft) soften(set, lane);
-    NewtonLane<T> of_lane(law, set, newton.inverse_D, newton.free, newton.nv, lane, newton.memory);
+    NewtonLane<T> of_lane(law, set, newton, lane);
     if (soft) {
       of_lane.begin_at_rest();
     } else {
       of_lane.begin(dz);
     }
     NewtonRun run(of_lane.problem(), bounds.tolerance, bounds.accepted);
-    const End end = run.run(bounds.most_newton_steps - taken, soft);
+    const End end = run.run(bounds.most_newton_steps, soft);
     taken += run.steps();
+    if (end != End::converged && !soft && CorrectedRun<T>::can(law, lane)) {
+      CorrectedRun<T> corrected(law, newton, bounds, lane, set, dz);
+      converged = corrected.run(residual);
+      taken += corrected.steps();
+      if (converged) break;
+    }
     if (end == End::jammed) continue;
     // What has not converged is not taken: impulses that leave little of the laws may be large where these cannot be
     // met.

@@ -179,7 +179,7 @@ inline T solve(LaneBlock& block, const TreeT<T>& tree, double h, unsigned active
   for (int k = 0; k < tree.topology.nv; ++k) free[k] = dz[k];
   warm_start<T>(set, dz);
   T* effort = rows<T>(block.effort);
-  const NewtonT<T> newton{tree.topology.nv, tree.inverse_D, free, block.newton};
+  const NewtonT<T> newton{tree.topology.nv, tree.inverse_D, z, free, block.newton};
   const SolverSettings& settings = block.settings;
   const SolveBounds bounds{settings.most_sweeps, settings.newton_after, settings.most_newton_steps, settings.tolerance,
                            settings.accepted};

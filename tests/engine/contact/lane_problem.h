@@ -52,8 +52,9 @@ class LaneProblem {
     ConstraintsT<double> set{contacts_.data(), static_cast<int>(contacts_.size()), nullptr, 0, 0, &path_,
                              memory_.data()};
     LaneSolution out;
-    const std::vector<double> inverse_D(dofs_.size(), 1.0), free(dofs_.size(), 0.0);
-    const NewtonT<double> newton{path_.count, inverse_D.data(), free.data(), newton_memory()};
+    // b has how fast they are; that they are fast lets no impulse count as a jam's.
+    const std::vector<double> inverse_D(dofs_.size(), 1.0), start(dofs_.size(), 1e9), free(dofs_.size(), 0.0);
+    const NewtonT<double> newton{path_.count, inverse_D.data(), start.data(), free.data(), newton_memory()};
     solve_constraints<double>(law, bounds, 1, newton, set, dz.data(), out.sweeps, out.residual);
     out.measured = contact_residuals<double>(law, set, dz.data());
     out.lambda.resize(3 * static_cast<Eigen::Index>(contacts_.size()));
