@@ -90,6 +90,7 @@ struct ContactProgramT {
     } else {
       project_half_space<T>(x, c.w, out);
     }
+    if (lanes[i] == (1u << kWidth<T>)-1) return;
     const auto valid = mask_from_bits<T>(lanes[i]);
     const Vec3T<T> none{T(0.0), T(0.0), T(0.0)};
     out.lambda = select(valid, out.lambda, none);
@@ -99,7 +100,8 @@ struct ContactProgramT {
 
   /// out = mass times rates.
   void times_mass(const T* rates, T* out) const {
-    for (int k = joint_begin; k < joint_end; ++k) out[k] = weight[k] * rates[k];
+    const T* const own = weight;
+    for (int k = joint_begin, end = joint_end; k < end; ++k) out[k] = own[k] * rates[k];
     for (int i = 0; i < free_count; ++i) {
       const int first = bodies[i].dof;
       const T* M = A + bodies[i].mass;
@@ -115,41 +117,69 @@ struct ContactProgramT {
 
   /// All lambda at `at`; gradient = mass (at - free) - J^T lambda.
   GRAZE_OUT_OF_LINE void evaluate(const T* at) const {
-    for (int k = 0; k < tree.topology.nv; ++k) trial[k] = at[k] - free[k];
-    times_mass(trial, gradient);
+    T *const off = trial, *const out = gradient;
+    const T* const from = free;
+    for (int k = 0, nv = tree.topology.nv; k < nv; ++k) off[k] = at[k] - from[k];
+    times_mass(off, out);
     for (int i = 0; i < count; ++i) {
       ProgramContactT<T>& c = contacts[i];
       c.u = add_velocity(i, at, {c.gap, T(0.0), T(0.0)});
       project(i, c.u, c.cone);
-      const Vec3T<T>* J = jacobian + room * i;
+      const Vec3T<T>*J = jacobian + room * i, lambda = c.cone.lambda;
       const int* dofs = path(i);
-      for (int d = 0; d < dofs_above(i); ++d) gradient[dofs[d]] -= dot(J[d], c.cone.lambda);
+      for (int d = 0, n = dofs_above(i); d < n; ++d) out[dofs[d]] -= dot(J[d], lambda);
+    }
+  }
+
+  /// Adds J^T G J of contact i to H's rows of the N degrees of freedom from `a` on its way: side by side, so that what
+  /// they have in common is loaded once.
+  template <int N>
+  void add_rows(int i, int a) const {
+    const NewtonContactT<T>& c = contacts[i].cone;
+    const Vec3T<T>* J = jacobian + room * i;
+    const int* dofs = path(i);
+    Vec3T<T> left[N];
+    T* row[N];
+    GRAZE_UNROLL
+    for (int k = 0; k < N; ++k) {
+      left[k] = J[a + k].x * c.n + J[a + k].y * c.s + J[a + k].z * c.t;
+      row[k] = tree.M + tree.topology.row[dofs[a + k]];
+    }
+    for (int b = 0; b <= a; ++b) {
+      const Vec3T<T> right = J[b];
+      GRAZE_UNROLL
+      for (int k = 0; k < N; ++k) row[k][b] = dot_add(left[k], right, row[k][b]);
+    }
+    GRAZE_UNROLL
+    for (int k = 1; k < N; ++k) {
+      for (int b = a + 1; b <= a + k; ++b) row[k][b] = dot_add(left[k], J[b], row[k][b]);
     }
   }
 
   /// step = -H^-1 gradient with H = mass + J^T G J.
   GRAZE_OUT_OF_LINE void find_step() const {
-    const TopologyView& t = tree.topology;
+    const TopologyView t = tree.topology;  // a copy: what is written could be a part of it, for all that is known
+    T *const H = tree.M, *const x = step;
+    const T *const own = weight, *const downhill = gradient;
     for (int k = 0; k < t.nv; ++k) {
-      for (int d = 0; d < t.dof_depth[k]; ++d) tree.M[t.row[k] + d] = T(0.0);
-      tree.M[t.row[k] + t.dof_depth[k]] = weight[k];
-      step[k] = -gradient[k];
+      T* const row = H + t.row[k];
+      const int depth = t.dof_depth[k];
+      for (int d = 0; d < depth; ++d) row[d] = T(0.0);
+      row[depth] = own[k];
+      x[k] = -downhill[k];
     }
     for (int i = 0; i < free_count; ++i) {
       for (int k = 0; k < 6; ++k) {
-        T* row = tree.M + t.row[bodies[i].dof + k] + t.dof_depth[bodies[i].dof];
-        for (int d = 0; d <= k; ++d) row[d] = A[bodies[i].mass + base_entry(k, d)];
+        T* const row = H + t.row[bodies[i].dof + k] + t.dof_depth[bodies[i].dof];
+        const T* const mass = A + bodies[i].mass;
+        for (int d = 0; d <= k; ++d) row[d] = mass[base_entry(k, d)];
       }
     }
     for (int i = 0; i < count; ++i) {
-      const NewtonContactT<T>& c = contacts[i].cone;
-      const Vec3T<T>* J = jacobian + room * i;
-      const int* dofs = path(i);
-      for (int a = 0; a < dofs_above(i); ++a) {
-        const Vec3T<T> left = J[a].x * c.n + J[a].y * c.s + J[a].z * c.t;
-        T* row = tree.M + t.row[dofs[a]];
-        for (int b = 0; b <= a; ++b) row[b] = dot_add(left, J[b], row[b]);
-      }
+      int a = 0;
+      const int n = dofs_above(i);
+      for (; a + 3 <= n; a += 3) add_rows<3>(i, a);
+      for (; a < n; ++a) add_rows<1>(i, a);
     }
     factor_and_solve<T>(tree, step);
     solve_L<T>(tree, step);
@@ -211,8 +241,10 @@ struct ContactProgramT {
       const auto between = (newton > low) & (newton < high);
       length = select(searching, select(between, newton, T(0.5) * (low + high)), length);
     }
-    for (int k = 0; k < nv; ++k) z[k] = select(open, fma(length, step[k], z[k]), z[k]);
-    evaluate(z);
+    T* const at = z;
+    const T* const way = step;
+    for (int k = 0; k < nv; ++k) at[k] = select(open, fma(length, way[k], at[k]), at[k]);
+    evaluate(at);
   }
 
   /// Newton's method for one R, in the lanes of `open`. wrench: N s, error that counts as none. Returns where it has
