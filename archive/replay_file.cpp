@@ -249,8 +249,11 @@ std::vector<std::filesystem::path> replay_files(const std::filesystem::path& out
   return files;
 }
 
-void check_replay_output(const std::filesystem::path& output, bool force, const std::filesystem::path& archive) {
-  for (const auto& file : replay_files(output)) check_new_file(file, force, {archive});
+void check_replay_output(const std::filesystem::path& output, bool force, const std::filesystem::path& archive,
+                         const std::vector<std::filesystem::path>& inputs) {
+  std::vector<std::filesystem::path> made_of = {archive};
+  made_of.insert(made_of.end(), inputs.begin(), inputs.end());
+  for (const auto& file : replay_files(output)) check_new_file(file, force, made_of);
 }
 
 void write_replay(const ReplayFile& replay, const std::filesystem::path& output, bool force) {

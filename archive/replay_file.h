@@ -54,8 +54,9 @@ struct ReplayFile {
 std::vector<std::filesystem::path> replay_files(const std::filesystem::path& output);
 
 /// Throws InputError unless a replay of `archive` may be written: a known ending, none of the files exists (unless
-/// `force`), or is or lies within the archive.
-void check_replay_output(const std::filesystem::path& output, bool force, const std::filesystem::path& archive);
+/// `force`), or is or lies within the archive or one of the `inputs` of its campaign.
+void check_replay_output(const std::filesystem::path& output, bool force, const std::filesystem::path& archive,
+                         const std::vector<std::filesystem::path>& inputs = {});
 /// Each file appears whole or not at all, and takes another's place with `force` only. Throws MachineError, InputError.
 void write_replay(const ReplayFile& replay, const std::filesystem::path& output, bool force);
 

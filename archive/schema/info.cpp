@@ -34,6 +34,7 @@ void check_format(const Handle& file, const std::string& wanted) {
   if (found == kReplayFormat) throw hdf5::Error(kOnlyReplay);
   if (found != kCampaignFormat && found != kShardFormat) throw hdf5::Error("is not a Graze archive");
   if (const std::string newer = newer_format(file); !newer.empty()) throw hdf5::Error(newer);
+  if (hdf5::read_count(file.id(), "format_version") == 0) throw hdf5::Error("has format_version 0; they begin with 1");
   if (found != wanted) {
     throw hdf5::Error(found == kShardFormat ? kOnlyShard : "is a whole campaign where one of its shards is expected");
   }

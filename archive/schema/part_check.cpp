@@ -59,11 +59,8 @@ class PartCheck {
   void check_policy(const std::string& policy) {
     const std::string group = schema::traces_group(policy);
     const std::uint64_t rows = check_ids(group);
-    check_outcomes(group, rows);
     check_numbers(group, rows);
-    for (const hdf5::Spec& spec : {schema::objective_margin(), schema::margins(widths_)}) {
-      read<double>(group, spec, rows);
-    }
+    check_outcomes(group, rows);
     check_solver_columns(part_, group, info_);
     if (part_.has(group + "/" + schema::solver().name)) check_solvers(group, rows);
     if (part_.has(group + "/" + schema::margin_parts(widths_).name)) check_parts(policy, group, rows);
@@ -163,13 +160,29 @@ class PartCheck {
   }
 
   void check_outcomes(const std::string& group, std::uint64_t rows) {
+    const hdf5::Spec margin = schema::margins(widths_), violation = schema::first_violations(widths_);
     for_each_piece(rows, [&](std::uint64_t first, std::uint64_t count) {
       const auto outcome = part_.slice<std::uint8_t>(group, schema::outcome(), rows, first, count);
       const auto violated = part_.slice<std::int32_t>(group, schema::violated(), rows, first, count);
+      const auto objective = part_.slice<double>(group, schema::objective_margin(), rows, first, count);
+      const auto margins = part_.slice<double>(group, margin, rows, first, count);
+      const auto times = part_.slice<double>(group, violation, rows, first, count);
+      const auto end = part_.slice<double>(group, schema::end_time(), rows, first, count);
       for (std::size_t i = 0; i < count; ++i) {
-        if (possible_outcome(static_cast<Outcome>(outcome[i]), violated[i], info_.deciding())) continue;
-        part_.fail(fmt::format("'{}', row {}: outcome {} with violated requirement {} is not possible", group,
-                               first + i, outcome[i], violated[i]));
+        const auto known = static_cast<Outcome>(outcome[i]);
+        if (!possible_outcome(known, violated[i], info_.deciding())) {
+          part_.fail(fmt::format("'{}', row {}: outcome {} with violated requirement {} is not possible", group,
+                                 first + i, outcome[i], violated[i]));
+        }
+        const Verdict verdict{known,
+                              violated[i],
+                              end[i],
+                              objective[i],
+                              std::span(margins).subspan(i * margin.width, margin.width),
+                              std::span(times).subspan(i * violation.width, violation.width)};
+        if (const std::string why = contradiction(verdict, info_.deciding()); !why.empty()) {
+          part_.fail(fmt::format("'{}', row {}: outcome {} is not possible: {}", group, first + i, outcome[i], why));
+        }
       }
     });
   }

@@ -7,7 +7,8 @@ namespace graze {
 
 /// Throws InputError, which names the file, unless all groups and datasets are where an archive has them (hard links
 /// only, each object once, no more stored than the file has), every dataset of the part can be read, columns of a table
-/// are equally long, and ids, outcomes, times, last states, indices and offsets are possible. Needs the library's lock.
+/// are equally long, outcomes follow from their margins, and ids, times, last states, indices and offsets are possible.
+/// Needs the library's lock.
 void check_part(OpenPart& part, const CampaignInfo& info);
 
 /// Throws InputError unless what scores and listings of one part are made of can be read: ids in their order, outcomes,

@@ -77,6 +77,39 @@ bool possible_outcome(Outcome outcome, int violated, std::size_t requirements) {
          (outcome != Outcome::known_failure || violated >= 0);
 }
 
+std::string contradiction(const Verdict& trace, std::size_t deciding) {
+  if (trace.outcome == Outcome::invalid) return "";
+  const std::span<const double> times = trace.first_violations.first(deciding);
+  for (std::size_t i = 0; i < trace.margins.size(); ++i) {
+    // Below 0 is violated; a witness that is no number violates, too, and leaves the margin as it is.
+    if (trace.margins[i] >= 0 || (trace.margins[i] < 0 && !std::isnan(trace.first_violations[i]))) continue;
+    return fmt::format("requirement {} has margin {} and was never violated", i, trace.margins[i]);
+  }
+  constexpr double kRounding = 1 + 1e-9;
+  for (std::size_t i = 0; i < trace.first_violations.size(); ++i) {
+    if (!(trace.first_violations[i] > kRounding * trace.end_time)) continue;
+    return fmt::format("requirement {} was violated at {} s, and the trace ended at {} s", i, trace.first_violations[i],
+                       trace.end_time);
+  }
+  if (trace.outcome == Outcome::known_failure) {
+    const double first = times[static_cast<std::size_t>(trace.violated)];
+    if (std::isnan(first)) return fmt::format("requirement {} is the failure and was never violated", trace.violated);
+    for (std::size_t i = 0; i < times.size(); ++i) {
+      if (!(times[i] < first)) continue;
+      return fmt::format("requirement {} is the failure, and {} was violated before it", trace.violated, i);
+    }
+    return "";
+  }
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    if (!std::isnan(times[i]))
+      return fmt::format("requirement {} was violated at {} s, which is a failure", i, times[i]);
+  }
+  if (trace.violated >= 0) return fmt::format("requirement {} is told as the failure", trace.violated);
+  const bool met = trace.objective_margin >= 0;
+  if (met == (trace.outcome == Outcome::success)) return "";
+  return fmt::format("the objective's margin {} makes {}", trace.objective_margin, met ? "a success" : "no success");
+}
+
 void check_end(const OpenPart& file, const std::string& group, Outcome outcome, double end_time,
                const CampaignInfo& info) {
   if (outcome != Outcome::invalid || !std::isnan(end_time)) {

@@ -15,6 +15,19 @@ namespace graze {
 /// Whether a trace can say so: known failures name the requirement that was violated.
 bool possible_outcome(Outcome outcome, int violated, std::size_t requirements);
 
+/// What makes up the verdict on a trace.
+struct Verdict {
+  Outcome outcome;
+  int violated;                              // requirement; -1: none
+  double end_time;                           // s
+  double objective_margin;                   // unit of the objective
+  std::span<const double> margins;           // [requirement]
+  std::span<const double> first_violations;  // [requirement], s; NaN: never
+};
+/// Where an outcome contradicts the margins and times that it follows from (design.md, Outcome), in words; empty: it
+/// does not. Of invalid traces nothing is known. `deciding`: so many requirements, the first, are no measures.
+std::string contradiction(const Verdict& trace, std::size_t deciding);
+
 /// Throws InputError unless a time, s, of the column lies in a trace.
 void check_time(const OpenPart& file, const std::string& group, const std::string& name, double time,
                 const CampaignInfo& info);

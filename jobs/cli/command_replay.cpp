@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 
+#include "archive/archive.h"
 #include "archive/files/parent_folders.h"
 #include "archive/files/shell_word.h"
 #include "archive/files/utf8.h"
@@ -55,8 +56,19 @@ void write_view(const std::filesystem::path& page, const ReplayArguments& argume
                   {{{file.policy, file.trace.particle, ""}, true, *result.archived}});
 }
 
+/// What the campaign was made of may still be used: a height map is a .csv, too.
+std::vector<std::filesystem::path> inputs_of(const std::string& archive) {
+  const Archive read(archive);
+  std::vector<std::filesystem::path> out;
+  for (const auto& [name, content] : read.info().source.inputs) out.emplace_back(name);
+  return out;
+}
+
 int replay(const ReplayArguments& arguments) {
-  if (!arguments.output.empty()) check_replay_output(arguments.output, arguments.force, arguments.request.archive);
+  if (!arguments.output.empty()) {
+    const std::string& archive = arguments.request.archive;
+    check_replay_output(arguments.output, arguments.force, archive, inputs_of(archive));
+  }
   std::optional<ParentFolders> folders;
   if (!arguments.output.empty()) folders.emplace(arguments.output);
   const std::filesystem::path page = arguments.view ? page_of(arguments) : std::filesystem::path();

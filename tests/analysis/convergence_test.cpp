@@ -43,7 +43,9 @@ void plant(const std::filesystem::path& path, const CampaignInfo& facts, const s
     const Planted& one = traces[particle];
     TraceRecord out = planted::plain_trace(facts, 0, particle, one.outcome);
     out.violated = one.outcome == Outcome::known_failure ? 0 : -1;
-    out.first_violations[0] = one.outcome == Outcome::known_failure ? 0.1 : std::nan("");
+    out.first_violations.assign(out.first_violations.size(), std::nan(""));
+    if (out.violated == 0) out.first_violations[0] = 0.5 * out.end_time;
+    out.objective_margin = one.outcome == Outcome::success ? 0.1 : -0.1;
     out.solver = {one.mean_sweeps,         60, one.largest, one.unconverged, 1000, one.median, one.braked,
                   one.braked > 0 ? 3.0 : 0};
     return out;

@@ -163,7 +163,12 @@ Score score_of_cut_traces(const Folder& folder, const CampaignInfo& info) {
       trace.violated = lasted ? -1 : 0;
       trace.end_time = lasted ? info.end : 0.5;
       trace.objective_margin = 0.1;
-      for (std::size_t i = 2; i < trace.margins.size(); ++i) trace.margins[i] = trace.particle == 2 ? -0.1 : 0.1;
+      trace.first_violations.assign(trace.margins.size(), std::nan(""));
+      if (!lasted) trace.first_violations[0] = 0.5;
+      for (std::size_t i = 2; i < trace.margins.size(); ++i) {
+        trace.margins[i] = trace.particle == 2 ? -0.1 : 0.1;
+        if (trace.particle == 2) trace.first_violations[i] = 0.1;
+      }
     }
     writer.append(0, std::move(all.traces), std::move(all.values));
     writer.finish(false);

@@ -2,6 +2,8 @@
 // by verify() and by who reads it, with a message that names the column.
 #include <gmock/gmock.h>
 
+#include <array>
+
 #include "archive/directory/campaign_directory.h"
 #include "archive/directory/shard.h"
 #include "archive/schema/schema.h"
@@ -155,7 +157,7 @@ TEST_F(Columns, NumbersOfTracesArePossible) {
   }
 }
 
-// Claim: rows without digests are refused even by who asks for nothing but outcomes.
+// Claim: rows without digests are refused, whatever is asked for.
 TEST_F(Columns, DigestsAreNeverMissing) {
   const Archive archive(forged(folder_, source_, [](hid_t f) { drop(f, "traces/hold/digest"); }));
   const auto scan = [&] { archive.scan("hold", 0, [](const TraceRows&) {}); };
@@ -169,7 +171,6 @@ TEST_F(Columns, OutcomesArePossible) {
       put_at<std::int32_t>(traces_, schema::violated(), 5, violated)(f);
     };
   };
-  EXPECT_EQ(verdict(both(1, 1)), "");
   using Pair = std::pair<int, int>;
   for (const auto& [outcome, violated] : std::vector<Pair>{{4, -1}, {1, 2}, {1, -1}, {2, -2}}) {
     const auto change = both(static_cast<std::uint8_t>(outcome), violated);
@@ -180,6 +181,52 @@ TEST_F(Columns, OutcomesArePossible) {
     const Archive archive(forged(folder_, source_, change));
     EXPECT_THAT(message_of<InputError>([&] { archive.trace("hold", 5); }), HasSubstr("particle 5: " + text));
     EXPECT_TRUE(archive.trace("hold", 4));
+  }
+}
+
+// Claim: verify() tells who has rewritten an outcome, or what it follows from, whatever the seal says.
+TEST_F(Columns, OutcomesFollowFromTheirMargins) {
+  struct Row {
+    Outcome outcome;
+    int violated;
+    double objective;
+    std::array<double, 2> margins, times;
+    std::string why;
+  };
+  const double never = std::nan("");
+  const auto change = [&](const Row& row) {
+    return [=, this](hid_t f) {
+      put_at<std::uint8_t>(traces_, schema::outcome(), 5, static_cast<std::uint8_t>(row.outcome))(f);
+      put_at<std::int32_t>(traces_, schema::violated(), 5, row.violated)(f);
+      put_at<double>(traces_, schema::end_time(), 5, 1.0)(f);
+      put_at<double>(traces_, schema::objective_margin(), 5, row.objective)(f);
+      for (std::size_t i = 0; i < 2; ++i) {
+        put_at<double>(traces_, schema::margins(widths_), 2 * 5 + i, row.margins[i])(f);
+        put_at<double>(traces_, schema::first_violations(widths_), 2 * 5 + i, row.times[i])(f);
+      }
+    };
+  };
+  using enum Outcome;
+  for (const Row& row : std::vector<Row>{
+           {success, -1, 0, {1, 0}, {never, never}, ""},
+           {success, -1, -0.5, {1, 1}, {never, never}, "the objective's margin -0.5 makes no success"},
+           {success, -1, 1, {1, -1}, {never, 0.5}, "requirement 1 was violated at 0.5 s, which is a failure"},
+           {success, -1, 1, {1, -2}, {never, never}, "requirement 1 has margin -2 and was never violated"},
+           {success, -1, 1, {never, 1}, {never, never}, "requirement 0 has margin nan and was never violated"},
+           {success, 1, 1, {1, 1}, {never, never}, "requirement 1 is told as the failure"},
+           {unknown_failure, -1, -1, {1, 1}, {never, never}, ""},
+           {unknown_failure, -1, 1, {1, 1}, {never, never}, "the objective's margin 1 makes a success"},
+           {known_failure, 1, 1, {1, -1}, {never, 0.5}, ""},
+           {known_failure, 1, 1, {1, 1}, {never, 0.5}, ""},  // no number
+           {known_failure, 1, 1, {1, -1}, {never, 1.25}, "requirement 1 was violated at 1.25 s, and the trace"},
+           {known_failure, 0, 1, {1, -1}, {never, 0.5}, "requirement 0 is the failure and was never violated"},
+           {known_failure, 1, 1, {-1, -1}, {0.1, 0.5}, "requirement 1 is the failure, and 0 was violated before it"}}) {
+    const std::string text = "outcome " + std::to_string(static_cast<int>(row.outcome)) + " is not possible: ";
+    if (row.why.empty()) {
+      EXPECT_EQ(verdict(change(row)), "");
+    } else {
+      EXPECT_THAT(verdict(change(row)), HasSubstr("'traces/hold', row 5: " + text + row.why));
+    }
   }
 }
 
@@ -342,6 +389,8 @@ TEST(Measures, ViolateNothing) {
     for (TraceRecord& record : one.traces) {
       record.outcome = Outcome::known_failure;
       record.violated = record.particle == 2 ? 2 : 1;
+      record.first_violations.assign(3, std::nan(""));
+      record.first_violations[static_cast<std::size_t>(record.violated)] = record.end_time;
     }
     writer.append(0, std::move(one.traces), std::move(one.values));
     writer.finish(false);

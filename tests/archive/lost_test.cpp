@@ -138,12 +138,18 @@ TEST(LostTraces, EveryTraceHasItsValues) {
 // One digest, and two outcomes, requirements or margins.
 TEST(LostTraces, TwoShardsTellTheSameOfATrace) {
   const std::vector<std::function<void(TraceRecord&)>> changes = {
-      [](TraceRecord& trace) { trace.outcome = Outcome::unknown_failure, trace.violated = -1; },
-      [](TraceRecord& trace) { trace.outcome = Outcome::known_failure, trace.violated = 0; },
+      [](TraceRecord& trace) { trace.outcome = Outcome::unknown_failure, trace.objective_margin = -0.5; },
+      [](TraceRecord& trace) {
+        trace.outcome = Outcome::known_failure, trace.violated = 0;
+        trace.first_violations[0] = trace.end_time;
+      },
       [](TraceRecord& trace) { trace.margins[1] += 1; }};
   for (const auto& change : changes) {
     const Folder folder;
-    const auto success = [](TraceRecord& trace) { trace.outcome = Outcome::success, trace.violated = -1; };
+    const auto success = [](TraceRecord& trace) {
+      trace.outcome = Outcome::success, trace.violated = -1, trace.objective_margin = 0.5;
+      trace.first_violations.assign(trace.first_violations.size(), std::nan(""));
+    };
     const fs::path one = write_campaign(folder / "a.graze", of_one_policy(), 0, 16, success);
     const fs::path other = write_campaign(folder / "b.graze", of_one_policy(), 0, 8, [&](TraceRecord& trace) {
       success(trace);

@@ -289,6 +289,9 @@ TEST(Replay, OutputsAreCheckedBeforeTheyAreWritten) {
   fs::create_directory(folder / "a.graze");
   EXPECT_THAT(message_of<InputError>([&] { check_replay_output(folder / "a.graze/r.csv", true, folder / "a.graze"); }),
               HasSubstr("lies within"));
+  EXPECT_THAT(message_of<InputError>(
+                  [&] { check_replay_output(folder / "r.csv", true, folder / "a.h5", {folder / "r.trace.csv"}); }),
+              AllOf(HasSubstr("r.trace.csv: is "), HasSubstr("only read")));
 }
 
 }  // namespace

@@ -46,8 +46,10 @@ graze::TraceRecord trace(const graze::CampaignInfo& info, std::uint32_t particle
   out.outcome = static_cast<graze::Outcome>(particle % 4);
   out.violated = out.outcome == graze::Outcome::known_failure ? 0 : -1;
   out.end_time = 0.5;
+  out.objective_margin = out.outcome == graze::Outcome::success ? 0.5 : -0.5;
   out.margins.assign(info.requirements.size(), 0.25);
   out.first_violations.assign(info.requirements.size(), std::numeric_limits<double>::quiet_NaN());
+  if (out.violated == 0) out.margins[0] = -0.25, out.first_violations[0] = out.end_time;
   out.q.assign(info.q_names.size(), 0.5);
   out.v.assign(info.v_names.size(), 0.0);
   out.digest = 1000 + particle;
