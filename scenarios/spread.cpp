@@ -101,6 +101,28 @@ void doubt(const Settings& value, const Parameter& parameter, const Distribution
                           middle / nominal, nominal, unit, path));
 }
 
+/// Warns of distributions that hardly spread, or over more than anything does.
+void doubt_shape(const Settings& value, const Distribution& distribution) {
+  using Kind = Distribution::Kind;
+  constexpr double kRare = 1e-6, kManyFold = 1e12;  // our choices: five standard deviations; mm beside a light hour
+  const Distribution::Numbers of = distribution.numbers();
+  const auto tell = [&](const std::string& what) {
+    warn(value, fmt::format("{} {}", rounded_numbers(distribution.describe()), what));
+  };
+  if (distribution.kind() == Kind::truncated_normal && (of.far || of.span < kRare)) {
+    return tell(
+        "leaves nearly nothing of the normal between its bounds; is the unit of mean, std, min or max another?");
+  }
+  const double low = distribution.lowest(), high = distribution.highest();
+  const bool listed = distribution.kind() == Kind::choice || distribution.kind() == Kind::empirical;
+  if (distribution.kind() != Kind::constant && !listed && low == high) {
+    return tell(fmt::format("is always {:g}: a distribution without width", low));
+  }
+  if (distribution.kind() == Kind::log_uniform && high > kManyFold * low) {
+    tell(fmt::format("goes from {:.3g} to {:.3g}; is that meant?", low, high));
+  }
+}
+
 /// Refuses `[900, 1000]`, with the distribution that is meant by it.
 [[noreturn]] void refuse_list(const Settings& value) {
   std::string list;
@@ -240,6 +262,7 @@ Spread read_spread(const Settings& value, const Parameter& parameter, Standing s
   Spread out = persistent_part(value, parameter, standing);
   check_bounds(value, parameter, out.persistent);
   doubt(value, parameter, out.persistent);
+  doubt_shape(value, out.persistent);
   if (jitter) {
     std::vector<std::string> names;
     for (const DistributionKind& kind : distribution_kinds()) {

@@ -84,6 +84,12 @@ fs::path MeshFiles::find(const std::string& name) const {
 
 std::string MeshFiles::not_found(const std::string& name) const {
   const std::vector<fs::path> places = candidates(name);
+  for (const fs::path& place : places) {
+    std::error_code error;
+    const fs::file_type type = fs::status(place, error).type();
+    if (type == fs::file_type::directory) return fmt::format(" ({} is a folder, not a file)", place.string());
+    if (fs::exists(place, error)) return fmt::format(" ({} is a device or a pipe, not a file)", place.string());
+  }
   if (!in_a_package(name)) {
     return fmt::format(" (looked at {}{})", places.front().string(), path_suggestion(places.front().string()));
   }

@@ -91,6 +91,7 @@ class Bodies {
       }
       const std::string no_inertia = inertia_problem(body.moments.inertia_about_com());
       if (!no_inertia.empty()) give_inertia(body, no_inertia);
+      for (const Link* link : body.links) doubt_size(*link);
     }
     tell_made_up();
   }
@@ -216,6 +217,25 @@ class Bodies {
       return refuse(body, problem);
     }
     repair(body, problem, how);
+  }
+
+  /// Inertias in kg mm^2 and centres in mm, which CAD programs write, make bodies of tens of metres.
+  void doubt_size(const Link& link) {
+    constexpr double kMost = 10;  // m; no link of a robot that walks, flies or grasps is as large
+    if (!entry(link).inertial_line || !(link.inertia.mass > 0)) return;
+    const double radius = std::sqrt(link.inertia.inertia_about_com().trace() / (2 * link.inertia.mass));
+    if (radius > kMost) {
+      problems_.doubt(line(entry(link)),
+                      fmt::format("link '{}': {:g} kg with moments of inertia of {:.3g} kg m^2 lie {:.3g} m from their "
+                                  "centre; URDF has kg and metres: are they meant in kg mm^2?",
+                                  link.name, link.inertia.mass, link.inertia.inertia_about_com().trace(), radius));
+    }
+    const double away = link.inertia.com().norm();
+    if (away > kMost) {
+      problems_.doubt(line(entry(link)), fmt::format("link '{}': its centre of mass lies {:.3g} m from its origin; "
+                                                     "URDF has metres: is it meant in mm?",
+                                                     link.name, away));
+    }
   }
 
   void doubt_mass(const Link& link) {

@@ -4,6 +4,7 @@
 #include "engine/model/limits.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gmock/gmock.h>
 #include <sys/stat.h>
 
@@ -113,6 +114,28 @@ TEST(Limits, FilesByTheirSize) {
   const std::string urdf = folder.write("big.urdf", "");
   std::filesystem::resize_file(urdf, kMaxUrdfBytes + 1);
   EXPECT_EQ(input_error([&] { load_urdf(urdf); }), urdf + ": 16777217 bytes; at most 16 MiB are read");
+}
+
+// What is written in mm is a robot all the same, and is told.
+TEST(Limits, BodiesOfTensOfMetresAreDoubted) {
+  const TemporaryFolder folder;
+  const auto told = [&](double mass, double moment, double com) {
+    std::vector<std::string> out;
+    UrdfOptions options;
+    options.warn = [&](const std::string& text) { out.push_back(text); };
+    load_urdf(folder.write("r.urdf", fmt::format(R"(<robot name="r"><link name="a"><inertial>
+<origin xyz="{1} 0 0"/><mass value="{0}"/><inertia ixx="{2}" iyy="{2}" izz="{2}" ixy="0" ixz="0" iyz="0"/></inertial>
+</link></robot>)",
+                                                 mass, com, moment)),
+              options);
+    return fmt::format("{}", fmt::join(out, "\n"));
+  };
+  EXPECT_EQ(told(1, 0.01, 0.1), "");
+  EXPECT_EQ(told(2e4, 1e6, 9), "");
+  EXPECT_THAT(told(1, 1667, 0), testing::AllOf(testing::HasSubstr("r.urdf:"), testing::HasSubstr("link 'a': 1 kg"),
+                                               testing::HasSubstr("50 m from their centre; URDF has kg and metres")));
+  EXPECT_THAT(told(1, 0.01, 35),
+              testing::HasSubstr("centre of mass lies 35 m from its origin; URDF has metres: is it"));
 }
 
 const std::string kCorners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";

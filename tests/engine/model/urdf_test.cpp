@@ -434,8 +434,10 @@ TEST(Meshes, MissingAndBroken) {
   folder.write("flat.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 2 4 3\n");
   folder.write("broken.stl", "solid");
   folder.write("model.scad", "cube(1);");
+  std::filesystem::create_directory(folder.path() / "folder.obj");
   for (const auto& [mesh, rule] : {std::pair("flat.obj", "flat"), std::pair("broken.stl", "broken.stl"),
-                                   std::pair("model.scad", "convert it to OBJ, STL or DAE")}) {
+                                   std::pair("model.scad", "convert it to OBJ, STL or DAE"),
+                                   std::pair("folder.obj", "folder.obj is a folder, not a file)")}) {
     const std::string file = folder.write("r.urdf", with_mesh(mesh));
     EXPECT_THAT(input_error([&] { load_urdf(file); }), testing::AllOf(HasSubstr("link 'a'"), HasSubstr(rule)));
   }
