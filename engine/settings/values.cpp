@@ -96,7 +96,8 @@ long long Settings::integer() const {
       text.find_first_not_of("0123456789", text.starts_with('-') || text.starts_with('+')) == std::string::npos;
   const double value = number();
   constexpr double kExact = 9007199254740992.0;  // 2^53: beyond, doubles skip integers
-  if (value != std::floor(value) || std::abs(value) > kExact) fail(shown() + ": must be a whole number");
+  if (value != std::floor(value)) fail(shown() + ": must be a whole number");
+  if (std::abs(value) > kExact) fail(fmt::format("{}: must be a whole number of at most {:.0f}", shown(), kExact));
   if (!digits) fail(fmt::format("{}: must be a whole number, in digits; nearest right answer: {:.0f}", shown(), value));
   return static_cast<long long>(value);
 }

@@ -158,6 +158,16 @@ int drive_live(DriveSession& session, Driver& driver, Cockpit cockpit) {
   return terminal.asked_to_end();
 }
 
+/// Throws InputError where a script chooses a policy that there is not.
+void check_choices(const std::vector<TimedKey>& keys, const std::vector<std::string>& policies) {
+  for (const TimedKey& one : keys) {
+    const std::optional<std::size_t> policy = chosen_by(one.key);
+    if (!policy || *policy < policies.size()) continue;
+    throw InputError(fmt::format("{}: '{}' chooses policy {} of {}; nearest right answer: {}, which is {}", one.where,
+                                 one.key, *policy + 1, policies.size(), policies.size(), policies.back()));
+  }
+}
+
 void drive_by_script(DriveSession& session, Driver& driver, const std::vector<TimedKey>& keys) {
   auto next = keys.begin();
   while (!session.ended()) {
@@ -284,6 +294,7 @@ int drive(const DriveArguments& arguments) {
   std::optional<NewFile> recorded;  // made first: a place that cannot be written is refused before the drive
   if (!arguments.record.empty()) recorded.emplace(arguments.record, arguments.force);
   DriveSession session(simulation, arguments.particle, arguments.trial, arguments.page.has_value());
+  if (keys) check_choices(*keys, session.policies());
   Driver driver(session, simulation.scenario());
   std::unique_ptr<LivePage> page;
   if (arguments.page) {
@@ -349,6 +360,11 @@ void add_options(CLI::App& verb, DriveArguments& arguments) {
   add_read_option(verb, "--horizon", "How far ahead they are simulated",
                   [&arguments](const std::string& text, const std::string& option) {
                     arguments.trial.horizon = parse_seconds(text, option, 1e-3, 1e6);
+                    if (arguments.trial.horizon > 0) return;
+                    throw InputError(
+                        fmt::format("{} {}: in no time nothing is tried; nearest right answer: --trial 0, "
+                                    "which switches without a trial",
+                                    option, text));
                   })
       ->type_name("TIME")
       ->default_str("2 s");

@@ -185,7 +185,7 @@ void add_options(CLI::App& verb, PredictArguments& arguments) {
   verb.add_option("--under", arguments.under,
                   "The policy that the robot is under until then (default: the first candidate)")
       ->type_name("POLICY");
-  add_time(verb, "--horizon", arguments.horizon, 1e-6, "How far ahead (default: until the scenario's end)");
+  add_time(verb, "--horizon", arguments.horizon, 1e-6, "How far ahead (default, and 0: until the scenario's end)");
   add_time(verb, "--deadline", arguments.deadline, kShortestDeadline,
            "How long it may take on the clock, once engines and controllers are made");
   add_whole(verb, "-n,--particles", arguments.particles, 1, kParticleLimit,

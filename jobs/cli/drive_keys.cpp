@@ -107,7 +107,7 @@ std::vector<TimedKey> parse_key_script(const std::string& text, const std::strin
            key_column);
     }
     if (!out.empty() && at < out.back().time) fail(fmt::format("time {} lies before the line above", time), column);
-    out.push_back({at, key});
+    out.push_back({at, key, fmt::format("{}:{}:{}", name, number, key_column)});
   }
   return out;
 }

@@ -16,6 +16,7 @@ std::vector<std::string> decode_keys(std::string& bytes);
 struct TimedKey {
   double time;  // s
   std::string key;
+  std::string where = "";  // file:line:column
 };
 
 /// Lines `TIME KEY`, times in s that do not fall; empty ones and what follows # are passed over. `name` stands for the

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <csignal>
+#include <cstring>
 #include <exception>
 #include <filesystem>
 #include <iostream>
@@ -36,8 +38,13 @@ std::string join(int argc, char** argv) {
 }
 
 int flushed(int code) {
-  if (!std::cout.flush()) throw MachineError("standard output: cannot be written");
-  return code;
+  errno = 0;
+  if (std::cout.flush()) return code;
+  // Where an earlier write has failed nothing is tried again, and the reason is not known any more; EBADF: it was
+  // closed.
+  throw MachineError(errno == 0 || errno == EBADF
+                         ? "standard output: cannot be written"
+                         : fmt::format("standard output: cannot be written: {}", std::strerror(errno)));
 }
 
 /// Every verb, in the order in which the help lists them; `command` is what was typed, which a campaign records.

@@ -165,6 +165,9 @@ void check_junit_output(const fs::path& file, const std::vector<std::string>& ar
   check_ending(file, "test results are written as XML", {".xml"}, Endings::only, NamedBy::word);
   std::error_code error;
   const bool replaces = fs::is_regular_file(file, error) && is_junit(file);
+  if (!replaces && fs::is_regular_file(file, error) && fs::file_size(file, error) > 0) {
+    throw InputError(fmt::format("{}: exists already and is not of --junit; choose another name", file.string()));
+  }
   check_new_file(file, replaces, {archives.begin(), archives.end()}, NamedBy::word);
   if (const std::string problem = cannot_make(file); !problem.empty()) {
     throw MachineError(fmt::format("{}: cannot be written: {}", file.string(), problem));

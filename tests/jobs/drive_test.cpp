@@ -74,9 +74,9 @@ TEST_F(Drive, RefusesFirstWhereNothingCanBeRecorded) {
   EXPECT_EQ(testing::read_file(folder / "way.csv"), "mine");
 }
 
-// Through two gaits, under particle 3, whose sensors err.
+// Under particle 3, whose sensors err.
 TEST_F(Drive, IsTheSameAgain) {
-  testing::write_file(folder / "keys", "0 up\n0 up # 10 cm/s\n0.2 3\n0.4 left\n0.9 space\n1 q\n");
+  testing::write_file(folder / "keys", "0 up\n0 up # 10 cm/s\n0.4 left\n0.9 space\n1 q\n");
   const testing::Result first = drive("--particle 3 --keys keys --record way.csv --set policies.holonomic=~ --trial 0");
   EXPECT_EQ(first.code, 0) << first.err;
   EXPECT_THAT(first.out, HasSubstr("1 s under walk"));
@@ -155,6 +155,10 @@ TEST_F(Drive, TriesAGaitBeforeTheSwitch) {
 TEST_F(Drive, SaysWhatIsWrong) {
   testing::write_file(folder / "keys", "0 up\n0.5 jump\n");
   EXPECT_THAT(drive("--keys keys").err, HasSubstr("keys:2:5: 'jump' is no key"));
+  testing::write_file(folder / "keys", "0 up\n0.5  3\n");
+  EXPECT_THAT(drive("--keys keys").err,
+              HasSubstr("keys:2:6: '3' chooses policy 3 of 2; nearest right answer: 2, which"));
+  EXPECT_THAT(drive("--keys keys --horizon 0").err, HasSubstr("--horizon 0: in no time nothing is tried"));
   testing::write_file(folder / "way.csv", "time,forward,strafe,turn,policy\n0,0,0,0,wolk\n");
   EXPECT_THAT(drive("--replay way.csv").err, HasSubstr("way.csv:2:9: 'wolk' is no policy that can be driven"));
   EXPECT_EQ(drive("--replay way.csv").code, 2);

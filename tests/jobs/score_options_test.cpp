@@ -130,7 +130,7 @@ TEST_F(ScoreOptions, JUnitFailsAsTheExitCodeDoes) {
 
 TEST_F(ScoreOptions, JUnitReplacesNoOtherFile) {
   testing::write_file(campaign.folder / "robot.xml", "<?xml version=\"1.0\"?><robot/>");
-  refused("--junit robot.xml", {"robot.xml: exists already"});
+  refused("--junit robot.xml", {"robot.xml: exists already and is not of --junit; choose another name\n"});
   refused("--junit score.txt", {"score.txt", ".xml"});
   refused("--junit a.graze/x.xml", {"a.graze"});
   EXPECT_EQ(testing::read_file(campaign.folder / "robot.xml"), "<?xml version=\"1.0\"?><robot/>");

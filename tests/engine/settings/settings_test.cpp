@@ -75,8 +75,10 @@ TEST(Numbers, WholeOnesAreInDigits) {
   EXPECT_EQ(whole("2e15"), place + "2e15" + rule + ", in digits; nearest right answer: 2000000000000000");
   EXPECT_EQ(whole("9.007199254740992e15"),
             place + "9.007199254740992e15" + rule + ", in digits; nearest right answer: 9007199254740992");
-  EXPECT_EQ(whole("1e16"), place + "1e16" + rule);
-  EXPECT_EQ(whole("9007199254740994"), place + "9007199254740994" + rule);
+  EXPECT_EQ(whole("1.5"), place + "1.5" + rule);
+  for (const char* large : {"1e16", "9007199254740994"}) {
+    EXPECT_EQ(whole(large), place + large + rule + " of at most 9007199254740992");
+  }
 }
 
 TEST(Numbers, ListsTakeOneUnitForAllOrOneEach) {
