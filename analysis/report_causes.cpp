@@ -17,7 +17,7 @@ constexpr std::size_t kMostTrees = 60;
 
 bool about_outcomes(const Causes& causes) { return causes.binary && !causes.target.starts_with("mode"); }
 
-std::string counted(const Causes& causes) {
+std::string counted_share(const Causes& causes) {
   return causes.binary ? fmt::format("{} of {}", causes.ones, causes.rows) : std::to_string(causes.rows);
 }
 
@@ -33,7 +33,7 @@ Json questions_table(const Explanation& all) {
   for (const PolicyExplanation& policy : all.policies) {
     for (std::size_t i = 0; i < policy.causes.size(); ++i) {
       const Causes& causes = policy.causes[i];
-      rows.push_back({policy.policy, causes.target, counted(causes), policy.verdicts[i],
+      rows.push_back({policy.policy, causes.target, counted_share(causes), policy.verdicts[i],
                       causes.tree_tells ? Json(skill_text(causes.tree)) : Json()});
     }
     if (policy.causes.empty()) {

@@ -39,6 +39,11 @@ constexpr double kFarContact = 0.2;
 /// s: with that of a control step of 1 ms a robot on rigid ground throws its own legs (our choice, docs/control.md).
 constexpr double kHorizon = 20e-3;
 
+// Weights of the torques against maximal dissipation. Without friction's bound, forces that press feet against each
+// other cost nothing but torque: at the smaller weight they are found so large that a nominal robot that is a little
+// wrong falls.
+constexpr double kTwoStages = 1e-6, kOneStage = 1e-3;
+
 /// What is known of contacts, and how their forces are predicted.
 std::vector<Key> contact_keys() {
   return {
@@ -59,7 +64,7 @@ std::vector<Key> contact_keys() {
        "in which contacts take up what moves against them: long ones leave impacts out"},
       {"regularization",
        {Form::number(Quantity::dimensionless, Bound::fraction)},
-       Default::value("1e-6"),
+       Default::words(fmt::format("{:g}, and {:g} without slip", kTwoStages, kOneStage)),
        "weight of the torques against maximal dissipation; `1e-6`: two stages, least torques of all that dissipate "
        "most; 1e-3: one stage"},
       {"contacts",
@@ -187,7 +192,10 @@ class InverseDynamics : public Tracker {
     view_.operational = operational_;
     view_.h = own.has("horizon") ? own.number("horizon") : std::max(kHorizon, context.period);
     view_.law = law;
-    view_.stiffness = std::max(own.number("regularization"), 1e-9);  // below, rounding decides
+    view_.stiffness = own.has("regularization")
+                          ? std::max(own.number("regularization"), 1e-9)  // rounding decides below
+                      : word.ends_with("no_slip") ? kOneStage
+                                                  : kTwoStages;
     view_.within = 5e-3;
     if (law == PredictedContact::pivoted) {
       pivoting_ = ContactPivoting(word == "lcp_no_slip"   ? Pivoting::no_slip
@@ -196,7 +204,7 @@ class InverseDynamics : public Tracker {
       pivoting_.serve(view_);
     }
     read_contacts(model, own);
-    doubt_horizon(own, law);
+    doubt_horizon(own, law, word);
     const bool sensed = law == PredictedContact::sensed;
     const int frames = static_cast<int>(model.frames.size());
     felt_ = SensedHistory(sensed ? 6 * frames : view_.told ? frames : 0, delay_);
@@ -345,10 +353,11 @@ class InverseDynamics : public Tracker {
   }
 
   /// Keys that say how forces are predicted go with a model that predicts some.
-  void doubt_horizon(const Described& own, PredictedContact law) const {
+  void doubt_horizon(const Described& own, PredictedContact law, const std::string& word) const {
     const bool predicts = law != PredictedContact::none && law != PredictedContact::sensed;
     if (!predicts && own.has("regularization")) {
-      own.at("regularization").fail_key("weighs predicted contact forces, and this model predicts none");
+      own.at("regularization")
+          .fail_key(fmt::format("weighs predicted contact forces, and model '{}' predicts none", word));
     }
     if (!own.has("horizon")) return;
     constexpr double kLong = 0.5;  // s: a walk's step

@@ -13,21 +13,21 @@ namespace graze {
 
 namespace {
 
-constexpr double kNoBound = std::numeric_limits<double>::infinity();
+constexpr double kUnbounded = std::numeric_limits<double>::infinity();
 constexpr const char* kAxes[] = {"x", "y", "z"};
 constexpr const char* kAngles[] = {"roll", "pitch", "yaw"};
 
 /// Bounds of a parameter's values.
 struct Bounds {
-  double lower = -kNoBound, upper = kNoBound;
+  double lower = -kUnbounded, upper = kUnbounded;
   bool strict = false;
 };
 constexpr Bounds kAny{};
 constexpr Bounds kSize{0, kMaxLength, true};
 constexpr Bounds kPlace{-kMaxLength, kMaxLength, false};
 constexpr Bounds kTurn{-kMaxAngle, kMaxAngle, false};
-constexpr Bounds kPositive{0, kNoBound, true};
-constexpr Bounds kNonNegative{0, kNoBound, false};
+constexpr Bounds kPositive{0, kUnbounded, true};
+constexpr Bounds kNonNegative{0, kUnbounded, false};
 constexpr Bounds kUnit{0, 1, false};
 constexpr Bounds kStiffness{kMinStiffness, kMaxStiffness, false};
 constexpr Bounds kGear{0, kMaxGear, true};

@@ -86,7 +86,8 @@ class Bodies {
       if (!sound) continue;  // what there is to say of it has been said
       const std::string no_mass = mass_problem(body.moments.mass);
       if (!no_mass.empty()) {
-        give_mass(body, no_mass);
+        const bool may_stand = robot_.floating_base && &body == &bodies_.front() && bodies_.size() > 1;
+        give_mass(body, no_mass + (may_stand ? "; if it is bolted to the world: robot.base: fixed" : ""));
         continue;
       }
       const std::string no_inertia = inertia_problem(body.moments.inertia_about_com());
@@ -236,6 +237,22 @@ class Bodies {
                                                      "URDF has metres: is it meant in mm?",
                                                      link.name, away));
     }
+    doubt_compactness(link);
+  }
+
+  /// What CAD programs write in kg and decimetres, or someone made up, is a link that the least torque throws about.
+  void doubt_compactness(const Link& link) const {
+    constexpr double kLeast = 1e-3;  // of what its shapes would have: a thirtieth of their size
+    const double own = link.inertia.inertia_about_com().trace();
+    const MassMoments shapes = from_shapes(link, options_.density).moments;
+    if (!(own > 0) || is_of_point(link.inertia.inertia_about_com(), link.inertia.mass) || !(shapes.mass > 0)) return;
+    const double expected = shapes.inertia_about_com().trace() * link.inertia.mass / shapes.mass;
+    if (own >= kLeast * expected) return;
+    problems_.doubt(
+        line(entry(link)),
+        fmt::format("link '{}': {:g} kg with moments of inertia of {:.3g} kg m^2, {:.3g} of what its shapes "
+                    "would have with that mass; URDF has kg and metres: is the unit right?",
+                    link.name, link.inertia.mass, own, own / expected));
   }
 
   void doubt_mass(const Link& link) {

@@ -102,8 +102,10 @@ std::vector<TimedKey> parse_key_script(const std::string& text, const std::strin
     if (key.size() == 1 && is_single(key[0])) key = key_of(key[0]);
     const bool known = chosen_by(key) || std::find(kNames.begin(), kNames.end(), key) != kNames.end();
     if (!known || !more.empty()) {
-      fail(fmt::format("'{}{}{}' is no key; a line is TIME KEY, and keys are {} and 1 to 9", key,
-                       more.empty() ? "" : " ", more, fmt::join(kNames, " ")),
+      const bool zooms = more.empty() && (key == "+" || key == "-");
+      fail(zooms ? fmt::format("'{}' zooms the screen, and a script has none", key)
+                 : fmt::format("'{}{}{}' is no key; a line is TIME KEY, and keys are {}, w a s d and 1 to 9", key,
+                               more.empty() ? "" : " ", more, fmt::join(kNames, " ")),
            key_column);
     }
     if (!out.empty() && at < out.back().time) fail(fmt::format("time {} lies before the line above", time), column);

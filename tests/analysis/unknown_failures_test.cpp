@@ -13,6 +13,7 @@
 namespace graze {
 namespace {
 
+using ::testing::AnyOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
@@ -63,10 +64,10 @@ TEST(UnknownFailures, AreDividedIntoThePlantedKinds) {
   EXPECT_EQ(got.kinds[0].traces, 60u);
   for (const std::uint32_t particle : got.kinds[0].particles) EXPECT_LT(particle % 10, 8u);
   for (const std::uint32_t particle : got.kinds[1].particles) EXPECT_GE(particle % 10, 8u);
-  EXPECT_THAT(got.kinds[0].traits[0].name, testing::AnyOf("base.y", "base.z"));
+  EXPECT_THAT(got.kinds[0].traits[0].name, AnyOf("base.y", "base.z"));
   ASSERT_FALSE(got.kinds[0].witnesses.empty());
-  EXPECT_THAT(got.kinds[0].witnesses[0].yaml, testing::AnyOf(HasSubstr("position: {link: body, y: {below: 0."),
-                                                             HasSubstr("height: {link: body, above: 0.")));
+  EXPECT_THAT(got.kinds[0].witnesses[0].yaml,
+              AnyOf(HasSubstr("position: {link: body, y: {below: 0."), HasSubstr("height: {link: body, above: 0.")));
   EXPECT_EQ(got.kinds[0].witnesses[0].caught, got.kinds[0].witnesses[0].of);
   EXPECT_EQ(got.kinds[0].witnesses[0].alarms, 0u);
   ASSERT_FALSE(got.kinds[1].witnesses.empty());

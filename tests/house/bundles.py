@@ -5,8 +5,9 @@ usage: bundles.py [ROOT]
 
 The files of a library or a test program share a translation unit there, and with it their anonymous namespaces: a type, a
 constant, a function of the same parameters or a test of one name in two of them does not compile. Aliases of the same type
-and of the same namespace may stand twice. Nor may a test's source have a function of its headers again. Before it looks at the sources it proves on made-up ones that it catches what it is
-there for. Exit code 1 and one line per offence.
+and of the same namespace may stand twice; what is borrowed from another namespace may not have the name of a type. Nor may
+a test's source have a function of its headers again. Before it looks at the sources it proves on made-up ones that it catches
+what it is there for. Exit code 1 and one line per offence.
 """
 
 import collections
@@ -35,6 +36,7 @@ DEFINITION = re.compile(
     r"^(?:template <[^\n]*>\n)?(?:\[\[\w+\]\] )?(?:(?:static|inline|constexpr|const|extern) )*"
     r"(?:(?:struct|class|enum class|enum) (?P<type>\w+)|(?:using|namespace) (?P<alias>\w+) = (?P<same>[^;]+);|"
     r"[\w:<>,&*\[\]][\w:<>,&* \[\]]*?[ *&](?P<name>\w+)\s*(?P<what>[(={;\[]))", re.M)
+BORROWED = re.compile(r"^using ((?:::)?[\w:]+::(\w+));", re.M)
 TEST = re.compile(r"^TEST(?:_F|_P)?\((\w+), (\w+)\)", re.M)
 IN_HEADER = re.compile(r"^(?:inline|template <[^\n]*>\n(?:inline )?)[^\n;={]*?\b(\w+)\(", re.M)
 WORDS = {"if", "for", "while", "return", "operator", "else", "public", "private", "namespace"}
@@ -63,6 +65,7 @@ def defined(text):
     out = set()
     for region in ANONYMOUS.finditer(RAW_TEXT.sub('""', text)):
         inside = region.group(1)
+        out |= {(name, "< " + whole.lstrip(":")) for whole, name in BORROWED.findall(inside)}
         for found in DEFINITION.finditer(inside):
             if found["alias"]:
                 out.add((found["alias"], "= " + found["same"]))
@@ -78,6 +81,8 @@ def clash(one, other):
     """Whether the two may not stand in one translation unit."""
     if one is None or other is None:
         return True
+    if one.startswith("<") or other.startswith("<"):
+        return False  # borrowed: functions go beside those of other parameters
     aliases = one.startswith("="), other.startswith("=")
     return one != other if all(aliases) else any(aliases) or one == other
 
@@ -121,6 +126,8 @@ def prove():
         ("int f(int a) { return a; }", "int f(int b, int digits) { return b; }", 0),
         ("using A = B;", "using A = B;", 0),
         ("using A = B;", "using A = C;", 1),
+        ("using N::A;", "using ::N::A;", 0),
+        ("using N::A;", "struct A {\n};", 1),
         ("struct A {\n  int kA = 1;\n};", "struct B {\n  int kA = 1;\n};", 0),
     ]
     for one, other, count in cases:

@@ -106,7 +106,7 @@ Outcomes simulate(const Scenario& scenario, double watchdog = 0) {
 }
 
 /// 40 balls that fall for 50 ms; those that begin higher than `above` find the policy faulty.
-struct Balls {
+struct ThrownBalls {
   TemporaryFolder folder;
   Scenario load(const std::string& does, double above, const std::string& physics = "lanes") const {
     std::string text = testing::ball_scenario("sampling: {particles: 40}\nphysics: " + physics + "\n");
@@ -147,7 +147,7 @@ void expect_same_bits_but(const std::vector<std::uint32_t>& guilty, const Outcom
 }
 
 TEST(ContainedThreads, WhoThrowsIsInvalidAndHarmsNobody) {
-  const Balls balls;
+  const ThrownBalls balls;
   for (const std::string physics : {"lanes", "bullet"}) {
     SCOPED_TRACE(physics);
     const Outcomes all = simulate(balls.load("throw", kNobody, physics));
@@ -171,7 +171,7 @@ TEST(ContainedThreads, WhoThrowsIsInvalidAndHarmsNobody) {
 }
 
 TEST(ContainedThreads, MemoryIsAMatterOfTheMachine) {
-  const Balls balls;
+  const ThrownBalls balls;
   const Outcomes all = simulate(balls.load("exhaust", kNobody));
   const Bar bar = bar_for(all, 1);
   const Outcomes some = simulate(balls.load("exhaust", bar.above));
@@ -183,7 +183,7 @@ TEST(ContainedThreads, MemoryIsAMatterOfTheMachine) {
 
 TEST(ContainedThreads, WhoTakesTooLongIsCutOff) {
   mended = false;
-  const Balls balls;
+  const ThrownBalls balls;
   const Outcomes all = simulate(balls.load("sleep", kNobody));
   const Bar bar = bar_for(all, 1);
   const Outcomes some = simulate(balls.load("sleep", bar.above), 1);
@@ -197,7 +197,7 @@ TEST(ContainedThreads, WhoTakesTooLongIsCutOff) {
 
 TEST(ContainedThreads, WhoHangsIsGivenUp) {
   mended = false;
-  const Balls balls;
+  const ThrownBalls balls;
   const Outcomes all = simulate(balls.load("hang", kNobody));
   const Bar bar = bar_for(all, 1);
   const Scenario scenario = balls.load("hang", bar.above);
@@ -276,7 +276,7 @@ void write_campaign(const Scenario& scenario, const std::filesystem::path& direc
 
 TEST(Contained, AHangingCampaignEndsIncompleteAndIsResumed) {
   mended = false;
-  const Balls balls;
+  const ThrownBalls balls;
   const Outcomes all = simulate(balls.load("hang", kNobody));
   const Bar bar = bar_for(all, 1);
   const Scenario scenario = balls.load("hang", bar.above);

@@ -155,6 +155,8 @@ TEST_F(Drive, TriesAGaitBeforeTheSwitch) {
 TEST_F(Drive, SaysWhatIsWrong) {
   testing::write_file(folder / "keys", "0 up\n0.5 jump\n");
   EXPECT_THAT(drive("--keys keys").err, HasSubstr("keys:2:5: 'jump' is no key"));
+  testing::write_file(folder / "keys", "0 w\n0.5 +\n");
+  EXPECT_THAT(drive("--keys keys").err, HasSubstr("keys:2:5: '+' zooms the screen, and a script has none"));
   testing::write_file(folder / "keys", "0 up\n0.5  3\n");
   EXPECT_THAT(drive("--keys keys").err,
               HasSubstr("keys:2:6: '3' chooses policy 3 of 2; nearest right answer: 2, which"));

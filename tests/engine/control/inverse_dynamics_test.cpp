@@ -346,6 +346,16 @@ TEST(InverseDynamics, BitsDependOnTheTraceAlone) {
   }
 }
 
+// Feet that no friction bounds press against each other for nothing at the weight that the other models have.
+TEST(InverseDynamics, OneStageWithoutSlipUnlessToldOtherwise) {
+  const auto under = [](const std::string& more) { return trace_of(trot(tracker(more)), Isa::portable, 0, false); };
+  for (const std::string model : {", model: qp_no_slip", ", model: qp_coulomb"}) {
+    const bool slips = model == ", model: qp_coulomb";
+    EXPECT_EQ(under(model) == under(model + ", regularization: 1e-3"), !slips) << model;
+    EXPECT_EQ(under(model) == under(model + ", regularization: 1e-6"), slips) << model;
+  }
+}
+
 // What is not a number stays in its lane.
 TEST(InverseDynamics, KeepsNaNInItsLane) {
   const Scene scene(links_world());
@@ -397,7 +407,8 @@ TEST(InverseDynamics, RefusesWhatItCannotDo) {
       std::string::npos);
   EXPECT_NE(error(scene, hold("inverse_dynamics: {kp: 1, model: none, contacts: {within: 1 cm}}")).find("model: none"),
             std::string::npos);
-  EXPECT_NE(error(scene, hold("inverse_dynamics: {kp: 1, model: none, regularization: 0.1}")).find("predicts none"),
+  EXPECT_NE(error(scene, hold("inverse_dynamics: {kp: 1, model: none, regularization: 0.1}"))
+                .find("model 'none' predicts none"),
             std::string::npos);
   World fixed = links_world();
   fixed.robot.floating_base = false;

@@ -116,17 +116,17 @@ TEST(Limits, FilesByTheirSize) {
   EXPECT_EQ(input_error([&] { load_urdf(urdf); }), urdf + ": 16777217 bytes; at most 16 MiB are read");
 }
 
-// What is written in mm is a robot all the same, and is told.
-TEST(Limits, BodiesOfTensOfMetresAreDoubted) {
+// What is written in mm is a robot all the same, and is told; so is a link that is all at one point of its shape.
+TEST(Limits, BodiesOfTensOfMetresAndOfNoneAreDoubted) {
   const TemporaryFolder folder;
-  const auto told = [&](double mass, double moment, double com) {
+  const auto told = [&](double mass, double moment, double com, const char* shape = "") {
     std::vector<std::string> out;
     UrdfOptions options;
     options.warn = [&](const std::string& text) { out.push_back(text); };
     load_urdf(folder.write("r.urdf", fmt::format(R"(<robot name="r"><link name="a"><inertial>
 <origin xyz="{1} 0 0"/><mass value="{0}"/><inertia ixx="{2}" iyy="{2}" izz="{2}" ixy="0" ixz="0" iyz="0"/></inertial>
-</link></robot>)",
-                                                 mass, com, moment)),
+{3}</link></robot>)",
+                                                 mass, com, moment, shape)),
               options);
     return fmt::format("{}", fmt::join(out, "\n"));
   };
@@ -136,6 +136,24 @@ TEST(Limits, BodiesOfTensOfMetresAreDoubted) {
                                                testing::HasSubstr("50 m from their centre; URDF has kg and metres")));
   EXPECT_THAT(told(1, 0.01, 35),
               testing::HasSubstr("centre of mass lies 35 m from its origin; URDF has metres: is it"));
+  const char* box = R"(<collision><geometry><box size="0.3 0.3 0.3"/></geometry></collision>)";
+  EXPECT_EQ(told(1, 1.6e-5, 0, box), "");  // a box of 0.3 m has 0.015 kg m^2
+  EXPECT_THAT(told(1, 1.4e-5, 0, box),
+              testing::HasSubstr("of 4.2e-05 kg m^2, 0.000933 of what its shapes would have with that mass"));
+}
+
+TEST(Limits, AMasslessRootMayBeMeantForTheWorld) {
+  const TemporaryFolder folder;
+  const auto refused = [&](const std::string& rest) {
+    const std::string urdf = folder.write("r.urdf", "<robot name=\"r\"><link name=\"a\"/>" + rest + "</robot>");
+    return input_error([&] { load_urdf(urdf); });
+  };
+  const std::string arm = R"(<link name="b"><inertial><mass value="1"/>
+<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="j" type="continuous"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/></joint>)";
+  EXPECT_THAT(refused(arm),
+              testing::HasSubstr("must have a positive mass; if it is bolted to the world: robot.base: fixed"));
+  EXPECT_THAT(refused(""), testing::Not(testing::HasSubstr("robot.base")));
 }
 
 const std::string kCorners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n";
