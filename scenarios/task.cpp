@@ -316,6 +316,7 @@ void TaskMonitor::Watched::follow(WitnessInput input) const {
 void TaskMonitor::Watched::evaluate(WitnessInput input, const double* enough, double* out, double* part) const {
   input.memory = memory.get();
   input.enough = enough;
+  input.moves = moves;
   witness->evaluate(input, own, out, part);
   if (witness->parts() == PartKind::none) std::fill_n(part, kLanes, double{kNoPart});  // nobody reads its number
 }
@@ -323,11 +324,24 @@ void TaskMonitor::Watched::evaluate(WitnessInput input, const double* enough, do
 TaskMonitor::TaskMonitor(const Task& task) : task_(&task), leaves_(leaves(task.objective)) {
   for (const Requirement& one : task.requirements) watched_.emplace_back(*one.witness);
   for (const Objective* leaf : leaves_) judging_.emplace_back(*leaf->witness);
+  std::vector<int> bodies;
+  for (const std::vector<Watched>* some : {&watched_, &judging_}) {
+    for (const Watched& one : *some) {
+      for (const int body : one.memory ? one.memory->bodies() : std::vector<int>()) bodies.push_back(body);
+    }
+  }
+  std::sort(bodies.begin(), bodies.end());
+  bodies.erase(std::unique(bodies.begin(), bodies.end()), bodies.end());
+  moves_ = std::make_unique<BodyMoves>(std::move(bodies));
+  for (std::vector<Watched>* some : {&watched_, &judging_}) {
+    for (Watched& one : *some) one.moves = moves_.get();
+  }
   margin_ = violation_ = margin_part_ = violation_part_ = BlockArray(static_cast<int>(watched_.size()));
   leaf_ = leaf_part_ = BlockArray(static_cast<int>(leaves_.size()));
 }
 
 void TaskMonitor::start(int lane, const Model& model) {
+  moves_->start(lane);
   for (Watched& one : watched_) one.start(lane, model);
   for (Watched& one : judging_) one.start(lane, model);
   for (int i = 0; i < margin_.rows(); ++i) {
@@ -355,6 +369,7 @@ void TaskMonitor::carry(int lane, LaneTape& tape) {
 }
 
 LaneMask TaskMonitor::update(const WitnessInput& input) {
+  moves_->next();
   Evaluated now;
   for (int i = 0; i < margin_.rows(); ++i) {
     watched_[i].follow(input);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/block_physics.h"
+#include "engine/clearance/body_moves.h"
 #include "engine/lanes/lane_tape.h"
 #include "engine/settings/settings.h"
 #include "scenarios/judgement.h"
@@ -24,6 +25,8 @@ class WitnessMemory {
   virtual void start(int lane, const Model& model) = 0;
   /// Writes down, or reads back after start(), what later values depend on.
   virtual void carry(int lane, LaneTape& tape) = 0;
+  /// Those whose moves it looks at (WitnessInput::moves).
+  virtual std::vector<int> bodies() const { return {}; }
 };
 
 /// What witnesses may look at: a block after a step.
@@ -37,6 +40,7 @@ struct WitnessInput {
   WitnessMemory* memory = nullptr;          // of this witness: what remember() gave
   /// [kLanes], or null: where the value is no less than this, any value that is no less will do, and any part.
   const double* enough = nullptr;
+  BodyMoves* moves = nullptr;  // of the bodies that memories have named; null: nobody keeps them
 };
 
 /// The values that a witness can have at any instant of a trace, and what bounds them, in words for messages.
@@ -149,6 +153,7 @@ class TaskMonitor {
     const Witness* witness;
     BlockArray own;
     std::unique_ptr<WitnessMemory> memory;
+    BodyMoves* moves = nullptr;
 
     explicit Watched(const Witness& one);
     void start(int lane, const Model& model);
@@ -164,6 +169,7 @@ class TaskMonitor {
   std::vector<const Objective*> leaves_;
   std::vector<Watched> watched_;             // of the requirements
   std::vector<Watched> judging_;             // of the leaves
+  std::unique_ptr<BodyMoves> moves_;         // of all bodies that these look at
   BlockArray margin_, violation_;            // per requirement
   BlockArray margin_part_, violation_part_;  // per requirement
   BlockArray leaf_, leaf_part_;              // per leaf

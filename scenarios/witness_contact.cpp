@@ -19,6 +19,7 @@ struct GapMemory final : WitnessMemory {
   explicit GapMemory(Clearance from) : clearance(std::move(from)) {}
   void start(int lane, const Model& model) override { clearance.start(lane, model); }
   void carry(int, LaneTape&) override {}  // what it keeps saves time, and changes no value
+  std::vector<int> bodies() const override { return clearance.bodies(); }
 };
 
 /// Contacts between some parts: whether they touch is the physics' word after each step, how far apart they are is
@@ -43,7 +44,7 @@ class NoContact : public Witness {
     }
     if (!apart.any()) return;
     double gap[kLanes], pair[kLanes];
-    static_cast<GapMemory*>(in.memory)->clearance.least(in.state, apart, in.enough, gap, pair);
+    static_cast<GapMemory*>(in.memory)->clearance.least(in.state, apart, in.enough, gap, pair, in.moves);
     for (int lane = 0; lane < kLanes; ++lane) {
       if (!apart[lane]) continue;
       const bool touches = in.time[lane] == 0 && gap[lane] <= kTouchAtStart;

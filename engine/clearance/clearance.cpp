@@ -59,7 +59,7 @@ Clearance::Clearance(const Model& nominal, Parts first, Parts second, double wit
     places_.insert(places_.end(), {solids_[pair.a].place, solids_[pair.b].place});
   }
   const int bodies = static_cast<int>(bodies_.size()), pairs = static_cast<int>(pairs_.size());
-  radius_ = BlockArray(bodies), last_ = BlockArray(12 * bodies), travel_ = BlockArray(1 + bodies);
+  radius_ = BlockArray(bodies), travel_ = BlockArray(1 + bodies);
   reserve_ = BlockArray(pairs), axis_ = BlockArray(3 * pairs);
   for (int i = 0; i < pairs; ++i) std::fill_n(axis_.row(3 * i), kLanes, 1.0);
   due_.resize(pairs), due_lanes_.resize(pairs);
@@ -108,17 +108,28 @@ void Clearance::start(int lane, const Model& model) {
     radius = std::max(radius, reach);
   }
   fresh_.set(lane);
+  if (own_) own_->start(lane);
 }
 
-void Clearance::move(const BlockState& state) {
+void Clearance::move(const BlockState& state, BodyMoves* moves) {
+  if (moves == nullptr) {
+    if (!own_) own_.emplace(bodies_);
+    own_->next();
+    moves = &*own_;
+  }
+  moves->look(state);
+  if (rows_.empty()) {
+    for (const int body : bodies_) rows_.push_back(moves->row_of(body));
+  }
   Row most;
-  kernel_->add_ways({static_cast<int>(bodies_.size()), bodies_.data(), state.X.row(0), radius_.row(0), fresh_.bits(),
-                     last_.row(0), travel_.row(0), most.data()});
+  kernel_->add_travel({static_cast<int>(bodies_.size()), rows_.data(), moves->turn(), moves->way(), radius_.row(0),
+                       travel_.row(0), most.data()});
   for (int lane = 0; lane < kLanes; ++lane) lowest_[lane] -= 2 * most[lane];
 }
 
-void Clearance::least(const BlockState& state, LaneMask lanes, const double* enough, double* out, double* part) {
-  if (!pairs_.empty()) move(state);
+void Clearance::least(const BlockState& state, LaneMask lanes, const double* enough, double* out, double* part,
+                      BodyMoves* moves) {
+  if (!pairs_.empty()) move(state, moves);
   for (int lane = 0; lane < kLanes; ++lane) {
     if (!fresh_[lane] || !lanes[lane]) continue;
     for (int i = 0; i < reserve_.rows(); ++i) reserve_(i, lane) = -kInfinity;

@@ -8,9 +8,11 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "engine/block_physics.h"
+#include "engine/clearance/body_moves.h"
 #include "engine/contact/hull_arrays.h"
 #include "engine/lane_physics/kernel.h"
 
@@ -39,8 +41,10 @@ class Clearance {
   /// The least gap in some lanes after a step, or `within` where it is more. `enough` (per lane, m; null: within):
   /// where the gap is no less than this, `within` may be given instead. Does not depend on what was asked before, but
   /// for speed. `part` (may be null): the pair of colliders that the gap is between, the first of several, as
-  /// a * colliders + b with a < b; -1 where `within` was given.
-  void least(const BlockState& state, LaneMask lanes, const double* enough, double* out, double* part = nullptr);
+  /// a * colliders + b with a < b; -1 where `within` was given. `moves` (null: it looks at every call by itself): of
+  /// at least bodies(), started wherever this is and told of each new state; the same at every call.
+  void least(const BlockState& state, LaneMask lanes, const double* enough, double* out, double* part = nullptr,
+             BodyMoves* moves = nullptr);
 
   /// Two colliders that are in each other, a < b, and how far, m.
   struct Overlap {
@@ -54,6 +58,8 @@ class Clearance {
   double within() const { return within_; }
   /// Pairs that are looked at.
   std::size_t pairs() const { return pairs_.size(); }
+  /// That move, of these pairs.
+  const std::vector<int>& bodies() const { return bodies_; }
 
  private:
   using Row = std::array<double, kLanes>;
@@ -72,7 +78,7 @@ class Clearance {
   };
 
   int solid_of(const Model& nominal, int collider);
-  void move(const BlockState& state);
+  void move(const BlockState& state, BodyMoves* moves);
   void look(const BlockState& state, unsigned wanted, Row& least, Row& least_pair);
   const double* pose_of(Solid& solid, const BlockState& state) const;
   void measure(int pair, const BlockState& state, unsigned wanted, Row& least);
@@ -91,14 +97,16 @@ class Clearance {
   std::vector<HullView> hull_views_;                   // per solid
   std::vector<Pair> pairs_;
   // What a gap that was measured once says of later ones, as the kernels take it (gaps.h).
-  std::vector<int> bodies_;   // that move
-  BlockArray radius_, last_;  // per body; 12 per body
-  BlockArray travel_;         // the world's, which is 0; per body
-  std::vector<int> places_;   // per pair: of both bodies in travel_
-  BlockArray reserve_;        // per pair: the gap is no less than this minus both travels
-  BlockArray axis_;           // 3 per pair
-  Row lowest_{};              // no more than any pair's gap
-  LaneMask fresh_;            // lanes in which nothing has been seen yet
+  std::vector<int> bodies_;       // that move
+  std::vector<int> rows_;         // per body: in the moves that are used
+  std::optional<BodyMoves> own_;  // where no others are given
+  BlockArray radius_;             // per body
+  BlockArray travel_;             // the world's, which is 0; per body
+  std::vector<int> places_;       // per pair: of both bodies in travel_
+  BlockArray reserve_;            // per pair: the gap is no less than this minus both travels
+  BlockArray axis_;               // 3 per pair
+  Row lowest_{};                  // no more than any pair's gap
+  LaneMask fresh_;                // lanes in which nothing has been seen yet
   long looks_ = 0;
   std::vector<int> due_;  // room for the pairs
   std::vector<unsigned> due_lanes_;

@@ -133,25 +133,36 @@ unsigned measure_gap(const GapQuery& query) {
   return open;
 }
 
-/// A body's points have gone no farther than its origin, and the chord of the turn at its radius: |R' - R| is
-/// |R' - R|_F / sqrt(2).
+/// Chords of turns at 1 m: |R' - R| is |R' - R|_F / sqrt(2).
 template <class T>
-void add_ways(const WayQuery& query) {
+void add_moves(const MoveQuery& query) {
   constexpr int W = kWidth<T>;
   const mask_of<T> fresh = mask_from_bits<T>(query.fresh);
-  T most(0.0);
   for (int i = 0; i < query.count; ++i) {
     const double* now = query.X + 12 * W * query.body[i];
-    double *last = query.last + 12 * W * i, *travel = query.travel + W * (i + 1);
-    T turn(0.0), way(0.0);
+    double *last = query.last + 12 * W * i, *turn = query.turn + W * i, *way = query.way + W * i;
+    T turned(0.0), gone(0.0);
     for (int k = 0; k < 12; ++k) {
       const T x = load<T>(now + k * W), d = x - load<T>(last + k * W);
-      k < 9 ? turn = fma(d, d, turn) : way = fma(d, d, way);
+      k < 9 ? turned = fma(d, d, turned) : gone = fma(d, d, gone);
       store(last + k * W, x);
     }
-    const T moved = fma(load<T>(query.radius + i * W), sqrt(T(0.5) * turn), sqrt(way));
-    most = max(moved, most);
-    store(travel, select(fresh, T(0.0), load<T>(travel) + moved));
+    store(turn, select(fresh, T(0.0), load<T>(turn) + sqrt(T(0.5) * turned)));
+    store(way, select(fresh, T(0.0), load<T>(way) + sqrt(gone)));
+  }
+}
+
+/// A body's points have gone no farther than its origin, and the chord of the turn at its radius.
+template <class T>
+void add_travel(const TravelQuery& query) {
+  constexpr int W = kWidth<T>;
+  T most(0.0);
+  for (int i = 0; i < query.count; ++i) {
+    const int row = W * query.row[i];
+    double* travel = query.travel + W * (i + 1);
+    const T now = fma(load<T>(query.radius + W * i), load<T>(query.turn + row), load<T>(query.way + row));
+    most = max(now - load<T>(travel), most);
+    store(travel, now);
   }
   store(query.most, most);
 }

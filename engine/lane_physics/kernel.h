@@ -215,16 +215,24 @@ struct GapQuery {
   double* manifold;      // out: kManifoldRows kSlots rows; places and normals are left out
 };
 
-/// How far bodies have gone since they were last looked at. Place 0 of `travel` stands for the world, which stays.
-struct WayQuery {
+/// How far bodies have moved since they were last looked at, added up.
+struct MoveQuery {
   int count;
-  const int* body;       // per body: place in X
-  const double* X;       // 12 rows per place, world
-  const double* radius;  // 1 row per body, m: of a ball about the body's origin that holds all that is asked about
-  unsigned fresh;        // lanes whose travel begins now
-  double* last;          // 12 rows per body, in and out: X when last looked at
-  double* travel;        // 1 row per body from place 1 on, in and out, m: bound of any point's way since it began
-  double* most;          // 1 row, out, m: bound of any point's way since the last look
+  const int* body;     // per body: place in X
+  const double* X;     // 12 rows per place, world
+  unsigned fresh;      // lanes whose sums begin now
+  double* last;        // 12 rows per body, in and out: X when last looked at
+  double *turn, *way;  // 1 row per body, in and out: chords of turns, at 1 m; ways of the origin, m
+};
+
+/// What that makes of any point of the bodies. Place 0 of `travel` stands for the world, which stays.
+struct TravelQuery {
+  int count;
+  const int* row;            // per body: in `turn` and `way`
+  const double *turn, *way;  // as in MoveQuery
+  const double* radius;      // 1 row per body, m: of a ball about the body's origin that holds all that is asked about
+  double* travel;            // 1 row per body from place 1 on, in and out, m: bound of any point's way
+  double* most;              // 1 row, out, m: by how much any of these has grown
 };
 
 /// Which pairs may be nearer than `enough` by now.
@@ -232,7 +240,7 @@ struct DueQuery {
   int count;
   const int* places;      // 2 per pair: of its bodies in `travel`
   const double* reserve;  // 1 row per pair, m: the gap when last measured, and both travels then
-  const double* travel;   // as in WayQuery
+  const double* travel;   // as in TravelQuery
   const double* enough;   // 1 row, m
   unsigned lanes;         // in which it is wanted
   double* lowest;         // 1 row, out: no more than the gap of any pair that is not due, m
@@ -253,7 +261,8 @@ struct LaneKernel {
   void (*finish)(LaneBlock& block, double h, unsigned active, const DriveView& drive);
   /// Fills `bound` in all lanes. Returns the lanes in which that is not enough; in these `manifold` is filled, too.
   unsigned (*measure_gap)(const GapQuery& query);
-  void (*add_ways)(const WayQuery& query);
+  void (*add_moves)(const MoveQuery& query);
+  void (*add_travel)(const TravelQuery& query);
   /// Returns how many pairs are due.
   int (*find_due)(const DueQuery& query);
   /// X_WG = X_WB X_BG, 12 rows each.

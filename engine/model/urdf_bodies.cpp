@@ -70,6 +70,9 @@ MadeUp from_shapes(const Link& link, double density) {
   return out;
 }
 
+constexpr const char* kMayStand =
+    "; if it is bolted to the world: robot.base: fixed in the scenario, or <mass value=\"0\"/> here";
+
 class Bodies {
  public:
   Bodies(const Robot& robot, const UrdfOutline& outline, const UrdfOptions& options, UrdfProblems& problems)
@@ -87,7 +90,7 @@ class Bodies {
       const std::string no_mass = mass_problem(body.moments.mass);
       if (!no_mass.empty()) {
         const bool may_stand = robot_.floating_base && &body == &bodies_.front() && bodies_.size() > 1;
-        give_mass(body, no_mass + (may_stand ? "; if it is bolted to the world: robot.base: fixed" : ""));
+        give_mass(body, no_mass + (may_stand ? kMayStand : ""));
         continue;
       }
       const std::string no_inertia = inertia_problem(body.moments.inertia_about_com());
@@ -226,10 +229,11 @@ class Bodies {
     if (!entry(link).inertial_line || !(link.inertia.mass > 0)) return;
     const double radius = std::sqrt(link.inertia.inertia_about_com().trace() / (2 * link.inertia.mass));
     if (radius > kMost) {
-      problems_.doubt(line(entry(link)),
-                      fmt::format("link '{}': {:g} kg with moments of inertia of {:.3g} kg m^2 lie {:.3g} m from their "
-                                  "centre; URDF has kg and metres: are they meant in kg mm^2?",
-                                  link.name, link.inertia.mass, link.inertia.inertia_about_com().trace(), radius));
+      problems_.doubt(
+          line(entry(link)),
+          fmt::format("link '{}': {:g} kg with moments of inertia of {:.3g} kg m^2 in all lie {:.3g} m from their "
+                      "centre; URDF has kg and metres: are they meant in kg mm^2?",
+                      link.name, link.inertia.mass, link.inertia.inertia_about_com().trace(), radius));
     }
     const double away = link.inertia.com().norm();
     if (away > kMost) {
@@ -250,7 +254,7 @@ class Bodies {
     if (own >= kLeast * expected) return;
     problems_.doubt(
         line(entry(link)),
-        fmt::format("link '{}': {:g} kg with moments of inertia of {:.3g} kg m^2, {:.3g} of what its shapes "
+        fmt::format("link '{}': {:g} kg with moments of inertia of {:.3g} kg m^2 in all, {:.3g} of what its shapes "
                     "would have with that mass; URDF has kg and metres: is the unit right?",
                     link.name, link.inertia.mass, own, own / expected));
   }

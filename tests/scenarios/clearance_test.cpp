@@ -254,13 +254,14 @@ void swing(double t, int lane, int run, BlockState& state) {
   }
 }
 
-// Whatever was asked before, and wherever a trace began: the least of all pairs and the pair that it is of are those of
-// an object that has seen nothing yet, bit for bit.
+// Whatever was asked before, wherever a trace began, and whoever looks at how bodies move: the least of all pairs and
+// the pair that it is of are those of an object that has seen nothing yet, bit for bit.
 TEST(Clearance, RemembersNothingButForSpeed) {
   const Model model = crowd();
   const Parts all{std::vector<unsigned>(model.colliders.size(), ~0u)};
   const Clearance fresh(model, all, all, 0.05);
-  Clearance clearance = fresh;
+  Clearance clearance = fresh, beside = fresh, rarely = fresh;
+  BodyMoves moves(fresh.bodies());  // of the latter two
   BlockState state{BlockArray(model.nq), BlockArray(model.nv), BlockArray(model.nv),
                    BlockArray(12 * static_cast<int>(model.bodies.size()))};
   std::mt19937 random(5);
@@ -271,7 +272,8 @@ TEST(Clearance, RemembersNothingButForSpeed) {
     double enough[kLanes], out[kLanes], part[kLanes], truth[kLanes], true_part[kLanes];
     for (int lane = 0; lane < kLanes; ++lane) {
       if (random() % 100 == 0) {
-        clearance.start(lane, model);
+        for (Clearance* one : {&clearance, &beside, &rarely}) one->start(lane, model);
+        moves.start(lane);
         ++run[lane];
         lowest[lane] = 1;
       }
@@ -282,6 +284,17 @@ TEST(Clearance, RemembersNothingButForSpeed) {
     const LaneMask lanes(random() % 256);
     const bool whole = random() % 50 == 0;
     clearance.least(state, lanes, whole ? nullptr : enough, out, part);
+    moves.next();
+    for (Clearance* one : {&rarely, &beside}) {
+      if (one == &rarely && random() % 3 != 0) continue;
+      double same[kLanes], same_part[kLanes];
+      one->least(state, lanes, whole ? nullptr : enough, same, same_part, &moves);
+      for (int lane = 0; lane < kLanes; ++lane) {
+        if (!lanes[lane] || !(out[lane] > 0)) continue;
+        ASSERT_EQ(same[lane], out[lane]) << "step " << step << ", lane " << lane;
+        ASSERT_EQ(same_part[lane], part[lane]) << "step " << step << ", lane " << lane;
+      }
+    }
     Clearance(fresh).least(state, lanes, nullptr, truth, true_part);
     for (int lane = 0; lane < kLanes; ++lane) {
       if (!lanes[lane] || truth[lane] <= 0) continue;

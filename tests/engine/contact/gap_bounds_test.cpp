@@ -163,7 +163,8 @@ TEST(GapBounds, never_underestimate) {
     const LaneKernel& kernel = kernel_of(isa, kLanes);
     Random random(13);
     BlockArray X(12 * kBodies), radius(kBodies), last(12 * kBodies), travel(1 + kBodies), first(12 * kBodies);
-    const int body[kBodies] = {2, 0, 1};
+    BlockArray turn(kBodies), way_of(kBodies);
+    const int body[kBodies] = {2, 0, 1}, row[kBodies] = {0, 1, 2};
     for (int i = 0; i < kBodies; ++i) std::fill_n(radius.row(i), kLanes, 0.1 * (i + 1));
     for (int step = 0; step < 50; ++step) {
       for (int i = 0; i < kBodies * kLanes; ++i) {
@@ -172,18 +173,18 @@ TEST(GapBounds, never_underestimate) {
         for (int k = 9; k < 12; ++k) X(12 * (i / kLanes) + k, i % kLanes) = random.uniform(-0.1, 0.1);
       }
       Row most;
-      kernel.add_ways({kBodies, body, X.row(0), radius.row(0), step == 0 ? kAllLanes : 0u, last.row(0), travel.row(0),
-                       most.data()});
+      kernel.add_moves({kBodies, body, X.row(0), step == 0 ? kAllLanes : 0u, last.row(0), turn.row(0), way_of.row(0)});
+      kernel.add_travel({kBodies, row, turn.row(0), way_of.row(0), radius.row(0), travel.row(0), most.data()});
       if (step == 0) first = X;
       for (int i = 0; i < kBodies * kLanes; ++i) {
         const int at = i / kLanes, lane = i % kLanes;
         const Point on_body = radius(at, lane) * random.direction();
         const auto place = [&](const BlockArray& from) {
-          const auto row = [&](int k) { return from(12 * body[at] + k, lane); };
-          Point out{row(9), row(10), row(11)};
-          out.x += row(0) * on_body.x + row(1) * on_body.y + row(2) * on_body.z;
-          out.y += row(3) * on_body.x + row(4) * on_body.y + row(5) * on_body.z;
-          out.z += row(6) * on_body.x + row(7) * on_body.y + row(8) * on_body.z;
+          const auto in = [&](int k) { return from(12 * body[at] + k, lane); };
+          Point out{in(9), in(10), in(11)};
+          out.x += in(0) * on_body.x + in(1) * on_body.y + in(2) * on_body.z;
+          out.y += in(3) * on_body.x + in(4) * on_body.y + in(5) * on_body.z;
+          out.z += in(6) * on_body.x + in(7) * on_body.y + in(8) * on_body.z;
           return out;
         };
         const double way = std::sqrt(norm2(place(X) - place(first)));

@@ -139,7 +139,7 @@ TEST(Limits, BodiesOfTensOfMetresAndOfNoneAreDoubted) {
   const char* box = R"(<collision><geometry><box size="0.3 0.3 0.3"/></geometry></collision>)";
   EXPECT_EQ(told(1, 1.6e-5, 0, box), "");  // a box of 0.3 m has 0.015 kg m^2
   EXPECT_THAT(told(1, 1.4e-5, 0, box),
-              testing::HasSubstr("of 4.2e-05 kg m^2, 0.000933 of what its shapes would have with that mass"));
+              testing::HasSubstr("of 4.2e-05 kg m^2 in all, 0.000933 of what its shapes would have with that mass"));
 }
 
 TEST(Limits, AMasslessRootMayBeMeantForTheWorld) {
@@ -152,7 +152,9 @@ TEST(Limits, AMasslessRootMayBeMeantForTheWorld) {
 <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
 <joint name="j" type="continuous"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/></joint>)";
   EXPECT_THAT(refused(arm),
-              testing::HasSubstr("must have a positive mass; if it is bolted to the world: robot.base: fixed"));
+              testing::HasSubstr(
+                  "must have a positive mass; if it is bolted to the world: robot.base: fixed in the scenario, or "
+                  "<mass value=\"0\"/> here"));
   EXPECT_THAT(refused(""), testing::Not(testing::HasSubstr("robot.base")));
 }
 
