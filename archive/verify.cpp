@@ -262,7 +262,7 @@ class DirectoryCheck {
     for (const std::string& name : shard_names(directory_)) {
       const fs::path path = directory_ / kShardFolder / name;
       try {
-        check_seal(folder_->open(name).number(), path);
+        check_told(name, check_seal(folder_->open(name).number(), path));
         sealed.push_back(path);
       } catch (const InputError& error) {
         lost(name, FileState::damaged, without_name(error.what(), path) + std::string("; ") + kPutAside);
@@ -293,10 +293,36 @@ class DirectoryCheck {
     return whole;
   }
 
+  /// Whether the manifest says of a whole shard what it is. A writer that is at work may not have told it yet.
+  void check_told(const std::string& shard, const Seal& seal) {
+    const auto told = manifest_.find(shard);
+    if (out_.writer || told == manifest_.end()) return;
+    const ShardEntry& entry = told->second;
+    if (entry.bytes == seal.bytes && entry.digest == seal.digest) return;
+    differs(shard, fmt::format("{} bytes of xxh64 {:016x}", entry.bytes, entry.digest),
+            fmt::format("{} of {:016x}", seal.bytes, seal.digest));
+  }
+  void check_told(const std::string& shard, const OpenPart& part) {
+    const auto told = manifest_.find(shard);
+    if (out_.writer || told == manifest_.end()) return;
+    std::map<std::string, std::uint64_t> said;
+    for (const ShardEntry::Traces& one : told->second.traces) said[one.policy] = one.count;
+    for (const std::string& policy : info_->policies) {
+      if (const std::uint64_t has = part.traces(policy); said[policy] != has) {
+        return differs(shard, fmt::format("{} traces of {}", said[policy], policy), std::to_string(has));
+      }
+    }
+  }
+  void differs(const std::string& shard, const std::string& said, const std::string& has) {
+    add(kManifestFolder, FileState::damaged,
+        fmt::format("says {} of {}/{}, which has {}; {}", said, kShardFolder, shard, has, kAnew));
+  }
+
   void add_whole(const fs::path& shard) {
     const hdf5::Lock lock;
     const Descriptor file = folder_->open(shard.filename().string());
     const OpenPart part(shard, file);
+    check_told(shard.filename().string(), part);
     add(std::string(kShardFolder) + "/" + shard.filename().string(), FileState::whole, "", traces_of(part, *info_));
     ++out_.shards;
   }

@@ -159,6 +159,28 @@ TEST_F(Verify, WhatIsDamagedIsNotPacked) {
   EXPECT_FALSE(fs::exists(folder_ / "b.h5"));
 }
 
+TEST_F(Verify, ManifestsSayWhatShardsAre) {
+  ASSERT_EQ(verify(campaign_).soundness, Soundness::whole);
+  const fs::path manifest = fs::directory_iterator(campaign_ / "manifest")->path();
+  const std::string before = testing::read_file(manifest);
+  const auto told = [&](const std::string& from, const std::string& to) {
+    std::string text = before;
+    const std::size_t at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << text;
+    testing::write_file(manifest, text.replace(at, from.size(), to));
+    const Verification found = verify(campaign_);
+    EXPECT_EQ(found.soundness, Soundness::incomplete);
+    EXPECT_EQ(found.traces, found.total);  // nothing is lost
+    return file(found, "manifest").what;
+  };
+  EXPECT_THAT(told("\"bytes\":", "\"bytes\":1"),
+              AllOf(HasSubstr("says 1"), HasSubstr("'graze resume' writes it anew")));
+  EXPECT_THAT(told("\"count\":8", "\"count\":7"),
+              HasSubstr("says 7 traces of step/1cm of shards/000001.h5, which has 8"));
+  testing::write_file(manifest, before);
+  EXPECT_EQ(verify(campaign_).soundness, Soundness::whole);
+}
+
 /// Puts a dataset of so many zeros in the place of another, in chunks of so many bytes that are written once and
 /// copied: a small file that claims much.
 void inflate(hid_t file, const std::string& path, hsize_t rows, hsize_t row_bytes, hsize_t chunk_bytes) {
