@@ -1,4 +1,4 @@
-# Programs have HDF5 in them where its static library links: Debian's shared one brings libcurl and thirty libraries behind it,
+# Programs have HDF5 in them where its static library links: Debian's shared one brings libcurl and 25 libraries behind it,
 # which took a quarter of the time in which the program starts. Other libraries link the shared one, and so do sanitized
 # programs: there the tests know a fault that is HDF5's own (of a file that somebody has forged) by the library's name.
 include(CheckCSourceCompiles)
