@@ -45,13 +45,6 @@ StoredInfo info_of(const Descriptor& file, const fs::path& path) {
   }
 }
 
-/// Traces of all policies in a part.
-std::uint64_t traces_of(const OpenPart& part, const CampaignInfo& info) {
-  std::uint64_t traces = 0;
-  for (const std::string& policy : info.policies) traces += part.traces(policy);
-  return traces;
-}
-
 /// Counts the traces of sound parts, each once.
 void count_sound(Parts parts, const CampaignInfo& info, Verification& out) {
   const hdf5::Lock lock;
@@ -262,7 +255,7 @@ class DirectoryCheck {
     for (const std::string& name : shard_names(directory_)) {
       const fs::path path = directory_ / kShardFolder / name;
       try {
-        check_told(name, check_seal(folder_->open(name).number(), path));
+        seals_[name] = check_seal(folder_->open(name).number(), path);
         sealed.push_back(path);
       } catch (const InputError& error) {
         lost(name, FileState::damaged, without_name(error.what(), path) + std::string("; ") + kPutAside);
@@ -280,7 +273,7 @@ class DirectoryCheck {
       if (is_newer(std::string(kShardFolder) + "/" + name)) continue;
       if (const auto found = bad.find(i); found == bad.end()) {
         whole.push_back(sealed[i]);
-        add_whole(sealed[i]);
+        add_whole(name);
       } else if (resume_notices(sealed[i])) {
         lost(name, FileState::damaged, found->second + "; " + kPutAside);
         puts_aside_ = true;
@@ -294,36 +287,29 @@ class DirectoryCheck {
   }
 
   /// Whether the manifest says of a whole shard what it is. A writer that is at work may not have told it yet.
-  void check_told(const std::string& shard, const Seal& seal) {
-    const auto told = manifest_.find(shard);
+  void check_told(ShardEntry has) {
+    const auto told = manifest_.find(has.shard);
     if (out_.writer || told == manifest_.end()) return;
-    const ShardEntry& entry = told->second;
-    if (entry.bytes == seal.bytes && entry.digest == seal.digest) return;
-    differs(shard, fmt::format("{} bytes of xxh64 {:016x}", entry.bytes, entry.digest),
-            fmt::format("{} of {:016x}", seal.bytes, seal.digest));
-  }
-  void check_told(const std::string& shard, const OpenPart& part) {
-    const auto told = manifest_.find(shard);
-    if (out_.writer || told == manifest_.end()) return;
-    std::map<std::string, std::uint64_t> said;
-    for (const ShardEntry::Traces& one : told->second.traces) said[one.policy] = one.count;
-    for (const std::string& policy : info_->policies) {
-      if (const std::uint64_t has = part.traces(policy); said[policy] != has) {
-        return differs(shard, fmt::format("{} traces of {}", said[policy], policy), std::to_string(has));
-      }
+    ShardEntry said = told->second;
+    if (said.bytes != has.bytes || said.digest != has.digest) {
+      differs(has.shard, fmt::format("{} bytes of xxh64 {:016x}", said.bytes, said.digest),
+              fmt::format("{} of {:016x}", has.bytes, has.digest));
+      return;
     }
+    std::ranges::sort(said.traces), std::ranges::sort(has.traces);
+    if (said.traces != has.traces) differs(has.shard, held_text(said), held_text(has));
   }
   void differs(const std::string& shard, const std::string& said, const std::string& has) {
     add(kManifestFolder, FileState::damaged,
         fmt::format("says {} of {}/{}, which has {}; {}", said, kShardFolder, shard, has, kAnew));
   }
 
-  void add_whole(const fs::path& shard) {
-    const hdf5::Lock lock;
-    const Descriptor file = folder_->open(shard.filename().string());
-    const OpenPart part(shard, file);
-    check_told(shard.filename().string(), part);
-    add(std::string(kShardFolder) + "/" + shard.filename().string(), FileState::whole, "", traces_of(part, *info_));
+  void add_whole(const std::string& shard) {
+    ShardEntry entry = shard_entry(*folder_, shard, seals_.at(shard), *info_);
+    std::uint64_t traces = 0;
+    for (const ShardEntry::Traces& one : entry.traces) traces += one.count;
+    check_told(std::move(entry));
+    add(std::string(kShardFolder) + "/" + shard, FileState::whole, "", traces);
     ++out_.shards;
   }
 
@@ -335,7 +321,8 @@ class DirectoryCheck {
   static constexpr const char* kPutAside = "'graze resume' puts it into damaged/ and simulates again what it held";
 
   Directory directory_;
-  std::optional<Directory> folder_;  // of the shards
+  std::optional<Directory> folder_;    // of the shards
+  std::map<std::string, Seal> seals_;  // of those whose seals fit
   Manifest manifest_;
   std::optional<CampaignInfo> info_;
   bool complete_ = false;    // says the description

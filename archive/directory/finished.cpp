@@ -8,8 +8,6 @@
 #include "archive/directory/campaign_directory.h"
 #include "archive/directory/campaign_files.h"
 #include "archive/directory/damaged.h"
-#include "archive/directory/manifest.h"
-#include "archive/files/seal.h"
 #include "archive/hdf5/reading_child.h"
 #include "archive/schema/info.h"
 #include "archive/schema/part_check.h"
@@ -116,6 +114,10 @@ Readable readable_shards(const Directory& directory, const CampaignInfo& info) {
 bool FinishedTraces::has(const std::string& policy, std::uint64_t particle) const {
   const auto found = done.find(policy);
   return found != done.end() && particle < found->second.size() && found->second[particle];
+}
+
+ShardEntry shard_entry(const Directory& shards, const std::string& name, const Seal& seal, const CampaignInfo& info) {
+  return content_of(shards, name, seal, info).entry;
 }
 
 std::uint64_t traces_kept(const Directory& directory, const CampaignInfo& info) {

@@ -8,7 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "archive/directory/manifest.h"
 #include "archive/files/directory.h"
+#include "archive/files/seal.h"
 #include "archive/schema/campaign_info.h"
 
 namespace graze {
@@ -24,6 +26,9 @@ struct FinishedTraces {
 
 /// Traces of all policies in all shards. Throws InputError.
 std::uint64_t traces_kept(const Directory& directory, const CampaignInfo& info);
+
+/// What a shard with this seal holds, as the manifest has to say it. Throws InputError.
+ShardEntry shard_entry(const Directory& shards, const std::string& name, const Seal& seal, const CampaignInfo& info);
 
 /// Throws InputError unless a shard, whose seal must fit, is of the campaign and its outcomes can be read: what `graze
 /// resume` asks of it before it counts on it.

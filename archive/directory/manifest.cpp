@@ -110,6 +110,15 @@ ShardEntry entry_of(const Json& line) {
 
 }  // namespace
 
+std::string held_text(const ShardEntry& entry) {
+  std::vector<std::string> held;
+  for (const ShardEntry::Traces& traces : entry.traces) {
+    held.push_back(fmt::format("{} traces of '{}' (particles {} to {})", traces.count, traces.policy, traces.lowest,
+                               traces.highest));
+  }
+  return held.empty() ? "no traces" : fmt::to_string(fmt::join(held, ", "));
+}
+
 std::string manifest_line(const ShardEntry& entry) {
   Json line = {{"shard", entry.shard},
                {"bytes", entry.bytes},
@@ -239,12 +248,7 @@ std::string missing_text(const MissingShard& shard) {
   if (!shard.now.empty()) {
     return fmt::format("{0}/{1} is {0}/{2} now; nothing is lost", kShardFolder, shard.entry.shard, shard.now);
   }
-  std::vector<std::string> held;
-  for (const ShardEntry::Traces& traces : shard.entry.traces) {
-    held.push_back(fmt::format("{} traces of '{}' (particles {} to {})", traces.count, traces.policy, traces.lowest,
-                               traces.highest));
-  }
-  return fmt::format("{}/{} is gone; it held {}", kShardFolder, shard.entry.shard, fmt::join(held, ", "));
+  return fmt::format("{}/{} is gone; it held {}", kShardFolder, shard.entry.shard, held_text(shard.entry));
 }
 
 ManifestWriter::ManifestWriter(Directory directory, const std::string& name)

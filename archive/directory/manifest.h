@@ -26,9 +26,13 @@ struct ShardEntry {
     std::string policy;
     std::uint64_t count = 0;
     std::uint32_t lowest = 0, highest = 0;  // particle ids
+
+    auto operator<=>(const Traces&) const = default;
   };
   std::vector<Traces> traces;  // policies that it has traces of
 };
+/// "8 traces of 'step/1cm' (particles 8 to 15), …"
+std::string held_text(const ShardEntry& entry);
 
 /// One line, without its end.
 std::string manifest_line(const ShardEntry& entry);

@@ -176,7 +176,9 @@ TEST_F(Verify, ManifestsSayWhatShardsAre) {
   EXPECT_THAT(told("\"bytes\":", "\"bytes\":1"),
               AllOf(HasSubstr("says 1"), HasSubstr("'graze resume' writes it anew")));
   EXPECT_THAT(told("\"count\":8", "\"count\":7"),
-              HasSubstr("says 7 traces of step/1cm of shards/000001.h5, which has 8"));
+              AllOf(HasSubstr("says 7 traces of 'step/1cm' (particles 0 to 7)"),
+                    HasSubstr("of shards/000001.h5, which has 8 traces of 'step/1cm' (particles 0 to 7)")));
+  EXPECT_THAT(told("\"highest\":7", "\"highest\":8"), HasSubstr("says 8 traces of 'step/1cm' (particles 0 to 8)"));
   testing::write_file(manifest, before);
   EXPECT_EQ(verify(campaign_).soundness, Soundness::whole);
 }
