@@ -131,6 +131,7 @@ std::vector<Failure> WaysToFail::firsts(const Archive& archive, const std::strin
 std::string format_failures(const std::vector<Failure>& failures, const std::string& archive, const std::string& list,
                             std::size_t most) {
   if (failures.empty()) return "";
+  std::string reasons;  // that do not fit into the table
   // How many went this way, then the one that stands for them: the others may have another culprit.
   std::vector<std::vector<std::string>> rows = {
       {"policy", "outcome", "what", "traces", "particle", "its culprit", "time", "margin", "replay"}};
@@ -138,6 +139,9 @@ std::string format_failures(const std::vector<Failure>& failures, const std::str
     if (rows.size() > most) break;
     const bool others = failure.outcome == Outcome::invalid && failure.alike > 1;  // they may have other reasons
     const std::string what = (others ? "e.g. " : "") + failure.what;
+    if (shortened(what) != what) {
+      reasons += fmt::format("{}, particle {}: {}\n", failure.policy, failure.particle, printable(failure.what));
+    }
     rows.push_back({failure.policy, std::string(outcome_name(failure.outcome)), shortened(what),
                     std::to_string(failure.alike), std::to_string(failure.particle), shortened(failure.culprit),
                     number(failure.time, " s"), margin_text(failure),
@@ -148,7 +152,8 @@ std::string format_failures(const std::vector<Failure>& failures, const std::str
   std::string out = fmt::format("\nFailures, the first of each kind ('{}' lists all {})\n", list, traces);
   out += text_table(rows, rows[0].size());
   const std::size_t left = failures.size() - (rows.size() - 1);
-  return left == 0 ? out : out + fmt::format("… and {} more kinds\n", left);
+  if (left > 0) out += fmt::format("… and {} more kinds\n", left);
+  return out + reasons;
 }
 
 void list_traces(const Archive& archive, Listed which, const std::vector<std::string>& policies,

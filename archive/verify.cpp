@@ -296,8 +296,10 @@ class DirectoryCheck {
               fmt::format("{} of {:016x}", has.bytes, has.digest));
       return;
     }
-    std::ranges::sort(said.traces), std::ranges::sort(has.traces);
-    if (said.traces != has.traces) differs(has.shard, held_text(said), held_text(has));
+    const std::vector<ShardEntry::Traces> all = said.traces;  // what both say is no matter
+    std::erase_if(said.traces, [&](const auto& one) { return std::ranges::count(has.traces, one) > 0; });
+    std::erase_if(has.traces, [&](const auto& one) { return std::ranges::count(all, one) > 0; });
+    if (!said.traces.empty() || !has.traces.empty()) differs(has.shard, held_text(said), held_text(has));
   }
   void differs(const std::string& shard, const std::string& said, const std::string& has) {
     add(kManifestFolder, FileState::damaged,

@@ -27,7 +27,7 @@ struct ShardEntry {
     std::uint64_t count = 0;
     std::uint32_t lowest = 0, highest = 0;  // particle ids
 
-    auto operator<=>(const Traces&) const = default;
+    bool operator==(const Traces&) const = default;
   };
   std::vector<Traces> traces;  // policies that it has traces of
 };

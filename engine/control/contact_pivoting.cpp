@@ -24,6 +24,10 @@ constexpr int kTogether = 4;
 /// others.
 constexpr int kFew = 8;
 int most_pressing(const BaseContacts& contacts) { return std::max(kFew, 2 * static_cast<int>(contacts.A.rows())); }
+/// The largest impulse that is believed, in units of the robot's weight times the horizon (our choice: no leg bears a
+/// hundredth of it). Where normals oppose each other, or tangents hardly differ, a problem without slip has solutions
+/// of 1e17 N.
+constexpr double kMostWeights = 100;
 /// From so many contacts on there is no trying with all of them, which would take seconds, if a few do not do.
 constexpr int kMany = 20;
 
@@ -263,6 +267,8 @@ void ContactPivoting::solve(int lane, int count) {
   const VectorXd impulse = which_ == Pivoting::no_slip   ? solve_no_slip(lane, contacts)
                            : which_ == Pivoting::closest ? solve_closest(lane, contacts)
                                                          : pivot_coulomb(contacts);
+  // Where there is no solution the convex program's impulses stand.
+  if (impulse.size() > 0 && !(impulse.lpNorm<Eigen::Infinity>() <= kMostWeights * view_->weight * view_->h)) return;
   for (int k = 0; k < impulse.size(); ++k) {
     view_->memory.pivot[kLanes * (kPivotRows * contacts_[k / 3] + kPivotImpulse + k % 3) + lane] = impulse[k];
   }

@@ -39,10 +39,11 @@ constexpr double kFarContact = 0.2;
 /// s: with that of a control step of 1 ms a robot on rigid ground throws its own legs (our choice, docs/control.md).
 constexpr double kHorizon = 20e-3;
 
-// Weights of the torques against maximal dissipation. Without friction's bound, forces that press feet against each
-// other cost nothing but torque: at the smaller weight they are found so large that a nominal robot that is a little
-// wrong falls.
-constexpr double kTwoStages = 1e-6, kOneStage = 1e-3;
+// Weights of the torques against maximal dissipation, our choice. Joints move as they are told, so that feet which the
+// ground keeps from it by a velocity of u press against each other by u / (weight A): at the published second stage's
+// 1e-6 a biped that stands on its feet is thrown into the air by what contact solvers leave of a velocity, 1e-6 m/s.
+// Without friction's bound they press along the ground as well, and a light robot hops at 1e-3.
+constexpr double kWithSlip = 1e-3, kWithoutSlip = 1e-2;
 
 /// What is known of contacts, and how their forces are predicted.
 std::vector<Key> contact_keys() {
@@ -64,9 +65,10 @@ std::vector<Key> contact_keys() {
        "in which contacts take up what moves against them: long ones leave impacts out"},
       {"regularization",
        {Form::number(Quantity::dimensionless, Bound::fraction)},
-       Default::words(fmt::format("{:g}, and {:g} without slip", kTwoStages, kOneStage)),
+       Default::words(fmt::format("{:g}, and {:g} without slip", kWithSlip, kWithoutSlip)),
        "weight of the torques against maximal dissipation; `1e-6`: two stages, least torques of all that dissipate "
-       "most; 1e-3: one stage"},
+       "most, for robots on points alone; 1e-3: one stage. Where a complementarity problem has no solution, of the "
+       "program whose forces stand"},
       {"contacts",
        {Form::map({"what is known of contacts",
                    {{"from",
@@ -194,8 +196,8 @@ class InverseDynamics : public Tracker {
     view_.law = law;
     view_.stiffness = own.has("regularization")
                           ? std::max(own.number("regularization"), 1e-9)  // rounding decides below
-                      : word.ends_with("no_slip") ? kOneStage
-                                                  : kTwoStages;
+                      : word.ends_with("no_slip") ? kWithoutSlip
+                                                  : kWithSlip;
     view_.within = 5e-3;
     if (law == PredictedContact::pivoted) {
       pivoting_ = ContactPivoting(word == "lcp_no_slip"   ? Pivoting::no_slip
@@ -393,6 +395,11 @@ class InverseDynamics : public Tracker {
       if (from != "force") force->fail_key("goes with from: force");
       view_.force = (force->is_scalar() && force->text().ends_with('%')) ? force->non_negative() * robot_weight(model)
                                                                          : contacts.number("force");
+      if (view_.force > robot_weight(model)) {
+        warn(*force,
+             fmt::format("{:g} N: is more than the robot's weight, {:g} N: links count as touching in blows alone",
+                         view_.force, robot_weight(model)));
+      }
     }
     if (view_.within > kFarContact && contacts.has("within")) {
       warn(contacts.at("within"),

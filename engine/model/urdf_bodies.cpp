@@ -70,6 +70,8 @@ MadeUp from_shapes(const Link& link, double density) {
   return out;
 }
 
+constexpr double kPoint = 1e-2;  // of the mass: shapes of less are mere contact points
+
 constexpr const char* kMayStand =
     "; if it is bolted to the world: robot.base: fixed in the scenario, or <mass value=\"0\"/> here";
 
@@ -200,7 +202,6 @@ class Bodies {
     std::string how;
     if (is_of_point(inertia, mass) || !(inertia.trace() > 0)) {
       const MadeUp made = from_shapes(link, options_.density);
-      constexpr double kPoint = 1e-2;  // shapes of less than this share of the mass are mere contact points
       const bool shaped = made.moments.mass > kPoint * mass;
       const MassMoments form = shaped ? made.moments.scaled(mass / made.moments.mass) : ball(mass, options_.density);
       inertia = form.inertia_about_com();
@@ -234,6 +235,8 @@ class Bodies {
           fmt::format("link '{}': {:g} kg with moments of inertia of {:.3g} kg m^2 in all lie {:.3g} m from their "
                       "centre; URDF has kg and metres: are they meant in kg mm^2?",
                       link.name, link.inertia.mass, link.inertia.inertia_about_com().trace(), radius));
+    } else {
+      doubt_compactness(link);
     }
     const double away = link.inertia.com().norm();
     if (away > kMost) {
@@ -241,22 +244,24 @@ class Bodies {
                                                      "URDF has metres: is it meant in mm?",
                                                      link.name, away));
     }
-    doubt_compactness(link);
   }
 
-  /// What CAD programs write in kg and decimetres, or someone made up, is a link that the least torque throws about.
+  /// What CAD programs write in kg and decimetres or millimetres, or someone made up, is a link that the least torque
+  /// throws about, or none moves.
   void doubt_compactness(const Link& link) const {
-    constexpr double kLeast = 1e-3;  // of what its shapes would have: a thirtieth of their size
+    constexpr double kMost = 1e3;  // times what its shapes would have, or as many times less: thirty times their size
     const double own = link.inertia.inertia_about_com().trace();
     const MassMoments shapes = from_shapes(link, options_.density).moments;
     if (!(own > 0) || is_of_point(link.inertia.inertia_about_com(), link.inertia.mass) || !(shapes.mass > 0)) return;
     const double expected = shapes.inertia_about_com().trace() * link.inertia.mass / shapes.mass;
-    if (own >= kLeast * expected) return;
+    const bool large = own > kMost * expected && shapes.mass > kPoint * link.inertia.mass;
+    if (kMost * own >= expected && !large) return;
     problems_.doubt(
         line(entry(link)),
-        fmt::format("link '{}': {:g} kg with moments of inertia of {:.3g} kg m^2 in all, {:.3g} of what its shapes "
-                    "would have with that mass; URDF has kg and metres: is the unit right?",
-                    link.name, link.inertia.mass, own, own / expected));
+        fmt::format("link '{}': {:g} kg with moments of inertia of {:.3g} kg m^2 in all, {:.3g} {} what its shapes "
+                    "would have with that mass; URDF has kg and metres: {}?",
+                    link.name, link.inertia.mass, own, own / expected, large ? "times" : "of",
+                    own > 1e5 * expected ? "are they meant in kg mm^2" : "is the unit right"));
   }
 
   void doubt_mass(const Link& link) {

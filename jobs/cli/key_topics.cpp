@@ -289,6 +289,8 @@ std::optional<std::string> key_help(const std::string& topic, std::size_t width)
   if (is_parameter(topic)) {
     return wrapped(topic + ", as the path of a parameter:", width) + "\n\n" + uncertain_help(width);
   }
+  const auto ending = matching([&](const OwnedKey& key) { return ("." + key.name).ends_with(dotted); });
+  if (!ending.empty()) return told(topic + ", a key of:", ending, width);
   return std::nullopt;
 }
 

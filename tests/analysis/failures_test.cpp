@@ -16,6 +16,7 @@ namespace {
 
 using namespace synthetic;
 using ::testing::AllOf;
+using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -123,14 +124,17 @@ TEST(Failures, TheFirstOfEachKindStandsForAll) {
   EXPECT_THAT(format_failures(result.failures, "a.graze", "list", 2), HasSubstr("more kinds"));
 }
 
-// Claim: a reason that is too long for its column ends behind a whole word.
+// Claim: a reason that is too long for its column ends behind a whole word, and stands below the table as it is.
 TEST(Failures, ReasonsAreCutBetweenWords) {
   Failure failure;
   failure.policy = "hold";
   failure.what = "step 17 (0.017 s), 'thigh' in 'ground' by 12 mm: the velocity of body 'extraordinary' is not finite";
   const std::string text = format_failures({failure}, "a", "list", 5);
   EXPECT_THAT(text, HasSubstr("'thigh' in 'ground' by 12 mm: the …  "));
-  EXPECT_THAT(text, Not(HasSubstr("veloc")));
+  EXPECT_THAT(text, EndsWith("\nhold, particle 0: " + failure.what + "\n"));
+  EXPECT_EQ(text.find("veloc"), text.rfind("veloc"));
+  failure.what = "short";
+  EXPECT_THAT(format_failures({failure}, "a", "list", 5), Not(HasSubstr("particle 0:")));
 }
 
 // Claim: the whole list, as text and as JSON, has a line for every failure.

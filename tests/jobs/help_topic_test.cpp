@@ -226,6 +226,7 @@ TEST(HelpTopics, LeadFromWhatIsWritten) {
   EXPECT_THAT(told("time.step"), ::testing::ContainsRegex("\n  time.step +s, > 0 +1 ms +of the physics\n"));
   EXPECT_THAT(told("policies.walk.gait.velocity"), ::testing::ContainsRegex("\n  gait.velocity +3 numbers"));
   EXPECT_THAT(told("step_height"), HasSubstr("\n  gait.step_height "));
+  EXPECT_THAT(told("contacts.from"), HasSubstr("\n  inverse_dynamics.contacts.from "));
   EXPECT_EQ(told("robot.initial"), told("initial"));
   EXPECT_THAT(told("sensor.encoder"), HasSubstr("encoder, a sensor: "));
   EXPECT_THAT(told("sensor.torque.hip"), HasSubstr("torque, a sensor: "));

@@ -88,6 +88,22 @@ TEST(Grasp, PredictedForcesAreTheEngines) {
   }
 }
 
+// Fingers that press against each other could do so with any force where nothing slips: 1e17 N were counted on.
+TEST(Grasp, WithoutSlipNoForceIsCountedOnThatNoHandBears) {
+  const Scene scene(grasp_world());
+  double weight = 0;
+  for (const Body& body : scene.model.bodies) weight += 9.81 * body.mass;
+  LaneLoop loop(scene, swing(", objects: [box], model: lcp_no_slip"));
+  loop.start(0, scene.particle());
+  std::vector<double> counted(loop.controller().tracker().inside().size());
+  for (int step = 0; step < 200; ++step) {
+    loop.advance();
+    ASSERT_FALSE(loop.physics().fault(0)) << step << *loop.physics().fault(0);
+    loop.controller().tracker().look_inside(0, counted.data());
+    for (const double force : counted) EXPECT_LT(force, 300 * weight) << step;  // three points, 100 each
+  }
+}
+
 // A robot on a plate that slides on ice: the base and the plate are free, and both move as the feet push them.
 TEST(Grasp, FeetPushThePlateTheyStandOn) {
   World world = strong_links();

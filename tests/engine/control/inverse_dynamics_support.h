@@ -12,10 +12,12 @@ struct LaneLoop : ClosedLoop {
 };
 
 inline constexpr double kKp = 5e4, kKd = 100;  // facts c.6: acceleration gains of the published joint controller
-/// Unless it says otherwise, contacts take up within a step what moves against them, as in the engine.
+/// Unless it says otherwise, contacts take up within a step what moves against them, as in the engine, and what all
+/// dissipate most decides before torques do.
 inline std::string tracker(const std::string& more = "") {
-  const bool told = more.find("horizon") != std::string::npos;
-  return "inverse_dynamics: {kp: 5e4, kd: 100" + more + (told ? "" : ", horizon: 1 ms") + "}";
+  const auto told = [&](const char* key) { return more.find(key) != std::string::npos; };
+  return "inverse_dynamics: {kp: 5e4, kd: 100" + more + (told("horizon") ? "" : ", horizon: 1 ms") +
+         (told("regularization") || told("none") || told("sensed") ? "" : ", regularization: 1e-6") + "}";
 }
 inline std::string hold(const std::string& control) { return "{hold: {}, control: {" + control + "}}"; }
 inline std::string trot(const std::string& control) {

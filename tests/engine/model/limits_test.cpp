@@ -116,7 +116,8 @@ TEST(Limits, FilesByTheirSize) {
   EXPECT_EQ(input_error([&] { load_urdf(urdf); }), urdf + ": 16777217 bytes; at most 16 MiB are read");
 }
 
-// What is written in mm is a robot all the same, and is told; so is a link that is all at one point of its shape.
+// What is written in mm is a robot all the same, and is told; so is a link that is all at one point of its shape, or
+// spread far beyond it.
 TEST(Limits, BodiesOfTensOfMetresAndOfNoneAreDoubted) {
   const TemporaryFolder folder;
   const auto told = [&](double mass, double moment, double com, const char* shape = "") {
@@ -140,6 +141,13 @@ TEST(Limits, BodiesOfTensOfMetresAndOfNoneAreDoubted) {
   EXPECT_EQ(told(1, 1.6e-5, 0, box), "");  // a box of 0.3 m has 0.015 kg m^2
   EXPECT_THAT(told(1, 1.4e-5, 0, box),
               testing::HasSubstr("of 4.2e-05 kg m^2 in all, 0.000933 of what its shapes would have with that mass"));
+  EXPECT_EQ(told(1, 14, 0, box), "");
+  EXPECT_THAT(told(1, 16, 0, box),
+              testing::HasSubstr("48 kg m^2 in all, 1.07e+03 times what its shapes would have with that mass"));
+  const char* part = R"(<collision><geometry><box size="0.01 0.01 0.01"/></geometry></collision>)";
+  EXPECT_THAT(told(0.001, 0.017, 0, part), testing::HasSubstr("are they meant in kg mm^2?"));  // 1.7e-8 kg m^2
+  const char* point = R"(<collision><geometry><sphere radius="0.001"/></geometry></collision>)";
+  EXPECT_EQ(told(1, 0.01, 0, point), "");  // of a foot; the leg has no shape
 }
 
 TEST(Limits, AMasslessRootMayBeMeantForTheWorld) {
