@@ -235,6 +235,24 @@ void doubt_places(const Settings& scenario, const World& world, const Model& mod
   }
 }
 
+void doubt_waits(const Settings& policy, double end) {
+  const auto doubt = [&](const std::optional<Settings>& map, const char* key, const char* what) {
+    const auto wait = map && map->is_map() ? map->find(key) : std::nullopt;
+    if (!wait || !wait->is_scalar()) return;
+    const double seconds = wait->number(Quantity::time);
+    if (seconds < end) return;
+    const auto fits = [&](double t) { return t < end; };
+    warn(*wait, fmt::format("{:g} s, and no trace is longer than {:g} s: {}{}", seconds, end, what,
+                            unit_meant(*wait, Quantity::time, fits)));
+  };
+  doubt(policy.find("gait"), "settle", "no foot is ever lifted");
+  const auto control = policy.find("control");
+  if (!control || !control->is_map()) return;
+  for (const auto& [name, tracker] : control->entries()) {
+    if (tracker.is_map()) doubt(tracker.find("contacts"), "delay", "nothing that is sensed of contacts ever arrives");
+  }
+}
+
 void doubt_lag(const Settings& scenario, const std::optional<Settings>& written, double typical, double end) {
   if (typical < end) return;
   const auto bare = written ? largest_bare(*written) : std::nullopt;

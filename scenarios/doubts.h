@@ -26,6 +26,9 @@ void doubt_task(const Settings& scenario, const Task& task);
 /// `gravity`: a vector that points up.
 void doubt_gravity(const Settings& scenario);
 
+/// Whether a policy waits longer than any trace lasts: with its gait, or for what is sensed of contacts.
+void doubt_waits(const Settings& policy, double end);
+
 /// Whether `control.lag`, typically `typical` s, outlasts every trace, so that no command would ever arrive. `written`:
 /// the number or distribution, if one entry is known to be it.
 void doubt_lag(const Settings& scenario, const std::optional<Settings>& written, double typical, double end);

@@ -93,17 +93,19 @@ void read_rotors(const Settings& scenario, const std::string& physics, World& wo
     }
   }
   if (!world.knows_rotors && !drawn.empty()) refuse(drawn.front(), physics);
-  if (!actuators || !actuators->is_map()) return;
+  const bool fixed = actuators && actuators->is_map();
   RotorReader reader(world.robot);
   for (const RotorKey& key : kKeys) {
-    const auto written = actuators->find(key.key);
+    const auto written = fixed ? actuators->find(key.key) : std::nullopt;
     if (!written) continue;
     if (!world.knows_rotors) refuse(*written, physics);
     reader.read(*written, key);
   }
-  const auto gear = actuators->find("gear");
-  if (gear && !actuators->has("rotor_inertia") && drawn.empty()) {
-    warn(*gear, "does nothing without rotor_inertia; limits of torque and speed are those of the joint");
+  const auto is_inertia = [](const Settings& one) { return one.path().ends_with(".rotor_inertia"); };
+  if ((fixed && actuators->has("rotor_inertia")) || std::any_of(drawn.begin(), drawn.end(), is_inertia)) return;
+  if (const auto gear = fixed ? actuators->find("gear") : std::nullopt) drawn.push_back(*gear);
+  for (const Settings& gear : drawn) {
+    warn(gear, "does nothing without rotor_inertia; limits of torque and speed are those of the joint");
   }
 }
 

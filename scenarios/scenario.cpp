@@ -370,6 +370,7 @@ Scenario read_scenario(const Settings& root, const std::string& file, const Scen
   doubt_task(root, out.task);
   out.policies = read_policies(root.at("policies"));
   refuse_hidden(root.at("policies"), options.overrides);
+  for (const PolicySpec& policy : out.policies) doubt_waits(policy.settings, out.timing.end);
   check_policies(out);
   check_fabrication(root, out);
   try {

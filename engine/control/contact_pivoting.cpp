@@ -25,8 +25,8 @@ constexpr int kTogether = 4;
 constexpr int kFew = 8;
 int most_pressing(const BaseContacts& contacts) { return std::max(kFew, 2 * static_cast<int>(contacts.A.rows())); }
 /// The largest impulse that is believed, in units of the robot's weight times the horizon (our choice: no leg bears a
-/// hundredth of it). Where normals oppose each other, or tangents hardly differ, a problem without slip has solutions
-/// of 1e17 N.
+/// tenth of it). Where normals oppose each other, or tangents hardly differ, a problem without slip has solutions of
+/// 1e17 N.
 constexpr double kMostWeights = 100;
 /// From so many contacts on there is no trying with all of them, which would take seconds, if a few do not do.
 constexpr int kMany = 20;

@@ -31,10 +31,7 @@ class Hold : public Policy {
 const PolicyRegistration hold_registration("hold", {"keeps the joints where the nominal robot begins", {}},
                                            [](const ControlContext& context, const Described& own,
                                               TargetKind kind) -> std::unique_ptr<Policy> {
-                                             if (kind != TargetKind::joint) {
-                                               own.settings().fail_key(
-                                                   "hold gives joint targets; use control: {joint_pd: …}");
-                                             }
+                                             need_joint_targets(own, kind, "hold");
                                              return std::make_unique<Hold>(context);
                                            });
 

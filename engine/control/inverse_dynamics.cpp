@@ -395,7 +395,7 @@ class InverseDynamics : public Tracker {
       if (from != "force") force->fail_key("goes with from: force");
       view_.force = (force->is_scalar() && force->text().ends_with('%')) ? force->non_negative() * robot_weight(model)
                                                                          : contacts.number("force");
-      if (view_.force > robot_weight(model)) {
+      if (view_.force > robot_weight(model) && robot_weight(model) > 0) {
         warn(*force,
              fmt::format("{:g} N: is more than the robot's weight, {:g} N: links count as touching in blows alone",
                          view_.force, robot_weight(model)));

@@ -192,9 +192,7 @@ class JointTrajectory : public Policy {
 };
 
 std::unique_ptr<Policy> make(const ControlContext& context, const Described& own, TargetKind kind) {
-  if (kind != TargetKind::joint) {
-    own.settings().fail_key("joint_trajectory gives joint targets; use control: {joint_pd: …}");
-  }
+  need_joint_targets(own, kind, "joint_trajectory");
   std::unique_ptr<Motion> motion;
   if (own.has("table")) {
     motion = std::make_unique<Table>(context, own);

@@ -107,6 +107,9 @@ struct TrackerRegistration {
   TrackerRegistration(const std::string& name, Description text, TargetKind kind, TrackerFactory make);
 };
 
+/// For policies that give joints their targets. Throws InputError where the chosen tracker follows feet.
+void need_joint_targets(const Described& own, TargetKind kind, const std::string& policy);
+
 std::vector<std::string> policy_names();
 std::vector<std::string> tracker_names();
 /// Of a registered one. Throws std::out_of_range if there is none of that name.

@@ -17,6 +17,13 @@ TrackerRegistration::TrackerRegistration(const std::string& name, Description te
   enter(name, TrackerEntry{std::move(text), kind, std::move(make)});
 }
 
+void need_joint_targets(const Described& own, TargetKind kind, const std::string& policy) {
+  if (kind == TargetKind::joint) return;
+  own.settings().fail_key(policy +
+                          " gives joint targets, and the tracker under control follows feet; use control: {joint_pd: "
+                          "…} or {inverse_dynamics: …}");
+}
+
 std::vector<std::string> policy_names() { return registered_names<PolicyEntry>(); }
 
 std::vector<std::string> tracker_names() { return registered_names<TrackerEntry>(); }

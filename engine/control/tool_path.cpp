@@ -249,14 +249,13 @@ class ToolPath : public Policy {
   double period_;  // s
 };
 
-const PolicyRegistration tool_path_registration(
-    "tool_path", tool_path_description(),
-    [](const ControlContext& context, const Described& own, TargetKind kind) -> std::unique_ptr<Policy> {
-      if (kind != TargetKind::joint) {
-        own.settings().fail_key("tool_path gives joint targets; use control: {joint_pd: …}");
-      }
-      return std::make_unique<ToolPath>(PathPlan(context, own).follow(), context.period);
-    });
+const PolicyRegistration tool_path_registration("tool_path", tool_path_description(),
+                                                [](const ControlContext& context, const Described& own,
+                                                   TargetKind kind) -> std::unique_ptr<Policy> {
+                                                  need_joint_targets(own, kind, "tool_path");
+                                                  return std::make_unique<ToolPath>(PathPlan(context, own).follow(),
+                                                                                    context.period);
+                                                });
 
 }  // namespace
 

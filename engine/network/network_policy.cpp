@@ -387,14 +387,12 @@ class NetworkPolicy : public Policy {
   std::array<std::int64_t, kLanes> wait_{};  // control steps until the next call
 };
 
-const PolicyRegistration network_registration(
-    "network", network_description(),
-    [](const ControlContext& context, const Described& own, TargetKind kind) -> std::unique_ptr<Policy> {
-      if (kind != TargetKind::joint) {
-        own.settings().fail_key("network gives joint targets; use control: {joint_pd: …} or {torque: {}}");
-      }
-      return std::make_unique<NetworkPolicy>(context, own);
-    });
+const PolicyRegistration network_registration("network", network_description(),
+                                              [](const ControlContext& context, const Described& own,
+                                                 TargetKind kind) -> std::unique_ptr<Policy> {
+                                                need_joint_targets(own, kind, "network");
+                                                return std::make_unique<NetworkPolicy>(context, own);
+                                              });
 
 }  // namespace
 

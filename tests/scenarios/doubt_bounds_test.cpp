@@ -169,6 +169,19 @@ TEST(Doubts, OfALagBeginWhereNoCommandArrives) {
               ElementsAre(HasSubstr("control.lag: 3 s, and no trace")));
 }
 
+TEST(Doubts, OfPoliciesThatWaitBeginAtTheEnd) {
+  const auto said = [](const std::string& policy) {
+    const Settings written = in_file(policy);
+    return doubts_in([&] { doubt_waits(written, 2); });
+  };
+  EXPECT_THAT(said("{gait: {settle: 1.9 s}, control: {joint_pd: {kp: 1}}}"), IsEmpty());
+  EXPECT_THAT(said("{gait: {settle: 2 s}}"),
+              ElementsAre(EndsWith("settle: 2 s, and no trace is longer than 2 s: no foot is ever lifted")));
+  EXPECT_THAT(said("{hold: {}, control: {inverse_dynamics: {kp: 1, contacts: {from: flags, delay: 3}}}}"),
+              ElementsAre(HasSubstr("delay: 3 s, and no trace is longer than 2 s: nothing that is sensed")));
+  EXPECT_THAT(said("{hold: {}}"), IsEmpty());
+}
+
 TEST(Doubts, OfWhatIsKeptBeginAtTwiceTheTrace) {
   Timing timing;
   timing.end = 2;

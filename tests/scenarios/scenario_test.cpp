@@ -146,6 +146,21 @@ TEST(Scenario, ReadsRotors) {
   EXPECT_EQ(read(hopper("")).model.bodies[s.model.joint("hip")].armature, 0);
 }
 
+// Claim: a gear alone does nothing, fixed or drawn, and that is told.
+TEST(Scenario, DoubtsGearsWithoutRotors) {
+  const auto doubts = [](const std::string& more) {
+    const std::vector<std::string> warnings = read(hopper(more)).warnings;
+    return std::count_if(warnings.begin(), warnings.end(), [](const std::string& one) {
+      return one.find("gear: does nothing without rotor_inertia") != std::string::npos;
+    });
+  };
+  const std::string drawn = "uncertain: {robot.joint.hip.gear: {uniform: [1, 100]}";
+  EXPECT_EQ(doubts("actuators: {gear: 50}\n"), 1);
+  EXPECT_EQ(doubts(drawn + "}\n"), 1);
+  EXPECT_EQ(doubts(drawn + "}\nactuators: {rotor_inertia: 1e-6}\n"), 0);
+  EXPECT_EQ(doubts(drawn + ", robot.joint.*.rotor_inertia: {uniform: [1e-6, 2e-6]}}\n"), 0);
+}
+
 // Claim: wrong gears and rotors are refused with their place, also by a back end that would leave them out.
 TEST(Scenario, RefusesRotors) {
   const std::vector<std::array<std::string, 2>> cases = {

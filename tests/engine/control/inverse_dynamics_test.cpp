@@ -399,6 +399,9 @@ TEST(InverseDynamics, RefusesWhatItCannotDo) {
   EXPECT_EQ(error(scene, hold("inverse_dynamics: {kp: 1, model: qp_coulom}")).rfind("policy.yaml:1:", 0), 0u);
   EXPECT_NE(error(scene, hold("inverse_dynamics: {kp: 1, model: qp_coulom}")).find("qp_coulomb"), std::string::npos);
   EXPECT_NE(error(scene, hold("inverse_dynamics: {kp: -1}")).find("-1"), std::string::npos);
+  EXPECT_NE(error(scene, hold("operational_inverse_dynamics: {kp: 1}"))
+                .find("hold gives joint targets, and the tracker under control follows feet"),
+            std::string::npos);
   EXPECT_NE(error(scene, hold("inverse_dynamics: {kp: 1, contacts: {force: 2 N}}")).find("from: force"),
             std::string::npos);
   EXPECT_NE(error(scene, hold("inverse_dynamics: {kp: 1, contacts: {delay: 2 ms}}")).find("from: flags"),
