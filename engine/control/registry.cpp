@@ -21,7 +21,7 @@ void need_joint_targets(const Described& own, TargetKind kind, const std::string
   if (kind == TargetKind::joint) return;
   own.settings().fail_key(policy +
                           " gives joint targets, and the tracker under control follows feet; use control: {joint_pd: "
-                          "…} or {inverse_dynamics: …}");
+                          "…}, {inverse_dynamics: …} or {torque: {}}");
 }
 
 std::vector<std::string> policy_names() { return registered_names<PolicyEntry>(); }
