@@ -23,8 +23,10 @@ LibraryUse read_python_use(const Described& own);
 /// The user has said that programs that a scenario names may run. For the whole process; before the scenario is read.
 void allow_interpreters();
 /// "Python 3.11.2, NumPy 1.24.2", asked of the interpreter itself once in the life of this process; empty if it cannot
-/// be asked.
+/// be asked. NumPy is not imported for it.
 std::string python_environment(const std::string& interpreter);
+/// The same of an interpreter that has imported NumPy for it; empty if it cannot. Asked anew each time.
+std::string working_python(const std::string& interpreter);
 /// "the interpreter python3 (/opt/bin/python3) has no NumPy, …": with the nearest right answer. Asks interpreters.
 std::string no_numpy_text(const std::string& interpreter);
 

@@ -101,13 +101,13 @@ Finding hdf5_finding() {
 
 /// What the interpreter is for is not done without NumPy.
 Finding python_finding(const fs::path& program, const char* what_for) {
-  const std::string environment = python_environment(kDefaultInterpreter);
+  const std::string environment = working_python(kDefaultInterpreter);
   if (!environment.empty()) {
     return {"tools", kDefaultInterpreter, Health::good,
             fmt::format("{}: {}; for {}", program.string(), environment, what_for)};
   }
   const std::string none = fmt::format("{}: has no NumPy, which {} need", program.string(), what_for);
-  const std::string other = program == kSystemInterpreter ? "" : python_environment(kSystemInterpreter);
+  const std::string other = program == kSystemInterpreter ? "" : working_python(kSystemInterpreter);
   if (!other.empty()) {
     return {"tools", kDefaultInterpreter, Health::note, none,
             fmt::format("{0} has it ({1}); name that in the scenario: python: {{interpreter: {0}}}", kSystemInterpreter,
