@@ -13,6 +13,7 @@
 #include <cmath>
 
 #include "engine/control/contact_pivoting.h"
+#include "engine/control/inverse_dynamics_doubts.h"
 #include "engine/control/joint_values.h"
 #include "engine/control/kernel.h"
 #include "engine/control/nominal_robot.h"
@@ -42,8 +43,15 @@ constexpr double kHorizon = 20e-3;
 // Weights of the torques against maximal dissipation, our choice. Joints move as they are told, so that feet which the
 // ground keeps from it by a velocity of u press against each other by u / (weight A): at the published second stage's
 // 1e-6 a biped that stands on its feet is thrown into the air by what contact solvers leave of a velocity, 1e-6 m/s.
-// Without friction's bound they press along the ground as well, and a light robot hops at 1e-3.
-constexpr double kWithSlip = 1e-3, kWithoutSlip = 1e-2;
+// Without friction's bound they press along the ground as well, and a light robot hops at 1e-3. Where hands grip,
+// joints move as the contacts let them, so that nothing contradicts them; but at 1e-3 a joint whose lever is short
+// would count on what is only near, so far it gives way there to its torque.
+constexpr double kWithSlip = 1e-3, kWithoutSlip = 1e-2, kGripping = 1e-6;
+
+double default_weight(bool grips, bool slips) {
+  if (grips) return kGripping;
+  return slips ? kWithSlip : kWithoutSlip;
+}
 
 /// What is known of contacts, and how their forces are predicted.
 std::vector<Key> contact_keys() {
@@ -65,7 +73,8 @@ std::vector<Key> contact_keys() {
        "in which contacts take up what moves against them: long ones leave impacts out"},
       {"regularization",
        {Form::number(Quantity::dimensionless, Bound::fraction)},
-       Default::words(fmt::format("{:g}, and {:g} without slip", kWithSlip, kWithoutSlip)),
+       Default::words(
+           fmt::format("{:g}, {:g} without slip, and {:g} with `objects`", kWithSlip, kWithoutSlip, kGripping)),
        "weight of the torques against maximal dissipation; `1e-6`: two stages, least torques of all that dissipate "
        "most, for robots on points alone; 1e-3: one stage. Where a complementarity problem has no solution, of the "
        "program whose forces stand"},
@@ -196,8 +205,7 @@ class InverseDynamics : public Tracker {
     view_.law = law;
     view_.stiffness = own.has("regularization")
                           ? std::max(own.number("regularization"), 1e-9)  // rounding decides below
-                      : word.ends_with("no_slip") ? kWithoutSlip
-                                                  : kWithSlip;
+                          : default_weight(view_.grips(), !word.ends_with("no_slip"));
     view_.within = 5e-3;
     if (law == PredictedContact::pivoted) {
       pivoting_ = ContactPivoting(word == "lcp_no_slip"   ? Pivoting::no_slip
@@ -207,6 +215,7 @@ class InverseDynamics : public Tracker {
     }
     read_contacts(model, own);
     doubt_horizon(own, law, word);
+    if (law != PredictedContact::none) doubt_efforts(model, own);
     const bool sensed = law == PredictedContact::sensed;
     const int frames = static_cast<int>(model.frames.size());
     felt_ = SensedHistory(sensed ? 6 * frames : view_.told ? frames : 0, delay_);
@@ -286,6 +295,7 @@ class InverseDynamics : public Tracker {
     kp_ = read_gains(model, own, "kp");
     kd_ = read_gains(model, own, "kd");
     ki_ = read_gains(model, own, "ki");
+    doubt_gains(model, own, kp_, kd_, period_);
     if (std::any_of(ki_.begin(), ki_.end(), [](double k) { return k > 0; })) error_sum_ = BlockArray(model.na());
     for (const int body : model.actuated) effort_.push_back(model.bodies[body].effort);
     const auto servo = own.find("servo");

@@ -126,9 +126,6 @@ inline void take_free(const InverseDynamicsView& view, const mask_of<T>& lanes, 
   }
 }
 
-/// Whether objects take part: then hands grip, and what fingers are told contradicts what they hold nearly always.
-inline bool grips(const InverseDynamicsView& view) { return view.free_count > 1 || !view.floating; }
-
 /// Softness of the joints, eps s, and its inverse, their weight. s makes the two parts of the objective comparable: it
 /// has the unit 1/(kg m^2). One for all joints, as printed, or where hands grip each joint's own, because the short
 /// levers of fingers would take up what contradicts them too slowly beside those of an arm.
@@ -150,7 +147,7 @@ inline void weigh_joints(const InverseDynamicsView& view, const ContactProgramT<
     joints += select(valid, sum, T(0.0));
   }
   for (int k = view.joint_begin; k < view.joint_end; ++k) {
-    const T felt = grips(view) ? soft[k] : joints;
+    const T felt = view.grips() ? soft[k] : joints;
     const auto some = felt > T(0.0);
     const T s = select(some, free * recip(select(some, felt, T(1.0))), T(1.0));
     soft[k] = T(view.stiffness) * s;
@@ -183,7 +180,7 @@ inline mask_of<T> mend_wish(const InverseDynamicsView& view, const TreeT<T>& tre
                             T* want, const ContactProgramT<T>& program) {
   T off(0.0);
   for (int k = view.joint_begin; k < view.joint_end; ++k) off = max(off, abs(program.z[k] - want[k]));
-  const mask_of<T> contradicts = grips(view) ? open : open & (off > T(kContradiction * view.stiffness));
+  const mask_of<T> contradicts = view.grips() ? open : open & (off > T(kContradiction * view.stiffness));
   if (!any(contradicts)) return contradicts;
   const Vec3T<T> none{T(0.0), T(0.0), T(0.0)};
   for (int k = view.joint_begin; k < view.joint_end; ++k) want[k] = select(contradicts, program.z[k], want[k]);
@@ -226,7 +223,8 @@ inline void remember_impulses(const InverseDynamicsView& view, unsigned active, 
 
 /// Impulses of the lanes that have contacts, and the velocities that go with them: the base's part of `want` becomes
 /// what it will be, the joints' what can be had. Twice, because the torques that shall be least depend on how the base
-/// moves.
+/// moves. Where hands grip, the first time without torques: joints then move as the program's do (mend_wish), and one
+/// that gives way to its torque would sink, onto what it does not touch.
 template <class T>
 GRAZE_OUT_OF_LINE void predict_contacts(const InverseDynamicsView& view, const InverseDynamicsCall& call,
                                         const TreeT<T>& tree, const T* v, T* want, const ContactProgramT<T>& program) {
@@ -247,10 +245,11 @@ GRAZE_OUT_OF_LINE void predict_contacts(const InverseDynamicsView& view, const I
   for (int round = 0; round < 2; ++round) {
     joint_torques(view, tree, without, v, z, torque);
     for (int k = 0; k < nv; ++k) free[k] = want[k];
-    for (int k = view.joint_begin; k < view.joint_end; ++k) free[k] = fnma(soft[k] * T(view.h), torque[k], want[k]);
+    const T h(view.grips() && round == 0 ? 0.0 : view.h);
+    for (int k = view.joint_begin; k < view.joint_end; ++k) free[k] = fnma(soft[k] * h, torque[k], want[k]);
     program.solve(open, share, view.stiffness, wrench, round > 0);
     if (round > 0) break;
-    if (grips(view)) program.solve(open, last, view.stiffness, wrench, true, kMendedError);
+    if (view.grips()) program.solve(open, last, view.stiffness, wrench, true, kMendedError);
     const mask_of<T> mended = mend_wish(view, tree, open, v, want, program);
     share = select(mended, T(kFirstR), last);
     for (int k = view.joint_begin; k < view.joint_end; ++k) z[k] = want[k];

@@ -165,6 +165,10 @@ struct InverseDynamicsView {
   PivotContacts pivot;
   void* solver;
   InverseDynamicsMemory memory;
+
+  /// Whether objects take part, or an arm: then hands grip, and what fingers are told contradicts what they hold nearly
+  /// always.
+  bool grips() const { return free_count > 1 || !floating; }
 };
 
 struct InverseDynamicsCall {

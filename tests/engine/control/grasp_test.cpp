@@ -104,6 +104,45 @@ TEST(Grasp, WithoutSlipNoForceIsCountedOnThatNoHandBears) {
   }
 }
 
+/// A rod on a hinge, held level by 6 N m, whose knob is 4 mm above a box on a table, a tenth of a metre from the hinge.
+World rod_world() {
+  World world;
+  UrdfOptions options;
+  options.fixed_base = true;
+  world.robot = parse_urdf(R"(<robot name="rod"><link name="base"/><link name="rod">
+    <inertial><origin xyz="0.3 0 0"/><mass value="2"/><inertia ixx="0.001" ixy="0" ixz="0" iyy="0.06" iyz="0" izz="0.06"/>
+    </inertial><collision><origin xyz="0.1 0 0"/><geometry><sphere radius="0.03"/></geometry></collision></link>
+    <joint name="hinge" type="revolute"><parent link="base"/><child link="rod"/><axis xyz="0 1 0"/>
+    <limit lower="-3" upper="3" effort="100" velocity="100"/></joint></robot>)",
+                           "rod.urdf", options);
+  world.initial.position = {0, 0, 0.134};
+  world.objects.push_back(movable("box", Vec3::Constant(0.06), {0.1, 0, 0.07}, 2300));
+  world.objects.push_back(movable("table", {0.3, 0.6, 0.04}, {0.1, 0, 0.02}, 2300));
+  world.objects.back().movable = false;
+  return world;
+}
+
+// Least torques are those of what bears, not of what is near: nothing leans on a box that it does not touch.
+TEST(Grasp, WhatIsNearBearsNothing) {
+  const Scene scene(rod_world());
+  for (const char* model : {"qp_coulomb", "qp_no_slip", "lcp_coulomb", "lcp_no_slip"}) {
+    for (const char* more : {"", ", horizon: 1 ms", ", regularization: 1e-4"}) {
+      SCOPED_TRACE(std::string(model) + more);
+      LaneLoop loop(scene, hold(std::string("inverse_dynamics: {kp: 1000, kd: 60, objects: [box], model: ") + model +
+                                more + "}"));
+      loop.start(0, scene.particle());
+      const double first = loop.state().q(0, 0);
+      double most = 0;
+      for (int step = 0; step < 300 && !loop.physics().fault(0); ++step) {
+        loop.advance();
+        most = std::max(most, std::abs(loop.state().q(0, 0) - first));
+      }
+      EXPECT_FALSE(loop.physics().fault(0));
+      EXPECT_LT(most, 1e-3);  // rad; it sank onto the box, 0.04, before joints ceased to give way to their own torques
+    }
+  }
+}
+
 // A robot on a plate that slides on ice: the base and the plate are free, and both move as the feet push them.
 TEST(Grasp, FeetPushThePlateTheyStandOn) {
   World world = strong_links();

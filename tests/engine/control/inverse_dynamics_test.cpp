@@ -389,6 +389,19 @@ TEST(InverseDynamics, DoubtsWhatIsHardlyMeant) {
             std::string::npos);
   EXPECT_EQ(warned("kp: 1, contacts: {from: force, force: 99 %}"), "");
   EXPECT_NE(warned("kp: {'*_X_1': 5e3}").find("names 4 of 12 joints"), std::string::npos);
+  EXPECT_EQ(warned("kp: 1e6, kd: 1400"), "");
+  EXPECT_NE(warned("kp: 1e6, kd: 1600").find("joint LF_X_1: with a control step h of 0.001 s its errors grow"),
+            std::string::npos);
+  EXPECT_NE(warned("kp: 1e6, kd: 1600").find("less than 4/h^2 - 2 kd/h = 800000 1/s^2"), std::string::npos);
+  EXPECT_NE(warned("kp: 0, kd: 2100").find("less than 2/h = 2000 1/s"), std::string::npos);
+
+  World world = links_world();
+  for (Joint& joint : world.robot.joints) joint.effort = std::numeric_limits<double>::infinity();
+  const Scene strong(world);
+  const Warnings warnings;
+  Controller(strong.context(), Settings::parse(hold("inverse_dynamics: {kp: 1}"), "policy.yaml"));
+  ASSERT_EQ(warnings.texts().size(), 1u);
+  EXPECT_NE(warnings.texts()[0].find("12 of 12 joints have no limit of torque"), std::string::npos);
 }
 
 TEST(InverseDynamics, RefusesWhatItCannotDo) {
