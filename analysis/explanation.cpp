@@ -158,9 +158,13 @@ void find_growth(const Archive& archive, const std::vector<ExplainedTrace>& trac
     growth.note = "nothing moves";
     return;
   }
-  growth.note = "growth over time needs telemetry of traces that ran to the end (record telemetry: all)";
+  constexpr std::size_t kFewest = 3;
   const std::size_t count = std::min(ended.size(), kGrowthTraces);
-  if (count < 3) return;
+  if (count < kFewest) {
+    growth.note = fmt::format("growth over time needs {} traces that ran to the end; {} did", kFewest, ended.size());
+    return;
+  }
+  growth.note = "growth over time needs telemetry of traces that ran to the end (record telemetry: all)";
   const std::vector<std::size_t> chosen = grown_freedoms(freedoms);
   std::vector<std::vector<std::vector<double>>> at(kGrowthTimes,
                                                    std::vector<std::vector<double>>(freedoms.names().size()));

@@ -109,14 +109,19 @@ const std::string& source_of(const std::string& path) {
   return source_names()[source];
 }
 
+bool is_uncertain(const UncertainParameter& parameter) {
+  return (parameter.jitter && !parameter.jitter->is_constant()) || !parameter.persistent.is_constant();
+}
+
 ParameterSpace space_of_source(const ParameterSpace& all, const std::string& source) {
   if (source == "all") return all;
   ParameterSpace out;
   std::vector<int> place(all.parameters.size(), -1);  // of each parameter in `out`
   for (std::size_t i = 0; i < all.parameters.size(); ++i) {
-    if (source == "none" || source_of(all.parameters[i].name) != source) continue;
+    const UncertainParameter& one = all.parameters[i];
+    if (is_uncertain(one) && source_of(one.name) != source) continue;
     place[i] = out.size();
-    out.parameters.push_back(all.parameters[i]);
+    out.parameters.push_back(one);
   }
   for (const CorrelationGroup& group : all.groups) {
     std::vector<int> kept;  // rows of the matrix; a principal submatrix is a correlation matrix, too

@@ -18,7 +18,10 @@ const std::vector<std::string>& source_names();
 /// Which of them a parameter belongs to, by its path. Every path has one.
 const std::string& source_of(const std::string& path);
 
-/// The parameters of a source alone, with the correlations among them; the source "all": all of them, "none": none.
+/// Whether a parameter differs from particle to particle or from step to step: no constant.
+bool is_uncertain(const UncertainParameter& parameter);
+/// The uncertain parameters of a source alone, with the correlations among them; the source "all": all of them, "none":
+/// none. Constants, which every particle has, stay with each.
 ParameterSpace space_of_source(const ParameterSpace& all, const std::string& source);
 
 /// What a study keeps of a trace.

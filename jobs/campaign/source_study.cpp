@@ -19,7 +19,9 @@ namespace {
 /// Those that the scenario has, between "none" and "all".
 std::vector<std::string> sources_of(const Scenario& scenario) {
   std::set<std::string> there;
-  for (const UncertainParameter& parameter : scenario.space.parameters) there.insert(source_of(parameter.name));
+  for (const UncertainParameter& parameter : scenario.space.parameters) {
+    if (is_uncertain(parameter)) there.insert(source_of(parameter.name));
+  }
   std::vector<std::string> out = {"none"};
   for (const std::string& name : source_names()) {
     if (there.count(name) > 0) out.push_back(name);
@@ -93,7 +95,8 @@ std::vector<SourceSpread> study_sources(const Scenario& scenario, const SourceQu
       SourceSpread& row = out.emplace_back();
       row.source = source;
       row.policy = scenario.policies[policy].name;
-      row.parameters = alone.space.parameters.size();
+      row.parameters = static_cast<std::size_t>(
+          std::count_if(alone.space.parameters.begin(), alone.space.parameters.end(), is_uncertain));
       summarise_source(traces[policy], layout, row);
     }
   }

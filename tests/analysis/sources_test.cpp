@@ -48,7 +48,7 @@ TEST(Sources, DrawTheSameAlone) {
 
   ParameterSpace space;
   for (const char* name : {"contact.friction", "control.lag", "contact.restitution"}) {
-    space.parameters.push_back({name, "1", 0, Distribution::constant(0), {}, {}, ""});
+    space.parameters.push_back({name, "1", 0, Distribution::uniform(0, 1), {}, {}, ""});
   }
   Eigen::MatrixXd correlation = Eigen::MatrixXd::Identity(3, 3);
   correlation(0, 2) = correlation(2, 0) = 0.5;
@@ -58,6 +58,14 @@ TEST(Sources, DrawTheSameAlone) {
   EXPECT_EQ(contact.groups[0].members, (std::vector<int>{0, 1}));
   EXPECT_EQ(contact.groups[0].correlation(0, 1), 0.5);
   EXPECT_TRUE(space_of_source(space, "lag").groups.empty());
+
+  // What every particle has is no source, and goes with each.
+  space.parameters.push_back({"robot.joint.KNEE.damping", "N m s/rad", 0, Distribution::constant(0.3), {}, {}, ""});
+  EXPECT_FALSE(is_uncertain(space.parameters.back()));
+  EXPECT_EQ(space_of_source(space, "contact").size(), 3);
+  EXPECT_EQ(space_of_source(space, "none").parameters.at(0).name, "robot.joint.KNEE.damping");
+  space.parameters.back().jitter = Distribution::uniform(0, 1);
+  EXPECT_EQ(space_of_source(space, "none").size(), 0);
 }
 
 // Claim: spreads are root mean squares over the traces that lasted; headings go round; the same traces have none.
