@@ -128,7 +128,15 @@ std::string culprit_table(const Score& score) {
   return text_table(rows, 2) + (left == 0 ? "" : fmt::format("… and {} more culprits (--json has all)\n", left));
 }
 
-std::string pair_table(const std::vector<PairedComparison>& pairs) {
+/// Of many pairs those that differ most.
+std::string pair_table(const std::vector<PairedComparison>& all) {
+  constexpr std::size_t kMost = 10;
+  std::vector<PairedComparison> pairs = all;
+  if (all.size() > kMost) {
+    const auto key = [](const PairedComparison& p) { return std::isnan(p.p_value) ? 2.0 : p.p_value; };
+    std::stable_sort(pairs.begin(), pairs.end(), [&](const auto& a, const auto& b) { return key(a) < key(b); });
+    pairs.resize(kMost);
+  }
   Rows rows = {{"a", "b", "pairs", "both", "only a", "only b", "neither", "rate b - a", "95 % interval", "McNemar p"}};
   for (const PairedComparison& p : pairs) {
     rows.push_back({p.a, p.b, std::to_string(p.n), std::to_string(p.both), std::to_string(p.only_a),
@@ -136,7 +144,11 @@ std::string pair_table(const std::vector<PairedComparison>& pairs) {
                     std::isnan(p.difference) ? "-" : fmt::format("{:+.4f}", p.difference),
                     signed_interval_text(p.interval), p_text(p.p_value, 3)});
   }
-  return text_table(rows, 2);
+  std::string out = text_table(rows, 2);
+  if (all.size() > pairs.size()) {
+    out += fmt::format("… and {} pairs that differ less (--json has all)\n", all.size() - pairs.size());
+  }
+  return out;
 }
 
 Json json_of(const PolicyScore& p, const std::vector<std::string>& requirements,

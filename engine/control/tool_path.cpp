@@ -200,7 +200,8 @@ class PathPlan {
       const double way = 1e3 * (part.to - part.from).norm();
       part.settings.fail(
           fmt::format("the arm follows {:.4g} mm of this part's {:.4g} mm: from there on the point is off, by "
-                      "{:.3g} mm; it must end nearer to the base, or come by another way",
+                      "{:.3g} mm; it must end nearer to the base, come by another way, or, where the arm begins "
+                      "stretched, begin with bent joints (robot.initial.joints)",
                       share * way, way, 1e3 * off));
     }
     for (int i = 0; i < chain_.size(); ++i) q[chain_.joints()[i].actuator] = own[i];

@@ -21,7 +21,7 @@ namespace graze {
 namespace {
 
 constexpr double kLeastStep = 1e-7, kMostStep = 1;  // s
-constexpr double kLongStep = 0.5;                   // s; without a unit, ms were meant
+constexpr double kLongStep = 0.1;                   // s; without a unit, ms were meant
 constexpr double kMostSteps = 1e9;                  // of all runs together, about an hour
 constexpr double kMostStudyBytes = 2e9;             // of what runs are compared by
 constexpr const char* kUsualSteps = "0.1ms,0.2ms,0.5ms,1ms,2ms,5ms,10ms";

@@ -244,6 +244,19 @@ TEST(Score, Table) {
             "step/1cm  step/4cm     99     0       0      95        4     +0.9596  +0.8898 .. +0.9842   5.05e-29\n");
 }
 
+// Claim: of many pairs those that differ most stand in the table, and how many do not is told.
+TEST(Score, TableOfManyPairs) {
+  Score s;
+  for (int i = 0; i < 21; ++i) {
+    PairedComparison& pair = s.pairs.emplace_back();
+    pair.a = "a" + std::to_string(i), pair.b = "b", pair.n = 8;
+    pair.p_value = i == 20 ? std::numeric_limits<double>::quiet_NaN() : 0.01 * (20 - i);
+  }
+  const std::string text = format_score(s);
+  EXPECT_THAT(text, AllOf(HasSubstr("\na19 "), HasSubstr("\na10 "), HasSubstr("11 pairs that differ less")));
+  EXPECT_THAT(text, ::testing::Not(::testing::AnyOf(HasSubstr("\na9 "), HasSubstr("\na20 "))));
+}
+
 /// A Python that has h5py and pandas; empty if there is none.
 std::string python() {
   for (const char* program : {"python3", "/usr/bin/python3"}) {

@@ -134,6 +134,7 @@ TEST_F(Steps, RefuseWhatCannotBe) {
       {"--steps 0", "--steps 0: a step is longer than 0"},
       {"--steps=-1ms", "--steps -1ms: a step is longer than 0; nearest right answer: --steps 1e-07"},
       {"--steps 2", "--steps 2: is 2 s, longer than any step of physics; did you mean --steps 2ms?"},
+      {"--steps 0.3", "--steps 0.3: is 0.3 s, longer than any step of physics; did you mean --steps 0.3ms?"},
       {"--steps 1ms,,2ms", "--steps "},
       {"--steps fast", "--steps fast"},
       {"--reference 2s", "--reference 2s"},

@@ -127,6 +127,7 @@ TEST(ToolPath, RefusesWhatCannotBeFollowed) {
   told(tool + "path: [{to: [1 s, 0, 0]}]", "1 s");
   told(tool + "path: [{wait: 1, joints: {Y_2: 0}}]", "joint Y_2 is one of those that move HAND");
   told(tool + "path: [{to: [1, 0, 0.1]}]", "the arm follows");
+  told(tool + "path: [{to: [1, 0, 0.1]}]", "where the arm begins stretched, begin with bent joints");
   told(tool + "path: [{to: [1e300, 0, 0]}]", "within 1e+06 m");
   told(tool + "path: [{by: [0, 1e155, 0]}]", "within 1e+06 m");
   told("link: HAND, speed: 0.5, point: [1e300, 0, 0], path: [{wait: 1}]", "within 1e+06 m");
