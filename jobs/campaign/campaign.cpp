@@ -22,13 +22,16 @@
 namespace graze {
 namespace {
 
-/// Particles per unit of work: a block. Where lanes cost the same whether they are busy or not and traces may end
-/// early, several blocks, so that lanes that have ended can be refilled; but no less than 8 units for each worker.
+/// Particles per unit of work: a block, not quite full where that lets all workers end together. Where lanes cost the
+/// same whether they are busy or not and traces may end early, several blocks, so that lanes that have ended can be
+/// refilled; but no less than 8 units for each worker.
 std::uint64_t group_size(const Scenario& scenario, std::uint64_t particles, std::uint64_t workers) {
   constexpr std::uint64_t kMostBlocks = 8, kUnitsPerWorker = 8;
-  if (scenario.physics != "lanes" || !scenario.task.stop_at_violation) return kLanes;
-  const std::uint64_t blocks = particles * scenario.policies.size() / (kLanes * kUnitsPerWorker * workers);
-  return kLanes * std::clamp<std::uint64_t>(blocks, 1, kMostBlocks);
+  const std::uint64_t policies = scenario.policies.size();
+  const std::uint64_t blocks = particles * policies / (kLanes * kUnitsPerWorker * workers);
+  const bool refills = scenario.physics == "lanes" && scenario.task.stop_at_violation;
+  if (refills && blocks > 1) return kLanes * std::min(blocks, kMostBlocks);
+  return even_unit(particles, policies, workers, kLanes);
 }
 
 Particle known_by(std::uint32_t id) {

@@ -4,6 +4,15 @@
 
 namespace graze {
 
+std::uint64_t even_unit(std::uint64_t particles, std::uint64_t policies, std::uint64_t workers, std::uint64_t most) {
+  constexpr std::uint64_t kFew = 8;  // units per worker: beyond, the last round is a small part of all
+  const std::uint64_t full = (particles + most - 1) / most;  // units per policy
+  if (full == 0 || policies == 0 || full * policies >= kFew * workers) return most;
+  const std::uint64_t rounds = (full * policies + workers - 1) / workers;
+  const std::uint64_t units = rounds * workers / policies;  // as many as take no more rounds
+  return std::clamp((particles + units - 1) / units, (most + 1) / 2, most);
+}
+
 HandOut::HandOut(std::uint64_t units, std::uint64_t workers, std::uint64_t most) : units_(units) {
   workers = std::max<std::uint64_t>(workers, 1);
   std::uint64_t ticket = 0, unit = 0;

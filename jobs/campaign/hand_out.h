@@ -9,6 +9,10 @@
 
 namespace graze {
 
+/// Particles per unit of work, at most `most` and at least half of that, so that where units are few all workers have
+/// equally many: 40 particles for two workers are six units of seven, not five of eight, of which one worker has three.
+std::uint64_t even_unit(std::uint64_t particles, std::uint64_t policies, std::uint64_t workers, std::uint64_t most);
+
 class HandOut {
  public:
   struct Range {

@@ -39,5 +39,28 @@ TEST(HandOut, TicketsAreFewAndTheLastOnesSmall) {
   }
 }
 
+TEST(HandOut, UnitsAreEvenWhereTheyAreFew) {
+  EXPECT_EQ(even_unit(40, 1, 2, 8), 7u);  // 6 units, 3 for each worker
+  EXPECT_EQ(even_unit(40, 2, 2, 8), 8u);  // 10 units, 5 each
+  EXPECT_EQ(even_unit(41, 1, 4, 8), 6u);  // 7 units of which one would be alone; a full block would be alone, too
+  EXPECT_EQ(even_unit(8, 1, 2, 8), 4u);   // half a block each
+  EXPECT_EQ(even_unit(8, 1, 64, 8), 4u);  // no less: lanes cost the same whether they are busy or not
+  EXPECT_EQ(even_unit(3, 1, 2, 8), 4u);   // all of them in one unit
+  EXPECT_EQ(even_unit(4000, 1, 2, 8), 8u);
+  EXPECT_EQ(even_unit(0, 1, 2, 8), 8u);
+  for (const std::uint64_t particles : {1, 5, 17, 40, 100, 333}) {
+    for (const std::uint64_t policies : {1, 2, 3, 5}) {
+      for (const std::uint64_t workers : {1, 2, 3, 7, 64}) {
+        const auto rounds = [&](std::uint64_t unit) {
+          const std::uint64_t units = (particles + unit - 1) / unit * policies;
+          return (units + workers - 1) / workers;
+        };
+        const std::uint64_t unit = even_unit(particles, policies, workers, 8);
+        EXPECT_EQ(rounds(unit), rounds(8)) << particles << " particles, " << policies << " policies, " << workers;
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace graze
