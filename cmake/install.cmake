@@ -14,7 +14,7 @@ set_target_properties(graze_shared PROPERTIES OUTPUT_NAME graze EXPORT_NAME graz
   VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
 target_link_libraries(graze_shared
   PUBLIC Eigen3::Eigen fmt::fmt
-  PRIVATE yaml-cpp PkgConfig::URDFDOM PkgConfig::TINYXML2 PkgConfig::QHULL PkgConfig::BULLET assimp::assimp OpenSSL::Crypto hdf5::hdf5
+  PRIVATE yaml-cpp PkgConfig::URDFDOM PkgConfig::TINYXML2 PkgConfig::QHULL PkgConfig::BULLET PkgConfig::NETTLE hdf5::hdf5
     nlohmann_json::nlohmann_json Threads::Threads ${CMAKE_DL_LIBS})
 target_compile_features(graze_shared PUBLIC cxx_std_20)
 target_include_directories(graze_shared INTERFACE $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/graze>)
@@ -25,8 +25,10 @@ target_compile_definitions(graze_shared INTERFACE EIGEN_MAX_ALIGN_BYTES=16
 set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME graze)  # cmake/package.cmake
 install(TARGETS graze RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(TARGETS graze_shared EXPORT graze LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR})
+# Where jobs/campaign/program_module.h looks for them.
+install(TARGETS graze_page_server LIBRARY DESTINATION lib/graze)
 if(TARGET graze_mpi)
-  install(TARGETS graze_mpi LIBRARY DESTINATION lib/graze COMPONENT mpi)  # where jobs/campaign/communicator.cpp looks for it
+  install(TARGETS graze_mpi LIBRARY DESTINATION lib/graze COMPONENT mpi)
 endif()
 install(DIRECTORY data/ DESTINATION ${CMAKE_INSTALL_DATADIR}/graze)
 install(DIRECTORY jobs/python DESTINATION ${CMAKE_INSTALL_DATADIR}/graze  # for pip (docs/python.md)

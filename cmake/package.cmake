@@ -15,6 +15,7 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_GRAZE_PACKAGE_NAME graze)
+set(CPACK_DEBIAN_GRAZE_PACKAGE_DEPENDS libassimp5)  # beside what it is linked with: loaded when a mesh is read
 set(CPACK_DEBIAN_GRAZE_PACKAGE_SUGGESTS
   "graze-mpi, gnuplot-nox | gnuplot, gcc | c-compiler, make, g++ | c++-compiler, cmake, libeigen3-dev, libfmt-dev, python3-h5py, python3-pandas")
 set(CPACK_COMPONENT_GRAZE_DESCRIPTION "A scenario becomes thousands of slightly different copies of a robot.

@@ -1,19 +1,16 @@
 // Mesh files, by assimp.
-#include <assimp/config.h>
-#include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
-#include <assimp/IOSystem.hpp>
-#include <assimp/Importer.hpp>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
 #include <map>
 #include <unordered_map>
 
+#include "engine/model/assimp_library.h"
 #include "engine/model/dae_size.h"
 #include "engine/model/limits.h"
 #include "engine/model/mesh_size.h"
@@ -200,15 +197,6 @@ void refuse_degenerate(const Mesh& mesh) {
                                length > 0 ? "on one line" : "in one place"));
 }
 
-/// A mesh is one file: what it says of others (materials) is not looked at.
-class NoFiles : public Assimp::IOSystem {
- public:
-  bool Exists(const char*) const override { return false; }
-  char getOsSeparator() const override { return '/'; }
-  Assimp::IOStream* Open(const char*, const char*) override { return nullptr; }
-  void Close(Assimp::IOStream*) override {}
-};
-
 /// Cutting a face without corners into triangles, the library would end the program.
 void refuse_empty_faces(const aiScene& scene, const std::string& file) {
   for (unsigned i = 0; i < scene.mNumMeshes; ++i) {
@@ -220,14 +208,8 @@ void refuse_empty_faces(const aiScene& scene, const std::string& file) {
   }
 }
 
-/// What the library says of a file, which it knows by a name of its own.
-std::string in_its_words(std::string said, const std::string& file) {
-  constexpr std::string_view kOwn = "$$$___magic___$$$";
-  const std::filesystem::path path = file;
-  const std::string name = path.filename().string(), own = std::string(kOwn) + path.extension().string();
-  for (std::size_t at = said.find(own); at != std::string::npos; at = said.find(own, at + name.size())) {
-    said.replace(at, own.size(), name);
-  }
+/// What the library says of a file.
+std::string in_its_words(const std::string& said) {
   if (said.find("bad_alloc") != std::string::npos) {
     return "it asks for more memory than a mesh may take; the file is damaged";
   }
@@ -238,18 +220,14 @@ std::string in_its_words(std::string said, const std::string& file) {
 enum class Nodes { moved, as_listed };
 
 std::string parts_in_bytes(const std::string& file, const std::string& bytes, Nodes nodes) {
-  Assimp::Importer importer;
-  // As ROS takes them: units count, and which axis a drawing calls "up" does not.
-  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
-  importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);  // which stand in for shapes that are not there
-  importer.SetIOHandler(new NoFiles);                                   // the importer's from now on
-  const aiScene* scene = importer.ReadFileFromMemory(
-      bytes.data(), bytes.size(), 0, std::filesystem::path(file).extension().string().substr(1).c_str());
+  const AssimpLibrary& assimp = AssimpLibrary::get();
+  std::string said;
+  const aiScene* scene = assimp.read(std::filesystem::path(file).filename().string(), bytes, said);
   if (scene) refuse_empty_faces(*scene, file);
-  if (scene) scene = importer.ApplyPostProcessing(aiProcess_Triangulate);
+  if (scene) scene = assimp.triangulate(*scene, said);
   if (!scene) {
     // What the library says of a file without any facet differs from kind to kind, and names none of what is wrong.
-    const std::string why = in_its_words(importer.GetErrorString(), file);
+    const std::string why = in_its_words(said);
     const bool hollow = why.find("No output meshes") != std::string::npos || why.find("no facets") != std::string::npos;
     throw InputError(hollow ? fmt::format("{}: the mesh has no triangles; it must have some", file)
                             : fmt::format("{}: cannot be read as a mesh: {}", file, why));
@@ -280,6 +258,7 @@ std::vector<RawPart> read_parts(const std::string& file, Nodes nodes) {
   } else if (bounded_kind(kind)) {
     check_mesh_size(bytes, file);
   }
+  AssimpLibrary::get();  // once, not in each child
   constexpr ChildLimits kLimits = {30, std::size_t{3} << 30, std::size_t{1} << 30};
   const ChildRun run = run_in_child([&] { return parts_in_bytes(file, bytes, nodes); }, kLimits);
   if (!run.problem.empty()) {
@@ -328,7 +307,7 @@ std::vector<std::shared_ptr<const Mesh>> load_mesh_objects(const std::string& fi
 
 bool is_mesh_kind(const std::string& name) {
   const std::string kind = kind_of(name);
-  return !kind.empty() && Assimp::Importer().IsExtensionSupported(kind);
+  return !kind.empty() && AssimpLibrary::get().reads(kind);
 }
 
 }  // namespace graze

@@ -2,13 +2,12 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <openssl/evp.h>
+#include <nettle/sha2.h>
 #include <unistd.h>
 
 #include <array>
 #include <cerrno>
-#include <memory>
-#include <stdexcept>
+#include <cstdint>
 
 #include "engine/settings/regular_file.h"
 
@@ -17,25 +16,20 @@ namespace {
 
 class Sha256 {
  public:
-  Sha256() : context_(EVP_MD_CTX_new(), EVP_MD_CTX_free) {
-    check(context_ && EVP_DigestInit_ex(get(), EVP_sha256(), nullptr));
+  Sha256() { sha256_init(&context_); }
+  void add(const char* bytes, std::size_t count) {
+    sha256_update(&context_, count, reinterpret_cast<const std::uint8_t*>(bytes));
   }
-  void add(const char* bytes, std::size_t count) { check(EVP_DigestUpdate(get(), bytes, count)); }
   std::string digits() {
-    std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
-    unsigned int size = 0;
-    check(EVP_DigestFinal_ex(get(), digest.data(), &size));
+    std::array<std::uint8_t, SHA256_DIGEST_SIZE> digest{};
+    sha256_digest(&context_, digest.size(), digest.data());
     std::string out;
-    for (unsigned int i = 0; i < size; ++i) out += fmt::format("{:02x}", digest[i]);
+    for (const std::uint8_t byte : digest) out += fmt::format("{:02x}", byte);
     return out;
   }
 
  private:
-  EVP_MD_CTX* get() const { return context_.get(); }
-  static void check(int well) {
-    if (well != 1) throw std::runtime_error("SHA-256 is not available in this OpenSSL");
-  }
-  std::unique_ptr<EVP_MD_CTX, decltype(&EVP_MD_CTX_free)> context_;
+  sha256_ctx context_;
 };
 
 }  // namespace

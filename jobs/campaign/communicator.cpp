@@ -11,6 +11,7 @@
 #include <filesystem>
 
 #include "archive/archive.h"
+#include "jobs/campaign/program_module.h"
 
 namespace graze {
 namespace {
@@ -78,13 +79,7 @@ std::unique_ptr<Communicator> make_communicator() {
   return ranks > 1 ? load_mpi_communicator(ranks) : make_local_communicator();
 }
 
-/// Beside the program, or where it is installed.
-std::filesystem::path mpi_module() {
-  std::error_code error;
-  const std::filesystem::path folder = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
-  const std::filesystem::path installed = folder.parent_path() / "lib" / "graze" / kPlugin;
-  return std::filesystem::exists(installed) ? installed : folder / kPlugin;
-}
+std::filesystem::path mpi_module() { return program_module(kPlugin); }
 
 bool built_with_mpi() { return std::filesystem::exists(mpi_module()); }
 

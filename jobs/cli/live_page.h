@@ -6,13 +6,15 @@
 #include <string>
 #include <vector>
 
+#include "jobs/page_server/page_server.h"
+
 namespace graze {
 
 class LivePage {
  public:
   /// Serves a page made of `data` (script_json()) at a port of 127.0.0.1, 0: any that is free, under a name that no
   /// other program or page can guess. Throws InputError if this program was built without pages, MachineError if the
-  /// port is not to be had.
+  /// port is not to be had or the module that serves is not there.
   LivePage(const std::string& data, std::uint16_t port);
   /// Waits for a moment until those who look have seen the last frame.
   ~LivePage();
@@ -27,8 +29,7 @@ class LivePage {
   std::vector<std::string> pressed();
 
  private:
-  class Server;
-  std::unique_ptr<Server> server_;
+  std::unique_ptr<PageServer> server_;
   std::string address_;
 };
 

@@ -1,4 +1,4 @@
-#include "jobs/cli/live_page.h"
+#include "jobs/page_server/page_server.h"
 
 #include <fmt/format.h>
 #include <httplib.h>
@@ -8,11 +8,9 @@
 #include <future>
 #include <mutex>
 #include <random>
-#include <string_view>
 #include <utility>
 
 #include "engine/settings/settings.h"
-#include "jobs/cli/page.h"
 
 namespace graze {
 namespace {
@@ -23,28 +21,14 @@ constexpr std::chrono::milliseconds kFarewell(300);  // for the last frame to ar
 constexpr std::size_t kMostPressed = 1000, kMostWord = 64;
 constexpr std::size_t kMostListeners = 32;
 
-/// Pages that are opened as files may ask nobody; this one asks us.
-std::string document(const std::string& data) {
-  constexpr std::string_view kClosed = "default-src 'none'; ", kOpen = "default-src 'none'; connect-src 'self'; ";
-  std::string out;
-  for (const std::string_view text : page_template().head) out += text;
-  const std::size_t policy = out.find(kClosed);
-  if (policy != std::string::npos) out.replace(policy, kClosed.size(), kOpen);
-  out += data;
-  for (const std::string_view text : page_template().tail) out += text;
-  return out;
-}
-
 std::string secret() {
   std::random_device device;
   return fmt::format("{:08x}{:08x}", device(), device());
 }
 
-}  // namespace
-
-class LivePage::Server {
+class HttpPageServer final : public PageServer {
  public:
-  explicit Server(std::string page) : page_(std::move(page)), name_(secret()) {
+  explicit HttpPageServer(std::string page) : page_(std::move(page)), name_(secret()) {
     // Each listener holds a thread.
     server_.new_task_queue = [] { return new httplib::ThreadPool(kMostListeners); };
     server_.set_keep_alive_max_count(1);  // nobody is waited for at the end
@@ -64,8 +48,7 @@ class LivePage::Server {
     server_.Post(root + "keys", [this](const httplib::Request& request, httplib::Response&) { take(request.body); });
   }
 
-  /// Returns the port.
-  int begin(std::uint16_t port) {
+  std::string begin(std::uint16_t port) override {
     const int bound = port == 0 ? server_.bind_to_any_port(kHost) : server_.bind_to_port(kHost, port) ? port : -1;
     if (bound <= 0) {
       throw MachineError(
@@ -79,10 +62,10 @@ class LivePage::Server {
         throw MachineError(fmt::format("--page: port {} of {} cannot be listened to", bound, kHost));
       }
     }
-    return bound;
+    return fmt::format("http://{}:{}/{}/", kHost, bound, name_);
   }
 
-  ~Server() {
+  ~HttpPageServer() override {
     {
       std::unique_lock lock(mutex_);
       closing_ = true;
@@ -92,16 +75,14 @@ class LivePage::Server {
     server_.stop();
   }
 
-  const std::string& name() const { return name_; }
-
-  void show(std::string frame) {
+  void show(std::string frame) override {
     const std::lock_guard lock(mutex_);
     frame_ = std::move(frame);
     ++number_;
     news_.notify_all();
   }
 
-  std::vector<std::string> pressed() {
+  std::vector<std::string> pressed() override {
     const std::lock_guard lock(mutex_);
     return std::exchange(pressed_, {});
   }
@@ -156,16 +137,9 @@ class LivePage::Server {
   std::future<void> serving_;  // last: it is waited for before anything goes
 };
 
-LivePage::LivePage(const std::string& data, std::uint16_t port) {
-  check_page_built("drive --page");
-  server_ = std::make_unique<Server>(document(data));
-  address_ = fmt::format("http://{}:{}/{}/", kHost, server_->begin(port), server_->name());
-}
-
-LivePage::~LivePage() = default;
-
-void LivePage::show(std::string frame) { server_->show(std::move(frame)); }
-
-std::vector<std::string> LivePage::pressed() { return server_->pressed(); }
-
+}  // namespace
 }  // namespace graze
+
+extern "C" graze::PageServer* graze_make_page_server(const std::string* page) {
+  return new graze::HttpPageServer(*page);
+}

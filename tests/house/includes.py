@@ -15,7 +15,7 @@ import tempfile
 
 FOLDERS = ["jobs", "analysis", "archive", "simulation", "scenarios", "engine", "sampling", "graze"]  # from top to bottom
 ROOMS = {  # from top to bottom; what stands in the folder itself stands above its rooms
-    "jobs": ["python_module", "cli", "machine", "slurm", "mpi", "campaign", "workers"],
+    "jobs": ["python_module", "cli", "machine", "slurm", "mpi", "page_server", "campaign", "workers"],
     "archive": ["directory", "schema", "hdf5", "files"],
     "engine": ["library", "network", "control", "actuation", "sensing", "clearance", "lane_physics", "bullet", "contact", "physics.cpp",
                "physics.h", "block_physics.cpp", "block_physics.h", "contact_record.h", "dynamics", "model", "lanes",

@@ -223,8 +223,16 @@ TEST_F(MeshFile, PlyIndicesOutOfRange) {
 }
 
 // What crashes the library, or keeps it busy for ever, is refused by the name of the file.
+constexpr const char* kWithoutMaterial = "a 1\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\nf 2 3 4\n";
+
+// A mesh's other files are not looked for: the library crashed on such a file of materials.
+TEST_F(MeshFile, NoOtherFileIsOpened) {
+  folder_.write("x", kWithoutMaterial);
+  EXPECT_EQ(answer("q.obj", std::string("mtllib x\n") + kWithoutMaterial), "");
+}
+
 TEST_F(MeshFile, WhatTheLibraryCannotBear) {
-  EXPECT_THAT(answer("q.obj", "mtllib x\na 1\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\nf 2 3 4\n"),
+  EXPECT_THAT(answer("q.obj", std::string("mtllib q.obj\n") + kWithoutMaterial),
               AllOf(HasSubstr("q.obj: "), HasSubstr("crashed")));
   if (!std::getenv("GRAZE_LONG")) return;
   EXPECT_THAT(answer("s.smd", "version 1\nnodes\n0 \"r\" -1\n1 \"b"),
