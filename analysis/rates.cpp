@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numeric>
 
 #include "analysis/proportions.h"
 #include "analysis/quantiles.h"
@@ -38,6 +39,21 @@ std::uint64_t successes(double rate, std::uint64_t n) {
 }
 
 }  // namespace
+
+std::vector<std::size_t> pairs_to_show(const std::vector<double>& p_values) {
+  constexpr std::size_t kMost = 10;
+  std::vector<std::size_t> out(p_values.size());
+  std::iota(out.begin(), out.end(), std::size_t{0});
+  if (out.size() <= kMost) return out;
+  const auto key = [&](std::size_t i) { return std::isnan(p_values[i]) ? 2.0 : p_values[i]; };
+  std::stable_sort(out.begin(), out.end(), [&](std::size_t a, std::size_t b) { return key(a) < key(b); });
+  out.resize(kMost);
+  return out;
+}
+
+std::string pairs_left_out(std::size_t all, std::size_t shown) {
+  return all == shown ? "" : fmt::format("… and {} pairs that differ less (--json has all)\n", all - shown);
+}
 
 RateStatistics rate_statistics(const Score& score) {
   RateStatistics out;

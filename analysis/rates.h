@@ -27,6 +27,12 @@ struct CorrectedPair {
   double p_value = 1, p_holm = 1;  // McNemar, exact
 };
 
+/// Which pairs a text shows, of the p values of all: as they stand if they are few, else those that differ most, the
+/// most different first. What has no p value comes last.
+std::vector<std::size_t> pairs_to_show(const std::vector<double>& p_values);
+/// "… and 5 pairs that differ less (--json has all)" with its line end; empty if all are shown.
+std::string pairs_left_out(std::size_t all, std::size_t shown);
+
 struct RateStatistics {
   std::vector<RateBounds> policies;
   std::vector<CorrectedPair> pairs;

@@ -8,6 +8,7 @@
 
 #include "analysis/json_of.h"
 #include "analysis/number_words.h"
+#include "analysis/rates.h"
 #include "analysis/score.h"
 #include "analysis/text_table.h"
 #include "archive/files/utf8.h"
@@ -128,27 +129,19 @@ std::string culprit_table(const Score& score) {
   return text_table(rows, 2) + (left == 0 ? "" : fmt::format("… and {} more culprits (--json has all)\n", left));
 }
 
-/// Of many pairs those that differ most.
 std::string pair_table(const std::vector<PairedComparison>& all) {
-  constexpr std::size_t kMost = 10;
-  std::vector<PairedComparison> pairs = all;
-  if (all.size() > kMost) {
-    const auto key = [](const PairedComparison& p) { return std::isnan(p.p_value) ? 2.0 : p.p_value; };
-    std::stable_sort(pairs.begin(), pairs.end(), [&](const auto& a, const auto& b) { return key(a) < key(b); });
-    pairs.resize(kMost);
-  }
+  std::vector<double> p_values;
+  for (const PairedComparison& p : all) p_values.push_back(p.p_value);
+  const std::vector<std::size_t> shown = pairs_to_show(p_values);
   Rows rows = {{"a", "b", "pairs", "both", "only a", "only b", "neither", "rate b - a", "95 % interval", "McNemar p"}};
-  for (const PairedComparison& p : pairs) {
+  for (const std::size_t i : shown) {
+    const PairedComparison& p = all[i];
     rows.push_back({p.a, p.b, std::to_string(p.n), std::to_string(p.both), std::to_string(p.only_a),
                     std::to_string(p.only_b), std::to_string(p.neither),
                     std::isnan(p.difference) ? "-" : fmt::format("{:+.4f}", p.difference),
                     signed_interval_text(p.interval), p_text(p.p_value, 3)});
   }
-  std::string out = text_table(rows, 2);
-  if (all.size() > pairs.size()) {
-    out += fmt::format("… and {} pairs that differ less (--json has all)\n", all.size() - pairs.size());
-  }
-  return out;
+  return text_table(rows, 2) + pairs_left_out(all.size(), shown.size());
 }
 
 Json json_of(const PolicyScore& p, const std::vector<std::string>& requirements,

@@ -129,5 +129,18 @@ TEST(MarginSummary, MeansHaveDigitsEnoughToDiffer) {
   EXPECT_TRUE(std::isnan(spread_of(summarise_margins({}, {}))));
 }
 
+// Both score and explain show pairs so.
+TEST(PairsToShow, AreThoseThatDifferMostOfMany) {
+  const double none = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(pairs_to_show({0.5, none, 0.1}), (std::vector<std::size_t>{0, 1, 2})) << "few stay as they are";
+  EXPECT_EQ(pairs_left_out(3, 3), "");
+  std::vector<double> many = {none};
+  for (int i = 0; i < 11; ++i) many.push_back(1.0 - 0.05 * i);
+  many.push_back(0.5);  // as the one before
+  const std::vector<std::size_t> shown = pairs_to_show(many);
+  EXPECT_EQ(shown, (std::vector<std::size_t>{11, 12, 10, 9, 8, 7, 6, 5, 4, 3}));
+  EXPECT_EQ(pairs_left_out(many.size(), shown.size()), "… and 3 pairs that differ less (--json has all)\n");
+}
+
 }  // namespace
 }  // namespace graze
