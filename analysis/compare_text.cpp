@@ -72,7 +72,7 @@ std::string particles_text(const Comparison& c) {
   std::string out;
   if (p.differ.empty()) {
     out = p.compared > 0 ? fmt::format("The same particles: {} equal on the {} that were compared.\n",
-                                       counted(p.common.size(), "parameter is", "parameters are"), p.compared)
+                                       counted(p.common.size(), "scalar is", "scalars are"), p.compared)
                          : "The same particles, by seed and design (the values of none are stored in both).\n";
   } else {
     out = fmt::format("The same seed, but {} other values (another distribution): {}.\n",

@@ -12,7 +12,7 @@
 namespace graze {
 namespace {
 
-constexpr std::size_t kWidth = 80, kMostMargins = 12, kMostFreedoms = 8, kMostPairs = 10;
+constexpr std::size_t kWidth = 80, kMostMargins = 12, kMostFreedoms = 8;
 using Rows = std::vector<std::vector<std::string>>;
 
 /// `text` in lines that fit, the first indented by `first`, the others by `rest`; a longer word has a line of its own.
@@ -208,14 +208,16 @@ std::string sizes_text(const PolicyExplanation& policy) {
 std::string pairs_text(const Explanation& all) {
   if (all.pairs.empty()) return {};
   Rows rows = {{"a", "b", "rate b - a", "McNemar p", "survival p", "of pairs"}};
-  for (std::size_t i = 0; i < std::min(all.pairs.size(), kMostPairs); ++i) {
+  std::vector<double> p_values;
+  for (const CorrectedPair& rate : all.rates.pairs) p_values.push_back(rate.p_value);
+  const std::vector<std::size_t> shown = pairs_to_show(p_values);
+  for (const std::size_t i : shown) {
     const CorrectedPair& rate = all.rates.pairs[i];
     rows.push_back({rate.a, rate.b, std::isnan(rate.difference) ? "-" : fmt::format("{:+.3f}", rate.difference),
                     p_text(rate.p_holm), p_text(all.pairs[i].plain.p_value), p_text(all.pairs[i].p_holm)});
   }
-  std::string out = "\nThe same particles under two policies\n" + text_table(rows, 2);
-  if (all.pairs.size() > kMostPairs)
-    out += fmt::format("… and {} more (--json has all)\n", all.pairs.size() - kMostPairs);
+  std::string out = "\nThe same particles under two policies\n" + text_table(rows, 2) +
+                    pairs_left_out(all.pairs.size(), shown.size());
   out += paragraph(
       "McNemar's and the last column are corrected by Holm for the number of pairs; 'of pairs' is the log-rank test "
       "that "
@@ -234,8 +236,8 @@ std::string pairs_text(const Explanation& all) {
 
 std::string format_explanation(const Explanation& all) {
   std::string out = printable(all.campaign) + (all.complete ? "" : " (INCOMPLETE: not all traces have been simulated)");
-  out += fmt::format("\n{}, {}\n", counted(all.particles, "particle", "particles"),
-                     counted(all.parameters.columns.size(), "uncertain parameter", "uncertain parameters"));
+  out += fmt::format("\n{}, {} each\n", counted(all.particles, "particle", "particles"),
+                     counted(all.parameters.columns.size(), "scalar", "scalars"));
   for (const std::string& note : all.notes) out += paragraph(note, 0, 2);
   for (std::size_t i = 0; i < all.policies.size(); ++i) {
     const PolicyExplanation& policy = all.policies[i];

@@ -161,9 +161,9 @@ void summarise_source(const std::vector<SourceTrace>& traces, const SourceLayout
 
 std::string format_sources(const std::string& scenario, std::uint64_t particles,
                            const std::vector<SourceSpread>& rows) {
-  std::vector<std::vector<std::string>> table = {{"source", "policy", "parameters", "N", "S", "K", "U", "invalid",
-                                                  "rate", "95 % interval", "lasted", "place mm", "heading deg",
-                                                  "joints mrad", "ends early", "at s (quartiles)"}};
+  std::vector<std::vector<std::string>> table = {{"source", "policy", "scalars", "N", "S", "K", "U", "invalid", "rate",
+                                                  "95 % interval", "lasted", "place mm", "heading deg", "joints mrad",
+                                                  "ends early", "at s (quartiles)"}};
   const bool floating = std::any_of(rows.begin(), rows.end(), [](const auto& row) { return !std::isnan(row.place); });
   for (const SourceSpread& row : rows) {
     const double n = static_cast<double>(row.valid());

@@ -126,4 +126,43 @@ std::vector<SweepChange> sweep_changes(const Sweep& sweep) {
   return out;
 }
 
+namespace {
+
+/// Whether traces that both points have are the same; `compared` becomes true if there are any.
+bool same_traces(const SweepPoint& a, const SweepPoint& b, bool& compared) {
+  for (std::size_t policy = 0; policy < std::min(a.digests.size(), b.digests.size()); ++policy) {
+    const auto &of_a = a.traces[policy], &of_b = b.traces[policy];
+    for (std::size_t i = 0; i < std::min(of_a.size(), of_b.size()); ++i) {
+      if (of_a[i] == kNoTrace || of_b[i] == kNoTrace) continue;
+      if (of_a[i] != of_b[i] || a.digests[policy][i] != b.digests[policy][i]) return false;
+      compared = true;
+    }
+  }
+  return true;
+}
+
+bool same_but_along(std::size_t axis, const SweepPoint& a, const SweepPoint& b) {
+  for (std::size_t other = 0; other < a.at.size(); ++other) {
+    if (other != axis && a.at[other] != b.at[other]) return false;
+  }
+  return a.at[axis] != b.at[axis];
+}
+
+}  // namespace
+
+std::vector<std::size_t> axes_without_effect(const Sweep& sweep) {
+  std::vector<std::size_t> out;
+  for (std::size_t axis = 0; axis < sweep.axes.size(); ++axis) {
+    bool same = true, compared = false;
+    for (std::size_t i = 0; same && i < sweep.points.size(); ++i) {
+      for (std::size_t j = i + 1; same && j < sweep.points.size(); ++j) {
+        if (!same_but_along(axis, sweep.points[i], sweep.points[j])) continue;
+        same = same_traces(sweep.points[i], sweep.points[j], compared);
+      }
+    }
+    if (same && compared) out.push_back(axis);
+  }
+  return out;
+}
+
 }  // namespace graze

@@ -42,10 +42,11 @@ struct SweepCount {
 inline constexpr std::int8_t kNoTrace = -1;
 
 struct SweepPoint {
-  std::vector<std::size_t> at;                        // [axis], index of its value
-  std::string campaign;                               // folder in that of the sweep: "003.graze"
-  std::vector<std::vector<std::int8_t>> traces;       // [policy][particle]: an Outcome, or kNoTrace
-  std::uint64_t particles = 0;                        // that count
+  std::vector<std::size_t> at;                           // [axis], index of its value
+  std::string campaign;                                  // folder in that of the sweep: "003.graze"
+  std::vector<std::vector<std::int8_t>> traces;          // [policy][particle]: an Outcome, or kNoTrace
+  std::uint64_t particles = 0;                           // that count
+  std::vector<std::vector<std::uint64_t>> digests = {};  // [policy][particle], of its states; 0 where there is no trace
   std::vector<std::vector<Lifetime>> lifetimes = {};  // [policy], of the valid traces until a requirement was violated
   std::string scenario = {};                          // SHA-256 of its scenario
 };
@@ -85,6 +86,9 @@ struct SweepChange {
 };
 /// Empty for an adaptive sweep, whose numbers of particles follow its outcomes.
 std::vector<SweepChange> sweep_changes(const Sweep& sweep);
+/// The axes (their indices) along which no trace that two values share differs, in any bit or in its outcome: what is
+/// swept matters to nothing. None while there is nothing to compare.
+std::vector<std::size_t> axes_without_effect(const Sweep& sweep);
 
 /// For a terminal; as JSON; as CSV, a line for each value and policy.
 std::string format_sweep(const Sweep& sweep);

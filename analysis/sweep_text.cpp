@@ -122,6 +122,19 @@ std::string particles_text(const Sweep& sweep) {
                        : fmt::format("{} to {} particles, the first ones the same at every value", least, most);
 }
 
+std::string without_effect_text(const Sweep& sweep) {
+  std::string out;
+  for (const std::size_t axis : axes_without_effect(sweep)) {
+    const std::string& path = sweep.axes[axis].path;
+    out += fmt::format("\n{} has no effect here: no trace differs in any bit between its values.", path);
+    if (!path.starts_with("uncertain.")) {
+      out += fmt::format("\nWhere each particle draws its own, sweep what it draws from: --over uncertain.{}=…", path);
+    }
+    out += "\n";
+  }
+  return out;
+}
+
 nlohmann::ordered_json values_json(const Sweep& sweep, const SweepPoint& point) {
   nlohmann::ordered_json out;
   for (std::size_t axis = 0; axis < sweep.axes.size(); ++axis) {
@@ -280,7 +293,7 @@ std::string format_sweep(const Sweep& sweep) {
         "neighbour.\n",
         sweep.rule.width, sweep.rule.level, kSteepWidths * sweep.rule.width);
   }
-  return out + times_table(sweep) + changes_table(sweep);
+  return out + without_effect_text(sweep) + times_table(sweep) + changes_table(sweep);
 }
 
 std::string sweep_json(const Sweep& sweep) {
@@ -292,6 +305,8 @@ std::string sweep_json(const Sweep& sweep) {
                                   {"texts", axis.texts},
                                   {"values", axis.values}};
   });
+  for (std::size_t axis = 0; axis < sweep.axes.size(); ++axis) out["axes"][axis]["has_effect"] = true;
+  for (const std::size_t axis : axes_without_effect(sweep)) out["axes"][axis]["has_effect"] = false;
   out["policies"] = sweep.policies;
   out["interval"] = sweep.adaptive ? "95 % confidence sequence" : "95 % Clopper-Pearson";
   out["adaptive"] = nullptr;

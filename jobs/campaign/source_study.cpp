@@ -86,7 +86,10 @@ std::vector<std::vector<SourceTrace>> simulate(const Scenario& scenario, const S
 std::vector<SourceSpread> study_sources(const Scenario& scenario, const SourceQuestion& question) {
   std::vector<SourceSpread> out;
   const SourceLayout layout = layout_of(scenario.model);
-  for (const std::string& source : sources_of(scenario)) {
+  const std::vector<std::string> sources = sources_of(scenario);
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    const std::string& source = sources[i];
+    if (question.begins) question.begins(source, i + 1, sources.size());
     Scenario alone = scenario;
     alone.space = space_of_source(scenario.space, source);
     const std::uint64_t particles = source == "none" ? 1 : question.particles;

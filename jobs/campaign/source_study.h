@@ -1,6 +1,9 @@
 #pragma once
 // Simulates a scenario with each of its sources of uncertainty alone, with none and with all of them.
 
+#include <cstddef>
+#include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -13,6 +16,8 @@ struct SourceQuestion {
   std::uint64_t particles = 0, seed = 1;
   int threads = 0;      // 0: all of this machine's
   double watchdog = 0;  // s, as CampaignOptions
+  /// Told before a source is simulated: the how many-th it is, from 1, and of how many.
+  std::function<void(const std::string& source, std::size_t number, std::size_t all)> begins = {};
 };
 
 /// Rows by source (none, those that the scenario has, all), then by policy. Particle i of a source has the values that

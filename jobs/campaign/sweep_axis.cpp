@@ -186,7 +186,7 @@ SweepAxis parse_sweep_axis(const std::string& text) {
   const std::size_t equals = text.find('=');
   const std::string path = trimmed(text.substr(0, equals == std::string::npos ? 0 : equals));
   if (path.empty())
-    refuse(text, "not of the form PATH=FIRST:LAST:STEP or PATH=V1,V2,…, e.g. contact.friction=0.2:1:0.1");
+    refuse(text, "not of the form PATH=FIRST:LAST:STEP or PATH=V1,V2,…, e.g. uncertain.contact.friction=0.2:1:0.1");
   if (path == "sampling" || path.starts_with("sampling.")) {
     refuse(text,
            "says which particles are drawn, and a sweep compares the same ones; run the scenario with each, and 'graze "

@@ -162,12 +162,14 @@ void read_traces(const fs::path& folder, const Sweep& sweep, SweepPoint& point) 
   }
   point.particles = archive.info().particles;
   point.lifetimes.assign(sweep.policies.size(), {});
+  point.digests.assign(sweep.policies.size(), std::vector<std::uint64_t>(point.particles, 0));
   for (std::size_t policy = 0; policy < sweep.policies.size(); ++policy) {
     std::vector<std::int8_t>& traces = point.traces[policy];
     traces.assign(point.particles, kNoTrace);
-    archive.scan(sweep.policies[policy], kEndTime | kFirstViolations, [&](const TraceRows& rows) {
+    archive.scan(sweep.policies[policy], kEndTime | kFirstViolations | kDigest, [&](const TraceRows& rows) {
       for (std::size_t i = 0; i < rows.size(); ++i) {
         traces.at(rows.particle(i)) = static_cast<std::int8_t>(rows.outcome(i));
+        point.digests[policy][rows.particle(i)] = rows.digest(i);
         if (rows.outcome(i) == Outcome::invalid) continue;
         point.lifetimes[policy].push_back(lifetime_of(rows, i, archive.info().deciding()));
       }

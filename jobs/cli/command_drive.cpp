@@ -1,5 +1,6 @@
 // graze drive: a robot that is driven by keys while it is simulated.
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <chrono>
@@ -168,6 +169,12 @@ void check_choices(const std::vector<TimedKey>& keys, const std::vector<std::str
   }
 }
 
+/// Tells of what a file asks for after the end of the drive. where: of the first, which is at `time`; more: behind it.
+void tell_of_rest(const DriveSession& session, const std::string& where, double time, std::size_t more) {
+  spdlog::warn("{}: is at {:g} s, and the drive ended at {:g} s{}; --set time.end=… drives longer", where, time,
+               session.sight().time, more > 0 ? fmt::format("; so are {} more", more) : "");
+}
+
 void drive_by_script(DriveSession& session, Driver& driver, const std::vector<TimedKey>& keys) {
   auto next = keys.begin();
   while (!session.ended()) {
@@ -176,6 +183,8 @@ void drive_by_script(DriveSession& session, Driver& driver, const std::vector<Ti
     }
     driver.advance(true);
   }
+  if (next == keys.end()) return;
+  tell_of_rest(session, next->where, next->time, static_cast<std::size_t>(keys.end() - next) - 1);
 }
 
 void drive_by_commands(DriveSession& session, const std::vector<CommandRow>& rows, const std::string& name) {
@@ -196,6 +205,8 @@ void drive_by_commands(DriveSession& session, const std::vector<CommandRow>& row
     }
     session.advance();
   }
+  if (next == rows.size()) return;
+  tell_of_rest(session, fmt::format("{}:{}", name, rows[next].line), rows[next].time, rows.size() - next - 1);
 }
 
 bool is_one_policy(const std::vector<CommandRow>& rows) {
@@ -221,10 +232,11 @@ std::string again_text(const DriveArguments& arguments, const DriveSession& sess
   for (const char* key : {"velocity", "waypoints"}) {
     if (spec->settings.at(part).has(key)) away = fmt::format(" --set 'policies.{}.{}.{}=~'", policy, part, key);
   }
+  const std::string alone = scenario.policies.size() > 1 ? " --policy " + shell_word(policy) : "";
   return out + fmt::format(
-                   "All robots by these commands: graze run {}{}{} --set policies.{}.{}.commands={}{}; then "
+                   "All robots by these commands: graze run {}{}{} --set policies.{}.{}.commands={}{}{}; then "
                    "graze view shows one in three dimensions\n",
-                   scene, options, away, policy, part, file, from);
+                   scene, options, away, policy, part, file, alone, from);
 }
 
 /// Into the file that was made before the drive. What cannot be written there is printed: nobody drives twice alike.

@@ -278,8 +278,9 @@ class PlotMaker {
   void close_archive() {
     if (std::any_of(order_.pictures.begin(), order_.pictures.end(), is_played)) {
       const std::vector<FailureWay> ways = failure_ways(*archive_, policies_);
-      const std::size_t bodies = order_.has("lapse") ? arguments_.trajectories : 0;
-      traces_ = find_traces(*archive_, choose_traces(ways, sample(), info_, arguments_.trajectories), bodies);
+      const bool lapse = order_.has("lapse");  // has a panel for each policy
+      const std::size_t most = lapse ? std::max(arguments_.trajectories, policies_.size()) : arguments_.trajectories;
+      traces_ = find_traces(*archive_, choose_traces(ways, sample(), info_, most), lapse ? most : 0);
     }
     archive_.reset();
     end_of_reading();

@@ -18,7 +18,7 @@ struct SourcesArguments {
   std::vector<std::string> policies;
   int threads = 0;
   double watchdog = 0;  // s
-  bool json = false;
+  bool json = false, quiet = false;
 };
 
 int sources(const SourcesArguments& arguments) {
@@ -29,8 +29,13 @@ int sources(const SourcesArguments& arguments) {
   if (scenario.space.parameters.empty()) {
     spdlog::warn("{}: nothing is uncertain in it, so that there is no source to compare", scenario.file);
   }
-  const std::vector<SourceSpread> rows =
-      study_sources(scenario, {scenario.particles, scenario.seed, arguments.threads, arguments.watchdog});
+  SourceQuestion question{scenario.particles, scenario.seed, arguments.threads, arguments.watchdog};
+  if (!arguments.quiet) {
+    question.begins = [](const std::string& source, std::size_t number, std::size_t all) {
+      spdlog::info("sources: {} ({} of {})", source, number, all);
+    };
+  }
+  const std::vector<SourceSpread> rows = study_sources(scenario, question);
   std::cout << (arguments.json ? sources_json(scenario.name, scenario.particles, rows)
                                : format_sources(scenario.name, scenario.particles, rows));
   return kDone;
@@ -52,6 +57,7 @@ void add_sources(CLI::App& app, Action& action) {
   add_threads(*verb, arguments->threads);
   add_watchdog(*verb, arguments->watchdog);
   verb->add_flag("--json", arguments->json, "Print as JSON, in SI units");
+  verb->add_flag("--quiet", arguments->quiet, "No progress");
   verb->callback([arguments, &action] { action = [arguments] { return sources(*arguments); }; });
 }
 

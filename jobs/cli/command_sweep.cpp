@@ -151,7 +151,7 @@ SweepPlan plan_of(const SweepArguments& arguments, const Scenario& base) {
   sweep.scenario = base.name;
   sweep.policies = names_of(base);
   for (const std::string& text : arguments.over) sweep.axes.push_back(parse_sweep_axis(text));
-  if (sweep.axes.empty()) throw InputError("sweep: no --over; e.g. --over contact.friction=0.2:1:0.1");
+  if (sweep.axes.empty()) throw InputError("sweep: no --over; e.g. --over uncertain.contact.friction=0.2:1:0.1");
   if (sweep.axes.size() > 2) throw InputError(fmt::format("sweep: {} times --over; two at most", sweep.axes.size()));
   if (sweep.axes.size() == 2 && sweep.axes[0].path == sweep.axes[1].path) {
     throw InputError(fmt::format("--over {}: is given twice; one list has all values", sweep.axes[0].path));

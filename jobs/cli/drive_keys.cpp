@@ -7,6 +7,7 @@
 #include <cmath>
 #include <sstream>
 
+#include "archive/files/utf8.h"
 #include "engine/settings/byte_order_mark.h"
 #include "engine/settings/settings.h"
 
@@ -97,15 +98,16 @@ std::vector<TimedKey> parse_key_script(const std::string& text, const std::strin
       throw InputError(fmt::format("{}:{}:{}: {}", name, number, at, message));
     };
     if (error != std::errc() || stop != time.data() + time.size() || !(at >= 0) || !std::isfinite(at)) {
-      fail(fmt::format("'{}' is no time; a line is TIME KEY, as 0.5 up, with times in s >= 0", time), column);
+      fail(fmt::format("'{}' is no time; a line is TIME KEY, as 0.5 up, with times in s >= 0", printable(time)),
+           column);
     }
     if (key.size() == 1 && is_single(key[0])) key = key_of(key[0]);
     const bool known = chosen_by(key) || std::find(kNames.begin(), kNames.end(), key) != kNames.end();
     if (!known || !more.empty()) {
       const bool zooms = more.empty() && (key == "+" || key == "-");
       fail(zooms ? fmt::format("'{}' zooms the screen, and a script has none", key)
-                 : fmt::format("'{}{}{}' is no key; a line is TIME KEY, and keys are {}, w a s d and 1 to 9", key,
-                               more.empty() ? "" : " ", more, fmt::join(kNames, " ")),
+                 : fmt::format("'{}{}{}' is no key; a line is TIME KEY, and keys are {}, w a s d and 1 to 9",
+                               printable(key), more.empty() ? "" : " ", printable(more), fmt::join(kNames, " ")),
            key_column);
     }
     if (!out.empty() && at < out.back().time) fail(fmt::format("time {} lies before the line above", time), column);

@@ -54,6 +54,38 @@ TEST(Sweep, CountsValidTraces) {
   EXPECT_DOUBLE_EQ(sweep.interval(count).high, clopper_pearson(2, 3).high);
 }
 
+// Claim: a value that matters to nothing is told, and no other.
+TEST(Sweep, TellsWhatHasNoEffect) {
+  Sweep sweep = sweep_of({{kSuccess, kFailure}, {kSuccess, kFailure, kSuccess}});
+  EXPECT_TRUE(axes_without_effect(sweep).empty()) << "bits are not known";
+  sweep.points[0].digests = {{7, 8}};
+  sweep.points[1].digests = {{7, 8, 9}};
+  EXPECT_THAT(axes_without_effect(sweep), ElementsAre(0u));
+  EXPECT_THAT(format_sweep(sweep), HasSubstr("\ncontact.friction has no effect here"));
+  EXPECT_THAT(format_sweep(sweep), HasSubstr("--over uncertain.contact.friction=…\n"));
+  EXPECT_THAT(sweep_json(sweep), HasSubstr("\"has_effect\": false"));
+  sweep.points[1].digests[0][1] = 0;
+  EXPECT_TRUE(axes_without_effect(sweep).empty()) << "another trace";
+  sweep.points[1].digests[0][1] = 8;
+  sweep.points[1].traces[0][0] = kFailure;
+  EXPECT_TRUE(axes_without_effect(sweep).empty()) << "the same trace, judged otherwise";
+  EXPECT_THAT(sweep_json(sweep), HasSubstr("\"has_effect\": true"));
+  sweep.points[1].traces[0] = {kNoTrace, kNoTrace, kSuccess};
+  EXPECT_TRUE(axes_without_effect(sweep).empty()) << "nothing to compare";
+}
+
+// Claim: of two values the one that matters is not taken for the other.
+TEST(Sweep, TellsWhichOfTwoHasNoEffect) {
+  Sweep sweep = sweep_of(std::vector<std::vector<std::int8_t>>(4, {kSuccess}));
+  sweep.axes[0].texts = {"a", "b"};
+  sweep.axes.push_back({"uncertain.name", "", false, {"x", "y"}, {}});
+  for (std::size_t i = 0; i < 4; ++i) {
+    sweep.points[i].at = {i % 2, i / 2};
+    sweep.points[i].digests = {{i % 2}};
+  }
+  EXPECT_THAT(axes_without_effect(sweep), ElementsAre(1u));
+}
+
 // Claim: on a grid a point's neighbours differ from it by one value of one axis.
 TEST(Sweep, KnowsNeighboursOnAGrid) {
   Sweep sweep = sweep_of(std::vector<std::vector<std::int8_t>>(6));

@@ -19,6 +19,7 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 TEST(DriveKeys, AreDecodedAsTheyCome) {
   std::string bytes = "w\x1b[A\x1bOD\x1b[1;5C x1\x1b";
@@ -96,8 +97,21 @@ TEST_F(Drive, PrintsTheCommandThatDoesItAgain) {
       " --set contact.model=compliant --set 'policies.walk.gait.step_height=5 cm' --set time.end=0.1 --seed 7";
   EXPECT_THAT(first.out, HasSubstr("--replay way.csv" + options + " --particle 2\n"));
   EXPECT_THAT(first.out, HasSubstr("quadruped_drive.yaml" + options + " --set 'policies.walk"));
+  EXPECT_THAT(first.out, HasSubstr("commands=way.csv --policy walk; then"));
   const testing::Result again = drive("--replay way.csv --particle 2" + options);
   EXPECT_EQ(digest(first.out), digest(again.out)) << again.err;
+}
+
+// What a file asks for after the end of the drive is told, and the drive is one that kept all until then.
+TEST_F(Drive, TellsOfWhatComesAfterTheEnd) {
+  testing::write_file(folder / "keys", "0 up\n0.3 left\n0.4 q\n");
+  const testing::Result run = drive("--keys keys --trial 0 --set time.end=0.1");
+  EXPECT_EQ(run.code, 0);
+  EXPECT_THAT(run.err, HasSubstr("keys:2:5: is at 0.3 s, and the drive ended at 0.1 s; so are 1 more; --set time.end"));
+  testing::write_file(folder / "way.csv", "time,forward,strafe,turn,policy\n0,0.1,0,0,walk\n0.2,0,0,0,walk\n");
+  EXPECT_THAT(drive("--replay way.csv --set time.end=0.1").err,
+              HasSubstr("way.csv:3: is at 0.2 s, and the drive ended at 0.1 s; --set time.end"));
+  EXPECT_THAT(drive("--replay way.csv --set time.end=0.3").err, Not(HasSubstr("ended")));
 }
 
 TEST_F(Drive, RecordsOverNothingThatItReads) {
@@ -155,6 +169,8 @@ TEST_F(Drive, TriesAGaitBeforeTheSwitch) {
 TEST_F(Drive, SaysWhatIsWrong) {
   testing::write_file(folder / "keys", "0 up\n0.5 jump\n");
   EXPECT_THAT(drive("--keys keys").err, HasSubstr("keys:2:5: 'jump' is no key"));
+  testing::write_file(folder / "keys", std::string("0 \0\n", 4));
+  EXPECT_THAT(drive("--keys keys").err, HasSubstr("keys:1:3: '\\u0000' is no key"));
   testing::write_file(folder / "keys", "0 w\n0.5 +\n");
   EXPECT_THAT(drive("--keys keys").err, HasSubstr("keys:2:5: '+' zooms the screen, and a script has none"));
   testing::write_file(folder / "keys", "0 up\n0.5  3\n");

@@ -36,9 +36,9 @@ TEST(ExplainOfTheProgram, NamesTheCauses) {
   const testing::Result text = balls.graze("explain a.graze");
   ASSERT_EQ(text.code, 0) << text.err;
   EXPECT_EQ(text.err, "");
-  EXPECT_THAT(text.out, AllOf(HasSubstr("Striking balls\n60 particles, 3 uncertain parameters"),
-                              HasSubstr("initial.base.x"), HasSubstr("bifurcation at 0."),
-                              HasSubstr("The same particles under two policies"), HasSubstr("All policies together")));
+  EXPECT_THAT(text.out, AllOf(HasSubstr("Striking balls\n60 particles, 3 scalars each"), HasSubstr("initial.base.x"),
+                              HasSubstr("bifurcation at 0."), HasSubstr("The same particles under two policies"),
+                              HasSubstr("All policies together")));
   std::istringstream lines(text.out);
   for (std::string line; std::getline(lines, line);) EXPECT_LE(width(line), 80u) << line;
   EXPECT_EQ(balls.graze("explain a.graze").out, text.out);

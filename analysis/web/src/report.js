@@ -286,7 +286,7 @@ export function campaign(data) {
   const c = data.campaign;
   const facts = [['Archive', c.archive], ['Made by', c.command], ['Started', c.started], ['Program', `graze ${c.program}, results version ${c.results_version || 'not known'}`],
     ['Physics', `${c.physics}, steps of ${short(c.step)} s, control every ${short(c.control)} s, until ${short(c.end)} s`],
-    ['Particles', `${whole(c.particles)}, ${c.parameters} uncertain parameters, design ${c.design}, seed ${c.seed}`], ['Objective', c.objective], ['Scenario', `SHA-256 ${c.scenario_sha256}`]];
+    ['Particles', `${whole(c.particles)}, ${c.parameters} scalars each, design ${c.design}, seed ${c.seed}`], ['Objective', c.objective], ['Scenario', `SHA-256 ${c.scenario_sha256}`]];
   return {id: 'campaign', title: 'Campaign', parts: [el('dl', {class: 'facts'}, facts.map(([name, value]) => [el('dt', {}, name), el('dd', {}, value)])),
     table({columns: ['Requirement', 'Kind', {name: 'Description', class: 'wrap'}, 'Unit'], rows: c.requirements.map((one) => [one.name, one.measure ? 'measure' : 'requirement', one.description, one.unit])})]};
 }
