@@ -155,8 +155,7 @@ class DirectoryCheck {
 
   void check_descriptions() {
     if (!directory_.has(kDescriptionFile) && !directory_.has(kDescriptionCopy) && shard_names(directory_).empty()) {
-      throw InputError(
-          fmt::format("{}: is no campaign directory: it has no {}", directory_.path().string(), kDescriptionFile));
+      throw InputError(no_campaign_text(directory_));
     }
     std::vector<DescriptionFile> files = description_files(directory_);
     const auto described = std::find_if(files.begin(), files.end(), [](const auto& file) { return !!file.stored; });

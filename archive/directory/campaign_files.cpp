@@ -104,7 +104,7 @@ Description describe_directory(const Directory& directory) {
   const std::string path = directory.path().string();
   const std::vector<std::string> shards = shard_names(directory);
   if (!directory.has(kDescriptionFile) && !directory.has(kDescriptionCopy) && shards.empty()) {
-    throw InputError(fmt::format("{}: is no campaign directory: it has no {}", path, kDescriptionFile));
+    throw InputError(no_campaign_text(directory));
   }
   std::string why, second;
   if (auto stored = read_one(directory, kDescriptionFile, why)) return {std::move(*stored)};
@@ -154,6 +154,17 @@ std::vector<std::string> doubtful_places(const Directory& directory) {
 }
 
 }  // namespace
+
+std::string no_campaign_text(const Directory& directory) {
+  const std::string path = directory.path().string();
+  const std::string out = fmt::format("{}: is no campaign directory: it has no {}", path, kDescriptionFile);
+  for (const std::string& name : directory.names()) {
+    std::error_code error;
+    if (!name.ends_with(".graze") || !fs::is_regular_file(directory / name / kDescriptionFile, error)) continue;
+    return fmt::format("{}; did you mean '{}'?", out, (directory / name).string());
+  }
+  return out;
+}
 
 namespace {
 

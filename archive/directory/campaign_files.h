@@ -33,6 +33,9 @@ bool holds_all(Parts& parts, const CampaignInfo& info);
 /// What makes two campaigns different ones ("seeds (1 and 2)"); empty: they are parts of one.
 std::string campaign_difference(const CampaignInfo& a, const CampaignInfo& b);
 
+/// That a folder is no campaign, and which one within it may be meant: sweeps are folders of campaigns.
+std::string no_campaign_text(const Directory& directory);
+
 /// The facts of a campaign directory alone, for writers; its shards need not be whole. Throws InputError.
 CampaignInfo read_description(const Directory& directory);
 

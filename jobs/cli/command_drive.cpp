@@ -11,6 +11,7 @@
 #include <span>
 #include <sstream>
 
+#include "analysis/number_words.h"
 #include "archive/files/files.h"
 #include "archive/files/shell_word.h"
 #include "archive/files/utf8.h"
@@ -339,7 +340,7 @@ int drive(const DriveArguments& arguments) {
                            how_it_ends(simulation.scenario(), record), at.x(), at.y(), record.digest);
   if (!arguments.record.empty()) {
     write_record(*recorded, arguments.record, commands_text(session.rows()));
-    std::cout << fmt::format("{}: {} commands\n", arguments.record, session.rows().size())
+    std::cout << fmt::format("{}: {}\n", arguments.record, counted(session.rows().size(), "command", "commands"))
               << again_text(arguments, session, simulation.scenario());
   }
   if (signal != 0) throw MachineError(fmt::format("drive: ended by signal {}", signal));

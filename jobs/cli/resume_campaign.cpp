@@ -85,7 +85,7 @@ void check_begun(const Directory& directory) {
     throw MachineError(fmt::format("{}: {} is just beginning a campaign here", path, *writer));
   }
   if (!only_begun(directory)) {
-    throw InputError(fmt::format("{}: is no campaign directory: it has no {}", path, kDescriptionFile));
+    throw InputError(no_campaign_text(directory));
   }
   throw InputError(
       fmt::format("{}: has no campaign to resume: none was begun, or it ended before it was described; 'graze run "

@@ -10,6 +10,7 @@ namespace {
 
 using namespace synthetic;
 using ::testing::AllOf;
+using ::testing::EndsWith;
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
 
@@ -17,7 +18,10 @@ namespace fs = std::filesystem;
 TEST(Refusal, WhatIsNoArchive) {
   const Folder folder;
   EXPECT_THAT(refusal(folder / "nothing"), AllOf(HasSubstr("nothing"), HasSubstr("is not there")));
-  EXPECT_THAT(refusal(folder.path()), HasSubstr("is no campaign directory"));
+  EXPECT_THAT(refusal(folder.path()), EndsWith("is no campaign directory: it has no campaign.h5"));
+  fs::create_directories(folder / "all.sweep/000.graze");
+  put(folder / "all.sweep/000.graze/campaign.h5", "");
+  EXPECT_THAT(refusal(folder / "all.sweep"), EndsWith("all.sweep/000.graze'?"));
   put(folder / "text.h5", "name: not an archive\n");
   EXPECT_THAT(refusal(folder / "text.h5"), AllOf(HasSubstr("text.h5"), HasSubstr("is not an HDF5 file")));
   put(folder / "empty.h5", "");
