@@ -126,7 +126,8 @@ std::string without_effect_text(const Sweep& sweep) {
   std::string out;
   for (const std::size_t axis : axes_without_effect(sweep)) {
     const std::string& path = sweep.axes[axis].path;
-    out += fmt::format("\n{} has no effect here: no trace differs in any bit between its values.", path);
+    out +=
+        fmt::format("\n{} has no effect here: between its values no trace differs in any bit, nor an outcome.", path);
     if (!path.starts_with("uncertain.")) {
       out += fmt::format("\nWhere each particle draws its own, sweep what it draws from: --over uncertain.{}=…", path);
     }

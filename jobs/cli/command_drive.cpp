@@ -172,8 +172,11 @@ void check_choices(const std::vector<TimedKey>& keys, const std::vector<std::str
 
 /// Tells of what a file asks for after the end of the drive. where: of the first, which is at `time`; more: behind it.
 void tell_of_rest(const DriveSession& session, const std::string& where, double time, std::size_t more) {
-  spdlog::warn("{}: is at {:g} s, and the drive ended at {:g} s{}; --set time.end=… drives longer", where, time,
-               session.sight().time, more > 0 ? fmt::format("; so are {} more", more) : "");
+  const Outcome outcome = session.record().outcome;
+  const bool in_full = outcome == Outcome::success || outcome == Outcome::unknown_failure;
+  spdlog::warn("{}: is at {:g} s, and the drive ended at {:g} s{}{}", where, time, session.sight().time,
+               more > 0 ? fmt::format(", with {} more behind it", more) : "",
+               in_full ? "; --set time.end=… drives longer" : "");
 }
 
 void drive_by_script(DriveSession& session, Driver& driver, const std::vector<TimedKey>& keys) {

@@ -1,6 +1,6 @@
 #pragma once
 // What serves a page to a browser of this machine: a module that the program loads when it is asked for a page, because
-// the library that it needs brings six others with it, a third of what a program without pages does to begin.
+// the library that it needs brings five others with it, with TLS among them: a fifth of the page faults of a start.
 
 #include <cstdint>
 #include <string>

@@ -17,6 +17,7 @@
 namespace graze {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
@@ -102,12 +103,17 @@ TEST_F(Drive, PrintsTheCommandThatDoesItAgain) {
   EXPECT_EQ(digest(first.out), digest(again.out)) << again.err;
 }
 
-// What a file asks for after the end of the drive is told, and the drive is one that kept all until then.
+// What a file asks for after the end of the drive is told; that it may drive longer, if it did not end by a violation.
 TEST_F(Drive, TellsOfWhatComesAfterTheEnd) {
   testing::write_file(folder / "keys", "0 up\n0.3 left\n0.4 q\n");
   const testing::Result run = drive("--keys keys --trial 0 --set time.end=0.1");
   EXPECT_EQ(run.code, 0);
-  EXPECT_THAT(run.err, HasSubstr("keys:2:5: is at 0.3 s, and the drive ended at 0.1 s; so are 1 more; --set time.end"));
+  EXPECT_THAT(run.err, HasSubstr("keys:2:5: is at 0.3 s, and the drive ended at 0.1 s, with 1 more behind it; --set "));
+  testing::write_file(folder / "keys", "0 up\n0.9 q\n");
+  const testing::Result fallen =
+      drive("--keys keys --trial 0 --set 'task.requirements={low: {height: {link: BODY0, below: 1 cm}}}'");
+  EXPECT_THAT(fallen.err, AllOf(HasSubstr("keys:1:3: is at 0 s, and the drive ended at 0 s, with 1 more"),
+                                Not(HasSubstr("longer"))));
   testing::write_file(folder / "way.csv", "time,forward,strafe,turn,policy\n0,0.1,0,0,walk\n0.2,0,0,0,walk\n");
   EXPECT_THAT(drive("--replay way.csv --set time.end=0.1").err,
               HasSubstr("way.csv:3: is at 0.2 s, and the drive ended at 0.1 s; --set time.end"));

@@ -102,6 +102,15 @@ TEST_F(SweepVerb, SpendsParticlesOnTheSlope) {
   EXPECT_EQ(score["policies"][0]["interval"], found["rates"][4]["interval"]);
 }
 
+// What matters to nothing is told, from the archives, too.
+TEST_F(SweepVerb, TellsWhatHasNoEffect) {
+  const std::string told = "name has no effect here";
+  EXPECT_THAT(graze("sweep ball.yaml -n 8 --over name=a,b -o names.sweep").out, HasSubstr(told));
+  EXPECT_THAT(graze("sweep names.sweep").out, HasSubstr(told));
+  EXPECT_EQ(run("names.sweep")["axes"][0]["has_effect"], false);
+  EXPECT_EQ(run(std::string("ball.yaml -n 64 -o bound.sweep --over ") + kBound)["axes"][0]["has_effect"], true);
+}
+
 TEST_F(SweepVerb, GoesOverTwoValuesAndDraws) {
   const testing::Result result = graze(
       "sweep ball.yaml -n 8 --over contact.friction=0.5,1 --over 'physics=lanes,bullet' -o two.sweep --plot two.svg");

@@ -58,7 +58,7 @@ TEST(Limits, LinksJointsAndShapes) {
 }
 
 // Each link was searched for in all joints, and each uncertain path in all links: this took 5 s instead of 0.2 (0.4
-// where memory is slow to come). Under sanitizers all of that is four to eight times as long.
+// where memory is slow to come). Of a sanitized program the time is not looked at.
 TEST(Limits, AsManyLinksAsAllowedAreQuick) {
   auto world = std::make_shared<World>();
   std::vector<std::string> paths;
@@ -77,7 +77,8 @@ TEST(Limits, AsManyLinksAsAllowedAreQuick) {
   }
   const double begin = processor_seconds();
   const Fabricator fabricator(world, paths);
-  EXPECT_LT(processor_seconds() - begin, GRAZE_SANITIZED ? 6 : 1.5);
+  const double taken = processor_seconds() - begin;
+  EXPECT_TRUE(GRAZE_SANITIZED || taken < 1.5) << taken << " s";
   EXPECT_DOUBLE_EQ(fabricator.fabricate(0, std::vector<double>(paths.size(), 2)).model.bodies.at(0).mass,
                    2.0 * static_cast<double>(kMaxLinks));
 }
