@@ -282,7 +282,21 @@ class DirectoryCheck {
         out_.soundness = Soundness::damaged;
       }
     }
+    check_all_told(whole);
     return whole;
+  }
+
+  /// A campaign that is complete has told its manifest of each shard.
+  void check_all_told(const std::vector<fs::path>& whole) {
+    if (!complete_ || out_.writer) return;
+    const auto untold =
+        std::ranges::count_if(whole, [&](const fs::path& shard) { return !manifest_.contains(shard.filename()); });
+    if (untold == 0) return;
+    const std::string which =
+        whole.size() == 1 ? std::string("the shard holds") : fmt::format("{} of {} shards hold", untold, whole.size());
+    add(kManifestFolder,
+        manifest_.empty() && !directory_.has(kManifestFolder) ? FileState::missing : FileState::damaged,
+        fmt::format("does not say what {}: if one is lost, nothing tells; {}", which, kAnew));
   }
 
   /// Whether the manifest says of a whole shard what it is. A writer that is at work may not have told it yet.

@@ -5,7 +5,7 @@
 // contact has its own axes (ContactFrameT); impulses on a, velocities of a relative to b.
 
 #include "engine/contact/mimic_row.h"
-#include "engine/dynamics/frames.h"
+#include "engine/dynamics/articulated.h"
 
 namespace graze {
 inline namespace GRAZE_ISA_NAMESPACE {
@@ -231,11 +231,29 @@ inline T lighter_of(const TreeT<T>& tree, const PathView& path) {
   return path.body_b < 0 ? mass : min(mass, tree.body[path.body_b].mass);
 }
 
-/// Everything about a contact that holds during the step. `dz`: change of L v by all but contacts and joint rows (nv).
+/// factor_contact of a path to one body, from what articulate() has made of the tree: where that is deep, by far
+/// cheaper.
 template <class T>
-inline void set_up_contact(const TreeT<T>& tree, const PathView& path, const MimicsT<T>& mimics,
+GRAZE_OUT_OF_LINE void factor_contact_of_body(const TreeT<T>& tree, const SpatialT<T>* U, const PathView& path,
+                                              ContactT<T>& c) {
+  const bool a = path.body_a >= 0;
+  RowSinkT<T> sink(c, path.count);
+  int i = 0;
+  visit_rows(tree, U, a ? path.body_a : path.body_b, a ? 1.0 : -1.0, c,
+             [&](int k, const Vec3T<T>& y) { sink.put(i++, y, tree.inverse_D[k]); });
+  sink.finish(c);
+}
+
+/// Everything about a contact that holds during the step. `dz`: change of L v by all but contacts and joint rows (nv).
+/// U: of articulate(), or null.
+template <class T>
+inline void set_up_contact(const TreeT<T>& tree, const SpatialT<T>* U, const PathView& path, const MimicsT<T>& mimics,
                            const ContactLawT<T>& law, const T& h, const T* dz, ContactT<T>& c, Vec3T<T>* scratch) {
-  factor_contact(tree, path, c, scratch);
+  if (U && (path.body_a < 0 || path.body_b < 0)) {
+    factor_contact_of_body(tree, U, path, c);
+  } else {
+    factor_contact(tree, path, c, scratch);
+  }
   Vec3T<T> u{T(0.0), T(0.0), T(0.0)};
   if (path.body_a >= 0) u = point_velocity(tree, path.body_a, c.p);
   if (path.body_b >= 0) u -= point_velocity(tree, path.body_b, c.p);

@@ -26,6 +26,16 @@ inline namespace GRAZE_ISA_NAMESPACE {
 
 using Eight = Pack<8>;
 
+/// What Newton's method works on beside the constraints.
+template <class T>
+struct NewtonT {
+  int nv;
+  const T *inverse_D, *start, *free;  // L v at the beginning; its change by all but the constraints
+  NewtonMemory memory;
+  const TreeT<T>* tree = nullptr;  // for newton_tree.h
+  const T* diagonal = nullptr;     // likewise, per degree of freedom: what M has beside the inertias of bodies
+};
+
 /// Our choices, found on 350 steps of a dozen robots that 60 sweeps had not finished: eps at first, its least and
 /// largest, its factors after a success and a failure; Newton steps within a proximal step; halvings of a step.
 inline constexpr double kFirstEps = 1e-2, kLeastEps = 1e-5, kLargestEps = 1.0, kShrink = 0.3, kGrow = 10.0;

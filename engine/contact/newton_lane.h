@@ -25,14 +25,6 @@ inline void set_numbers(Vec3T<T>& all, int lane, const Vec3T<double>& value) {
   set_number(all.x, lane, value.x), set_number(all.y, lane, value.y), set_number(all.z, lane, value.z);
 }
 
-/// What Newton's method works on beside the constraints.
-template <class T>
-struct NewtonT {
-  int nv;
-  const T *inverse_D, *start, *free;  // L v at the beginning; its change by all but the constraints
-  NewtonMemory memory;
-};
-
 /// Lays out the problem of a lane in NewtonMemory.
 template <class T>
 class NewtonLane {

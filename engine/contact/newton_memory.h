@@ -11,6 +11,7 @@ namespace graze {
 struct NewtonMemory {
   double* numbers = nullptr;
   int* indices = nullptr;
+  double* rows = nullptr;  // of all lanes; begins on a cache line
 };
 
 /// Doubles of a register of eight contacts or joints with its pointers, and of a row: bounds, which newton.h checks.
@@ -32,6 +33,14 @@ constexpr std::size_t newton_numbers(std::size_t nv, std::size_t contacts, std::
 constexpr std::size_t newton_indices(std::size_t nv, std::size_t contacts, std::size_t joints) {
   const std::size_t packs = eights(contacts) + eights(joints);
   return packs * nv + (contacts + joints) * (2 * eights(nv) + 1) + nv * (nv + eights(nv) + 2) + 2 * nv + 1;
+}
+
+/// Rows of newton_tree.h per degree of freedom, body, contact and joint row: sizes of its structs, which it checks.
+inline constexpr std::size_t kTreeDof = 6, kTreeBody = 68, kTreeContact = 23, kTreeJoint = 9;
+
+/// Rows of W lanes likewise.
+constexpr std::size_t tree_rows(std::size_t nv, std::size_t bodies, std::size_t contacts, std::size_t joints) {
+  return kTreeDof * nv + kTreeBody * bodies + kTreeContact * contacts + kTreeJoint * joints;
 }
 
 }  // namespace graze

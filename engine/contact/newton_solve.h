@@ -3,6 +3,7 @@
 // what sweeps are left.
 
 #include "engine/contact/newton_lane.h"
+#include "engine/contact/newton_tree.h"
 
 namespace graze {
 inline namespace GRAZE_ISA_NAMESPACE {
@@ -209,10 +210,11 @@ GRAZE_OUT_OF_LINE void take_slips(const NewtonProblem& p, int lane, ConstraintsT
 /// What bounds the solve of a step.
 struct SolveBounds {
   int most_sweeps;
-  int newton_after;       // sweeps; from most_sweeps on: no Newton's method
-  int most_newton_steps;  // of one attempt, all its proximal steps together
-  double tolerance;       // m/s (rad/s)
-  double accepted = 0.0;  // likewise, of Newton's method where it cannot reach the tolerance
+  int newton_after;          // sweeps; from most_sweeps on: no Newton's method
+  int most_newton_steps;     // of one attempt, all its proximal steps together
+  double tolerance;          // m/s (rad/s)
+  double accepted = 0.0;     // likewise, of Newton's method where it cannot reach the tolerance
+  int tree_after = 1 << 30;  // sweeps before newton_tree.h; from newton_after on: never
 };
 
 /// Coulomb's law of rigid contacts as a row of convex programs, each corrected by the slip of the one before, in one
@@ -318,6 +320,17 @@ GRAZE_OUT_OF_LINE bool solve_by_newton(const ContactLawT<T>& law, const NewtonT<
   return converged;
 }
 
+/// Newton's method on all of `lanes` whose matrix is a tree's. Returns the lanes that converge; others keep impulses
+/// and dz.
+template <class T>
+GRAZE_OUT_OF_LINE unsigned solve_by_tree(const ContactLawT<T>& law, const NewtonT<T>& newton, const SolveBounds& bounds,
+                                         unsigned lanes, ConstraintsT<T>& set, T* dz, T& steps, T& residual) {
+  if (lanes == 0) return 0;
+  TreeNewton<T> run(newton, bounds.tolerance, bounds.accepted, set);
+  lanes = run.eligible(law, lanes);
+  return lanes == 0 ? 0 : run.run(lanes, bounds.most_newton_steps, dz, steps, residual);
+}
+
 /// Impulses and dz of all `lanes`: sweeps, then Newton's method where these have not converged, then what sweeps are
 /// left. `steps`: sweeps and steps of Newton's method; `residual` (m/s): the last sweep's largest change of a velocity,
 /// or what Newton's method has left of the laws; both per lane.
@@ -327,14 +340,21 @@ inline void solve_constraints(const ContactLawT<T>& law, const SolveBounds& boun
   SweepsT<T> at;
   at.moving = mask_from_bits<T>(lanes);
   const int first = bounds.newton_after < bounds.most_sweeps ? bounds.newton_after : bounds.most_sweeps;
-  sweep<T>(law, first, bounds.most_sweeps, bounds.tolerance, set, dz, at);
   T newton_steps(0.0);
+  if (bounds.tree_after < first) {
+    sweep<T>(law, bounds.tree_after, bounds.most_sweeps, bounds.tolerance, set, dz, at);
+    at.moving = at.moving & !mask_from_bits<T>(solve_by_tree<T>(law, newton, bounds, bits(at.moving), set, dz,
+                                                                newton_steps, at.residual));
+  }
+  sweep<T>(law, first, bounds.most_sweeps, bounds.tolerance, set, dz, at);
   if (at.done == 0) at.residual = T(1e300);
   if (bounds.newton_after < bounds.most_sweeps && any(at.moving)) {
     unsigned converged = 0;
     for (unsigned rest = bits(at.moving); rest != 0; rest &= rest - 1) {
       const int lane = __builtin_ctz(rest);
-      if (solve_by_newton<T>(law, newton, bounds, lane, set, dz, newton_steps, at.residual)) converged |= 1u << lane;
+      T taken(0.0);
+      if (solve_by_newton<T>(law, newton, bounds, lane, set, dz, taken, at.residual)) converged |= 1u << lane;
+      newton_steps += taken;
     }
     at.moving = at.moving & (!mask_from_bits<T>(converged));
     at.from = at.done - kPlainSweeps;

@@ -48,6 +48,7 @@ struct SolverSettings {
   bool sweep_servos = false;  // solve every servo as a row of the sweeps, for comparison
   bool measure = false;       // fills `measured`, which no step needs
   int newton_after = 16;      // sweeps, where they have not converged (newton.h); most_sweeps: never
+  int tree_after = 1 << 30;   // likewise, of newton_tree.h; from newton_after on: never
   int most_newton_steps = 100;
 };
 
@@ -151,6 +152,7 @@ struct LaneBlock {
   double* servo;          // kServoRows per actuated joint
   double* servo_rows;     // 2 per degree of freedom of its path per actuated joint
   double* M_kept;         // M without drives
+  double* diagonal;       // nv: what M has there beside the inertias of bodies, if settings.tree_after asks for it
   unsigned* locked;       // per body: lanes in which prescribed motion holds its joint
   double* joints;         // JointRowT per watched joint and actuated joint
   double* joint_rows;     // 2 per degree of freedom of its path per watched joint

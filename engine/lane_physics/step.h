@@ -75,6 +75,26 @@ inline void place_colliders(LaneBlock& block, const TreeT<T>& tree, T& fastest, 
   }
 }
 
+/// Whether bodies are that far from their bases that newton_tree.h comes first.
+inline bool is_deep(const LaneBlock& block) { return block.settings.tree_after < block.settings.newton_after; }
+
+/// What M's diagonal has beside the inertias of bodies: the rotors', less what is there now or, `now`, with it.
+template <class T>
+inline void note_diagonal(const LaneBlock& block, const TreeT<T>& tree, bool now) {
+  if (!is_deep(block)) return;
+  const TopologyView& t = tree.topology;
+  T* out = rows<T>(block.diagonal);
+  for (int i = 0; i < t.bodies; ++i) {
+    const int k = t.v[i];
+    if (t.kind[i] == kFloating) {
+      for (int d = 0; d < 6; ++d) out[k + d] = T(0.0);
+      continue;
+    }
+    const T diagonal = tree.M[t.row[k] + t.dof_depth[k]];
+    out[k] = now ? out[k] + diagonal : tree.body[i].armature - diagonal;
+  }
+}
+
 /// M + h D and drives = L^T D L, and dz: the change of L v by all but constraints.
 template <class T>
 inline void move_freely(LaneBlock& block, const TreeT<T>& tree, double h, unsigned active, const DriveView& drive) {
@@ -82,6 +102,7 @@ inline void move_freely(LaneBlock& block, const TreeT<T>& tree, double h, unsign
   T* dz = rows<T>(block.dz);
   const T* v = rows<T>(block.v);
   for (int k = 0; k < t.nv; ++k) dz[k] = -(T(h) * tree.bias[k]);
+  note_diagonal<T>(block, tree, false);
   if (drive.q) {
     add_drives<T>(block, tree, drive, h, active, dz);
   } else {
@@ -100,6 +121,7 @@ inline void move_freely(LaneBlock& block, const TreeT<T>& tree, double h, unsign
     diagonal += damping;
   }
   if (drive.prescribed) hold_joints<T>(block, tree, drive, h, dz);
+  note_diagonal<T>(block, tree, true);
   factor_and_solve<T>(tree, dz);
   if (drive.prescribed) move_joints<T>(block, tree, drive, h, dz);
 }
@@ -152,6 +174,15 @@ inline void advance(LaneBlock& block, const TreeT<T>& tree, double h, unsigned a
   audit<T>(block, tree, h, active, before, impulse_work, gravity_work, rows<T>(block.effort)[2] + damper_work);
 }
 
+/// articulate() of deep trees; else null. Without contacts, too: rows of joints may need newton_tree.h.
+template <class T>
+inline const SpatialT<T>* articulate_deep(const LaneBlock& block, const TreeT<T>& tree) {
+  if (!is_deep(block)) return nullptr;
+  const TreeRowsT<T> memory(block.newton, tree.topology.bodies);
+  articulate<T>(tree, rows<T>(block.diagonal), memory.A, memory.U);
+  return memory.U;
+}
+
 /// Impulses of the step's constraints; dz becomes the change of v. Returns their work, J.
 template <class T>
 inline T solve(LaneBlock& block, const TreeT<T>& tree, double h, unsigned active, const DriveView& drive,
@@ -165,9 +196,10 @@ inline T solve(LaneBlock& block, const TreeT<T>& tree, double h, unsigned active
   set.paths = block.paths;
   set.memory = reinterpret_cast<SweepMemoryT<T>*>(block.sweep_memory);
   Vec3T<T>* scratch = reinterpret_cast<Vec3T<T>*>(block.scratch);
+  const SpatialT<T>* U = articulate_deep<T>(block, tree);
   for (int i = 0; i < set.contact_count; ++i) {
     ContactT<T>& c = set.contacts[i];
-    set_up_contact<T>(tree, set.paths[c.path], mimics, law, T(h), dz, c, scratch);
+    set_up_contact<T>(tree, U, set.paths[c.path], mimics, law, T(h), dz, c, scratch);
   }
   set.joints = reinterpret_cast<JointRowT<T>*>(block.joints);
   set.joint_count = set_up_joints<T>(block, tree, mimics, h, active);
@@ -179,10 +211,10 @@ inline T solve(LaneBlock& block, const TreeT<T>& tree, double h, unsigned active
   for (int k = 0; k < tree.topology.nv; ++k) free[k] = dz[k];
   warm_start<T>(set, dz);
   T* effort = rows<T>(block.effort);
-  const NewtonT<T> newton{tree.topology.nv, tree.inverse_D, z, free, block.newton};
+  const NewtonT<T> newton{tree.topology.nv, tree.inverse_D, z, free, block.newton, &tree, rows<T>(block.diagonal)};
   const SolverSettings& settings = block.settings;
-  const SolveBounds bounds{settings.most_sweeps, settings.newton_after, settings.most_newton_steps, settings.tolerance,
-                           settings.accepted};
+  const SolveBounds bounds{settings.most_sweeps, settings.newton_after, settings.most_newton_steps,
+                           settings.tolerance,   settings.accepted,     settings.tree_after};
   solve_constraints<T>(law, bounds, active, newton, set, dz, effort[0], effort[1]);
   if (block.settings.measure) {
     *reinterpret_cast<ContactResidualsT<T>*>(block.measured) = contact_residuals<T>(law, set, dz);

@@ -183,6 +183,21 @@ TEST_F(Verify, ManifestsSayWhatShardsAre) {
   EXPECT_EQ(verify(campaign_).soundness, Soundness::whole);
 }
 
+// Without its line a shard that is lost would look as if it had never been: 'resume' has the manifest tell again.
+TEST_F(Verify, ManifestsTellOfAllShards) {
+  const fs::path manifest = fs::directory_iterator(campaign_ / "manifest")->path();
+  const std::string before = testing::read_file(manifest), first = before.substr(0, before.find('\n') + 1);
+  testing::write_file(manifest, first + before.substr(first.size(), 20));  // the second is torn
+  EXPECT_EQ(verify(campaign_).soundness, Soundness::incomplete);
+  EXPECT_EQ(file("manifest").state, FileState::damaged);
+  EXPECT_THAT(file("manifest").what, AllOf(HasSubstr("1 of 2 shards"), HasSubstr("'graze resume' writes it anew")));
+  fs::remove_all(campaign_ / "manifest");
+  EXPECT_EQ(verify(campaign_).soundness, Soundness::incomplete);
+  EXPECT_EQ(verify(campaign_).left(), 0u);
+  EXPECT_EQ(file("manifest").state, FileState::missing);
+  EXPECT_THAT(file("manifest").what, HasSubstr("2 of 2 shards"));
+}
+
 /// Puts a dataset of so many zeros in the place of another, in chunks of so many bytes that are written once and
 /// copied: a small file that claims much.
 void inflate(hid_t file, const std::string& path, hsize_t rows, hsize_t row_bytes, hsize_t chunk_bytes) {

@@ -72,6 +72,24 @@ inline World free_body(const Shape& shape, double mass) {
   return world;
 }
 
+/// A floating chain of `joints` hinges, 6 cm apart, with axes across each other in turn; a sphere of 2 cm and 70 g per
+/// link. It lies limp on the ground.
+inline World lying_chain(int joints) {
+  const Shape bead = sphere(0.02);
+  World world = free_body(bead, 0.07);
+  world.objects.push_back(fixed("ground", plane()));
+  for (int i = 1; i <= joints; ++i) {
+    const std::string name = "bead" + std::to_string(i), parent = i > 1 ? "bead" + std::to_string(i - 1) : "body";
+    world.robot.links.push_back(link(name, bead, 0.07, at(0.06, 0, 0)));
+    world.robot.joints.push_back(joint("j" + std::to_string(i), parent, name, JointType::revolute,
+                                       at(i > 1 ? 0.06 : 0, 0, 0), i % 2 ? Vec3::UnitY() : Vec3::UnitZ()));
+    world.robot.joints.back().damping = 1e-3;
+  }
+  world.contact.self_collision = false;
+  world.initial.on_ground = true;
+  return world;
+}
+
 inline Particle particle_of(const World& world) {
   Particle particle;
   particle.model = compile(world);

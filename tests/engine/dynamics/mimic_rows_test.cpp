@@ -118,7 +118,7 @@ class Case {
     c.phi = 1;
     std::vector<Vec3T<double>> y(2 * path.count), scratch(model_.nv);
     c.y = y.data();
-    set_up_contact<double>(tree_, path, mimics_, {0, 0, 0.2, 0.1}, kStep, dz_.data(), c, scratch.data());
+    set_up_contact<double>(tree_, nullptr, path, mimics_, {0, 0, 0.2, 0.1}, kStep, dz_.data(), c, scratch.data());
     Eigen::Matrix3d axes;
     axes << n.x(), n.y(), n.z(), c.s.x, c.s.y, c.s.z, c.t.x, c.t.y, c.t.z;
     const Eigen::Matrix3d A = axes * J * response_ * J.transpose() * axes.transpose();

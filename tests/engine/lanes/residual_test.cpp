@@ -91,16 +91,8 @@ INSTANTIATE_TEST_SUITE_P(Models, Residual, testing::ValuesIn(lane_contact_models
 
 // A limp chain of 60 joints that has been let go crooked, one sphere per link.
 TEST_P(Residual, OfALyingChainOfSixty) {
-  World chain = world(sphere(0.02), 0.07);
-  for (int i = 1; i <= 60; ++i) {
-    const std::string name = "bead" + std::to_string(i), parent = i > 1 ? "bead" + std::to_string(i - 1) : "body";
-    chain.robot.links.push_back(link(name, sphere(0.02), 0.07, at(0.06, 0, 0)));
-    chain.robot.joints.push_back(joint("j" + std::to_string(i), parent, name, JointType::revolute,
-                                       at(i > 1 ? 0.06 : 0, 0, 0), i % 2 ? Vec3::UnitY() : Vec3::UnitZ()));
-    chain.robot.joints.back().damping = 1e-3;
-  }
-  chain.contact.self_collision = false;
-  chain.initial.on_ground = true;
+  World chain = lying_chain(60);
+  chain.contact.model = GetParam();
   Measured run(chain, 0.05);
   expect_converged(GRAZE_SANITIZED ? 0.25 : 1.25, run);  // sanitizers have seen it all by then
 }
