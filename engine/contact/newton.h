@@ -86,21 +86,20 @@ struct NewtonRow {
 };
 
 /// Eight contacts, or fewer: what is behind them is open.
-struct ContactsOfEight : NewtonContactT<Eight> {
-  Vec3T<Eight> b, u, along;                   // u: velocity where lambda was found; along: its change by the step
-  Eight friction, compliance, guard, rn, rt;  // r: R for eps = 1, along n and across
-  Eight felt;                                 // the guard, or 0 where overlap is deep
-  Eight lift;                                 // of b.x, m/s: correct()
+struct ContactsOfEight : ProximalContactT<Eight> {
+  Vec3T<Eight> b, u, along;  // u: velocity where lambda was found; along: its change by the step
+  Eight friction, compliance, guard;
+  Eight felt;  // the guard, or 0 where overlap is deep
+  Eight lift;  // of b.x, m/s: correct()
   int first, count;
   int dof_count;
   const int* dofs;  // that move some of them
   Vec3T<Eight>* columns;
 };
 
-/// Eight joints' rows likewise. kept, lambda: lower, upper, dry.
-struct JointsOfEight {
-  Eight b, u, along, r, lower_gap, upper_gap, dry_gap, dry_compliance, dry_low, dry_high;
-  Eight kept[3], lambda[3], g;
+/// Eight joints' rows likewise.
+struct JointsOfEight : NewtonJointT<Eight> {
+  Eight b, u, along, lower_gap, upper_gap, dry_gap, dry_compliance, dry_low, dry_high;
   int first, count;
   int dof_count;
   const int* dofs;
@@ -335,14 +334,14 @@ struct NewtonProblem {
     for (int i = 0; i < (contact_count + 7) / 8; ++i) {
       ContactsOfEight c = contact_packs[i];
       const Vec3T<Eight> before = c.lambda;
-      find_impulses(c, eps, axpy(Eight(length), c.along, c.u));
+      find_impulses<Eight>(convex, Eight(eps), axpy(Eight(length), c.along, c.u), c, c);
       value -= dot(c.along, c.lambda - before);
       rate += dot(c.along, Vec3T<Eight>{dot(c.n, c.along), dot(c.s, c.along), dot(c.t, c.along)});
     }
     for (int i = 0; i < (joint_count + 7) / 8; ++i) {
       JointsOfEight c = joint_packs[i];
       const Eight before = c.lambda[0] - c.lambda[1] + c.lambda[2];
-      find_impulses(c, eps, fma(Eight(length), c.along, c.u));
+      find_impulses<Eight>(Eight(eps), fma(Eight(length), c.along, c.u), c, c);
       value -= c.along * (c.lambda[0] - c.lambda[1] + c.lambda[2] - before);
       rate += c.g * c.along * c.along;
     }
@@ -351,44 +350,19 @@ struct NewtonProblem {
 
   void visit(ContactsOfEight& c, double eps, const double* at) const {
     c.u = velocity(c, at);
-    find_impulses(c, eps, c.u);
+    find_impulses<Eight>(convex, Eight(eps), c.u, c, c);
     for (int i = 0; i < c.count; ++i) {
       const double n = number(c.lambda.x, i);
       if (n > 0.0) take(contacts[c.first + i], n, number(c.lambda.y, i), number(c.lambda.z, i));
     }
   }
 
-  /// lambda and G at velocities u.
-  void find_impulses(ContactsOfEight& c, double eps, const Vec3T<Eight>& u) const {
-    const Vec3T<Eight>& kept = c.kept;
-    const Eight rn = Eight(eps) * c.rn, rt = Eight(eps) * c.rt;
-    const Eight wn = recip(c.compliance + rn), wt = recip(c.guard + rt);
-    const Vec3T<Eight> x{fma(rn, kept.x, -u.x) * wn, fma(rt, kept.y, -u.y) * wt, fma(rt, kept.z, -u.z) * wt};
-    if (convex) {
-      project_cone<Eight>(c.friction, x, wn, c);
-    } else {
-      project_coulomb<Eight>(c.friction, x, wn, wt, c);
-    }
-  }
-
   void visit(JointsOfEight& c, double eps, const double* at) const {
     c.u = c.b;
     for (int i = 0; i < c.dof_count; ++i) c.u = fma(Eight(at[c.dofs[i]]), c.columns[i], c.u);
-    find_impulses(c, eps, c.u);
+    find_impulses<Eight>(Eight(eps), c.u, c, c);
     const Eight impulse = c.lambda[0] - c.lambda[1] + c.lambda[2];
     for (int i = 0; i < c.count; ++i) take(joints[c.first + i], number(impulse, i));
-  }
-
-  void find_impulses(JointsOfEight& c, double eps, const Eight& u) const {
-    const Eight zero(0.0);
-    const Eight r = Eight(eps) * c.r, w = recip(r), dry_w = recip(c.dry_compliance + r);
-    const Eight lower = fma(r, c.kept[0], -(u + c.lower_gap)) * w, upper = fma(r, c.kept[1], u - c.upper_gap) * w;
-    const Eight dry = fma(r, c.kept[2], -(u + c.dry_gap)) * dry_w;
-    const auto gives = (dry > c.dry_low) & (dry < c.dry_high);
-    c.lambda[0] = max(lower, zero);
-    c.lambda[1] = max(upper, zero);
-    c.lambda[2] = min(max(dry, c.dry_low), c.dry_high);
-    c.g = select(lower > zero, w, zero) + select(upper > zero, w, zero) + select(gives, dry_w, zero);
   }
 
   /// Adds Y G Y^T of a contact.

@@ -189,12 +189,9 @@ template <class T>
 GRAZE_OUT_OF_LINE void take_slips(const NewtonProblem& p, int lane, ConstraintsT<T>& set) {
   for (int i = 0; i < (p.contact_count + 7) / 8; ++i) {
     ContactsOfEight& c = p.contact_packs[i];
-    const Vec3T<Eight> u = p.velocity(c, p.z), &at = c.kept;
-    const Eight s = fma(c.guard, at.y, u.y), t = fma(c.guard, at.z, u.z);
-    const Eight length = sqrt(fma(at.y, at.y, at.z * at.z)), radius = c.friction * at.x;
-    const auto slips = (radius > Eight(0.0)) & (length >= Eight(1.0 - 1e-12) * radius);
-    c.n.x = select(slips, Eight(1.0), Eight(0.0));
-    c.n.y = sqrt(fma(s, s, t * t)) * recip(select(slips, length, Eight(1.0)));
+    const SlipT<Eight> slip = slip_of<Eight>(c.friction, c.guard, c.kept, p.velocity(c, p.z));
+    c.n.x = select(slip.slips, Eight(1.0), Eight(0.0));
+    c.n.y = slip.rate;
   }
   for (int i = 0, n = 0; i < set.contact_count; ++i) {
     ContactT<T>& c = set.contacts[i];

@@ -13,17 +13,15 @@ inline namespace GRAZE_ISA_NAMESPACE {
 
 /// A contact of TreeNewton.
 template <class T>
-struct TreeContactT : NewtonContactT<T> {
+struct TreeContactT : ProximalContactT<T> {
   Vec3T<T> b;  // velocity that the step ends with but for constraints, m/s
-  T rn, rt;    // R for eps = 1, along n and across
   Vec3T<T> r;  // from O, m
 };
 
 /// A joint's row of TreeNewton.
 template <class T>
-struct TreeJointT {
-  T b, r, g;
-  T kept[3], lambda[3];  // lower, upper, dry
+struct TreeJointT : NewtonJointT<T> {
+  T b;  // likewise
 };
 
 /// Working memory per body.
@@ -208,11 +206,7 @@ class TreeNewton {
     const PathView& path = set_.paths[c.path];
     TreeContactT<T>& own = contacts_[i];
     TreeBodyT<T>& body = bodies_[body_of(path)];
-    const Vec3T<T> u = own.b + velocity(c, own, path, body.V), &kept = own.kept;
-    const T rn = eps_ * own.rn, rt = eps_ * own.rt;
-    const T wn = recip(c.compliance + rn), wt = recip(c.guard + rt);
-    const Vec3T<T> x{fma(rn, kept.x, -u.x) * wn, fma(rt, kept.y, -u.y) * wt, fma(rt, kept.z, -u.z) * wt};
-    project_coulomb<T>(c.friction, x, wn, wt, own);
+    find_impulses<T>(false, eps_, own.b + velocity(c, own, path, body.V), c, own);
     const Mask here = mask_from_bits<T>(c.lanes);
     const Vec3T<T> none{T(0.0), T(0.0), T(0.0)};
     own.lambda = select(here, own.lambda, none);
@@ -225,16 +219,10 @@ class TreeNewton {
   void visit_joint(int i, const T* y) {
     const JointRowT<T>& c = set_.joints[i];
     TreeJointT<T>& own = joints_[i];
-    const T zero(0.0), u = own.b + y[dof_of(c)];
-    const T r = eps_ * own.r, w = recip(r), dry_w = recip(c.dry_compliance + r);
-    const T lower = fma(r, own.kept[0], -(u + c.lower_gap)) * w, upper = fma(r, own.kept[1], u - c.upper_gap) * w;
-    const T dry = fma(r, own.kept[2], -(u + c.dry_gap)) * dry_w;
-    const Mask here = mask_from_bits<T>(c.lanes), gives = (dry > c.dry_low) & (dry < c.dry_high);
-    own.lambda[0] = select(here, max(lower, zero), zero);
-    own.lambda[1] = select(here, max(upper, zero), zero);
-    own.lambda[2] = select(here, min(max(dry, c.dry_low), c.dry_high), zero);
-    own.g =
-        select(here, select(lower > zero, w, zero) + select(upper > zero, w, zero) + select(gives, dry_w, zero), zero);
+    find_impulses<T>(eps_, own.b + y[dof_of(c)], c, own);
+    const Mask here = mask_from_bits<T>(c.lanes);
+    for (T& lambda : own.lambda) lambda = select(here, lambda, T(0.0));
+    own.g = select(here, own.g, T(0.0));
     gradient_[dof_of(c)] -= own.lambda[0] - own.lambda[1] + own.lambda[2];
   }
 
@@ -470,13 +458,9 @@ class TreeNewton {
     const PathView& path = set_.paths[c.path];
     Vec3T<T> u = c.b;
     for (int d = 0; d < path.count; ++d) u = axpy(dz[path.dofs[d]], c.y[d], u);
-    const Vec3T<T>& at = c.lambda;
-    const T s = fma(c.guard, at.y, u.y), t = fma(c.guard, at.z, u.z);
-    const T length = sqrt(fma(at.y, at.y, at.z * at.z)), radius = c.friction * at.x;
-    const Mask slips = (radius > T(0.0)) & (length >= T(1.0 - 1e-12) * radius);
-    c.slips = select(here, select(slips, T(1.0), T(0.0)), c.slips);
-    const T rate = sqrt(fma(s, s, t * t)) * recip(select(slips, length, T(1.0)));
-    c.slip_rate = select(here & slips, rate, c.slip_rate);
+    const SlipT<T> slip = slip_of<T>(c.friction, c.guard, c.lambda, u);
+    c.slips = select(here, select(slip.slips, T(1.0), T(0.0)), c.slips);
+    c.slip_rate = select(here & slip.slips, slip.rate, c.slip_rate);
   }
 
   const TreeT<T>& tree_;

@@ -60,10 +60,8 @@ Vec3 extent_of(const Shape& shape, const HullArrays& hull) {
   return Vec3::Constant(kFar);
 }
 
-/// Degrees of freedom on some body's way to its base from which on newton_tree.h comes first, and after how many
-/// sweeps: our choices, found on chains that lie limp. Campaigns of those with 18 and 30 take as long as without,
-/// with 66 two thirds.
-constexpr int kDeep = 24, kTreeAfter = 4;
+/// Sweeps before newton_tree.h, where it comes first: our choice, found as kDeep was.
+constexpr int kTreeAfter = 4;
 
 double radius_of(const Shape& shape, const HullArrays& hull) {
   double radius = 0;
@@ -198,16 +196,15 @@ void LaneEngine::number_mimics(const Model& nominal) {
 
 void LaneEngine::choose_solver(const Model& nominal) {
   SolverSettings& settings = block_.settings;
-  if (nominal.contact_solver == ContactSolver::sweeps || static_cast<std::size_t>(nominal.nv) > kMostNewtonDofs) {
-    settings.newton_after = settings.most_sweeps;
-    return;
-  }
+  const bool sweeps_only = nominal.contact_solver == ContactSolver::sweeps;
   if (nominal.contact_solver == ContactSolver::newton) settings.newton_after = 1;
   const TopologyView t = topology_.view();
   const int deepest = t.nv == 0 ? 0 : 1 + *std::max_element(t.dof_depth, t.dof_depth + t.nv);
-  if (deepest < kDeep || !mimics_.empty()) return;
-  settings.tree_after = std::min(kTreeAfter, settings.newton_after);
-  settings.newton_after = std::max(settings.newton_after, settings.tree_after + 1);
+  if (deepest >= kDeep && mimics_.empty() && !sweeps_only) {
+    settings.tree_after = std::min(kTreeAfter, settings.newton_after);
+    settings.newton_after = std::max(settings.newton_after, settings.tree_after + 1);
+  }
+  if (sweeps_only || static_cast<std::size_t>(t.nv) > kMostNewtonDofs) settings.newton_after = settings.most_sweeps;
 }
 
 std::size_t LaneEngine::lay_out(double* base) {
@@ -445,15 +442,16 @@ void LaneEngine::make_room_for_contacts() {
 }
 
 void LaneEngine::make_room_for_newton(std::size_t contacts) {
-  if (block_.settings.newton_after >= block_.settings.most_sweeps) return;
-  const auto nv = static_cast<std::size_t>(block_.topology.nv);
-  const std::size_t joints = static_cast<std::size_t>(block_.topology.bodies) + actuated_dof_.size();
-  const std::size_t numbers = (newton_numbers(nv, contacts, joints) + 7) / 8 * 8;
   const bool by_tree = block_.settings.tree_after < block_.settings.newton_after;
-  const auto bodies = static_cast<std::size_t>(block_.topology.bodies);
+  const bool by_matrix = block_.settings.newton_after < block_.settings.most_sweeps;
+  if (!by_tree && !by_matrix) return;
+  const auto nv = static_cast<std::size_t>(block_.topology.nv),
+             bodies = static_cast<std::size_t>(block_.topology.bodies);
+  const std::size_t joints = bodies + actuated_dof_.size();
+  const std::size_t numbers = by_matrix ? (newton_numbers(nv, contacts, joints) + 7) / 8 * 8 : 0;
   newton_.grow(numbers +
                (by_tree ? tree_rows(nv, bodies, contacts, joints) * static_cast<std::size_t>(kernel_.lanes) : 0));
-  const std::size_t indices = newton_indices(nv, contacts, joints);
+  const std::size_t indices = by_matrix ? newton_indices(nv, contacts, joints) : 0;
   if (newton_indices_.size() < indices) newton_indices_.resize(indices + indices / 2);
   block_.newton = {newton_.data(), newton_indices_.data(), newton_.data() + numbers};
 }

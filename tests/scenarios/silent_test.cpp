@@ -4,6 +4,7 @@
 
 #include "engine/model/newton_limit.h"
 #include "tests/scenarios/support.h"
+#include "tests/temporary_folder.h"
 
 namespace graze {
 namespace {
@@ -38,6 +39,29 @@ TEST(Silent, NewtonsMethodForTooManyDegreesOfFreedom) {
   for (const char* other : {"{solver: auto}", "{solver: sweeps}", "{friction: 1}"}) {
     EXPECT_THAT(warnings_with(kTooMany, other), IsEmpty()) << other;
   }
+}
+
+// Its long limb is solved without a matrix.
+TEST(Silent, NewtonsMethodForALongChain) {
+  std::string urdf = "<robot name='chain'>\n<link name='l0'/>\n";
+  for (int i = 1; i <= 170; ++i) {
+    urdf += fmt::format(
+        R"(<link name='l{0}'><inertial><mass value='0.1'/>
+  <inertia ixx='1e-4' iyy='1e-4' izz='1e-4' ixy='0' ixz='0' iyz='0'/></inertial></link>
+<joint name='j{0}' type='continuous'><parent link='l{1}'/><child link='l{0}'/>
+  <origin xyz='0.1 0 0'/><axis xyz='0 1 0'/></joint>
+)",
+        i, i - 1);
+  }
+  const testing::TemporaryFolder folder;
+  testing::write_file(folder / "chain.urdf", urdf + "</robot>\n");
+  const auto scenario = testing::read("graze: 1\nrobot: {urdf: " + (folder / "chain.urdf").string() + R"(, base: fixed}
+contact: {solver: newton}
+time: {end: 1 s, step: 1 ms}
+policies: {rest: {hold: {}, control: {joint_pd: {kp: 10}}}}
+task: {objective: {rests: {speed: {link: "*", below: 1 m/s}}}}
+)");
+  EXPECT_THAT(scenario.warnings, Each(Not(HasSubstr("contact.solver"))));
 }
 
 TEST(Silent, AKeyThatIsTakenOutAndIsNotThere) {
