@@ -159,8 +159,11 @@ NodePtr with_item(const NodePtr& node, std::string_view path, const NodePtr& val
   std::size_t index = 0;
   const auto [end, error] = std::from_chars(head.data(), head.data() + head.size(), index);
   if (error != std::errc() || end != head.data() + head.size() || index >= node->list.size()) {
-    throw InputError(fmt::format("{}'{}': is not one of the list's indices 0 to {}", where, clipped(head, kPathShown),
-                                 static_cast<long>(node->list.size()) - 1));
+    // As parameters of `uncertain` are called.
+    const std::size_t axis = head.size() == 1 ? std::string_view("xyz").find(head) : std::string_view::npos;
+    throw InputError(fmt::format("{}'{}': is not one of the list's indices 0 to {}{}", where, clipped(head, kPathShown),
+                                 static_cast<long>(node->list.size()) - 1,
+                                 axis < node->list.size() ? fmt::format("; nearest right answer: {}", axis) : ""));
   }
   auto out = std::make_shared<SettingsNode>(*node);
   NodePtr& item = out->list[index];

@@ -238,6 +238,12 @@ NodePtr parse(const std::string& text, const std::string& name, bool lines) {
   if (text.size() > kMaxBytes) {
     throw InputError(fmt::format("{}: {} bytes; at most {} are read", name, text.size(), bytes_in_words(kMaxBytes)));
   }
+  if (text.starts_with("\x89HDF\r\n\x1a\n")) {
+    throw InputError(
+        fmt::format("{}:1:1: not YAML: it is an HDF5 file, as archives are; a scenario belongs here (graze score {} "
+                    "reads an archive)",
+                    name, name));
+  }
   if (const std::size_t zero = text.find('\0'); zero != std::string::npos) {
     const auto begin = text.begin(), end = begin + static_cast<std::ptrdiff_t>(zero);
     const std::size_t line_begin = zero == 0 ? std::string::npos : text.rfind('\n', zero - 1);

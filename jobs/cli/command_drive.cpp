@@ -13,6 +13,7 @@
 
 #include "analysis/number_words.h"
 #include "archive/files/files.h"
+#include "archive/files/parent_folders.h"
 #include "archive/files/shell_word.h"
 #include "archive/files/utf8.h"
 #include "engine/settings/inputs.h"
@@ -307,8 +308,12 @@ int drive(const DriveArguments& arguments) {
   if (!arguments.record.empty()) check_record(arguments, scenario);
   if (arguments.seed) scenario.seed = *arguments.seed;
   const Simulation simulation(std::move(scenario));
+  std::optional<ParentFolders> folders;
   std::optional<NewFile> recorded;  // made first: a place that cannot be written is refused before the drive
-  if (!arguments.record.empty()) recorded.emplace(arguments.record, arguments.force);
+  if (!arguments.record.empty()) {
+    folders.emplace(arguments.record);
+    recorded.emplace(arguments.record, arguments.force);
+  }
   DriveSession session(simulation, arguments.particle, arguments.trial, arguments.page.has_value());
   if (keys) check_choices(*keys, session.policies());
   Driver driver(session, simulation.scenario());

@@ -65,9 +65,10 @@ TEST_F(Drive, RefusesFirstWhereNothingCanBeRecorded) {
   testing::write_file(folder / "keys",
                       "\xEF\xBB\xBF"
                       "0 up\n0.1 q\n");
-  const testing::Result none = drive("--keys keys --record nowhere/way.csv --trial 0");
+  testing::write_file(folder / "no-folder", "");
+  const testing::Result none = drive("--keys keys --record no-folder/way.csv --trial 0");
   EXPECT_EQ(none.code, 3);
-  EXPECT_THAT(none.err, HasSubstr("nowhere"));
+  EXPECT_THAT(none.err, HasSubstr("no-folder"));
   EXPECT_EQ(none.out, "");
   testing::write_file(folder / "way.csv", "mine");
   const testing::Result taken = drive("--keys keys --record way.csv --trial 0");
@@ -79,12 +80,13 @@ TEST_F(Drive, RefusesFirstWhereNothingCanBeRecorded) {
 // Under particle 3, whose sensors err.
 TEST_F(Drive, IsTheSameAgain) {
   testing::write_file(folder / "keys", "0 up\n0 up # 10 cm/s\n0.4 left\n0.9 space\n1 q\n");
-  const testing::Result first = drive("--particle 3 --keys keys --record way.csv --set policies.holonomic=~ --trial 0");
+  const testing::Result first =
+      drive("--particle 3 --keys keys --record new/way.csv --set policies.holonomic=~ --trial 0");
   EXPECT_EQ(first.code, 0) << first.err;
   EXPECT_THAT(first.out, HasSubstr("1 s under walk"));
-  const std::string commands = testing::read_file(folder / "way.csv");
+  const std::string commands = testing::read_file(folder / "new/way.csv");
   EXPECT_THAT(commands, HasSubstr("time,forward,strafe,turn,policy\n0,0.1,0,0,walk\n0.4,0.1,0,0.1,walk\n"));
-  const testing::Result again = drive("--particle 3 --replay way.csv --set policies.holonomic=~ --set time.end=1");
+  const testing::Result again = drive("--particle 3 --replay new/way.csv --set policies.holonomic=~ --set time.end=1");
   EXPECT_EQ(digest(first.out), digest(again.out)) << again.err;
 }
 

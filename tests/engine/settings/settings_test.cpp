@@ -258,6 +258,10 @@ TEST(Yaml, RefusesABinaryFile) {
   using namespace std::string_literals;
   EXPECT_EQ(message("a: 1\nname: a\0b\n"s), "a.yaml:2:8: not YAML: a byte 0, which no text has");
   EXPECT_EQ(message("\0"s), "a.yaml:1:1: not YAML: a byte 0, which no text has");
+  EXPECT_EQ(
+      message("\x89HDF\r\n\x1a\n\0\0"s),
+      "a.yaml:1:1: not YAML: it is an HDF5 file, as archives are; a scenario belongs here (graze score a.yaml reads "
+      "an archive)");
 }
 
 TEST(Yaml, HintsAtLayout) {
@@ -300,14 +304,11 @@ TEST(Units, DoubtWhatIsHardlyMeant) {
 
 TEST(Overrides, KnowWhatTheyLeadInto) {
   const Settings s = parse("time: {end: 3}\nlist: [1, 2]\n");
-  EXPECT_EQ(message_of([&] {
-              s.overridden({{"time.end.x", "2"}});
-            }),
-            "--set time.end.x=2: 'x' leads into a value that is not a map");
-  EXPECT_EQ(message_of([&] {
-              s.overridden({{"list.5", "2"}});
-            }),
-            "--set list.5=2: '5': is not one of the list's indices 0 to 1");
+  const auto told = [&](const std::string& path) { return message_of([&] { s.overridden({{path, "2"}}); }); };
+  EXPECT_EQ(told("time.end.x"), "--set time.end.x=2: 'x' leads into a value that is not a map");
+  EXPECT_EQ(told("list.5"), "--set list.5=2: '5': is not one of the list's indices 0 to 1");
+  EXPECT_EQ(told("list.y"), "--set list.y=2: 'y': is not one of the list's indices 0 to 1; nearest right answer: 1");
+  EXPECT_EQ(told("list.z"), "--set list.z=2: 'z': is not one of the list's indices 0 to 1");
   EXPECT_EQ(message_of([&] {
               s.overridden({{"time.end", "soon"}}).at("time").at("end").number(Quantity::time);
             }),
