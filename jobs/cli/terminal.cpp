@@ -35,10 +35,12 @@ Title& title_of_log() {
   return title;
 }
 
+/// What goes on is told from what ends a command, whose message has no such word.
 class EscapedMessage : public spdlog::custom_flag_formatter {
  public:
   void format(const spdlog::details::log_msg& message, const std::tm&, spdlog::memory_buf_t& out) override {
-    std::string text = printable_message({message.payload.data(), message.payload.size()});
+    std::string text = message.level == spdlog::level::warn ? "warning: " : "";
+    text += printable_message({message.payload.data(), message.payload.size()});
     Title& title = title_of_log();
     const std::lock_guard lock(title.mutex);
     if (!title.text.empty()) text = printable_message(std::exchange(title.text, {})) + "\ngraze: " + text;

@@ -115,7 +115,8 @@ def _run(words: Sequence[str], archive: pathlib.Path, quiet: bool, asked: bool) 
 
 def _warn(said: str) -> None:
     """What the program warned of would be seen by nobody: controllers that fail, settings that look wrong."""
-    lines = [line.partition("graze: ")[2] for line in said.splitlines() if line.startswith("graze: ")]
+    begin = "graze: warning: "
+    lines = [line[len(begin):] for line in said.splitlines() if line.startswith(begin)]
     if lines:
         more = f" (and {len(lines) - 1} more, in Campaign.messages)" if len(lines) > 1 else ""
         warnings.warn(lines[0] + more, RuntimeWarning, stacklevel=4)
