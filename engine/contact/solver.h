@@ -295,9 +295,11 @@ template <class T>
 GRAZE_OUT_OF_LINE void accelerate(ConstraintsT<T>& set, const mask_of<T>& moving, bool first, const T& worst,
                                   const T& before, T* change_of_Lv) {
   ChangeT<T> dz(change_of_Lv);
+  const unsigned lanes = bits(moving);  // what others touch adds nothing
   T along(0.0), length(0.0);
   for (int i = 0; i < set.contact_count; ++i) {
     const ContactT<T>& c = set.contacts[i];
+    if ((c.lanes & lanes) == 0) continue;
     SweepMemoryT<T>& memory = set.memory[i];
     const Vec3T<T> f = c.lambda - memory.start;
     const Vec3T<T> change{c.ann * f.x, c.ass * f.y, c.att * f.z};
@@ -312,6 +314,7 @@ GRAZE_OUT_OF_LINE void accelerate(ConstraintsT<T>& set, const mask_of<T>& moving
   const T gamma = select(sound, max(min(along * recip(max(length, T(1e-300))), T(kFarthest)), T(-kFarthest)), T(0.0));
   for (int i = 0; i < set.contact_count; ++i) {
     ContactT<T>& c = set.contacts[i];
+    if ((c.lanes & lanes) == 0) continue;
     if (!first) {
       const Vec3T<T> change = -gamma * set.memory[i].step;
       c.lambda += change;

@@ -25,12 +25,11 @@ inline T distance_from_box(const Vec3T<T>& p, const PoseT<T>& X, const T* e) {
   return sqrt(norm2(out));
 }
 
-/// How far a collider reaches toward a plane of normal n, at most. A mesh, whose feet may be flat, by its box; others
-/// by their ball.
+/// How far a collider reaches toward a plane of normal n, at most: by its ball and its box.
 template <class T>
 inline T reach_to_plane(const LaneBlock& block, int collider, const PoseT<T>& X, const Vec3T<T>& n) {
   const T* numbers = collider_rows<T>(block, collider);
-  if (block.colliders[collider].kind != kMeshKind) return numbers[kRadius];
+  if (block.colliders[collider].kind == kSphereKind) return numbers[kRadius];
   const Vec3T<T> local = transposed_times(X.R, n);
   const T* e = numbers + kExtent;
   return min(numbers[kRadius], fma(abs(local.x), e[0], fma(abs(local.y), e[1], abs(local.z) * e[2])));
@@ -61,18 +60,50 @@ inline ShapeT<T> shape_of(const LaneBlock& block, int collider) {
   return {{size[0], size[1], size[2]}, block.colliders[collider].terrain, block.colliders[collider].hull};
 }
 
+/// Guard of bounds along axes, m: more than any of the sums rounds.
+inline constexpr double kAxisGuard = 1e-9;
+
 /// Another bound, along the axis that is kept of a pair. It counts less by a guard, so that what is passed over because
 /// of it has no contact for certain: then it does not matter which axis it is.
 template <class T>
 inline T separation_on_axis(const LaneBlock& block, const PairView& pair) {
-  constexpr double kGuard = 1e-9;  // m, more than any of the sums rounds
   const PoseT<T>* pose = reinterpret_cast<const PoseT<T>*>(block.pose);
   const PoseT<T>&Xa = pose[pair.a], &Xb = pose[pair.b];
   const Vec3T<T> n = Xb.R * reinterpret_cast<const Vec3T<T>*>(block.axis)[pair.axis];
   const auto reach_of = [&](int collider, const PoseT<T>& X, const Vec3T<T>& way) {
     return reach_of_shape(ShapeKind(block.colliders[collider].kind), shape_of<T>(block, collider), X, way);
   };
-  return dot(n, Xa.p - Xb.p) - reach_of(pair.a, Xa, -n) - reach_of(pair.b, Xb, n) - T(kGuard);
+  return dot(n, Xa.p - Xb.p) - reach_of(pair.a, Xa, -n) - reach_of(pair.b, Xb, n) - T(kAxisGuard);
+}
+
+/// Another bound, of a flat pair: the greatest of the gaps along its faces' normals, and along the line between the
+/// origins as far as it is across a round one's axis. With a guard, likewise.
+template <class T>
+inline T separation_of_flat(const LaneBlock& block, const PairView& pair) {
+  const PoseT<T>* pose = reinterpret_cast<const PoseT<T>*>(block.pose);
+  const int colliders[] = {pair.a, pair.b};
+  const Vec3T<T> from = pose[pair.a].p - pose[pair.b].p;
+  T most(-1e300);
+  const auto look_along = [&](const Vec3T<T>& n) {
+    T gap = abs(dot(n, from));
+    for (const int one : colliders) {
+      gap -= reach_of_shape(ShapeKind(block.colliders[one].kind), shape_of<T>(block, one), pose[one], n);
+    }
+    most = max(most, gap);
+  };
+  for (const int one : colliders) {
+    const RotT<T>& R = pose[one].R;
+    const Vec3T<T> axis = R.column(2);
+    look_along(axis);
+    if (block.colliders[one].kind == kBoxKind) {
+      look_along(R.column(0));
+      look_along(R.column(1));
+    } else {
+      const Vec3T<T> across = axpy(-dot(axis, from), axis, from);
+      look_along(recip(max(sqrt(norm2(across)), T(1e-150))) * across);
+    }
+  }
+  return most - T(kAxisGuard);
 }
 
 /// The least number of `lanes`; NaN counts as -1e300.
@@ -166,8 +197,9 @@ inline unsigned look_at_pair(const LaneBlock& block, int i, double h, unsigned a
   const PairView& pair = block.pairs[i];
   T distance = separation<T>(block, pair);
   unsigned near = pending & ~bits(distance - reach<T>(block, pair, h) > T(0.0));
-  if (near != 0 && pair.axis >= 0) {
-    distance = select(mask_from_bits<T>(near), max(distance, separation_on_axis<T>(block, pair)), distance);
+  if (near != 0 && (pair.axis >= 0 || pair.flat)) {
+    const T other = pair.flat ? separation_of_flat<T>(block, pair) : separation_on_axis<T>(block, pair);
+    distance = select(mask_from_bits<T>(near), max(distance, other), distance);
     near &= ~bits(distance - reach<T>(block, pair, h) > T(0.0));
   }
   const T next = select(mask_from_bits<T>(near), T(-1e300), max(due, travel + distance));

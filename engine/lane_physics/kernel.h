@@ -14,7 +14,7 @@ struct HeightView;  // engine/contact/manifold.h
 struct HullView;    // likewise
 
 /// ShapeKind's numbers (world.h itself may not be included by kernels); lane_engine.cpp checks them.
-inline constexpr int kSphereKind = 1, kMeshKind = 4, kPlaneKind = 5;
+inline constexpr int kBoxKind = 0, kSphereKind = 1, kMeshKind = 4, kPlaneKind = 5;
 
 /// A collision shape, as all particles share it.
 struct ColliderView {
@@ -26,9 +26,10 @@ struct ColliderView {
 };
 
 struct PairView {
-  int a, b;  // colliders
-  int path;  // index into the paths
-  int axis;  // place of its axis in `axis`; -1: none is kept
+  int a, b;   // colliders
+  int path;   // index into the paths
+  int axis;   // place of its axis in `axis`; -1: none is kept
+  bool flat;  // both are boxes, cylinders or capsules
 };
 
 /// A joint that follows another.

@@ -20,7 +20,8 @@ namespace graze {
 
 namespace {
 
-static_assert(static_cast<int>(ShapeKind::sphere) == kSphereKind && static_cast<int>(ShapeKind::plane) == kPlaneKind);
+static_assert(static_cast<int>(ShapeKind::box) == kBoxKind && static_cast<int>(ShapeKind::sphere) == kSphereKind &&
+              static_cast<int>(ShapeKind::plane) == kPlaneKind);
 
 constexpr double kFar = 1e9;  // m, extent of what has none
 
@@ -62,6 +63,11 @@ Vec3 extent_of(const Shape& shape, const HullArrays& hull) {
 
 /// Sweeps before newton_tree.h, where it comes first: our choice, found as kDeep was.
 constexpr int kTreeAfter = 4;
+
+/// Whether a ball and a box are bounds that leave room for a better one, which culling.h has.
+bool is_flat(ShapeKind kind) {
+  return kind == ShapeKind::box || kind == ShapeKind::cylinder || kind == ShapeKind::capsule;
+}
 
 double radius_of(const Shape& shape, const HullArrays& hull) {
   double radius = 0;
@@ -166,7 +172,8 @@ void LaneEngine::number_contacts(const Model& nominal) {
     const int a = nominal.colliders[pair.a].body, b = nominal.colliders[pair.b].body;
     const ShapeKind kind_a = nominal.colliders[pair.a].shape.kind, kind_b = nominal.colliders[pair.b].shape.kind;
     colliders_[pair.a].used = colliders_[pair.b].used = true;
-    pairs_.push_back({pair.a, pair.b, paths_.add(a, b), is_hull_pair(kind_a, kind_b) ? axes_++ : -1});
+    pairs_.push_back({pair.a, pair.b, paths_.add(a, b), is_hull_pair(kind_a, kind_b) ? axes_++ : -1,
+                      is_flat(kind_a) && is_flat(kind_b)});
   }
   near_.resize(pairs_.size());
   slot_used_.resize(pairs_.size());
