@@ -11,10 +11,15 @@
 namespace graze {
 namespace {
 
-constexpr double kKernelWidth = 0.2;     // of the kernel; ranks cover (0, 1)
-constexpr std::size_t kMostPoints = 64;  // that stand for a distribution; the kernel is far smoother than 1/64
+constexpr double kWideKernel = 0.2, kNarrowKernel = 0.05;  // of the kernel's halves; ranks cover (0, 1)
+constexpr std::size_t kMostPoints = 64;  // that stand for a distribution; the kernel is smoother than 1/64
 
-double kernel(double distance) { return std::exp(-0.5 * distance * distance / (kKernelWidth * kKernelWidth)); }
+double gaussian(double x) { return std::exp(-0.5 * x * x); }
+
+/// The wide half sees what rises, or rises and falls once; the narrow one also what does so twice, as what depends on
+/// the sine's square of an angle does. By simulation (60 times 200 traces of yes and no, level 0.001) the sum finds as
+/// many of what rises, falls or has one hill as the wide one alone, and all of what has two, of which that finds none.
+double kernel(double distance) { return 0.5 * (gaussian(distance / kWideKernel) + gaussian(distance / kNarrowKernel)); }
 
 /// The kernel by twice the distance of two midranks, which is a whole number.
 std::vector<float> kernel_table(std::size_t n) {

@@ -7,11 +7,11 @@
 
 namespace graze {
 
-/// HSIC (Gretton and others, ALT 2005) of one target with many predictors, on ranks scaled to (0, 1), with Gaussian
-/// kernels of width 0.2: it sees a target that is high in the middle of a predictor's range and low at both ends.
-/// p-values are asymptotic: n HSIC is distributed as a weighted sum of chi-squares whose weights are the products of
-/// both kernels' eigenvalues (Zhang and others, UAI 2011); good from about 30 values. Needs n^2 floats; one object may
-/// be used for any number of predictors.
+/// HSIC (Gretton and others, ALT 2005) of one target with many predictors, on ranks scaled to (0, 1), with sums of
+/// Gaussian kernels of widths 0.2 and 0.05: it sees a target that is high in the middle of a predictor's range and low
+/// at both ends, and one that rises and falls twice. p-values are asymptotic: n HSIC is distributed as a weighted sum
+/// of chi-squares whose weights are the products of both kernels' eigenvalues (Zhang and others, UAI 2011); good from
+/// about 30 values. Needs n^2 floats; one object may be used for any number of predictors.
 class RankDependence {
  public:
   /// `ranks`: of the target (midranks).

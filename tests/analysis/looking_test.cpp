@@ -193,7 +193,7 @@ double hsic_by_definition(const std::vector<double>& a, const std::vector<double
   const auto scale = static_cast<double>(n);
   const auto kernel = [&](const std::vector<double>& x, std::size_t i, std::size_t j) {
     const double distance = (x[i] - x[j]) / scale;
-    return std::exp(-0.5 * distance * distance / 0.04);
+    return 0.5 * (std::exp(-12.5 * distance * distance) + std::exp(-200 * distance * distance));
   };
   double both = 0, row_products = 0, all_a = 0, all_b = 0;
   for (std::size_t i = 0; i < n; ++i) {
@@ -249,6 +249,13 @@ TEST(Looking, DependenceWithoutADirection) {
   EXPECT_NEAR(correlation(midranks(x), midranks(hill)), 0, 1e-9);
   EXPECT_LT(of_hill.test(midranks(x)).p_value, 1e-6);
   EXPECT_GT(of_hill.test(midranks(x)).share, 0.1);
+  // Two hills: one kernel of width 0.2 would see nothing.
+  std::vector<double> angle(200), struck(200);
+  for (std::size_t i = 0; i < 200; ++i) {
+    angle[i] = static_cast<double>(i);
+    struck[i] = std::abs(std::sin(0.01 * std::numbers::pi * static_cast<double>(i))) > 0.75 && i % 5 != 0 ? 1 : 0;
+  }
+  EXPECT_LT(RankDependence(midranks(struck)).test(midranks(angle)).p_value, 1e-5);
   EXPECT_TRUE(std::isnan(of_hill.test(std::vector<double>(80, 40.5)).p_value));
   EXPECT_TRUE(std::isnan(RankDependence(std::vector<double>(80, 40.5)).test(midranks(x)).share));
 }
