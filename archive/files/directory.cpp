@@ -26,11 +26,6 @@ int open_directory(int folder, const char* name, int more) {
   return openat(folder, name, O_RDONLY | O_DIRECTORY | O_CLOEXEC | O_NONBLOCK | more);
 }
 
-std::string random_digits() {
-  std::random_device random;
-  return fmt::format("{:08x}{:08x}", random(), random());
-}
-
 /// Lists a directory; closes it.
 struct Listing {
   explicit Listing(int descriptor) : stream(fdopendir(descriptor)) {
@@ -58,6 +53,11 @@ void fail_opening(const fs::path& path, int error, const char* how) {
 
 void fail_writing(const fs::path& path, int error) {
   throw MachineError(fmt::format("{}: cannot be written: {}", path.string(), std::strerror(error)));
+}
+
+std::string random_digits() {
+  std::random_device random;
+  return fmt::format("{:08x}{:08x}", random(), random());
 }
 
 std::optional<std::string> final_name(const std::string& name) {

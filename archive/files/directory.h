@@ -30,6 +30,8 @@ struct UnreadableFile : InputError {
 
 /// "000001.h5" for "000001.h5.0123456789abcdef.tmp" and for "000001.h5.tmp"; nothing for names that are not temporary.
 std::optional<std::string> final_name(const std::string& name);
+/// Sixteen hexadecimal digits, as such names have.
+std::string random_digits();
 
 /// Copies share the descriptor.
 class Directory {

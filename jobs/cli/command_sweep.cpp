@@ -6,11 +6,11 @@
 #include <iostream>
 #include <memory>
 #include <optional>
-#include <random>
 
 #include "analysis/sequential.h"
 #include "archive/directory/campaign_directory.h"
 #include "archive/files/files.h"
+#include "archive/files/new_folder.h"
 #include "archive/files/parent_folders.h"
 #include "archive/files/shell_word.h"
 #include "archive/schema/info.h"
@@ -156,6 +156,12 @@ SweepPlan plan_of(const SweepArguments& arguments, const Scenario& base) {
   if (sweep.axes.size() == 2 && sweep.axes[0].path == sweep.axes[1].path) {
     throw InputError(fmt::format("--over {}: is given twice; one list has all values", sweep.axes[0].path));
   }
+  for (std::size_t i = 0; sweep.axes.size() == 2 && i < 2; ++i) {
+    const std::string &whole = sweep.axes[i].path, &part = sweep.axes[1 - i].path;
+    if (!part.starts_with(whole + ".")) continue;
+    throw InputError(fmt::format(
+        "--over {}: lies within --over {}, which would replace it; sweep values beside each other", part, whole));
+  }
   number_points(sweep);
   out.particles = base.particles;
   sweep.adaptive = arguments.adaptive;
@@ -226,25 +232,17 @@ fs::path folder_to_make(const SweepArguments& arguments, const Scenario& scenari
 void write_sweep(const fs::path& folder, const SweepPlan& plan, const std::vector<CampaignInfo>& campaigns,
                  const std::string& command_line) {
   const ParentFolders folders(folder);
-  fs::path beside = folder;
-  beside += fmt::format(".{:08x}.tmp", std::random_device{}());
-  std::error_code error;
-  try {
-    make_directory(beside);
-    for (std::size_t i = 0; i < campaigns.size(); ++i) {
-      CampaignWriter(beside / plan.sweep.points[i].campaign, campaigns[i], false).keep();
-    }
-    write_plan(beside, plan, campaigns, command_line);
-    fs::rename(beside, folder, error);
-    if (error == std::errc::directory_not_empty || error == std::errc::file_exists) {
-      throw InputError(fmt::format("{}: somebody else has just begun it; go on with it by 'graze sweep {}'",
-                                   folder.string(), folder_words(folder)));
-    }
-    if (error) fail_writing(folder, error.value());
-  } catch (...) {
-    fs::remove_all(beside, error);
-    throw;
+  NewFolder beside(folder);
+  for (std::size_t i = 0; i < campaigns.size(); ++i) {
+    CampaignWriter(beside.path() / plan.sweep.points[i].campaign, campaigns[i], false).keep();
   }
+  write_plan(beside.path(), plan, campaigns, command_line);
+  const std::error_code error = beside.publish();
+  if (error == std::errc::directory_not_empty || error == std::errc::file_exists) {
+    throw InputError(fmt::format("{}: somebody else has just begun it; go on with it by 'graze sweep {}'",
+                                 folder.string(), folder_words(folder)));
+  }
+  if (error) fail_writing(folder, error.value());
 }
 
 /// Throws InputError if there are no times to draw.

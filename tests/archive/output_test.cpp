@@ -11,6 +11,7 @@
 #include "archive/directory/campaign_directory.h"
 #include "archive/directory/set_aside.h"
 #include "archive/files/files.h"
+#include "archive/files/new_folder.h"
 #include "tests/archive/compare.h"
 #include "tests/archive/tables.h"
 
@@ -171,6 +172,34 @@ TEST(Output, NewFilesTakeNobodysPlaceUnlessForced) {
   }
   EXPECT_TRUE(fs::exists(folder / "b.h5"));
   EXPECT_EQ(entries(folder.path()), 1u);
+}
+
+// Claim: a new folder is there whole or not at all, what a process that was killed has left of it goes with the next
+// one of its name, and what another one fills still stays, as do other names.
+TEST(Output, NewFoldersAreWholeOrNotThere) {
+  const Folder folder;
+  const fs::path abandoned = folder / "a.sweep.0123456789abcdef.tmp", other = folder / "b.sweep.0123456789abcdef.tmp";
+  for (const fs::path& path : {abandoned, other, folder / "a.sweep.old.tmp"}) {
+    fs::create_directories(path / "000.graze");
+    put(path / "000.graze/x", "left");
+  }
+  {
+    const NewFolder never(folder / "a.sweep");
+    EXPECT_FALSE(fs::exists(abandoned));
+    put(never.path() / "x", "half");
+    const NewFolder beside(folder / "a.sweep");
+    EXPECT_TRUE(fs::exists(never.path() / "x")) << "it is being filled";
+  }
+  EXPECT_EQ(entries(folder.path()), 2u) << "others' alone";
+  {
+    NewFolder made(folder / "a.sweep"), late(folder / "a.sweep");
+    put(made.path() / "x", "whole");
+    put(late.path() / "x", "late");
+    EXPECT_FALSE(made.publish());
+    EXPECT_TRUE(late.publish());
+  }
+  EXPECT_EQ(content(folder / "a.sweep/x"), "whole");
+  EXPECT_EQ(entries(folder.path()), 3u);
 }
 
 // Claim: what a campaign leaves that is killed before it is described does not stand in the way of the next.

@@ -206,6 +206,7 @@ TEST_F(SweepVerb, RefusesWhatCannotBe) {
       {"ball.yaml --over gravity=-1e308:1e308:1e307", "wider than a number holds"},
       {"ball.yaml --over contact.friction=1,2 --adaptive --width 1e-9", "narrower than any number of particles"},
       {"ball.yaml --over contact.friction=1,2 --adaptive --width 0", "nearest right answer: '0.1'"},
+      {"ball.yaml --over time.end=0.1,0.2 --over 'time={end: 1},{end: 2}'", "time.end: lies within --over time,"},
       {"ball.yaml --over sampling.seed=1,2", "a sweep compares the same ones"},
       {"ball.yaml --over sampling.particles=8,16", "a sweep compares the same ones"},
       {"ball.yaml --over contact.friction=1,2,1", "the same value twice; nearest right answer: --over "},
