@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "engine/settings/byte_order_mark.h"
+#include "engine/settings/csv_cells.h"
 #include "engine/settings/inputs.h"
 #include "engine/settings/paths.h"
 #include "engine/settings/similar.h"
@@ -19,27 +20,6 @@ namespace {
 constexpr std::array<const char*, 5> kCommandColumns = {"time", "forward", "strafe", "turn", "policy"};
 constexpr std::size_t kCommandNumbers = 4;
 
-/// A value between two commas and where it begins, 1: the line's first byte.
-struct CommandCell {
-  std::string text;
-  std::size_t column;
-};
-
-std::vector<CommandCell> command_cells(const std::string& line) {
-  std::vector<CommandCell> out;
-  std::size_t begin = 0;
-  while (true) {
-    const std::size_t comma = std::min(line.find(',', begin), line.size());
-    std::size_t first = line.find_first_not_of(" \t\r", begin);
-    if (first == std::string::npos || first > comma) first = comma;
-    std::size_t end = comma;
-    while (end > first && std::string_view(" \t\r").find(line[end - 1]) != std::string_view::npos) --end;
-    out.push_back({line.substr(first, end - first), first + 1});
-    if (comma == line.size()) return out;
-    begin = comma + 1;
-  }
-}
-
 /// Reads the lines of one file.
 class CommandReader {
  public:
@@ -47,19 +27,19 @@ class CommandReader {
 
   void read_header(const std::string& text) {
     line_ = 1;
-    const std::vector<CommandCell> cells = command_cells(text);
+    const std::vector<CsvCell> cells = csv_cells(text);
     columns_ = cells.size();
     for (std::size_t i = 0; i < std::max(columns_, kCommandNumbers); ++i) {
       if (i < columns_ && i < kCommandColumns.size() && cells[i].text == kCommandColumns[i]) continue;
       const std::size_t at = i < columns_ ? cells[i].column : text.size() + 1;
       fail(at, fmt::format("'{}': the header must be time,forward,strafe,turn, and ,policy may follow",
-                           i < columns_ ? cells[i].text : ""));
+                           i < columns_ ? cells[i].shown() : ""));
     }
   }
 
   void read_row(const std::string& text) {
     ++line_;
-    const std::vector<CommandCell> cells = command_cells(text);
+    const std::vector<CsvCell> cells = csv_cells(text);
     if (cells.size() == 1 && cells[0].text.empty()) return;
     if (cells.size() != columns_) {
       fail(cells.size() > columns_ ? cells[columns_].column : text.size() + 1,
@@ -67,9 +47,10 @@ class CommandReader {
     }
     CommandRow row{number(cells[0]), number(cells[1]), number(cells[2]), number(cells[3])};
     row.line = line_;
-    if (row.time < 0) fail(cells[0].column, fmt::format("time {} is negative; it must be >= 0", cells[0].text));
+    if (row.time < 0) fail(cells[0].column, fmt::format("time {} is negative; it must be >= 0", cells[0].shown()));
     if (!rows_.empty() && row.time <= rows_.back().time) {
-      fail(cells[0].column, fmt::format("time {} does not lie after the row before; times must grow", cells[0].text));
+      fail(cells[0].column,
+           fmt::format("time {} does not lie after the row before; times must grow", cells[0].shown()));
     }
     if (columns_ > kCommandNumbers) {
       row.policy = cells[kCommandNumbers].text;
@@ -89,12 +70,12 @@ class CommandReader {
     throw InputError(fmt::format("{}:{}:{}: {}", name_, line_, column, message));
   }
 
-  double number(const CommandCell& cell) const {
+  double number(const CsvCell& cell) const {
     double value = 0;
     const char* const end = cell.text.data() + cell.text.size();
     const auto [stop, error] = std::from_chars(cell.text.data(), end, value);
     if (error == std::errc() && stop == end && std::isfinite(value)) return value;
-    fail(cell.column, fmt::format("'{}' is no number; s, m/s, m/s and rad/s stand here, without units", cell.text));
+    fail(cell.column, fmt::format("'{}' is no number; s, m/s, m/s and rad/s stand here, without units", cell.shown()));
   }
 
   std::string name_;

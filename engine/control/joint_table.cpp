@@ -1,11 +1,14 @@
 #include "engine/control/joint_table.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <sstream>
 
 #include "engine/settings/byte_order_mark.h"
+#include "engine/settings/csv_cells.h"
 #include "engine/settings/inputs.h"
 #include "engine/settings/paths.h"
 #include "engine/settings/similar.h"
@@ -14,44 +17,37 @@ namespace graze {
 
 namespace {
 
-std::vector<std::string> split(const std::string& line) {
-  std::vector<std::string> cells;
-  std::stringstream stream(line);
-  for (std::string cell; std::getline(stream, cell, ',');) {
-    const auto first = cell.find_first_not_of(" \t\r");
-    const auto last = cell.find_last_not_of(" \t\r");
-    cells.push_back(first == std::string::npos ? "" : cell.substr(first, last - first + 1));
-  }
-  return cells;
+[[noreturn]] void fail(const std::string& name, int line, std::size_t column, const std::string& message) {
+  throw InputError(fmt::format("{}:{}:{}: {}", name, line, column, message));
 }
 
-[[noreturn]] void fail(const std::string& name, int line, const std::string& message) {
-  throw InputError(name + ":" + std::to_string(line) + ": " + message);
-}
-
-double number(const std::string& name, int line, const std::string& cell) {
+double number(const std::string& name, int line, const CsvCell& cell) {
   double value = 0;
-  const char* const end = cell.data() + cell.size();
-  const auto [stop, error] = std::from_chars(cell.data(), end, value);
+  const char* const end = cell.text.data() + cell.text.size();
+  const auto [stop, error] = std::from_chars(cell.text.data(), end, value);
   if (error != std::errc() || stop != end || !std::isfinite(value)) {
-    fail(name, line, "'" + cell + "' is not a finite number");
+    fail(name, line, cell.column, "'" + cell.shown() + "' is not a finite number");
   }
   return value;
 }
 
-std::vector<int> read_header(const std::string& name, const std::vector<std::string>& header,
+std::vector<int> read_header(const std::string& name, const std::vector<CsvCell>& header,
                              const std::vector<std::string>& joints) {
-  if (header.size() < 2 || header.front() != "time") {
-    fail(name, 1, "the header must be 'time' and at least one joint, separated by commas");
+  if (header.size() < 2 || header.front().text != "time") {
+    fail(name, 1, 1, "the header must be 'time' and at least one joint, separated by commas");
   }
   std::vector<int> columns;
   for (std::size_t c = 1; c < header.size(); ++c) {
-    const auto found = std::find(joints.begin(), joints.end(), header[c]);
+    const CsvCell& cell = header[c];
+    const auto found = std::find(joints.begin(), joints.end(), cell.text);
     if (found == joints.end()) {
-      fail(name, 1, "'" + header[c] + "' is no actuated joint" + similar_names(header[c], joints, false));
+      fail(name, 1, cell.column,
+           "'" + cell.shown() + "' is no actuated joint" + similar_names(cell.text, joints, false));
     }
     const int joint = static_cast<int>(found - joints.begin());
-    if (std::count(columns.begin(), columns.end(), joint) != 0) fail(name, 1, "'" + header[c] + "' stands twice");
+    if (std::count(columns.begin(), columns.end(), joint) != 0) {
+      fail(name, 1, cell.column, "'" + cell.shown() + "' stands twice");
+    }
     columns.push_back(joint);
   }
   return columns;
@@ -87,28 +83,30 @@ JointTable JointTable::parse(const std::string& text, const std::string& name, c
   std::stringstream stream(without_mark(text));
   std::string line;
   for (int number_of_line = 1; std::getline(stream, line); ++number_of_line) {
-    const std::vector<std::string> cells = split(line);
+    std::vector<CsvCell> cells = csv_cells(line);
+    if (cells.size() > 1 && cells.back().text.empty()) cells.pop_back();  // a comma at the end
     if (number_of_line == 1) {
       table.columns_ = read_header(name, cells, joints);
       table.values_.resize(table.columns_.size());
       continue;
     }
-    if (cells.empty() || (cells.size() == 1 && cells.front().empty())) continue;
+    if (cells.size() == 1 && cells.front().text.empty()) continue;
     if (cells.size() != table.columns_.size() + 1) {
-      fail(name, number_of_line,
-           std::to_string(cells.size()) + " values; the header has " + std::to_string(table.columns_.size() + 1) +
-               " columns");
+      const std::size_t wanted = table.columns_.size() + 1;
+      fail(name, number_of_line, cells.size() > wanted ? cells[wanted].column : line.size() + 1,
+           fmt::format("{} values; the header has {} columns", cells.size(), wanted));
     }
     const double time = number(name, number_of_line, cells[0]);
     if (!table.time_.empty() && time <= table.time_.back()) {
-      fail(name, number_of_line, "time " + cells[0] + " does not lie after the row before; times must grow");
+      fail(name, number_of_line, cells[0].column,
+           "time " + cells[0].shown() + " does not lie after the row before; times must grow");
     }
     table.time_.push_back(time);
     for (std::size_t c = 0; c + 1 < cells.size(); ++c) {
       table.values_[c].push_back(number(name, number_of_line, cells[c + 1]));
     }
   }
-  if (table.time_.empty()) fail(name, 1, "the table has no rows");
+  if (table.time_.empty()) fail(name, 1, 1, "the table has no rows");
   return table;
 }
 

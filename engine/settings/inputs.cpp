@@ -76,7 +76,7 @@ class InputFile {
 
  private:
   [[noreturn]] void fail(const std::string& message) const {
-    throw InputError(with_nul_shown(fmt::format("{}{}: {}", where_, path_, message)));
+    throw InputError(fmt::format("{}{}: {}", where_, path_, message));
   }
 
   [[noreturn]] void cannot_open(int error) const {

@@ -7,7 +7,6 @@
 #include <filesystem>
 
 #include "engine/settings/inputs.h"
-#include "engine/settings/nul.h"
 #include "engine/settings/tree.h"
 #include "engine/settings/units.h"
 
@@ -146,11 +145,11 @@ std::string Settings::resolve_file(const std::string& value) const {
 }
 
 void Settings::fail(const std::string& message) const {
-  throw InputError(with_nul_shown(fmt::format("{}: {}{}{}", place(), path_, path_.empty() ? "" : ": ", message)));
+  throw InputError(fmt::format("{}: {}{}{}", place(), path_, path_.empty() ? "" : ": ", message));
 }
 
 void Settings::fail_key(const std::string& message) const {
-  throw InputError(with_nul_shown(fmt::format("{}: {}{}{}", key_place(), path_, path_.empty() ? "" : ": ", message)));
+  throw InputError(fmt::format("{}: {}{}{}", key_place(), path_, path_.empty() ? "" : ": ", message));
 }
 
 std::string Settings::shown() const {

@@ -11,13 +11,16 @@
 #include <utility>
 #include <vector>
 
+#include "engine/settings/nul.h"
+
 namespace graze {
 
 /// A user's mistake in some input. what() is the whole message: "file:line:column: path: value: rule; suggestion".
 /// The command line turns it into exit code 2.
 class InputError : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  /// A NUL in the message is shown as \\0: what() would end there.
+  explicit InputError(const std::string& message) : std::runtime_error(with_nul_shown(message)) {}
 };
 
 /// The machine failed, or the campaign is not complete. Exit code 3. what() is the whole message.

@@ -11,7 +11,6 @@
 #include <unordered_set>
 
 #include "engine/settings/inputs.h"
-#include "engine/settings/nul.h"
 
 namespace graze {
 
@@ -131,7 +130,7 @@ class TreeBuilder : public YAML::EventHandler {
   }
 
   [[noreturn]] void fail(const YAML::Mark& mark, const std::string& message) const {
-    throw InputError(with_nul_shown(fmt::format("{}: {}", place(mark).text(), message)));
+    throw InputError(fmt::format("{}: {}", place(mark).text(), message));
   }
 
   [[noreturn]] void fail_hinting(const YAML::Mark& mark, const std::string& message) const {

@@ -100,14 +100,14 @@ TEST(JointTable, Errors) {
   const auto error = [](const std::string& text) {
     return input_error([&] { JointTable::parse(text, "t.csv", {"LF_X_1", "LF_Y_2"}, Interpolation::linear); });
   };
-  EXPECT_EQ(error("t,LF_X_1\n"), "t.csv:1: the header must be 'time' and at least one joint, separated by commas");
-  EXPECT_EQ(error("time,LF_X_2\n"), "t.csv:1: 'LF_X_2' is no actuated joint; did you mean LF_X_1?");
-  EXPECT_EQ(error("time,X_1\n"), "t.csv:1: 'X_1' is no actuated joint; did you mean LF_X_1?");
-  EXPECT_EQ(error("time,LF_X_1,LF_X_1\n"), "t.csv:1: 'LF_X_1' stands twice");
-  EXPECT_EQ(error("time,LF_X_1\n0,1\n0,2\n"), "t.csv:3: time 0 does not lie after the row before; times must grow");
-  EXPECT_EQ(error("time,LF_X_1\n0,1\n1\n"), "t.csv:3: 1 values; the header has 2 columns");
-  EXPECT_EQ(error("time,LF_X_1\n0,nan\n"), "t.csv:2: 'nan' is not a finite number");
-  EXPECT_EQ(error("time,LF_X_1\n"), "t.csv:1: the table has no rows");
+  EXPECT_EQ(error("t,LF_X_1\n"), "t.csv:1:1: the header must be 'time' and at least one joint, separated by commas");
+  EXPECT_EQ(error("time,LF_X_2\n"), "t.csv:1:6: 'LF_X_2' is no actuated joint; did you mean LF_X_1?");
+  EXPECT_EQ(error("time,X_1\n"), "t.csv:1:6: 'X_1' is no actuated joint; did you mean LF_X_1?");
+  EXPECT_EQ(error("time,LF_X_1,LF_X_1\n"), "t.csv:1:13: 'LF_X_1' stands twice");
+  EXPECT_EQ(error("time,LF_X_1\n0,1\n0,2\n"), "t.csv:3:1: time 0 does not lie after the row before; times must grow");
+  EXPECT_EQ(error("time,LF_X_1\n0,1\n1\n"), "t.csv:3:2: 1 values; the header has 2 columns");
+  EXPECT_EQ(error("time,LF_X_1\n0,nan\n"), "t.csv:2:3: 'nan' is not a finite number");
+  EXPECT_EQ(error("time,LF_X_1\n"), "t.csv:1:1: the table has no rows");
 }
 
 // The torque policy passes constants through the torque tracker, without any servo.
