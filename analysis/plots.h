@@ -46,6 +46,7 @@ struct PathScene {
   std::vector<std::vector<PlotPoint>> terrain = {};   // lines: nets over heightfields that all robots have in common
   bool own_grounds = false;                           // each robot has a heightfield of its own
   std::vector<PlotPoint> waypoints = {};
+  std::vector<std::string> movable = {};  // objects that are not drawn
 };
 enum class PathView { above, side, isometric };
 struct PathRequest {

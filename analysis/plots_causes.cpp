@@ -103,7 +103,9 @@ void share_range(std::vector<PlotPanel>& panels) {
 
 Figure survival_figure(const std::vector<PolicySurvival>& all, const std::string& what, double end) {
   Figure out{"survival", what == "any requirement" ? "How long traces last" : "How long traces last: " + what};
-  PlotPanel panel{"", {"Time [s]", 0, end > 0 ? end : 1}, {"Share that has not failed", -0.02, 1.03}};
+  const bool objective = what == "objective";
+  const std::string share = objective ? "Share that has not failed" : "Share without a violation";
+  PlotPanel panel{"", {"Time [s]", 0, end > 0 ? end : 1}, {share, -0.02, 1.03}};
   panel.height = 320;
   std::size_t failed = 0;
   for (std::size_t i = 0; i < all.size(); ++i) {
@@ -113,7 +115,8 @@ Figure survival_figure(const std::vector<PolicySurvival>& all, const std::string
     line.dashed = i >= kPolicyColors;
     line.width = 2;
     if (survival.traces > 0) add_stair(survival, end, line);
-    out.legend.push_back({fmt::format("{} ({} of {} failed)", all[i].policy, survival.failed, survival.traces),
+    out.legend.push_back({fmt::format("{} ({} of {} {})", all[i].policy, survival.failed, survival.traces,
+                                      objective ? "failed" : "violated"),
                           line.color, line.dashed ? PlotLegend::Kind::dashed : PlotLegend::Kind::line});
     panel.series.push_back(std::move(line));
     failed += survival.failed;
@@ -122,10 +125,11 @@ Figure survival_figure(const std::vector<PolicySurvival>& all, const std::string
   out.notes.push_back(
       fmt::format("Kaplan and Meier's estimate of the time until {} is violated; bands: 95 % at each "
                   "time (Greenwood).",
-                  what == "objective" ? "it" : what));
-  if (what == "objective")
-    out.notes.back() = "Kaplan and Meier's estimate; the objective fails at the end. Bands: 95 %.";
-  if (failed == 0) out.notes.insert(out.notes.begin(), "No trace failed.");
+                  what));
+  if (objective) out.notes.back() = "Kaplan and Meier's estimate; the objective fails at the end. Bands: 95 %.";
+  if (failed == 0) {
+    out.notes.insert(out.notes.begin(), objective ? "No trace failed." : fmt::format("No trace violated {}.", what));
+  }
   return out;
 }
 

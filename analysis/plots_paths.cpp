@@ -290,6 +290,17 @@ bool add_terrain(const Json& scene, const std::vector<const Json*>& traces, cons
   return left_out;
 }
 
+void note_movable(const PathScene& scene, Figure& out) {
+  constexpr std::size_t kNamed = 5;
+  if (scene.movable.empty()) return;
+  const std::size_t named = std::min(kNamed, scene.movable.size());
+  const std::string more =
+      scene.movable.size() > named ? fmt::format(" and {} more", scene.movable.size() - named) : "";
+  out.notes.push_back(
+      fmt::format("Movable objects are not drawn: {}{}; the pages of graze report and graze view have them.",
+                  fmt::join(scene.movable.begin(), scene.movable.begin() + named, ", "), more));
+}
+
 }  // namespace
 
 Figure path_figure(const Json& page, const std::vector<std::string>& policies, const PathScene& scene,
@@ -352,6 +363,7 @@ Figure path_figure(const Json& page, const std::vector<std::string>& policies, c
     out.notes.push_back("Each robot had ground of its own, which is not drawn.");
   }
   if (request.every > 0) out.notes.push_back(fmt::format("A small mark every {}.", every_words(request.every)));
+  note_movable(scene, out);
   return out;
 }
 
@@ -387,6 +399,7 @@ Figure lapse_figure(const Json& page, const std::vector<std::string>& policies, 
   }
   out.notes.push_back(traces.note());
   if (grounds_differ) out.notes.push_back("Each robot had ground of its own, which is drawn where there is one robot.");
+  note_movable(scene, out);
   return out;
 }
 

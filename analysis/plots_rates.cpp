@@ -272,7 +272,8 @@ Figure failures_figure(const Score& score) {
     for (auto& [at, text] : plot_ticks(0, std::min(100.0, panel.x.high), 6)) panel.x.labels.emplace_back(at, text);
   }
   out.panels.push_back(std::move(panel));
-  out.notes.push_back(longest > 0 ? "Known failures by the requirement that was violated first." : "No trace failed.");
+  out.notes.push_back(longest > 0 ? "Known failures by the requirement that was violated first."
+                                  : "No trace violated a requirement.");
   return out;
 }
 

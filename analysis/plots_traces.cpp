@@ -159,12 +159,13 @@ DrawnChannel chosen_channel(const Json& page, const std::string& asked) {
   if (whole != all.end()) return *whole;
   std::vector<std::string> names, same;
   for (const DrawnChannel& one : all) {
-    names.push_back(one.name);
-    if (one.name == asked) same.push_back(one.whole());
+    const auto alike = std::count_if(all.begin(), all.end(), [&](const auto& other) { return other.name == one.name; });
+    names.push_back(alike > 1 ? one.whole() : one.name);
+    if (one.name == asked) same.push_back("'" + one.whole() + "'");
   }
   if (same.size() > 1) {
-    throw InputError(
-        fmt::format("--channel {}: {} channels have the name; say '{}' or '{}'", asked, same.size(), same[0], same[1]));
+    throw InputError(fmt::format("--channel {}: {} channels have the name; say one of {}", asked, same.size(),
+                                 fmt::join(same, ", ")));
   }
   check_plotted_name("--channel", asked, names);
   return *find([&](const auto& one) { return one.name == asked; });
@@ -176,7 +177,8 @@ Figure channel_figure(const Json& page, const std::vector<std::string>& policies
                       PlotBy by) {
   const PlayedTraces traces(page, policies, by, "channel");
   const DrawnChannel of = chosen_channel(page, channel);
-  Figure out{"channel", of.name + " against time"};
+  const bool rate = of.group == "velocity" || of.group == "torque";  // whose names joints have, too
+  Figure out{"channel", (rate ? of.whole() : of.name) + " against time"};
   out.legend = traces.legend();
   PlotPanel panel{"", {"Time [s]", 0}, {plot_titled(of.name, of.unit)}};
   panel.y.zero = of.group == "requirement" || of.group == "measure" || of.group == "objective";

@@ -21,16 +21,25 @@ std::vector<std::string> split(const std::string& name) {
   return out;
 }
 
-/// "1cm" -> 1, "cm".
+/// Names of policies have '_' where units have '/'.
+std::string unit_of_label(std::string_view written) {
+  std::string out(written);
+  if (is_unit(out)) return out;
+  std::replace(out.begin(), out.end(), '_', '/');
+  return out;
+}
+
+/// "1cm" -> 1, "cm"; "3rad_s" -> 3, "rad/s".
 void read_axis(PolicyFamily& family, std::size_t k) {
   PolicyFamily::Axis& axis = family.axes[k];
   std::optional<std::string> unit;
   for (PolicyFamily::Member& member : family.members) {
     const std::optional<WrittenNumber> number = split_number(member.labels[k]);
-    const bool fits = number && (!unit || *unit == number->unit) && (number->unit.empty() || is_unit(number->unit));
+    const std::string own = number ? unit_of_label(number->unit) : "";
+    const bool fits = number && (!unit || *unit == own) && (own.empty() || is_unit(own));
     axis.numeric = axis.numeric && fits;
     if (!fits) continue;
-    unit = std::string(number->unit);
+    unit = own;
     member.values[k] = number->value;
   }
   if (axis.numeric && unit) axis.unit = *unit;

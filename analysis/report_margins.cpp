@@ -16,10 +16,10 @@ std::vector<double> edges_of(std::vector<double> values) {
   std::sort(values.begin(), values.end());
   const auto tail = static_cast<std::size_t>(kTail * static_cast<double>(values.size()));
   double low = values[tail], high = values[values.size() - 1 - tail];
-  const double least = std::max(1e-9, 1e-6 * std::abs(high));
-  if (high - low < least) {
-    low -= least;
-    high += least;
+  if (high - low < std::max(1e-9, 1e-6 * std::abs(high))) {  // all the same: something on either side is to be seen
+    const double beside = high == 0 ? 1 : std::max(1e-9, 0.05 * std::abs(high));
+    low -= beside;
+    high += beside;
   }
   if (!std::isfinite(high - low)) return {low, 0, high};  // forged: no bins of one width span it
   const double width = (high - low) / kBins;

@@ -405,7 +405,7 @@ void add_drive(CLI::App& app, Action& action) {
       app, "drive", "Drive a robot by the keyboard while it is simulated; a new gait is tried before the switch",
       "  graze drive quadruped_drive                        # arrow keys, 1 to 9 choose a gait, q ends\n"
       "  graze drive quadruped_drive --record drive.csv     # and write what was commanded\n"
-      "  graze drive quadruped_drive --replay drive.csv     # the same drive, bit for bit\n"
+      "  graze drive quadruped_drive --replay drive.csv     # the same commands again\n"
       "  graze drive quadruped_drive --page 0               # in a browser of this machine, with keys or a gamepad\n"
       "  printf '0 up\\n1 left\\n3 q\\n' | graze drive quadruped_drive\n\n"
       "Keys: up/down or W/S speed, left/right or A/D turn, ',' and '.' strafe, space stops, c steers like a car, + and "

@@ -106,6 +106,8 @@ inline PathScene path_scene(const Scenario& scenario, const std::vector<std::str
   ShapeOutlines outlines(out);
   for (const Collider& one : scenario.model.colliders) {
     if (one.is_object && one.body < 0) outlines.add(one.shape, one.X_BG);
+    const bool moves = one.is_object && one.body >= 0;
+    if (moves && (out.movable.empty() || out.movable.back() != one.link)) out.movable.push_back(one.link);
   }
   for (const PolicySpec& policy : scenario.policies) {
     if (std::find(policies.begin(), policies.end(), policy.name) == policies.end()) continue;

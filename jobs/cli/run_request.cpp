@@ -95,9 +95,9 @@ ParticleRange part_of(const RunArguments& arguments, std::uint64_t particles) {
   const auto first = std::from_chars(begin, end, number);
   const bool slash = first.ec == std::errc{} && first.ptr != end && *first.ptr == '/';
   if (!slash || std::from_chars(first.ptr + 1, end, parts).ptr != end || number < 1 || number > parts) {
-    throw InputError(
-        fmt::format("--part {}: is not NUMBER/PARTS, from 1/PARTS to PARTS/PARTS; nearest right answer: 1/{}",
-                    arguments.part, std::max<std::uint64_t>(parts, 2)));
+    throw InputError(fmt::format(
+        "--part {}: is not NUMBER/PARTS, from 1/PARTS to PARTS/PARTS; nearest right answer: {}/{}", arguments.part,
+        std::clamp<std::uint64_t>(number, 1, std::max<std::uint64_t>(parts, 1)), parts == 0 ? 2 : parts));
   }
   if (parts > particles) {
     throw InputError(fmt::format("--part {}: there are only {} particles", arguments.part, particles));

@@ -100,7 +100,7 @@ TEST(Plots, FailuresAreStacked) {
   Score well = planted_score();
   well.policies.erase(well.policies.begin());
   well.policies.pop_back();
-  EXPECT_THAT(failures_figure(well).notes, ElementsAre("No trace failed."));
+  EXPECT_THAT(failures_figure(well).notes, ElementsAre("No trace violated a requirement."));
 }
 
 // Claim: heights of a histogram's boxes add up to its counts; bins that are empty have none.
@@ -153,7 +153,7 @@ TEST(Plots, TracesAreThoseOfThePage) {
   EXPECT_EQ(knee.panels[0].x.high, 2);
   EXPECT_TRUE(channel_figure(page, policies, "up", PlotBy::outcome).panels[0].y.zero);
   for (const auto& [name, words] :
-       {std::pair{"knee", "'position: knee' or 'velocity: knee'"}, std::pair{"base.w", "nearest: base.x"}}) {
+       {std::pair{"knee", "say one of 'position: knee', 'velocity: knee'"}, std::pair{"base.w", "nearest: base.x"}}) {
     try {
       channel_figure(page, policies, name, PlotBy::outcome);
       ADD_FAILURE() << name;
@@ -238,7 +238,10 @@ TEST(Plots, AnglesAreThoseOfTheQuaternion) {
 // Claim: a time lapse has each robot as lines at the moments that were asked for: its boxes' edges, turned and moved as
 // it is, and its limbs.
 TEST(Plots, LapseHasRobotsAtMoments) {
-  const Figure got = lapse_figure(planted_journey(), {"a", "b"}, {}, 2);
+  PathScene scene;
+  scene.movable = {"crate"};
+  const Figure got = lapse_figure(planted_journey(), {"a", "b"}, scene, 2);
+  EXPECT_THAT(got.notes.back(), HasSubstr("Movable objects are not drawn: crate;"));
   ASSERT_EQ(got.panels.size(), 1u) << "no trace of b";
   const PlotSeries& robots = got.panels[0].series[0];
   // Per robot: base to leg, six lines of the box, ball below the leg; two robots; each line ends with a break.

@@ -97,11 +97,11 @@ TEST(ReportFamilies, AreThoseOfTheScenario) {
   CampaignInfo info;
   info.scenario_text =
       "policies: {step: {over: {gait.step_height: [1 cm, 2 cm], gait.duty: [50 %, 75 %]}}, still: {},\n"
-      " mixed: {over: {a.b: [1 cm, fast]}}}";
-  const std::vector<std::string> policies = {"step/1cm/50%", "step/2cm/50%", "step/2cm/75%",
-                                             "still",        "mixed/1cm",    "mixed/fast"};
+      " mixed: {over: {a.b: [1 cm, fast]}}, wave: {over: {c.rate: [1 rad/s, 2 rad/s]}}}";
+  const std::vector<std::string> policies = {"step/1cm/50%", "step/2cm/50%", "step/2cm/75%", "still",
+                                             "mixed/1cm",    "mixed/fast",   "wave/1rad_s",  "wave/2rad_s"};
   const std::vector<PolicyFamily> got = policy_families(info, policies);
-  ASSERT_EQ(got.size(), 2u);
+  ASSERT_EQ(got.size(), 3u);
   EXPECT_EQ(got[0].name, "step");
   ASSERT_EQ(got[0].axes.size(), 2u);
   EXPECT_EQ(got[0].axes[0].key, "gait.step_height");
@@ -112,6 +112,8 @@ TEST(ReportFamilies, AreThoseOfTheScenario) {
   EXPECT_EQ(got[0].members[2].values, (std::vector<double>{2, 75}));
   EXPECT_FALSE(got[1].axes[0].numeric);
   EXPECT_EQ(got[1].members[1].values, std::vector<double>{1});
+  EXPECT_EQ(got[2].axes[0].unit, "rad/s");
+  EXPECT_TRUE(got[2].axes[0].numeric);
   info.scenario_text = "{";
   EXPECT_TRUE(policy_families(info, policies).empty());
 }

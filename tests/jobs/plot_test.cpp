@@ -79,7 +79,7 @@ TEST_F(Plot, WritesEachPicture) {
                                                                   {"lapse", "every 1 s"},
                                                                   {"channel", "Time [s]"},
                                                                   {"parameters", "initial.base.z"},
-                                                                  {"survival", "of 20 failed"},
+                                                                  {"survival", "of 20 violated"},
                                                                   {"tree", "no contact could be tested"},
                                                                   {"causes", "significant"}};
   for (const auto& [picture, word] : words) {
