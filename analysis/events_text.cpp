@@ -92,6 +92,18 @@ std::string indented(const std::string& lines, const std::string& indent) {
   return out;
 }
 
+/// Traces of the branch above (of all) whose thread had other contacts before, and which stand at no branch of the
+/// node.
+std::uint64_t elsewhere(const EventTree& tree, const EventNode& node) {
+  const OutcomeCounts& above = node.parent < 0 ? tree.all
+                                               : tree.nodes[static_cast<std::size_t>(node.parent)]
+                                                     .branches[static_cast<std::size_t>(node.parent_branch)]
+                                                     .outcomes;
+  std::uint64_t here = 0;
+  for (const EventBranch& branch : node.branches) here += branch.outcomes.n;
+  return above.n - std::min<std::uint64_t>(above.n, here);
+}
+
 /// `tell` the tree's words, `told` those of sequences.
 std::string node_text(const PolicyEvents& policy, std::size_t at, const Teller& tell, const Teller& told,
                       const CampaignEvents& events) {
@@ -107,6 +119,9 @@ std::string node_text(const PolicyEvents& policy, std::size_t at, const Teller& 
     rows.push_back({tell.branch(branch), std::to_string(branch.outcomes.n), rate_text(branch.outcomes),
                     range_text(branch.time, 1), range_text(branch.impulse, hard ? 1 : 1e3),
                     tell.outcomes(branch.outcomes)});
+  }
+  if (const std::uint64_t rest = elsewhere(policy.tree, node); rest > 0) {
+    rows.push_back({"(another way before)", std::to_string(rest), "-", "-", "-", ""});
   }
   out += indented(text_table(rows, 1) + causes_text(policy, at, tell, events), indent + "  ");
   for (std::size_t b = 0; b < node.branches.size(); ++b) {

@@ -301,6 +301,14 @@ void note_movable(const PathScene& scene, Figure& out) {
                   fmt::join(scene.movable.begin(), scene.movable.begin() + named, ", "), more));
 }
 
+void note_what_is_drawn(const PathScene& scene, const PathRequest& request, Figure& out) {
+  if (scene.own_grounds && request.view != PathView::above) {
+    out.notes.push_back("Each robot had ground of its own, which is not drawn.");
+  }
+  if (request.every > 0) out.notes.push_back(fmt::format("A small mark every {}.", every_words(request.every)));
+  note_movable(scene, out);
+}
+
 }  // namespace
 
 Figure path_figure(const Json& page, const std::vector<std::string>& policies, const PathScene& scene,
@@ -359,11 +367,7 @@ Figure path_figure(const Json& page, const std::vector<std::string>& policies, c
   if (request.view == PathView::isometric) add_axes_cross(panel);
   out.panels.push_back(std::move(panel));
   out.notes.push_back(traces.note());
-  if (scene.own_grounds && request.view != PathView::above) {
-    out.notes.push_back("Each robot had ground of its own, which is not drawn.");
-  }
-  if (request.every > 0) out.notes.push_back(fmt::format("A small mark every {}.", every_words(request.every)));
-  note_movable(scene, out);
+  note_what_is_drawn(scene, request, out);
   return out;
 }
 

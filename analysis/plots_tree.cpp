@@ -135,7 +135,8 @@ Figure tree_figure(const CampaignEvents& events) {
   for (PlotDrawing::Text& one : out.drawing.texts) one.room = std::min(one.room, out.width - 2 * kLeftEdge);
   out.notes = {fmt::format(
       "A branch is what touches next: traces, their outcomes, median time. Arrows are as wide as traces are "
-      "many. A bifurcation is found where there is none with a probability of at most {:g} %.",
+      "many; who went another way before is on none. A bifurcation is found where there is none with a probability of "
+      "at most {:g} %.",
       100 * events.request.tree.error_rate)};
   return out;
 }
