@@ -351,25 +351,10 @@ void doubt_welded(const Settings& scenario, const ParameterTable& table, const M
   }
 }
 
-/// Degrees of freedom on the longest way from a body to its base.
-int deepest(const Model& model) {
-  std::vector<int> depth;
-  for (const Body& body : model.bodies) {  // parents come before their children
-    const int own = body.type == JointType::floating ? 6 : 1;
-    depth.push_back(own + (body.parent < 0 ? 0 : depth[static_cast<std::size_t>(body.parent)]));
-  }
-  return depth.empty() ? 0 : *std::max_element(depth.begin(), depth.end());
-}
-
-bool has_followers(const Model& model) {
-  return std::any_of(model.bodies.begin(), model.bodies.end(), [](const Body& body) { return body.mimics >= 0; });
-}
-
 void doubt_solver(const Settings& scenario, const Model& nominal, const std::string& physics) {
   const auto contact = scenario.find("contact"), solver = contact ? contact->find("solver") : std::nullopt;
   if (!solver || physics != "lanes" || nominal.contact_solver != ContactSolver::newton) return;
-  if (static_cast<std::size_t>(nominal.nv) <= kMostNewtonDofs) return;
-  if (deepest(nominal) >= kDeep && !has_followers(nominal)) return;  // newton_tree.h
+  if (static_cast<std::size_t>(nominal.nv) <= kMostNewtonDofs || is_deep_tree(nominal)) return;
   warn(*solver,
        fmt::format("newton is for models of up to {} degrees of freedom, and this one has {}: its contacts are "
                    "solved by sweeps alone, as with 'sweeps'",

@@ -61,7 +61,7 @@ Vec3 extent_of(const Shape& shape, const HullArrays& hull) {
   return Vec3::Constant(kFar);
 }
 
-/// Sweeps before newton_tree.h, where it comes first: our choice, found as kDeep was.
+/// Sweeps before newton_tree.h, where it comes first: our choice, found as kDeepTree was.
 constexpr int kTreeAfter = 4;
 
 /// Whether a ball and a box are bounds that leave room for a better one, which culling.h has.
@@ -205,13 +205,12 @@ void LaneEngine::choose_solver(const Model& nominal) {
   SolverSettings& settings = block_.settings;
   const bool sweeps_only = nominal.contact_solver == ContactSolver::sweeps;
   if (nominal.contact_solver == ContactSolver::newton) settings.newton_after = 1;
-  const TopologyView t = topology_.view();
-  const int deepest = t.nv == 0 ? 0 : 1 + *std::max_element(t.dof_depth, t.dof_depth + t.nv);
-  if (deepest >= kDeep && mimics_.empty() && !sweeps_only) {
+  if (is_deep_tree(nominal) && !sweeps_only) {
     settings.tree_after = std::min(kTreeAfter, settings.newton_after);
     settings.newton_after = std::max(settings.newton_after, settings.tree_after + 1);
   }
-  if (sweeps_only || static_cast<std::size_t>(t.nv) > kMostNewtonDofs) settings.newton_after = settings.most_sweeps;
+  if (sweeps_only || static_cast<std::size_t>(nominal.nv) > kMostNewtonDofs)
+    settings.newton_after = settings.most_sweeps;
 }
 
 std::size_t LaneEngine::lay_out(double* base) {

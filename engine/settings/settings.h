@@ -19,7 +19,7 @@ namespace graze {
 /// The command line turns it into exit code 2.
 class InputError : public std::runtime_error {
  public:
-  /// A NUL in the message is shown as \\0: what() would end there.
+  /// A NUL in the message is shown as \0: what() would end there.
   explicit InputError(const std::string& message) : std::runtime_error(with_nul_shown(message)) {}
 };
 
