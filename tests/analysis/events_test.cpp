@@ -13,6 +13,7 @@
 namespace graze {
 namespace {
 
+using ::testing::ContainsRegex;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -381,6 +382,7 @@ TEST(Events, OfAnArchiveNameTheBifurcation) {
   planted::write(folder / "a.graze", info, [&](std::uint32_t i) {
     Trace trace = walk(random);
     if (i % 2 == 0) strike(trace, 3);
+    if (i < 16 && i % 2 == 0) strike(trace, 0);  // so that they do not come to the node
     const Outcome outcome = i % 2 == 0 ? Outcome::unknown_failure : Outcome::success;
     TraceRecord record = planted::plain_trace(info, 0, i, outcome);
     record.phases = trace.phases;
@@ -396,6 +398,7 @@ TEST(Events, OfAnArchiveNameTheBifurcation) {
   const std::string text = format_events(events, 5);
   EXPECT_THAT(text, HasSubstr("s: the 4th contact of RF_FOOT (p = "));
   EXPECT_THAT(text, HasSubstr("RF_FOOT-curb"));
+  EXPECT_THAT(text, ContainsRegex("\\(another way before\\) +8 "));
   EXPECT_THAT(text, HasSubstr("new contact"));
   const std::string json = events_json(events);
   EXPECT_THAT(json, HasSubstr("\"label\": \"RF_FOOT-curb\""));

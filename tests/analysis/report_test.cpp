@@ -170,6 +170,22 @@ TEST(ReportMargins, CountEveryValidTrace) {
   }
 }
 
+// Claim: margins that are all the same lie in a bin that is to be seen, within a tenth of what they are.
+TEST(ReportMargins, AllTheSameHaveABar) {
+  const Folder folder;
+  const CampaignInfo want = report_facts();
+  write(folder / "a.graze", want);
+  const Archive archive(folder / "a.graze");
+  for (const double same : {0.02, -3.0}) {
+    ReportSample sample = sample_traces(archive, want.policies, 60);
+    for (SampledTraces& traces : sample.policies) std::fill(traces.objective.begin(), traces.objective.end(), same);
+    const std::vector<double> edges = margin_histograms(archive, sample).back().edges;
+    EXPECT_NEAR(edges.back() - edges.front(), 0.1 * std::abs(same), 0.01 * std::abs(same));
+    EXPECT_LT(edges.front(), same);
+    EXPECT_GT(edges.back(), same);
+  }
+}
+
 // Claim: which traces are shown depends on the archive alone, not on how it lies on the disk; each is there once, every
 // policy gets its turn, and the first of a policy is a success if it has one.
 TEST(ReportChoice, DependsOnTheArchiveAlone) {

@@ -33,6 +33,9 @@ TEST(CommandFile, SaysWhereItIsWrong) {
   const std::string head = "time,forward,strafe,turn\n";
   EXPECT_EQ(refusal(head + "0,0.2,fast,0\n"),
             "drive.csv:2:7: 'fast' is no number; s, m/s, m/s and rad/s stand here, without units");
+  EXPECT_EQ(refusal(head + "0,0.2" + std::string(1, '\0') + ",0,0\n"),
+            "drive.csv:2:3: '0.2\\0' is no number; s, m/s, m/s and rad/s stand here, without units");
+  EXPECT_LT(refusal(head + "0," + std::string(1'000'000, '7') + ",0,0\n").size(), 200u);
   EXPECT_EQ(refusal(head + "0,0,0,0\n\n1, 0,0\n"), "drive.csv:4:7: 3 values; the header has 4 columns");
   EXPECT_EQ(refusal(head + "0,0,0,0\n 0,1,0,0\n"),
             "drive.csv:3:2: time 0 does not lie after the row before; times must grow");
