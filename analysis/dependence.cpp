@@ -18,7 +18,8 @@ double gaussian(double x) { return std::exp(-0.5 * x * x); }
 
 /// The wide half sees what rises, or rises and falls once; the narrow one also what does so twice, as what depends on
 /// the sine's square of an angle does. By simulation (60 times 200 traces of yes and no, level 0.001) the sum finds as
-/// many of what rises, falls or has one hill as the wide one alone, and all of what has two, of which that finds none.
+/// many of what rises, falls or has one hill as the wide one alone, and all of what has two clear ones, of which that
+/// finds none.
 double kernel(double distance) { return 0.5 * (gaussian(distance / kWideKernel) + gaussian(distance / kNarrowKernel)); }
 
 /// The kernel by twice the distance of two midranks, which is a whole number.
